@@ -1,0 +1,37 @@
+# How every library, program, test and benchmark of the project is declared.
+
+add_library(rilievo_warnings INTERFACE)
+target_compile_options(rilievo_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror)
+
+# rilievo_library(NAME SOURCES ... DEPENDS public-libraries... PRIVATE private-libraries...)
+function(rilievo_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE} rilievo_warnings)
+endfunction()
+
+# rilievo_test(NAME SOURCES ... DEPENDS libraries...): a GoogleTest program, one ctest entry.
+function(rilievo_test name)
+  if(NOT RILIEVO_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} rilievo_warnings GTest::gmock GTest::gtest_main)
+  add_test(NAME ${name} COMMAND ${name})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+endfunction()
+
+# rilievo_benchmark(NAME SOURCES ... DEPENDS libraries...): a Google Benchmark program.
+function(rilievo_benchmark name)
+  if(NOT RILIEVO_BUILD_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} rilievo_warnings benchmark::benchmark_main)
+endfunction()
