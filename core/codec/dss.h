@@ -1,0 +1,55 @@
+// The .dss container: a displaced subdivision surface as bytes, coarse first.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/surface/displaced_surface.h"
+
+namespace rilievo {
+
+struct EncodeOptions {
+  // Step of the height quantiser at the finest level, fraction of the diagonal. (0, 0.01].
+  double height_step = 2e-5;
+  // Step of the control-point quantiser, fraction of the diagonal. (0, 0.01].
+  double position_step = 1e-6;
+  absl::Status Validate() const;
+};
+
+// What was known of the surface when it was made; travels in the header, all optional.
+struct DssMetadata {
+  std::string generator;      // program and version
+  double error_rms = -1;      // two-sided against the scan, fraction of the diagonal; -1: unknown
+  double error_max = -1;
+  int64_t scan_points = 0;
+  std::string road;           // "planar", "spherical", "arbitrary", "user"
+};
+
+// Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds. Their concatenation
+// is the file, and any prefix of whole chunks decodes, to a surface with fewer levels.
+struct EncodedSurface {
+  std::vector<std::vector<uint8_t>> chunks;
+  std::vector<uint8_t> Concatenate() const;
+};
+
+absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
+                                         const DssMetadata& metadata, const EncodeOptions& options,
+                                         const RunContext& context);
+
+struct DecodedSurface {
+  DisplacedSurface surface;
+  DssMetadata metadata;
+  int format_version = 0;
+  std::vector<int64_t> chunk_bytes;
+};
+
+// DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no
+// .dss at all, UNIMPLEMENTED for a newer version. Counts in the bytes are checked against the bytes
+// that are there before anything is allocated.
+absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes, const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,49 @@
+// The control mesh by one of four roads: planar, spherical, arbitrary topology, given by the user.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+enum class Topology { kAuto, kPlanar, kSpherical, kArbitrary, kUser };
+enum class BoundaryRule {
+  kKeep,   // an open scan stays open
+  kClose,  // holes and open borders are closed
+};
+
+const char* TopologyName(Topology topology);
+
+struct ControlOptions {
+  Topology topology = Topology::kAuto;
+  BoundaryRule boundary = BoundaryRule::kKeep;
+  // About how many control faces; 0: chosen from the number of points. [0, 200000].
+  int target_faces = 0;
+  // The road kUser: used as it is, after checks. Unit frame.
+  std::optional<ControlMesh> user_mesh;
+  absl::Status Validate() const;
+};
+
+struct ControlMeshResult {
+  ControlMesh mesh;        // unit frame
+  Topology road;           // never kAuto
+  std::string reason;      // one sentence: why this road
+  int components = 0;
+  int boundary_loops = 0;
+  int genus = 0;
+};
+
+// FAILED_PRECONDITION when the chosen road cannot serve the cloud, with the road that could.
+absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
+                                                   const NeighborGraph& graph,
+                                                   const PointIndex& index,
+                                                   const ControlOptions& options,
+                                                   const RunContext& context);
+
+}  // namespace rilievo

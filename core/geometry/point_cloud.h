@@ -1,0 +1,14 @@
+// An unorganized point cloud as a plain value.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace rilievo {
+
+struct PointCloud {
+  // Column = point, scan frame (the scanner's own coordinates and unit), double so that map-grid
+  // offsets lose nothing. May hold non-finite values until CheckScan has seen it.
+  Eigen::Matrix3Xd points;
+};
+
+}  // namespace rilievo

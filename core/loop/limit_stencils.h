@@ -1,0 +1,36 @@
+// Limit stencils: limit positions and tangents as weights of control points.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+
+// Stencil s: entries [begin[s], begin[s + 1]) of `control_vertices` (ascending) and of the weights.
+// `position` weights sum to one, `tangent_u` and `tangent_v` to zero. The limit normal is
+// tangent_u x tangent_v, outward. Tangents are those of the vertex's own level, not normalised.
+struct LimitStencils {
+  std::vector<int> begin;
+  std::vector<int> control_vertices;
+  std::vector<double> position, tangent_u, tangent_v;
+  int size() const { return static_cast<int>(begin.size()) - 1; }
+};
+
+// One stencil for each vertex of `level`.
+absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinement, int level,
+                                                 const RunContext& context);
+
+// The distinct vertices of `level` that lie on each control face: its corners, edges and inside,
+// (2^level + 1)(2^level + 2) / 2 of them. face f: [f * per_face, (f + 1) * per_face).
+struct FaceSamples {
+  int per_face = 0;
+  std::vector<int> vertices;
+};
+FaceSamples SamplesOfControlFaces(const LoopRefinement& refinement, int level);
+
+}  // namespace rilievo

@@ -1,0 +1,72 @@
+// Points in, displaced subdivision surface out: the stages in order.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/dss.h"
+#include "core/control/build_control_mesh.h"
+#include "core/displacement/sample_displacement.h"
+#include "core/domain/fit_loop_domain.h"
+#include "core/geometry/point_cloud.h"
+#include "core/scan/scan_surface.h"
+#include "core/surface/displaced_surface.h"
+#include "core/surface/measure_error.h"
+
+namespace rilievo {
+
+struct ReconstructOptions {
+  CheckOptions check;
+  ScanOptions scan;
+  // control.user_mesh is given in the SCAN frame here; the pipeline moves it into the unit frame.
+  ControlOptions control;
+  FitOptions fit;
+  DisplacementOptions displacement;
+  EncodeOptions encode;
+  // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0, 8].
+  std::optional<int> max_level;
+  // Measure the two-sided error against the points at the end.
+  bool measure = true;
+  absl::Status Validate() const;
+};
+
+// What happened on the way. Distances are fractions of the diagonal.
+struct ReconstructReport {
+  int64_t points_in = 0;
+  int64_t non_finite = 0, duplicates = 0, strays = 0, outliers = 0, island_points = 0;
+  int64_t points_used = 0;
+  double diagonal = 0;  // scan unit
+  double median_spacing = 0, median_noise = 0;
+  double normal_disagreement = 0;
+  std::string road;         // "planar", "spherical", "arbitrary", "user"
+  std::string road_reason;
+  int components = 0, boundary_loops = 0, genus = 0;
+  int control_vertices = 0, control_faces = 0, max_level = 0;
+  int64_t surface_vertices = 0, surface_faces = 0;  // at max_level
+  double domain_rms = 0;    // cloud to domain surface after the fit
+  int fit_rounds = 0;
+  bool fit_converged = false;
+  int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;
+  TwoSidedError error;      // a = surface, b = points; zero when not measured
+  int64_t encoded_bytes = 0;
+  double stage_seconds[kStageCount] = {};
+  double total_seconds = 0;
+  std::vector<std::string> warnings;  // full sentences for people
+};
+
+struct Reconstruction {
+  DisplacedSurface surface;
+  EncodedSurface encoded;
+  ReconstructReport report;
+};
+
+absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,65 @@
+// The k-nearest-neighbour graph, built once; and the index it came from, for other queries.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+
+namespace rilievo {
+
+// Exact nearest-neighbour index (FLANN KDTreeSingleIndex). Keeps its own copy of the points;
+// immutable after construction, so queries from many threads are safe.
+class PointIndex {
+ public:
+  // `points`: column = point, finite, unit frame, at least one.
+  explicit PointIndex(const Eigen::Matrix3Xd& points);
+  ~PointIndex();
+  PointIndex(PointIndex&&) noexcept;
+  PointIndex& operator=(PointIndex&&) noexcept;
+
+  int size() const;
+
+  // The `k` (<= size()) nearest points of one position, ascending by distance; fills
+  // indices[0..k) and squared_distances[0..k). Returns how many were found.
+  int Nearest(const Eigen::Vector3d& position, int k, int* indices, double* squared_distances) const;
+
+  // The nearest point of each column of `positions`, on all threads.
+  absl::StatusOr<std::vector<int>> NearestOfEach(const Eigen::Matrix3Xd& positions,
+                                                 const RunContext& context) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+struct NeighborGraph {
+  int k = 0;                      // neighbours a point, the point itself not among them
+  std::vector<int> indices;       // point i: [i * k, (i + 1) * k), ascending by distance
+  std::vector<float> distances;   // unit frame, same layout
+
+  int size() const { return k == 0 ? 0 : static_cast<int>(indices.size()) / k; }
+  std::span<const int> neighbors(int point) const {
+    return {indices.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
+  }
+  std::span<const float> neighbor_distances(int point) const {
+    return {distances.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
+  }
+};
+
+struct NeighborOptions {
+  int k = 16;  // [6, 64]; lowered to size - 1 for small sets
+  absl::Status Validate() const;
+};
+
+absl::StatusOr<NeighborGraph> BuildNeighborGraph(const PointIndex& index,
+                                                 const Eigen::Matrix3Xd& points,
+                                                 const NeighborOptions& options,
+                                                 const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,22 @@
+// Consistent orientation of normals along a minimum spanning tree (Hoppe et al. 1992).
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+struct OrientationResult {
+  int components = 0;  // of the neighbour graph, each oriented on its own from an extreme point
+  // Share of graph edges whose normals disagree after orientation, in [0, 1]: near 0 on a
+  // surface, higher where sheets touch, on a Moebius band or in a volume of points.
+  double disagreement = 0;
+};
+
+// Flips cloud->normals in place.
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
+                                                const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,45 @@
+// Two-sided distance between surfaces and point sets.
+#pragma once
+
+#include <cstdint>
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// One direction. Unit of the inputs' own frame.
+struct DistanceSummary {
+  double rms = 0, mean = 0, p95 = 0, max = 0;
+  int64_t samples = 0;
+};
+
+struct TwoSidedError {
+  DistanceSummary a_to_b, b_to_a;
+  double rms = 0;   // sqrt of the mean of both mean squares
+  double mean = 0;  // of both means
+  double p95 = 0;   // of both sample sets pooled
+  double max = 0;   // the larger maximum
+};
+
+// A surface (triangles) or a bare point set (`triangles` empty).
+struct Shape {
+  Eigen::Matrix3Xd vertices;
+  Eigen::Matrix3Xi triangles;
+};
+
+struct MeasureOptions {
+  int samples = 200000;  // area-weighted samples a surface, [1000, 10^7]; a point set uses its points
+  absl::Status Validate() const;
+};
+
+// Exact closest-point distances (own bounding-volume tree over triangles or points), both ways.
+// INVALID_ARGUMENT when a shape is empty or not finite.
+absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
+                                              const MeasureOptions& options,
+                                              const RunContext& context);
+
+}  // namespace rilievo
