@@ -1,0 +1,176 @@
+#include "core/control/implicit_function.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/control/implicit_solver.h"
+
+namespace rilievo {
+namespace {
+
+// The coarsest grid has about this many cells along the diagonal.
+constexpr double kCoarsestCells = 28;
+// Free space around the box of the points at the coarsest level, in cells.
+constexpr int kPaddingCells = 5;
+constexpr int kMaxLevels = 9;
+// A point speaks at a level when its own spacing is at most this many cells.
+constexpr double kSpacingPerCell = 1.25;
+
+struct GridLevel {
+  ImplicitGrid grid;
+  std::vector<float> values;
+  double cell = 0;
+};
+
+Eigen::Vector3i CellOf(const Eigen::Vector3d& position, const Eigen::Vector3d& origin,
+                       double cell) {
+  return ((position - origin) / cell).array().floor().cast<int>();
+}
+
+void AddBandAroundPoints(const OrientedCloud& cloud, const std::vector<int>& members,
+                         const Eigen::Vector3d& origin, double cell, int band,
+                         ImplicitGrid* grid) {
+  const Eigen::Vector3i reach = Eigen::Vector3i::Constant(band);
+  Eigen::Vector3i last = Eigen::Vector3i::Constant(1 << 30);
+  for (const int i : members) {
+    const Eigen::Vector3i at = CellOf(cloud.points.col(i), origin, cell);
+    if (at == last) continue;
+    last = at;
+    grid->AddBox(at - reach + Eigen::Vector3i::Ones(), at + reach);
+  }
+}
+
+// Cells of the coarser level that its zero set crosses, and one cell around them.
+void AddBandAroundZeroSet(const GridLevel& coarse, ImplicitGrid* grid) {
+  for (const Eigen::Vector3i& node : coarse.grid.Nodes()) {
+    bool below = false, above = false, whole = true;
+    for (int corner = 0; corner < 8 && whole; ++corner) {
+      const int index =
+          coarse.grid.Find(node + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
+      whole = index >= 0;
+      if (whole) (coarse.values[index] < 0 ? below : above) = true;
+    }
+    if (!whole || !below || !above) continue;
+    grid->AddBox(2 * node - Eigen::Vector3i::Constant(1), 2 * node + Eigen::Vector3i::Constant(3));
+  }
+}
+
+// Value of the coarser level at a node of the finer one; false where its parents are missing.
+bool Prolong(const GridLevel& coarse, const Eigen::Vector3i& node, float* value) {
+  double sum = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3i parent;
+    for (int axis = 0; axis < 3; ++axis) {
+      // Floor halves; odd coordinates take both neighbours.
+      parent[axis] = (node[axis] + ((corner >> axis) & 1)) >> 1;
+    }
+    const int index = coarse.grid.Find(parent);
+    if (index < 0) return false;
+    sum += coarse.values[index];
+  }
+  *value = static_cast<float>(sum / 8);
+  return true;
+}
+
+// Keeps the candidates whose parents exist, with the coarser solution as their values.
+GridLevel RefineLevel(const GridLevel& coarse, ImplicitGrid candidates) {
+  candidates.Seal();
+  GridLevel fine;
+  fine.cell = coarse.cell / 2;
+  for (const Eigen::Vector3i& node : candidates.Nodes()) {
+    float value;
+    if (!Prolong(coarse, node, &value)) continue;
+    fine.grid.AddBox(node, node);
+    fine.values.push_back(value);
+  }
+  fine.grid.Seal();
+  return fine;
+}
+
+GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origin, double cell) {
+  GridLevel level;
+  level.cell = cell;
+  const Eigen::Vector3d low = cloud.points.rowwise().minCoeff();
+  const Eigen::Vector3d high = cloud.points.rowwise().maxCoeff();
+  const Eigen::Vector3i padding = Eigen::Vector3i::Constant(kPaddingCells);
+  level.grid.AddBox(CellOf(low, origin, cell) - padding, CellOf(high, origin, cell) + padding);
+  level.grid.Seal();
+  level.values.assign(level.grid.size(), 0.0f);
+  return level;
+}
+
+// Points whose spacing a grid of this cell can follow.
+std::vector<int> PointsFor(const OrientedCloud& cloud, double cell, bool all) {
+  std::vector<int> members;
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    if (all || cloud.spacing[i] <= kSpacingPerCell * cell) members.push_back(i);
+  }
+  return members;
+}
+
+double FinestCell(const OrientedCloud& cloud, const ImplicitOptions& options) {
+  const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
+  return std::clamp(std::max(options.cell_spacings * cloud.median_spacing,
+                             options.cell_noises * cloud.median_noise),
+                    smallest, 1.0 / kCoarsestCells);
+}
+
+}  // namespace
+
+absl::Status ImplicitOptions::Validate() const {
+  const auto check = [](const char* name, double value, double low, double high) {
+    if (value >= low && value <= high) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
+  };
+  RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.5, 8));
+  RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
+  RILIEVO_RETURN_IF_ERROR(check("screening", screening, 0, 100));
+  return check("band_cells", band_cells, 2, 8);
+}
+
+absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
+                                                     const ImplicitOptions& options,
+                                                     const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
+  const double finest_cell = FinestCell(cloud, options);
+  const int level_count = std::clamp(
+      1 + static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * finest_cell)))), 1,
+      kMaxLevels);
+  const double coarsest_cell = finest_cell * (1 << (level_count - 1));
+  const Eigen::Vector3d origin = cloud.points.rowwise().minCoeff();
+
+  GridLevel level = CoarsestLevel(cloud, origin, coarsest_cell);
+  for (int depth = 0;; ++depth) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    const std::vector<int> members = PointsFor(cloud, level.cell, depth == 0);
+    ScreenedPoisson system{.cloud = cloud,
+                           .members = members,
+                           .grid = level.grid,
+                           .origin = origin,
+                           .cell = level.cell,
+                           .screening = options.screening,
+                           .border_free = depth == 0,
+                           .iterations = depth == 0 ? 80 : 24};
+    RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
+    context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / level_count);
+    if (depth + 1 == level_count) break;
+    ImplicitGrid candidates;
+    AddBandAroundPoints(cloud, PointsFor(cloud, level.cell / 2, false), origin, level.cell / 2,
+                        options.band_cells, &candidates);
+    AddBandAroundZeroSet(level, &candidates);
+    level = RefineLevel(level, std::move(candidates));
+  }
+  return ImplicitFunction{.grid = std::move(level.grid),
+                          .values = std::move(level.values),
+                          .origin = origin,
+                          .cell = level.cell};
+}
+
+}  // namespace rilievo

@@ -1,0 +1,47 @@
+// An implicit function whose zero set follows the oriented points: screened Poisson on a cascade of
+// sparse grids.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/control/implicit_grid.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+struct ImplicitOptions {
+  // Finest cell, in median spacings of the points. [0.5, 8].
+  double cell_spacings = 1.2;
+  // The finest cell is at least this many times the median noise. [0, 16].
+  double cell_noises = 2.5;
+  // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].
+  double screening = 2.0;
+  // Nodes kept on each side of the points at every level but the coarsest, in cells. [2, 8].
+  int band_cells = 3;
+  absl::Status Validate() const;
+};
+
+// Values at the nodes of the finest grid; position of node (x, y, z) is origin + cell * (x, y, z).
+// Negative inside, positive outside.
+struct ImplicitFunction {
+  ImplicitGrid grid;
+  std::vector<float> values;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // unit frame
+  double cell = 0;                                   // unit frame
+};
+
+// Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where b_e
+// is the point normals, weighted by each point's share of area in cell units (s_i) and spread
+// trilinearly to the edges around it: Kazhdan and Hoppe 2013 with a staggered grid in place of an
+// octree. The coarsest grid covers the whole box; each finer one is a band around the points that
+// are dense enough for it, with the coarser solution as its border and as its first guess, and
+// around the coarser zero set, where that solution stands.
+absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
+                                                     const ImplicitOptions& options,
+                                                     const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,242 @@
+#include "core/control/implicit_solver.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 1 << 14;       // nodes a task; sums are formed block by block
+constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
+
+// Trilinear weights of the 8 lattice points around a position given in lattice units.
+struct Trilinear {
+  Eigen::Vector3i base;
+  std::array<float, 8> weight;
+  explicit Trilinear(const Eigen::Vector3d& position) {
+    const Eigen::Vector3d floor = position.array().floor();
+    base = floor.cast<int>();
+    const Eigen::Vector3d t = position - floor;
+    for (int corner = 0; corner < 8; ++corner) {
+      double w = 1;
+      for (int axis = 0; axis < 3; ++axis) w *= ((corner >> axis) & 1) ? t[axis] : 1 - t[axis];
+      weight[corner] = static_cast<float>(w);
+    }
+  }
+  Eigen::Vector3i Corner(int corner) const {
+    return base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2);
+  }
+};
+
+// The matrix: the graph Laplacian of the grid, plus the screening as its two factors.
+class PoissonOperator {
+ public:
+  PoissonOperator(const ScreenedPoisson& system, const RunContext& context)
+      : context_(context), size_(system.grid.size()) {
+    LinkNeighbors(system);
+    ReadPoints(system);
+    TransposeScreening();
+  }
+
+  int size() const { return size_; }
+  const std::vector<float>& right_side() const { return right_side_; }
+  bool is_free(int node) const { return free_[node] != 0; }
+  float diagonal(int node) const { return diagonal_[node]; }
+
+  // out = A in; frozen nodes give 0.
+  void Apply(const std::vector<float>& in, std::vector<float>* out) {
+    const int64_t point_count = static_cast<int64_t>(screen_weight_.size());
+    Run(point_count, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        float sum = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+          sum += point_weights_[8 * i + corner] * in[point_nodes_[8 * i + corner]];
+        }
+        at_points_[i] = screen_weight_[i] * sum;
+      }
+    });
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) {
+        (*out)[node] = free_[node] ? Row(static_cast<int>(node), in) : 0.0f;
+      }
+    });
+  }
+
+  // Deterministic for any number of threads: block sums, added in order.
+  double Dot(const std::vector<float>& a, const std::vector<float>& b) {
+    block_sums_.assign((size_ + kBlock - 1) / kBlock, 0.0);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      double sum = 0;
+      for (int64_t i = begin; i < end; ++i) sum += double{a[i]} * double{b[i]};
+      block_sums_[begin / kBlock] = sum;
+    });
+    double sum = 0;
+    for (const double part : block_sums_) sum += part;
+    return sum;
+  }
+
+  // A stop request leaves the numbers half done; the caller asks context.CheckStop() after.
+  template <typename Body>
+  void Run(int64_t count, const Body& body) {
+    ParallelFor(count, kBlock, context_, body).IgnoreError();
+  }
+
+ private:
+  float Row(int node, const std::vector<float>& in) const {
+    const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+    float sum = 0;
+    float count = 0;
+    for (int side = 0; side < 6; ++side) {
+      if (neighbor[side] < 0) continue;
+      sum += in[neighbor[side]];
+      count += 1;
+    }
+    float value = count * in[node] - sum;
+    for (int e = screen_begin_[node]; e < screen_begin_[node + 1]; ++e) {
+      value += screen_entry_weight_[e] * at_points_[screen_entry_point_[e]];
+    }
+    return value;
+  }
+
+  void LinkNeighbors(const ScreenedPoisson& system) {
+    const std::vector<Eigen::Vector3i> nodes = system.grid.Nodes();
+    neighbors_.resize(6 * static_cast<size_t>(size_));
+    free_.assign(size_, 1);
+    diagonal_.assign(size_, 0.0f);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) {
+        for (int side = 0; side < 6; ++side) {
+          Eigen::Vector3i other = nodes[node];
+          other[side >> 1] += (side & 1) ? 1 : -1;
+          const int index = system.grid.Find(other);
+          neighbors_[6 * node + side] = index;
+          if (index >= 0) diagonal_[node] += 1;
+        }
+        if (!system.border_free && diagonal_[node] < 6) free_[node] = 0;
+      }
+    });
+  }
+
+  // The right-hand side (divergence of the spread normals) and the screening rows.
+  void ReadPoints(const ScreenedPoisson& system) {
+    right_side_.assign(size_, 0.0f);
+    const double inverse_cell = 1 / system.cell;
+    for (const int i : system.members) {
+      const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
+      const double spacing = system.cloud.spacing[i] * inverse_cell;
+      const double share = std::numbers::pi / 4 * spacing * spacing;  // area in cell units
+      SpreadNormal(system, at, share * system.cloud.normals.col(i));
+      AddScreeningRow(system, at, system.screening * share);
+    }
+    at_points_.resize(screen_weight_.size());
+  }
+
+  void SpreadNormal(const ScreenedPoisson& system, const Eigen::Vector3d& at,
+                    const Eigen::Vector3d& flux) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3d staggered = at;
+      staggered[axis] -= 0.5;
+      const Trilinear spread(staggered);
+      for (int corner = 0; corner < 8; ++corner) {
+        const Eigen::Vector3i from = spread.Corner(corner);
+        Eigen::Vector3i to = from;
+        to[axis] += 1;
+        const int a = system.grid.Find(from);
+        const int b = system.grid.Find(to);
+        if (a < 0 || b < 0) continue;
+        const float jump = spread.weight[corner] * static_cast<float>(flux[axis]);
+        right_side_[b] += jump;
+        right_side_[a] -= jump;
+      }
+    }
+  }
+
+  void AddScreeningRow(const ScreenedPoisson& system, const Eigen::Vector3d& at, double weight) {
+    const Trilinear row(at);
+    std::array<int, 8> nodes;
+    for (int corner = 0; corner < 8; ++corner) {
+      nodes[corner] = system.grid.Find(row.Corner(corner));
+      if (nodes[corner] < 0) return;
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+      point_nodes_.push_back(nodes[corner]);
+      point_weights_.push_back(row.weight[corner]);
+      diagonal_[nodes[corner]] +=
+          static_cast<float>(weight) * row.weight[corner] * row.weight[corner];
+    }
+    screen_weight_.push_back(static_cast<float>(weight));
+  }
+
+  void TransposeScreening() {
+    screen_begin_.assign(size_ + 1, 0);
+    for (const int node : point_nodes_) ++screen_begin_[node + 1];
+    for (int node = 0; node < size_; ++node) screen_begin_[node + 1] += screen_begin_[node];
+    screen_entry_point_.resize(point_nodes_.size());
+    screen_entry_weight_.resize(point_nodes_.size());
+    std::vector<int> next(screen_begin_.begin(), screen_begin_.end() - 1);
+    for (size_t e = 0; e < point_nodes_.size(); ++e) {
+      const int slot = next[point_nodes_[e]]++;
+      screen_entry_point_[slot] = static_cast<int>(e / 8);
+      screen_entry_weight_[slot] = point_weights_[e];
+    }
+  }
+
+  const RunContext& context_;
+  int size_;
+  std::vector<int> neighbors_;       // 6 a node, -1 for none
+  std::vector<uint8_t> free_;
+  std::vector<float> diagonal_, right_side_;
+  std::vector<int> point_nodes_;     // 8 a screening row
+  std::vector<float> point_weights_;
+  std::vector<float> screen_weight_, at_points_;  // one a screening row
+  std::vector<int> screen_begin_, screen_entry_point_;  // the same rows, by node
+  std::vector<float> screen_entry_weight_;
+  std::vector<double> block_sums_;
+};
+
+}  // namespace
+
+absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContext& context,
+                                  std::vector<float>* values) {
+  PoissonOperator matrix(system, context);
+  const int size = matrix.size();
+  std::vector<float>& x = *values;
+  std::vector<float> residual(size), direction(size, 0.0f), image(size), scaled(size);
+  matrix.Apply(x, &image);
+  for (int i = 0; i < size; ++i) {
+    residual[i] = matrix.is_free(i) ? matrix.right_side()[i] - image[i] : 0.0f;
+  }
+  const double goal = kRelativeResidual * kRelativeResidual *
+                      matrix.Dot(matrix.right_side(), matrix.right_side());
+  double old_product = 0;
+  for (int iteration = 0; iteration < system.iterations; ++iteration) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    matrix.Run(size, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) scaled[i] = residual[i] / matrix.diagonal(int(i));
+    });
+    const double product = matrix.Dot(residual, scaled);
+    if (product <= 0 || matrix.Dot(residual, residual) <= goal) break;
+    const float beta = iteration == 0 ? 0.0f : static_cast<float>(product / old_product);
+    old_product = product;
+    matrix.Run(size, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) direction[i] = scaled[i] + beta * direction[i];
+    });
+    matrix.Apply(direction, &image);
+    const double curvature = matrix.Dot(direction, image);
+    if (curvature <= 0) break;
+    const float alpha = static_cast<float>(product / curvature);
+    matrix.Run(size, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) {
+        x[i] += alpha * direction[i];
+        residual[i] -= alpha * image[i];
+      }
+    });
+  }
+  return context.CheckStop();
+}
+
+}  // namespace rilievo

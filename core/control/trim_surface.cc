@@ -1,0 +1,303 @@
+#include "core/control/trim_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kSupportNeighbors = 6;
+constexpr double kNoiseReach = 4;  // a point supports what lies within this many of its noise
+constexpr int kMajorityRounds = 3;
+
+// Vertices joined by edges, as flat lists.
+struct Adjacency {
+  std::vector<int> begin, vertices;
+};
+
+Adjacency LinkVertices(const ControlMesh& mesh) {
+  Adjacency links;
+  links.begin.assign(mesh.vertices.cols() + 1, 0);
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) links.begin[mesh.faces(k, f) + 1] += 2;
+  }
+  std::partial_sum(links.begin.begin(), links.begin.end(), links.begin.begin());
+  links.vertices.resize(links.begin.back());
+  std::vector<int> next(links.begin.begin(), links.begin.end() - 1);
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      links.vertices[next[mesh.faces(k, f)]++] = mesh.faces((k + 1) % 3, f);
+      links.vertices[next[mesh.faces(k, f)]++] = mesh.faces((k + 2) % 3, f);
+    }
+  }
+  return links;
+}
+
+// 1 where a boundary edge ends; an edge of the interior lists its end twice.
+std::vector<uint8_t> BorderVertices(const Adjacency& links) {
+  const int count = static_cast<int>(links.begin.size()) - 1;
+  std::vector<uint8_t> border(count, 0);
+  std::vector<int> ring;
+  for (int v = 0; v < count; ++v) {
+    ring.assign(links.vertices.begin() + links.begin[v], links.vertices.begin() + links.begin[v + 1]);
+    std::sort(ring.begin(), ring.end());
+    for (size_t i = 0; i < ring.size() && border[v] == 0; i += 2) {
+      if (i + 1 == ring.size() || ring[i] != ring[i + 1]) border[v] = 1;
+    }
+  }
+  return border;
+}
+
+struct Support {
+  std::vector<uint8_t> holds;  // per vertex
+  std::vector<float> spacing;  // per vertex, of its nearest point
+};
+
+absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud& cloud,
+                                    const PointIndex& index, double support_spacings,
+                                    const RunContext& context) {
+  const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
+  const int64_t count = mesh.vertices.cols();
+  Support support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 2048, context, [&](int64_t begin, int64_t end) {
+    int found[kSupportNeighbors];
+    double squared[kSupportNeighbors];
+    for (int64_t v = begin; v < end; ++v) {
+      const int n = index.Nearest(mesh.vertices.col(v), std::min(kSupportNeighbors, index.size()),
+                                  found, squared);
+      support.spacing[v] = cloud.spacing[found[0]];
+      for (int i = 0; i < n && support.holds[v] == 0; ++i) {
+        const double reach = std::max(support_spacings * cloud.spacing[found[i]],
+                                      kNoiseReach * cloud.noise[found[i]]);
+        support.holds[v] = squared[i] <= reach * reach &&
+                           cloud.normals.col(found[i]).dot(normals.col(v)) > 0;
+      }
+    }
+  }));
+  return support;
+}
+
+// A connected set of vertices that share a flag.
+struct Region {
+  std::vector<int> vertices;
+  bool touches_border = false;
+  double diameter = 0;  // of its bounding box
+  double spacing = 0;   // mean over its vertices
+};
+
+std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Adjacency& links,
+                                          const std::vector<uint8_t>& border,
+                                          const Support& support) {
+  std::vector<Region> regions;
+  std::vector<uint8_t> seen(support.holds);
+  for (int seed = 0; seed < static_cast<int>(seen.size()); ++seed) {
+    if (seen[seed] != 0) continue;
+    Region region;
+    region.vertices.push_back(seed);
+    seen[seed] = 1;
+    Eigen::Vector3d low = mesh.vertices.col(seed), high = low;
+    for (size_t i = 0; i < region.vertices.size(); ++i) {
+      const int v = region.vertices[i];
+      low = low.cwiseMin(mesh.vertices.col(v));
+      high = high.cwiseMax(mesh.vertices.col(v));
+      region.spacing += support.spacing[v];
+      region.touches_border = region.touches_border || border[v] != 0;
+      for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) {
+        if (seen[links.vertices[e]] != 0) continue;
+        seen[links.vertices[e]] = 1;
+        region.vertices.push_back(links.vertices[e]);
+      }
+    }
+    region.diameter = (high - low).norm();
+    region.spacing /= static_cast<double>(region.vertices.size());
+    regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
+// Each vertex takes the flag of the larger part of its ring; smooths the cut.
+void MajorityFilter(const Adjacency& links, std::vector<uint8_t>* flags) {
+  for (int round = 0; round < kMajorityRounds; ++round) {
+    const std::vector<uint8_t> before(*flags);
+    for (size_t v = 0; v + 1 < links.begin.size(); ++v) {
+      int votes = 0;
+      for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) votes += before[links.vertices[e]];
+      const int size = links.begin[v + 1] - links.begin[v];
+      if (2 * votes > size) (*flags)[v] = 1;
+      if (2 * votes < size) (*flags)[v] = 0;
+    }
+  }
+}
+
+ControlMesh KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
+  ControlMesh kept;
+  kept.vertices = mesh.vertices;
+  kept.faces.resize(3, std::count(keep_face.begin(), keep_face.end(), 1));
+  int next = 0;
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    if (keep_face[f] != 0) kept.faces.col(next++) = mesh.faces.col(f);
+  }
+  return SplitPinchedVertices(kept);
+}
+
+// Drops connected pieces with fewer supported faces than `min_faces`.
+ControlMesh DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
+                            int min_faces) {
+  std::vector<int> parent(mesh.vertices.cols());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    parent[find(mesh.faces(1, f))] = find(mesh.faces(0, f));
+    parent[find(mesh.faces(2, f))] = find(mesh.faces(0, f));
+  }
+  std::vector<int> supported_faces(parent.size(), 0);
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    const auto corners = mesh.faces.col(f);
+    supported_faces[find(corners[0])] += supported_vertex[corners[0]] &&
+                                         supported_vertex[corners[1]] &&
+                                         supported_vertex[corners[2]];
+  }
+  std::vector<uint8_t> keep(mesh.faces.cols());
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    keep[f] = supported_faces[find(mesh.faces(0, f))] >= min_faces;
+  }
+  return KeepFaces(mesh, keep);
+}
+
+// What stays of the surface of an open scan: supported vertices and small holes.
+std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Support& support,
+                                    const TrimOptions& options) {
+  const Adjacency links = LinkVertices(surface);
+  const std::vector<uint8_t> border = BorderVertices(links);
+  std::vector<uint8_t> keep = support.holds;
+  for (const Region& region : RegionsWithoutSupport(surface, links, border, support)) {
+    const bool small = region.diameter <= options.filled_hole_spacings * region.spacing;
+    if (!small || region.touches_border) continue;
+    for (const int v : region.vertices) keep[v] = 1;
+  }
+  MajorityFilter(links, &keep);
+  return keep;
+}
+
+}  // namespace
+
+absl::Status TrimOptions::Validate() const {
+  if (!(support_spacings > 0 && support_spacings <= 10)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.support_spacings = ", support_spacings, " must lie in (0, 10]"));
+  }
+  if (!(filled_hole_spacings >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.filled_hole_spacings = ", filled_hole_spacings, " must be >= 0"));
+  }
+  if (min_piece_faces < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.min_piece_faces = ", min_piece_faces, " must be >= 0"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
+                                        const PointIndex& index, BoundaryRule boundary,
+                                        const TrimOptions& options, const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_ASSIGN_OR_RETURN(
+      const Support support,
+      FindSupport(surface, cloud, index, options.support_spacings, context));
+  // Pieces without support go first: no hole is filled on their account.
+  ControlMesh kept = DropSmallPieces(surface, support.holds, options.min_piece_faces);
+  if (boundary == BoundaryRule::kClose) return kept;
+
+  RILIEVO_ASSIGN_OR_RETURN(const Support rest,
+                           FindSupport(kept, cloud, index, options.support_spacings, context));
+  const std::vector<uint8_t> keep = VerticesToKeep(kept, rest, options);
+  std::vector<uint8_t> keep_face(kept.faces.cols());
+  for (int f = 0; f < kept.faces.cols(); ++f) {
+    const auto corners = kept.faces.col(f);
+    keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
+  }
+  kept = KeepFaces(kept, keep_face);
+  kept = DropSmallPieces(kept, std::vector<uint8_t>(kept.vertices.cols(), 1),
+                         options.min_piece_faces);
+  SmoothBoundary(4, &kept);
+  return kept;
+}
+
+ControlMesh SplitPinchedVertices(const ControlMesh& mesh) {
+  const int64_t corner_count = 3 * mesh.faces.cols();
+  // Corners of one vertex that share an edge belong to one fan.
+  std::vector<int> parent(corner_count);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int c) {
+    while (parent[c] != c) c = parent[c] = parent[parent[c]];
+    return c;
+  };
+  struct HalfEdge {
+    int low, high, corner_at_low, corner_at_high;
+  };
+  std::vector<HalfEdge> edges;
+  edges.reserve(corner_count);
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = 3 * f + k, b = 3 * f + (k + 1) % 3;
+      const int va = mesh.faces(k, f), vb = mesh.faces((k + 1) % 3, f);
+      edges.push_back(va < vb ? HalfEdge{va, vb, a, b} : HalfEdge{vb, va, b, a});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+    return std::array{a.low, a.high, a.corner_at_low} < std::array{b.low, b.high, b.corner_at_low};
+  });
+  for (size_t e = 1; e < edges.size(); ++e) {
+    if (edges[e].low != edges[e - 1].low || edges[e].high != edges[e - 1].high) continue;
+    parent[find(edges[e].corner_at_low)] = find(edges[e - 1].corner_at_low);
+    parent[find(edges[e].corner_at_high)] = find(edges[e - 1].corner_at_high);
+  }
+  ControlMesh split;
+  split.faces.resize(3, mesh.faces.cols());
+  std::vector<int> vertex_of_fan(corner_count, -1);
+  std::vector<int> source;
+  for (int c = 0; c < corner_count; ++c) {
+    int& vertex = vertex_of_fan[find(c)];
+    if (vertex < 0) {
+      vertex = static_cast<int>(source.size());
+      source.push_back(mesh.faces(c % 3, c / 3));
+    }
+    split.faces(c % 3, c / 3) = vertex;
+  }
+  split.vertices.resize(3, static_cast<int64_t>(source.size()));
+  for (size_t v = 0; v < source.size(); ++v) split.vertices.col(v) = mesh.vertices.col(source[v]);
+  return split;
+}
+
+void SmoothBoundary(int rounds, ControlMesh* mesh) {
+  const auto topology =
+      BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  if (!topology.ok()) return;
+  const std::vector<std::vector<int>> loops = BoundaryLoops(*topology);
+  for (int round = 0; round < rounds; ++round) {
+    for (const std::vector<int>& loop : loops) {
+      const size_t size = loop.size();
+      Eigen::Matrix3Xd moved(3, size);
+      for (size_t i = 0; i < size; ++i) {
+        moved.col(i) = 0.5 * mesh->vertices.col(loop[i]) +
+                       0.25 * (mesh->vertices.col(loop[(i + 1) % size]) +
+                               mesh->vertices.col(loop[(i + size - 1) % size]));
+      }
+      for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
+    }
+  }
+}
+
+}  // namespace rilievo

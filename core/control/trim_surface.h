@@ -1,0 +1,37 @@
+// Cutting away what no point supports, and mending what the cutting leaves.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/control/build_control_mesh.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+struct TrimOptions {
+  // A vertex is supported when a point whose normal agrees lies within this many of the point's
+  // spacings (or four times its noise). (0, 10].
+  double support_spacings = 1.6;
+  // An unsupported region inside the surface is a hole to be kept filled when its diameter is at
+  // most this many spacings; larger ones are openings of the scan and are cut out. >= 0.
+  double filled_hole_spacings = 10;
+  // Pieces with fewer supported faces than this are dropped. >= 0.
+  int min_piece_faces = 24;
+  absl::Status Validate() const;
+};
+
+// Result: an orientable 2-manifold, possibly with boundary, possibly of several components.
+// With BoundaryRule::kClose only pieces without any support are dropped.
+absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
+                                        const PointIndex& index, BoundaryRule boundary,
+                                        const TrimOptions& options, const RunContext& context);
+
+// Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
+ControlMesh SplitPinchedVertices(const ControlMesh& mesh);
+
+// Moves boundary vertices along the mean of their two neighbours on the boundary, `rounds` times.
+void SmoothBoundary(int rounds, ControlMesh* mesh);
+
+}  // namespace rilievo
