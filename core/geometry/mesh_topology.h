@@ -1,11 +1,10 @@
 // Connectivity of a triangle list: edges, adjacency, boundary loops, Euler number, manifold checks.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "absl/status/statusor.h"
 
@@ -29,21 +28,24 @@ struct MeshTopology {
 };
 
 // INVALID_ARGUMENT that names the first offending face, edge or vertex unless `faces` is an
-// orientable 2-manifold with or without boundary: indices in range and distinct within a face, at
-// most two faces an edge, opposite half-edges, one fan of faces a vertex, no unused vertex.
+// orientable 2-manifold with or without boundary: at least one face, indices in range and distinct
+// within a face, at most two faces an edge, opposite half-edges, one fan of faces a vertex, no
+// unused vertex.
 absl::StatusOr<MeshTopology> BuildMeshTopology(const Eigen::Matrix3Xi& faces, int vertex_count);
 
-// Figures of a (possibly defective) triangle list.
+// Figures of a (possibly defective) triangle list. Counted are the faces of three different
+// vertices within range, and the vertices those faces use. `genus` means something for manifolds
+// only.
 struct TopologySummary {
   int64_t vertices = 0, edges = 0, faces = 0;
   int64_t components = 0;
-  int64_t boundary_loops = 0;      // of the manifold part
+  int64_t boundary_loops = 0;  // of the manifold part
   int64_t boundary_edges = 0;
-  int64_t nonmanifold_edges = 0;   // three faces or more
+  int64_t nonmanifold_edges = 0;     // three faces or more
   int64_t nonmanifold_vertices = 0;  // more than one fan
-  int64_t euler = 0;               // V - E + F
-  int64_t genus = 0;               // sum over components, (2 C - boundary loops - euler) / 2
-  bool oriented = true;            // no two faces run along an edge in the same direction
+  int64_t euler = 0;                 // V - E + F
+  int64_t genus = 0;                 // sum over components, (2 C - boundary loops - euler) / 2
+  bool oriented = true;              // no two faces run along an edge in the same direction
   bool closed() const { return boundary_edges == 0 && nonmanifold_edges == 0; }
   bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }
 };
@@ -52,11 +54,12 @@ TopologySummary SummarizeTopology(const Eigen::Matrix3Xi& faces, int vertex_coun
 // Boundary loops, each a cycle of vertices in the direction of the faces' half-edges.
 std::vector<std::vector<int>> BoundaryLoops(const MeshTopology& topology);
 
-// Faces and edges around each vertex in counter-clockwise order, as one flat table. At a boundary
+// Neighbours of each vertex in counter-clockwise order, as one flat table. At a boundary
 // vertex the ring starts at the outgoing boundary half-edge, and has one neighbour more than faces.
 struct VertexRings {
   std::vector<int> neighbor_begin;  // size vertex_count + 1
-  std::vector<int> neighbors;       // neighbour vertices of v: [neighbor_begin[v], neighbor_begin[v + 1])
+  std::vector<int>
+      neighbors;  // neighbour vertices of v: [neighbor_begin[v], neighbor_begin[v + 1])
 };
 VertexRings BuildVertexRings(const MeshTopology& topology);
 
