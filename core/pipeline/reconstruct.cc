@@ -1,0 +1,213 @@
+#include "core/pipeline/reconstruct.h"
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/codec/prepare_control_mesh.h"
+#include "core/loop/refinement.h"
+#include "core/pipeline/report_warnings.h"
+
+namespace rilievo {
+namespace {
+
+// Charges the time between its construction and destruction to one stage.
+class StageTimer {
+ public:
+  StageTimer(Stage stage, const RunContext& context, ReconstructReport* report)
+      : stage_(stage), context_(context), report_(report) {
+    context_.Report(stage_, 0.0);
+  }
+  ~StageTimer() {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    report_->stage_seconds[static_cast<int>(stage_)] += elapsed.count();
+    context_.Report(stage_, 1.0);
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  Stage stage_;
+  const RunContext& context_;
+  ReconstructReport* report_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+absl::StatusOr<CheckedScan> Check(const PointCloud& scan, const ReconstructOptions& options,
+                                  const RunContext& context, ReconstructReport* report) {
+  const StageTimer timer(Stage::kCheck, context, report);
+  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, options.check, context));
+  report->points_in = scan.points.cols();
+  report->non_finite = checked.non_finite;
+  report->duplicates = checked.duplicates;
+  report->strays = checked.strays;
+  return checked;
+}
+
+absl::StatusOr<ScanSurface> Analyze(const CheckedScan& checked, const ReconstructOptions& options,
+                                    const RunContext& context, ReconstructReport* report) {
+  const StageTimer timer(Stage::kNormals, context, report);
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeScan(checked, options.scan, context));
+  report->outliers = scan.outliers;
+  report->island_points = scan.island_points;
+  report->points_used = scan.cloud.points.cols();
+  report->diagonal = scan.frame.diagonal;
+  report->median_spacing = scan.cloud.median_spacing;
+  report->median_noise = scan.cloud.median_noise;
+  report->normal_disagreement = scan.orientation.disagreement;
+  return scan;
+}
+
+absl::StatusOr<ControlMesh> Control(const ScanSurface& scan, const ReconstructOptions& options,
+                                    const RunContext& context, ReconstructReport* report) {
+  const StageTimer timer(Stage::kControlMesh, context, report);
+  ControlOptions control = options.control;
+  if (control.user_mesh) {
+    for (auto vertex : control.user_mesh->vertices.colwise()) {
+      vertex = scan.frame.UnitFromScan(vertex);
+    }
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      ControlMeshResult result,
+      BuildControlMesh(scan.cloud, scan.graph, scan.index, control, context));
+  report->road = TopologyName(result.road);
+  report->road_reason = result.reason;
+  report->components = result.components;
+  report->boundary_loops = result.boundary_loops;
+  report->genus = result.genus;
+  report->control_vertices = static_cast<int>(result.mesh.vertices.cols());
+  report->control_faces = static_cast<int>(result.mesh.faces.cols());
+  return std::move(result.mesh);
+}
+
+absl::StatusOr<ControlMesh> FitDomain(const ScanSurface& scan, const ControlMesh& start,
+                                      const ReconstructOptions& options, const RunContext& context,
+                                      ReconstructReport* report) {
+  const StageTimer timer(Stage::kDomainFit, context, report);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const DomainFit fit, FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
+  report->domain_rms = fit.rms_after;
+  report->fit_rounds = fit.rounds;
+  report->fit_converged = fit.converged;
+  // Rounded before heights are sampled: the heights take up the rounding.
+  return PrepareControlMesh(fit.control_mesh, options.encode.position_step);
+}
+
+// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l.
+int ChooseLevel(const ReconstructOptions& options, int64_t points, int64_t control_faces) {
+  if (options.max_level) return *options.max_level;
+  const double steps = std::log2(2.0 * static_cast<double>(points) / control_faces) / 2;
+  return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+}
+
+struct Relief {
+  DisplacedSurface surface;
+  Shape shape;  // of the finest level, unit frame
+};
+
+absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& control_mesh,
+                                const ReconstructOptions& options, const RunContext& context,
+                                ReconstructReport* report) {
+  const StageTimer timer(Stage::kDisplacement, context, report);
+  Relief relief;
+  DisplacedSurface& surface = relief.surface;
+  surface.frame = scan.frame;
+  surface.control_mesh = control_mesh;
+  surface.max_level = ChooseLevel(options, report->points_used, control_mesh.faces.cols());
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineTopology(control_mesh, surface.max_level, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LimitSurface limit,
+      EvaluateLimit(refinement, control_mesh.vertices, surface.max_level, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      DisplacementField field,
+      SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, limit,
+                         options.displacement, context));
+  relief.shape.vertices = limit.positions;
+  for (int64_t v = 0; v < limit.positions.cols(); ++v) {
+    relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
+  }
+  relief.shape.triangles = refinement.levels.back().faces;
+  report->max_level = surface.max_level;
+  report->surface_vertices = relief.shape.vertices.cols();
+  report->surface_faces = relief.shape.triangles.cols();
+  report->heights_measured = field.measured;
+  report->heights_smoothed = field.smoothed;
+  report->heights_filled = field.filled;
+  surface.heights = std::move(field.heights);
+  surface.sources = std::move(field.source);
+  return relief;
+}
+
+absl::Status Measure(const ScanSurface& scan, const Shape& shape, const RunContext& context,
+                     ReconstructReport* report) {
+  const StageTimer timer(Stage::kMeasure, context, report);
+  RILIEVO_ASSIGN_OR_RETURN(
+      report->error,
+      MeasureTwoSided(shape, Shape{scan.cloud.points, {}}, MeasureOptions{}, context));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<EncodedSurface> Encode(const DisplacedSurface& surface,
+                                      const ReconstructOptions& options, const RunContext& context,
+                                      ReconstructReport* report) {
+  const StageTimer timer(Stage::kEncode, context, report);
+  DssMetadata metadata;
+  metadata.generator = "rilievo";
+  metadata.scan_points = report->points_in;
+  metadata.road = report->road;
+  if (options.measure) {
+    metadata.error_rms = report->error.rms;
+    metadata.error_max = report->error.max;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(EncodedSurface encoded,
+                           EncodeDss(surface, metadata, options.encode, context));
+  for (const auto& chunk : encoded.chunks) report->encoded_bytes += chunk.size();
+  return encoded;
+}
+
+}  // namespace
+
+absl::Status ReconstructOptions::Validate() const {
+  RILIEVO_RETURN_IF_ERROR(check.Validate());
+  RILIEVO_RETURN_IF_ERROR(scan.Validate());
+  RILIEVO_RETURN_IF_ERROR(control.Validate());
+  RILIEVO_RETURN_IF_ERROR(fit.Validate());
+  RILIEVO_RETURN_IF_ERROR(displacement.Validate());
+  RILIEVO_RETURN_IF_ERROR(encode.Validate());
+  if (max_level && (*max_level < 0 || *max_level > kMaxLoopLevel)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_level = ", *max_level, " must lie in [0, ", kMaxLoopLevel, "]"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  const auto start = std::chrono::steady_clock::now();
+  Reconstruction result;
+  ReconstructReport* report = &result.report;
+
+  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, Check(scan, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface cleaned, Analyze(checked, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(cleaned, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh domain,
+                           FitDomain(cleaned, coarse, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(cleaned, domain, options, context, report));
+  if (options.measure) {
+    RILIEVO_RETURN_IF_ERROR(Measure(cleaned, relief.shape, context, report));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(result.encoded, Encode(relief.surface, options, context, report));
+  result.surface = std::move(relief.surface);
+
+  report->total_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report->warnings = WarningsOf(*report);
+  return result;
+}
+
+}  // namespace rilievo
