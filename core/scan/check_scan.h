@@ -1,11 +1,10 @@
 // The door: what of a scan can be used, and the frame all later stages work in.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -25,13 +24,13 @@ struct CheckOptions {
 
 // A scan whose points are finite, distinct and span at least a plane.
 struct CheckedScan {
-  Eigen::Matrix3Xd points;        // unit frame, in Morton order (neighbours in space lie close in memory)
+  Eigen::Matrix3Xd points;  // unit frame, in Morton order (neighbours in space lie close in memory)
   std::vector<int> source_index;  // column of the scan that each point came from
   SpatialFrame frame;
-  int64_t non_finite = 0;         // dropped
-  int64_t duplicates = 0;         // dropped
-  int64_t strays = 0;             // dropped: far points that would own the bounding box (see the .cc)
-  bool planar = false;            // all points in one plane
+  int64_t non_finite = 0;  // dropped
+  int64_t duplicates = 0;  // dropped
+  int64_t strays = 0;      // dropped: far points that would own the bounding box (see the .cc)
+  bool planar = false;     // all points in one plane
 };
 
 // INVALID_ARGUMENT, with the count and what is needed, when fewer than kMinScanPoints distinct

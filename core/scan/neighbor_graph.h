@@ -1,12 +1,11 @@
 // The k-nearest-neighbour graph, built once; and the index it came from, for other queries.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -27,7 +26,8 @@ class PointIndex {
 
   // The `k` (<= size()) nearest points of one position, ascending by distance; fills
   // indices[0..k) and squared_distances[0..k). Returns how many were found.
-  int Nearest(const Eigen::Vector3d& position, int k, int* indices, double* squared_distances) const;
+  int Nearest(const Eigen::Vector3d& position, int k, int* indices,
+              double* squared_distances) const;
 
   // The nearest point of each column of `positions`, on all threads.
   absl::StatusOr<std::vector<int>> NearestOfEach(const Eigen::Matrix3Xd& positions,
@@ -39,9 +39,9 @@ class PointIndex {
 };
 
 struct NeighborGraph {
-  int k = 0;                      // neighbours a point, the point itself not among them
-  std::vector<int> indices;       // point i: [i * k, (i + 1) * k), ascending by distance
-  std::vector<float> distances;   // unit frame, same layout
+  int k = 0;                     // neighbours a point, the point itself not among them
+  std::vector<int> indices;      // point i: [i * k, (i + 1) * k), ascending by distance
+  std::vector<float> distances;  // unit frame, same layout
 
   int size() const { return k == 0 ? 0 : static_cast<int>(indices.size()) / k; }
   std::span<const int> neighbors(int point) const {

@@ -1,9 +1,8 @@
 // Points with normals, local spacing and noise: what the later stages know of the scan.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 namespace rilievo {
 
@@ -12,9 +11,10 @@ struct OrientedCloud {
   Eigen::Matrix3Xd normals;    // unit, pointing outward after OrientNormals
   std::vector<float> spacing;  // local distance between samples, unit frame: the radius at which
                                // one point's share of the surface is pi/4 * spacing^2 on average
-  std::vector<float> noise;    // RMS distance of the neighbours to the local quadric/plane, unit frame
-  double median_spacing = 0;   // of `spacing`
-  double median_noise = 0;     // of `noise`
+  std::vector<float>
+      noise;  // RMS distance of the neighbours to the local quadric/plane, unit frame
+  double median_spacing = 0;  // of `spacing`
+  double median_noise = 0;    // of `noise`
 };
 
 }  // namespace rilievo

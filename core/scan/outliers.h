@@ -1,10 +1,9 @@
 // Points that belong to no surface.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"

@@ -7,8 +7,8 @@
 #include "core/base/run_context.h"
 #include "core/scan/check_scan.h"
 #include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
 #include "core/scan/orientation.h"
+#include "core/scan/oriented_cloud.h"
 #include "core/scan/outliers.h"
 
 namespace rilievo {
