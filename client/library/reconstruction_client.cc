@@ -1,0 +1,140 @@
+#include "client/library/reconstruction_client.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "client/library/point_packing.h"
+#include "client/library/status_conversion.h"
+#include "client/library/surface_assembly.h"
+#include "core/base/status_macros.h"
+#include "grpcpp/channel.h"
+#include "grpcpp/client_context.h"
+#include "grpcpp/create_channel.h"
+#include "grpcpp/security/credentials.h"
+#include "grpcpp/support/channel_arguments.h"
+
+namespace rilievo {
+namespace {
+
+// Large enough that messages cost little, small enough that progress and cancel are prompt.
+constexpr int64_t kMessageBytes = 384 << 10;
+
+using Stream = grpc::ClientReaderWriterInterface<v1::ReconstructRequest, v1::ReconstructResponse>;
+
+void Prepare(const CallOptions& call, grpc::ClientContext* context) {
+  if (call.timeout) context->set_deadline(std::chrono::system_clock::now() + *call.timeout);
+}
+
+// Ends early when a write fails: the server has already answered, and the reader has its reason.
+void SendScan(const PointCloud& scan, const v1::ReconstructOptions& options,
+              const std::function<void(int64_t)>& sent, Stream* stream) {
+  const v1::CoordinateFormat format = LosslessFormat(scan);
+  v1::ReconstructRequest request;
+  request.mutable_header()->set_point_count(static_cast<uint64_t>(scan.points.cols()));
+  request.mutable_header()->set_coordinate_format(format);
+  *request.mutable_header()->mutable_options() = options;
+  if (!stream->Write(request)) return;
+  const int64_t step = kMessageBytes / PointBytes(format);
+  for (int64_t begin = 0; begin < scan.points.cols(); begin += step) {
+    const int64_t end = std::min<int64_t>(begin + step, scan.points.cols());
+    request.mutable_points()->set_data(PackPoints(scan, begin, end, format));
+    if (!stream->Write(request)) return;
+    if (sent) sent(end);
+  }
+  stream->WritesDone();
+}
+
+// Takes one answer into the result.
+absl::Status Receive(v1::ReconstructResponse response, const ReconstructCallbacks& callbacks,
+                     SurfaceAssembly* assembly, std::optional<v1::Summary>* summary) {
+  if (*summary) return absl::DataLossError("an answer came after the summary");
+  switch (response.message_case()) {
+    case v1::ReconstructResponse::kProgress:
+      if (callbacks.progress) callbacks.progress(response.progress());
+      return absl::OkStatus();
+    case v1::ReconstructResponse::kSurface:
+      RILIEVO_RETURN_IF_ERROR(assembly->Begin(response.surface()));
+      if (callbacks.surface) callbacks.surface(response.surface());
+      return absl::OkStatus();
+    case v1::ReconstructResponse::kPiece:
+      RILIEVO_RETURN_IF_ERROR(assembly->Append(response.piece()));
+      if (callbacks.piece) callbacks.piece(response.piece());
+      return absl::OkStatus();
+    case v1::ReconstructResponse::kSummary:
+      *summary = std::move(*response.mutable_summary());
+      return absl::OkStatus();
+    case v1::ReconstructResponse::MESSAGE_NOT_SET:
+      break;  // of a newer server
+  }
+  return absl::OkStatus();
+}
+
+absl::Status StatusOfCall(const grpc::Status& status, const CallOptions& call) {
+  if (!status.ok() && call.stop.stop_requested()) {
+    return absl::CancelledError("the caller asked to stop");
+  }
+  return StatusFromGrpc(status);
+}
+
+}  // namespace
+
+std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // A peer that vanished without a word is noticed after half a minute.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel)
+    : stub_(v1::ReconstructionService::NewStub(channel)) {}
+
+absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
+    const PointCloud& scan, const v1::ReconstructOptions& options,
+    const ReconstructCallbacks& callbacks, const CallOptions& call) const {
+  grpc::ClientContext context;
+  Prepare(call, &context);
+  const std::stop_callback cancel(call.stop, [&context] { context.TryCancel(); });
+  const auto stream = stub_->Reconstruct(&context);
+  std::jthread writer([&] { SendScan(scan, options, callbacks.sent, stream.get()); });
+
+  SurfaceAssembly assembly;
+  std::optional<v1::Summary> summary;
+  absl::Status received;
+  v1::ReconstructResponse response;
+  while (stream->Read(&response)) {
+    received = Receive(std::move(response), callbacks, &assembly, &summary);
+    if (!received.ok()) {
+      context.TryCancel();
+      break;
+    }
+    response.Clear();
+  }
+  // After the last read no write blocks: the call is over, or cancelled just above.
+  writer.join();
+  const grpc::Status finished = stream->Finish();
+  RILIEVO_RETURN_IF_ERROR(received);
+  RILIEVO_RETURN_IF_ERROR(StatusOfCall(finished, call));
+  if (!summary) return absl::DataLossError("the answer ended without a summary");
+
+  ReconstructResult result;
+  result.chunk_bytes = assembly.chunk_bytes();
+  RILIEVO_ASSIGN_OR_RETURN(result.dss, std::move(assembly).Finish());
+  result.report = std::move(*summary->mutable_report());
+  return result;
+}
+
+absl::StatusOr<v1::GetCapabilitiesResponse> ReconstructionClient::GetCapabilities(
+    const CallOptions& call) const {
+  grpc::ClientContext context;
+  Prepare(call, &context);
+  const std::stop_callback cancel(call.stop, [&context] { context.TryCancel(); });
+  v1::GetCapabilitiesResponse response;
+  const grpc::Status status = stub_->GetCapabilities(&context, {}, &response);
+  RILIEVO_RETURN_IF_ERROR(StatusOfCall(status, call));
+  return response;
+}
+
+}  // namespace rilievo
