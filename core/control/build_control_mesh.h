@@ -31,9 +31,9 @@ struct ControlOptions {
 };
 
 struct ControlMeshResult {
-  ControlMesh mesh;        // unit frame
-  Topology road;           // never kAuto
-  std::string reason;      // one sentence: why this road
+  ControlMesh mesh;    // unit frame
+  Topology road;       // never kAuto
+  std::string reason;  // one sentence: why this road
   int components = 0;
   int boundary_loops = 0;
   int genus = 0;

@@ -19,7 +19,7 @@ constexpr double kCoarsestCells = 28;
 constexpr int kPaddingCells = 5;
 constexpr int kMaxLevels = 9;
 // A point speaks at a level when its own spacing is at most this many cells.
-constexpr double kSpacingPerCell = 1.25;
+constexpr double kSpacingPerCell = 2.5;
 
 struct GridLevel {
   ImplicitGrid grid;

@@ -2,9 +2,8 @@
 // sparse grids.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -34,8 +33,8 @@ struct ImplicitFunction {
   double cell = 0;                                   // unit frame
 };
 
-// Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where b_e
-// is the point normals, weighted by each point's share of area in cell units (s_i) and spread
+// Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where
+// b_e is the point normals, weighted by each point's share of area in cell units (s_i) and spread
 // trilinearly to the edges around it: Kazhdan and Hoppe 2013 with a staggered grid in place of an
 // octree. The coarsest grid covers the whole box; each finer one is a band around the points that
 // are dense enough for it, with the coarser solution as its border and as its first guess, and

@@ -1,12 +1,11 @@
 // A sparse set of grid nodes around a surface: 4 x 4 x 4 blocks, one bit a node.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <bit>
 #include <cstdint>
 #include <vector>
-
-#include <Eigen/Core>
 
 namespace rilievo {
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
+
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -11,6 +14,8 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 1 << 14;       // nodes a task; sums are formed block by block
+constexpr double kDiscRadius = 0.75;    // of a point's spacing: discs overlap about twice
+constexpr double kSmallestDisc = 0.7;   // cells; smaller discs are their centre
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
 
 // Trilinear weights of the 8 lattice points around a position given in lattice units.
@@ -31,6 +36,25 @@ struct Trilinear {
     return base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2);
   }
 };
+
+// Offsets that cover the disc of this radius (in cells) across `normal`, about one a cell: a point
+// that stands for more than a cell spreads over the surface and not across it, so that sheets
+// closer than the spacing of their points stay apart.
+std::vector<Eigen::Vector3d> TangentDisc(const Eigen::Vector3d& normal, double radius) {
+  std::vector<Eigen::Vector3d> offsets{Eigen::Vector3d::Zero()};
+  if (radius < kSmallestDisc) return offsets;
+  const Eigen::Vector3d u = normal.unitOrthogonal();
+  const Eigen::Vector3d v = normal.cross(u);
+  const int rings = static_cast<int>(std::ceil(radius - 0.25));
+  for (int ring = 1; ring <= rings; ++ring) {
+    const double r = radius * ring / (rings + 0.5);
+    for (int k = 0; k < 6 * ring; ++k) {
+      const double angle = 2 * std::numbers::pi * k / (6 * ring);
+      offsets.push_back(r * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  return offsets;
+}
 
 // The matrix: the graph Laplacian of the grid, plus the screening as its two factors.
 class PoissonOperator {
@@ -129,7 +153,11 @@ class PoissonOperator {
       const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
       const double spacing = system.cloud.spacing[i] * inverse_cell;
       const double share = std::numbers::pi / 4 * spacing * spacing;  // area in cell units
-      SpreadNormal(system, at, share * system.cloud.normals.col(i));
+      const std::vector<Eigen::Vector3d> disc =
+          TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing);
+      const Eigen::Vector3d flux = share / static_cast<double>(disc.size()) *
+                                   system.cloud.normals.col(i);
+      for (const Eigen::Vector3d& offset : disc) SpreadNormal(system, at + offset, flux);
       AddScreeningRow(system, at, system.screening * share);
     }
     at_points_.resize(screen_weight_.size());

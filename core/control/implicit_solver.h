@@ -1,9 +1,8 @@
 // One level of the screened Poisson problem: conjugate gradients on a sparse grid.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
@@ -16,9 +15,9 @@ struct ScreenedPoisson {
   const OrientedCloud& cloud;
   const std::vector<int>& members;  // points that speak at this level
   const ImplicitGrid& grid;
-  Eigen::Vector3d origin;           // unit frame, position of node (0, 0, 0)
-  double cell;                      // unit frame
-  double screening;                 // dimensionless weight of f(p_i) = 0
+  Eigen::Vector3d origin;  // unit frame, position of node (0, 0, 0)
+  double cell;             // unit frame
+  double screening;        // dimensionless weight of f(p_i) = 0
   bool border_free;  // true: natural border; false: nodes that miss a neighbour keep their value
   int iterations;    // of the conjugate gradients, at most
 };

@@ -1,0 +1,88 @@
+#include "core/control/relax_mesh.h"
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "core/control/half_edge_mesh.h"
+#include "core/control/quadric.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+// Pull to the neighbours' mean against the planes of the faces. 0.02 holds a 90 degree crease to
+// a few hundredths of an edge and lets flat parts move freely.
+constexpr double kPull = 0.02;
+// Least cosine between the normals of a face before and after a move.
+constexpr double kMinCosine = 0.5;
+
+Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
+  const Vector3d origin = mesh.vertices.col(a);
+  return (mesh.vertices.col(b) - origin).cross(mesh.vertices.col(c) - origin);
+}
+
+// Where vertex v should go.
+Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v) {
+  const Vector3d position = mesh.vertices.col(v);
+  const bool boundary = half_edges.OnBoundary(v);
+  Quadric quadric;
+  double area_sum = 0;
+  half_edges.ForEachOutgoing(v, [&](int h) {
+    const int to = half_edges.To(h);
+    const int apex = half_edges.From(HalfEdgeMesh::Previous(h));
+    const Vector3d cross = Cross(mesh, v, to, apex);
+    const double length = cross.norm();
+    if (!(length > 0)) return;
+    quadric.AddPlane(cross / length, position, length / 2);
+    area_sum += length / 2;
+    for (const int side : {h, HalfEdgeMesh::Previous(h)}) {
+      if (half_edges.Twin(side) >= 0) continue;
+      const Vector3d along = mesh.vertices.col(side == h ? to : apex) - position;
+      const Vector3d wall = along.cross(cross);
+      if (wall.squaredNorm() > 0) quadric.AddPlane(wall.normalized(), position, length / 2);
+    }
+  });
+  Vector3d mean = Vector3d::Zero();
+  int count = 0;
+  half_edges.ForEachNeighbor(v, [&](int neighbor, int edge) {
+    if (boundary && half_edges.Twin(half_edges.HalfOfEdge(edge)) >= 0) return;
+    mean += mesh.vertices.col(neighbor);
+    ++count;
+  });
+  if (count == 0 || !(area_sum > 0)) return position;
+  quadric.AddPoint(mean / count, kPull * area_sum);
+  return quadric.Minimum(position);
+}
+
+bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v,
+                       const Vector3d& moved) {
+  bool upright = true;
+  half_edges.ForEachOutgoing(v, [&](int h) {
+    const int to = half_edges.To(h);
+    const int apex = half_edges.From(HalfEdgeMesh::Previous(h));
+    const Vector3d before = Cross(mesh, v, to, apex);
+    const Vector3d after = (mesh.vertices.col(to) - moved).cross(mesh.vertices.col(apex) - moved);
+    upright &= after.dot(before) > kMinCosine * after.norm() * before.norm();
+  });
+  return upright;
+}
+
+}  // namespace
+
+void RelaxTangentially(ControlMesh* mesh, int rounds) {
+  const auto half_edges = HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  if (!half_edges.ok()) return;
+  for (int round = 0; round < rounds; ++round) {
+    // In place, vertex after vertex: each move is checked against the faces as they are.
+    for (int v = 0; v < half_edges->vertex_slots(); ++v) {
+      if (half_edges->Outgoing(v) < 0) continue;
+      const Vector3d moved = RelaxedPosition(*mesh, *half_edges, v);
+      if (moved.allFinite() && KeepsFacesUpright(*mesh, *half_edges, v, moved)) {
+        mesh->vertices.col(v) = moved;
+      }
+    }
+  }
+}
+
+}  // namespace rilievo
