@@ -1,9 +1,8 @@
 // Limit stencils: limit positions and tangents as weights of control points.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"

@@ -1,9 +1,8 @@
 // Uniform refinement of a control mesh: nested topology, positions, limit positions and normals.
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"

@@ -1,0 +1,203 @@
+#include <Eigen/Geometry>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/loop/edge_star.h"
+#include "core/loop/loop_masks.h"
+#include "core/loop/refinement.h"
+#include "core/loop/subdivision_rules.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 8192;
+
+// Below this sine of the angle between the tangents their product is rounding noise.
+constexpr double kMinTangentSine = 1e-10;
+
+// Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
+// degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
+template <typename Neighbor>
+Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
+                          const Neighbor& neighbor) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < (closed ? count : count - 1); ++i) {
+    sum += (neighbor(i) - center).cross(neighbor((i + 1) % count) - center);
+  }
+  const double length = sum.norm();
+  return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+}
+
+// u x v, normalised; false when the tangents span no plane.
+bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                        Eigen::Vector3d& normal) {
+  const Eigen::Vector3d product = u.cross(v);
+  const double squared = product.squaredNorm();
+  const double scale = u.squaredNorm() * v.squaredNorm();
+  if (!(squared > kMinTangentSine * kMinTangentSine * scale)) return false;
+  normal = product / std::sqrt(squared);
+  return true;
+}
+
+// Carries positions and ring sums from level to level. Every vertex' limit is taken at the level
+// that first holds it, from the topology of the level before: the finest level's own topology is
+// not looked at.
+class LimitEvaluation {
+ public:
+  LimitEvaluation(const LoopRefinement& refinement, int level, const RunContext& context)
+      : refinement_(refinement), level_(level), context_(context) {
+    const int count = refinement.levels[level].vertex_count;
+    positions_.resize(3, count);
+    ring_sums_.resize(3, level > 0 ? refinement.levels[level - 1].vertex_count : 0);
+    limit_.positions.resize(3, count);
+    limit_.normals.resize(3, count);
+  }
+
+  absl::StatusOr<LimitSurface> Run(const Eigen::Matrix3Xd& control_points) {
+    RILIEVO_RETURN_IF_ERROR(StartWith(control_points));
+    for (int level = 0; level < level_; ++level) {
+      RILIEVO_RETURN_IF_ERROR(AddEdgeVertices(level));
+      RILIEVO_RETURN_IF_ERROR(MoveOldVertices(level));
+      RILIEVO_RETURN_IF_ERROR(LimitsOfEdgeVertices(level));
+    }
+    return std::move(limit_);
+  }
+
+ private:
+  absl::Status StartWith(const Eigen::Matrix3Xd& control_points) {
+    const MeshTopology& control = refinement_.levels.front();
+    const VertexRings rings = BuildVertexRings(control);
+    positions_.leftCols(control.vertex_count) = control_points;
+    return ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t v = begin; v < end; ++v) {
+        LimitOfControlVertex(control, static_cast<int>(v),
+                             rings.neighbors.data() + rings.neighbor_begin[v]);
+      }
+    });
+  }
+
+  void LimitOfControlVertex(const MeshTopology& control, int v, const int* ring) {
+    const int valence = control.valence[v];
+    const bool boundary = control.boundary_vertex[v];
+    const LoopLimitMask mask = boundary ? BoundaryLimitMask(valence) : InteriorLimitMask(valence);
+    const Eigen::Vector3d self = positions_.col(v);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), position = mask.position_self * self;
+    Eigen::Vector3d tangent_u = mask.tangent_u_self * self, tangent_v = mask.tangent_v_self * self;
+    for (int i = 0; i < valence; ++i) {
+      const Eigen::Vector3d neighbor = positions_.col(ring[i]);
+      if (!boundary || i == 0 || i + 1 == valence) sum += neighbor;
+      position += mask.position[i] * neighbor;
+      tangent_u += mask.tangent_u[i] * neighbor;
+      tangent_v += mask.tangent_v[i] * neighbor;
+    }
+    if (level_ > 0) ring_sums_.col(v) = sum;
+    Eigen::Vector3d normal;
+    if (!NormalFromTangents(tangent_u, tangent_v, normal)) {
+      normal = FanNormal(self, valence, !boundary,
+                         [&](int i) -> Eigen::Vector3d { return positions_.col(ring[i]); });
+    }
+    limit_.positions.col(v) = position;
+    limit_.normals.col(v) = normal;
+  }
+
+  absl::Status AddEdgeVertices(int level) {
+    const MeshTopology& parent = refinement_.levels[level];
+    return ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t e = begin; e < end; ++e) {
+        positions_.col(parent.vertex_count + e) =
+            EdgePoint(StarOfEdge(parent, static_cast<int>(e)), positions_);
+      }
+    });
+  }
+
+  absl::Status MoveOldVertices(int level) {
+    const MeshTopology& parent = refinement_.levels[level];
+    return ParallelFor(parent.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t v = begin; v < end; ++v) {
+        const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
+        const Eigen::Vector3d position = positions_.col(v), sum = ring_sums_.col(v);
+        positions_.col(v) = rule.self * position + rule.ring * sum;
+        ring_sums_.col(v) = rule.sum_self * position + rule.sum_ring * sum;
+      }
+    });
+  }
+
+  absl::Status LimitsOfEdgeVertices(int level) {
+    const MeshTopology& parent = refinement_.levels[level];
+    return ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t e = begin; e < end; ++e) {
+        const EdgeStar star = StarOfEdge(parent, static_cast<int>(e));
+        const int vertex = parent.vertex_count + static_cast<int>(e);
+        const std::array<int, 6> ring = RingOfEdgeVertex(star, parent.vertex_count);
+        if (star.boundary()) {
+          LimitOfBoundaryVertex(vertex, ring);
+        } else {
+          LimitOfRegularVertex(vertex, ring);
+        }
+      }
+    });
+  }
+
+  void LimitOfRegularVertex(int vertex, const std::array<int, 6>& ring) {
+    const Eigen::Vector3d self = positions_.col(vertex);
+    const Eigen::Vector3d p0 = positions_.col(ring[0]), p1 = positions_.col(ring[1]),
+                          p2 = positions_.col(ring[2]), p3 = positions_.col(ring[3]),
+                          p4 = positions_.col(ring[4]), p5 = positions_.col(ring[5]);
+    const Eigen::Vector3d sum = ((p0 + p3) + (p1 + p4)) + (p2 + p5);
+    const Eigen::Vector3d d0 = p0 - p3, d1 = p1 - p4, d2 = p2 - p5;
+    // cos and sin of 60 degrees, less the common factor sqrt(3)/2 of the second.
+    const Eigen::Vector3d tangent_u = d0 + 0.5 * (d1 - d2), tangent_v = d1 + d2;
+    Store(vertex, 0.5 * self + (1.0 / 12.0) * sum, tangent_u, tangent_v, sum, ring, 6);
+  }
+
+  // The mask of BoundaryLimitMask(4), scaled.
+  void LimitOfBoundaryVertex(int vertex, const std::array<int, 6>& ring) {
+    const Eigen::Vector3d self = positions_.col(vertex);
+    const Eigen::Vector3d p0 = positions_.col(ring[0]), p1 = positions_.col(ring[1]),
+                          p2 = positions_.col(ring[2]), p3 = positions_.col(ring[3]);
+    const Eigen::Vector3d sum = p0 + p3;
+    Store(vertex, (2.0 / 3.0) * self + (1.0 / 6.0) * sum, p0 - p3, (p1 + p2) - self - 0.5 * sum,
+          sum, ring, 4);
+  }
+
+  void Store(int vertex, const Eigen::Vector3d& position, const Eigen::Vector3d& tangent_u,
+             const Eigen::Vector3d& tangent_v, const Eigen::Vector3d& sum,
+             const std::array<int, 6>& ring, int valence) {
+    if (vertex < ring_sums_.cols()) ring_sums_.col(vertex) = sum;
+    Eigen::Vector3d normal;
+    if (!NormalFromTangents(tangent_u, tangent_v, normal)) {
+      normal = FanNormal(positions_.col(vertex), valence, valence == 6,
+                         [&](int i) -> Eigen::Vector3d { return positions_.col(ring[i]); });
+    }
+    limit_.positions.col(vertex) = position;
+    limit_.normals.col(vertex) = normal;
+  }
+
+  const LoopRefinement& refinement_;
+  const int level_;
+  const RunContext& context_;
+  Eigen::Matrix3Xd positions_;  // at the level reached so far; room for the last
+  Eigen::Matrix3Xd ring_sums_;  // of all vertices but those the last level adds
+  LimitSurface limit_;
+};
+
+}  // namespace
+
+absl::StatusOr<LimitSurface> EvaluateLimit(const LoopRefinement& refinement,
+                                           const Eigen::Matrix3Xd& control_points, int level,
+                                           const RunContext& context) {
+  if (level < 0 || level > refinement.max_level()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("level is ", level, ", the refinement has 0 to ", refinement.max_level()));
+  }
+  if (control_points.cols() != refinement.levels.front().vertex_count) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "control_points has ", control_points.cols(), " columns, the control mesh has ",
+        refinement.levels.front().vertex_count, " vertices"));
+  }
+  return LimitEvaluation(refinement, level, context).Run(control_points);
+}
+
+}  // namespace rilievo
