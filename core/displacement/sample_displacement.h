@@ -37,12 +37,9 @@ struct DisplacementField {
 };
 
 // `limit`: limit positions and normals of the finest level of `refinement`.
-absl::StatusOr<DisplacementField> SampleDisplacement(const OrientedCloud& cloud,
-                                                     const NeighborGraph& graph,
-                                                     const PointIndex& index,
-                                                     const LoopRefinement& refinement,
-                                                     const LimitSurface& limit,
-                                                     const DisplacementOptions& options,
-                                                     const RunContext& context);
+absl::StatusOr<DisplacementField> SampleDisplacement(
+    const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
+    const LoopRefinement& refinement, const LimitSurface& limit, const DisplacementOptions& options,
+    const RunContext& context);
 
 }  // namespace rilievo

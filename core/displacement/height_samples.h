@@ -1,0 +1,26 @@
+// Heights while they are sampled: what the later steps of the stage know of each vertex.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace rilievo {
+
+// One entry per vertex of the finest level.
+struct HeightSamples {
+  std::vector<float> height;     // along the limit normal, unit frame; 0 where nothing was measured
+  std::vector<float> deviation;  // expected standard deviation of the height, from the noise
+  std::vector<float> spacing;    // local distance between the points there
+  std::vector<int> foot;         // cloud point nearest to where the ray meets the surface, or -1
+  std::vector<uint8_t> measured;
+
+  explicit HeightSamples(size_t count)
+      : height(count, 0.0f),
+        deviation(count, 0.0f),
+        spacing(count, 0.0f),
+        foot(count, -1),
+        measured(count, 0) {}
+  int size() const { return static_cast<int>(height.size()); }
+};
+
+}  // namespace rilievo

@@ -1,0 +1,139 @@
+#include "core/displacement/neighbor_queue.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rilievo {
+namespace {
+
+// A point opened as a hub covers this many of its nearest neighbours: theirs are mostly its own.
+constexpr int kCoveredRanks = 5;
+constexpr int kMostWalkSteps = 256;
+// Added to the key of points that face away while walking, in squared local spacings.
+constexpr float kFacingAwayPenalty = 16.0f;
+
+struct Projected {
+  float u, v, height, agreement;
+};
+
+inline Projected Project(const Ray& ray, const RayPoint& point) {
+  const float x = point.position[0] - ray.origin[0];
+  const float y = point.position[1] - ray.origin[1];
+  const float z = point.position[2] - ray.origin[2];
+  return {x * ray.u[0] + y * ray.u[1] + z * ray.u[2], x * ray.v[0] + y * ray.v[1] + z * ray.v[2],
+          x * ray.direction[0] + y * ray.direction[1] + z * ray.direction[2],
+          point.normal[0] * ray.direction[0] + point.normal[1] * ray.direction[1] +
+              point.normal[2] * ray.direction[2]};
+}
+
+inline float Key(const Projected& at, const QueueGate& gate) {
+  const float off = at.height - gate.reference_height;
+  return at.u * at.u + at.v * at.v + gate.height_weight * off * off;
+}
+
+}  // namespace
+
+NeighborQueue::NeighborQueue(const RayCloud& cloud, const NeighborGraph& graph)
+    : cloud_(cloud), graph_(graph), marks_(kMarks) {
+  queue_.reserve(kMostMarked);
+  hubs_.reserve(kMostMarked);
+}
+
+int NeighborQueue::Walk(const Ray& ray, const QueueGate& gate, int start) const {
+  const auto key_of = [&](int index) {
+    const RayPoint& point = cloud_.points[index];
+    const Projected at = Project(ray, point);
+    const bool facing = at.agreement > gate.min_normal_agreement;
+    return Key(at, gate) + (facing ? 0.0f : kFacingAwayPenalty * point.spacing * point.spacing);
+  };
+  int best = start;
+  float best_key = key_of(start);
+  for (int step = 0; step < kMostWalkSteps; ++step) {
+    const int here = best;
+    for (int neighbor : graph_.neighbors(here)) {
+      const float key = key_of(neighbor);
+      if (key < best_key) {
+        best_key = key;
+        best = neighbor;
+      }
+    }
+    if (best == here) break;
+  }
+  return best;
+}
+
+NeighborQueue::Mark& NeighborQueue::Find(int point) {
+  uint32_t slot = (static_cast<uint32_t>(point) * 2654435761u) >> 20;  // 32 - log2(kMarks)
+  while (marks_[slot].stamp == stamp_ && marks_[slot].point != point) slot = (slot + 1) % kMarks;
+  return marks_[slot];
+}
+
+void NeighborQueue::Pull(int index, Mark& mark) {
+  mark = {index, stamp_, false};
+  ++marked_;
+  const Projected at = Project(ray_, cloud_.points[index]);
+  const float lateral_squared = at.u * at.u + at.v * at.v;
+  const float off = std::abs(at.height - gate_.reference_height);
+  const bool takes_part =
+      at.agreement > gate_.min_normal_agreement && std::abs(at.height) <= gate_.max_height &&
+      off <= gate_.height_window + gate_.window_slope * std::sqrt(lateral_squared);
+  if (!takes_part) return;
+  const float key = Key(at, gate_);
+  queue_.push_back({index, at.u, at.v, at.height, key});
+  hubs_.push_back({key, index});
+  std::push_heap(hubs_.begin(), hubs_.end(), [](const Hub& a, const Hub& b) {
+    return a.key != b.key ? a.key > b.key : a.point > b.point;
+  });
+}
+
+void NeighborQueue::Open(int point) {
+  int rank = 0;
+  for (int neighbor : graph_.neighbors(point)) {
+    Mark& mark = Find(neighbor);
+    if (mark.stamp != stamp_) Pull(neighbor, mark);
+    if (rank++ < kCoveredRanks) mark.covered = true;
+  }
+}
+
+void NeighborQueue::Start(const Ray& ray, const QueueGate& gate, int start) {
+  ray_ = ray;
+  gate_ = gate;
+  queue_.clear();
+  hubs_.clear();
+  marked_ = 0;
+  complete_radius_ = 0;
+  if (++stamp_ == 0) {  // wrapped: forget what earlier rays left
+    std::fill(marks_.begin(), marks_.end(), Mark());
+    stamp_ = 1;
+  }
+  Mark& mark = Find(start);
+  Pull(start, mark);
+  mark.covered = true;  // opened right here
+  Open(start);
+}
+
+bool NeighborQueue::Grow(int wanted, float max_radius) {
+  const auto later = [](const Hub& a, const Hub& b) {
+    return a.key != b.key ? a.key > b.key : a.point > b.point;
+  };
+  while (static_cast<int>(queue_.size()) < wanted) {
+    if (hubs_.empty() || marked_ + graph_.k >= kMostMarked) return false;
+    const Hub hub = hubs_.front();
+    if (hub.key > max_radius * max_radius) return false;
+    std::pop_heap(hubs_.begin(), hubs_.end(), later);
+    hubs_.pop_back();
+    complete_radius_ = std::max(complete_radius_, std::sqrt(hub.key));
+    if (Find(hub.point).covered) continue;
+    Open(hub.point);
+  }
+  return true;
+}
+
+std::span<const QueuedPoint> NeighborQueue::Sorted() {
+  std::sort(queue_.begin(), queue_.end(), [](const QueuedPoint& a, const QueuedPoint& b) {
+    return a.key != b.key ? a.key < b.key : a.point < b.point;
+  });
+  return queue_;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,86 @@
+// The queue of cloud points by distance to a normal ray (seed 004, 4.3), pulled through the
+// neighbour graph instead of a spatial search.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/displacement/ray_cloud.h"
+#include "core/scan/neighbor_graph.h"
+
+namespace rilievo {
+
+// A point in the frame of the ray: (u, v) across it, `height` along it.
+struct QueuedPoint {
+  int point;
+  float u, v, height;
+  float key;  // squared distance to the ray, with the share of the height; see QueueGate
+};
+
+// What lets a point into the queue.
+struct QueueGate {
+  float max_height = 0;            // |height| at most
+  float min_normal_agreement = 0;  // point normal . ray more than
+  float reference_height = 0;      // where the surface is expected
+  float height_window = 0;         // |height - reference| at most window_slope * lateral + this
+  float window_slope = 0;
+  // key = u^2 + v^2 + height_weight * (height - reference)^2: keeps to the nearer of two sheets.
+  float height_weight = 0;
+};
+
+// One ray at a time; holds its own scratch, so one object serves many rays and one thread.
+class NeighborQueue {
+ public:
+  NeighborQueue(const RayCloud& cloud, const NeighborGraph& graph);
+
+  // Descends through the graph from `start` to a point whose key is smallest among its neighbours.
+  int Walk(const Ray& ray, const QueueGate& gate, int start) const;
+
+  // Begins a queue at a point, which is pulled with its neighbours whatever its normal.
+  void Start(const Ray& ray, const QueueGate& gate, int start);
+
+  // Pulls more points, nearest first, until `wanted` are queued; false when none are left within
+  // `max_radius` of the ray. Points whose neighbourhoods a nearer point has already opened are not
+  // opened again: about three look-ups a queued point instead of the graph's k.
+  bool Grow(int wanted, float max_radius);
+
+  // The queue in ascending order of key. Invalidated by Grow and Start.
+  std::span<const QueuedPoint> Sorted();
+
+  // Up to this distance from the ray all points that the graph reaches have been pulled.
+  float complete_radius() const { return complete_radius_; }
+
+  const RayCloud& cloud() const { return cloud_; }
+
+ private:
+  // Points seen by the current ray: a small open hash, quicker than an array over all points.
+  struct Mark {
+    int point = -1;
+    uint32_t stamp = 0;
+    bool covered = false;
+  };
+  struct Hub {
+    float key;
+    int point;
+  };
+  static constexpr int kMarks = 4096;
+  static constexpr int kMostMarked = 2048;
+
+  Mark& Find(int point);
+  void Pull(int point, Mark& mark);
+  void Open(int point);
+
+  const RayCloud& cloud_;
+  const NeighborGraph& graph_;
+  Ray ray_;
+  QueueGate gate_;
+  std::vector<QueuedPoint> queue_;
+  std::vector<Hub> hubs_;
+  std::vector<Mark> marks_;
+  uint32_t stamp_ = 0;
+  int marked_ = 0;
+  float complete_radius_ = 0;
+};
+
+}  // namespace rilievo

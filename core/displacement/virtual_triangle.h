@@ -1,0 +1,30 @@
+// The virtual triangle of a normal ray (seed 004, 4.3).
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/displacement/neighbor_queue.h"
+
+namespace rilievo {
+
+struct VirtualTriangle {
+  int corners[3];        // places in the queue
+  float barycentric[3];  // of the point where the ray pierces it
+  float height;          // signed distance along the ray
+  float area;
+};
+
+// Longest queue that is searched; later points are ignored.
+inline constexpr int kMostTriangleCorners = 256;
+
+// Takes the three nearest points of `queue` (ascending); if the ray pierces their triangle, that
+// is the one; else adds the next point and tries all new triangles with it. Of several the one of
+// smallest area, where an area counts more the farther its height lies from `reference_height`.
+// A triangle whose edges exceed `max_spacings` local spacings (and noises), or that stands against
+// the normals of its own corners, is none: it would join two sheets or span a hole.
+std::optional<VirtualTriangle> FindVirtualTriangle(std::span<const QueuedPoint> queue,
+                                                   const RayCloud& cloud, const Ray& ray,
+                                                   float max_spacings, float reference_height);
+
+}  // namespace rilievo
