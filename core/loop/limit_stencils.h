@@ -12,7 +12,8 @@ namespace rilievo {
 
 // Stencil s: entries [begin[s], begin[s + 1]) of `control_vertices` (ascending) and of the weights.
 // `position` weights sum to one, `tangent_u` and `tangent_v` to zero. The limit normal is
-// tangent_u x tangent_v, outward. Tangents are those of the vertex's own level, not normalised.
+// tangent_u x tangent_v, outward. Tangents are not normalised: the masks of loop_masks.h applied at
+// the level that first holds the vertex.
 struct LimitStencils {
   std::vector<int> begin;
   std::vector<int> control_vertices;
@@ -25,7 +26,9 @@ absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinemen
                                                  const RunContext& context);
 
 // The distinct vertices of `level` that lie on each control face: its corners, edges and inside,
-// (2^level + 1)(2^level + 2) / 2 of them. face f: [f * per_face, (f + 1) * per_face).
+// (2^level + 1)(2^level + 2) / 2 of them. face f: [f * per_face, (f + 1) * per_face), in rows
+// parallel to its side from corner 0 to corner 1: with n = 2^level, row j = 0..n holds the
+// parameters (1 - i/n - j/n) corner 0 + i/n corner 1 + j/n corner 2, i = 0..n - j.
 struct FaceSamples {
   int per_face = 0;
   std::vector<int> vertices;
