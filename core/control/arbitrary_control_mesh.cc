@@ -11,11 +11,13 @@
 namespace rilievo {
 
 absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
-                                                 const NeighborGraph& /*graph*/,
+                                                 const NeighborGraph& graph,
                                                  const PointIndex& index, BoundaryRule boundary,
                                                  int target_faces, const RunContext& context) {
+  ImplicitOptions implicit;
+  if (boundary == BoundaryRule::kClose) implicit.reach_spacings = 0;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
-                           FitImplicitFunction(cloud, ImplicitOptions{}, context));
+                           FitImplicitFunction(cloud, graph, implicit, context));
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
   context.Report(Stage::kControlMesh, 0.5);
   RILIEVO_ASSIGN_OR_RETURN(

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
@@ -20,6 +21,10 @@ constexpr int kPaddingCells = 5;
 constexpr int kMaxLevels = 9;
 // A point speaks at a level when its own spacing is at most this many cells.
 constexpr double kSpacingPerCell = 2.5;
+// What makes a neighbour one of another sheet: an opposite normal, and more across than along.
+constexpr double kOppositeNormals = -0.7;
+constexpr double kAcrossShare = 0.6;
+constexpr double kThinShare = 0.002;
 
 struct GridLevel {
   ImplicitGrid grid;
@@ -45,9 +50,26 @@ void AddBandAroundPoints(const OrientedCloud& cloud, const std::vector<int>& mem
   }
 }
 
+// The nodes of a level within `reach_spacings` of a point.
+ImplicitGrid NodesInReach(const OrientedCloud& cloud, const Eigen::Vector3d& origin, double cell,
+                          double reach_spacings) {
+  ImplicitGrid near;
+  Eigen::Vector3i last = Eigen::Vector3i::Constant(1 << 30);
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    const Eigen::Vector3i at = CellOf(cloud.points.col(i), origin, cell);
+    if (at == last) continue;
+    last = at;
+    const int cells = std::min(12, static_cast<int>(reach_spacings * cloud.spacing[i] / cell) + 1);
+    near.AddBox(at - Eigen::Vector3i::Constant(cells), at + Eigen::Vector3i::Constant(cells));
+  }
+  near.Seal();
+  return near;
+}
+
 // Cells of the coarser level that its zero set crosses, and one cell around them.
-void AddBandAroundZeroSet(const GridLevel& coarse, ImplicitGrid* grid) {
+void AddBandAroundZeroSet(const GridLevel& coarse, const ImplicitGrid* reach, ImplicitGrid* grid) {
   for (const Eigen::Vector3i& node : coarse.grid.Nodes()) {
+    if (reach != nullptr && reach->Find(node) < 0) continue;
     bool below = false, above = false, whole = true;
     for (int corner = 0; corner < 8 && whole; ++corner) {
       const int index =
@@ -113,11 +135,35 @@ std::vector<int> PointsFor(const OrientedCloud& cloud, double cell, bool all) {
   return members;
 }
 
-double FinestCell(const OrientedCloud& cloud, const ImplicitOptions& options) {
+// Distance below which kThinShare of all points have a neighbour of another sheet at their back or
+// before their face; infinite when fewer have one at all.
+double SheetDistance(const OrientedCloud& cloud, const NeighborGraph& graph) {
+  std::vector<double> distances;
+  for (int i = 0; i < graph.size(); ++i) {
+    const Eigen::Vector3d normal = cloud.normals.col(i);
+    for (const int j : graph.neighbors(i)) {
+      if (normal.dot(cloud.normals.col(j)) > kOppositeNormals) continue;
+      const Eigen::Vector3d chord = cloud.points.col(j) - cloud.points.col(i);
+      const double across = std::abs(chord.dot(normal));
+      if (across < kAcrossShare * chord.norm()) continue;
+      distances.push_back(across);
+      break;
+    }
+  }
+  const size_t rank = static_cast<size_t>(kThinShare * graph.size());
+  if (distances.size() <= rank) return std::numeric_limits<double>::infinity();
+  std::nth_element(distances.begin(), distances.begin() + rank, distances.end());
+  return distances[rank];
+}
+
+double FinestCell(const OrientedCloud& cloud, const NeighborGraph& graph,
+                  const ImplicitOptions& options) {
   const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
-  return std::clamp(std::max(options.cell_spacings * cloud.median_spacing,
-                             options.cell_noises * cloud.median_noise),
-                    smallest, 1.0 / kCoarsestCells);
+  const double thin = std::max(options.cell_thicknesses * SheetDistance(cloud, graph),
+                               options.thin_cell_spacings * cloud.median_spacing);
+  const double cell = std::max(std::min(thin, options.cell_spacings * cloud.median_spacing),
+                               options.cell_noises * cloud.median_noise);
+  return std::clamp(cell, smallest, 1.0 / kCoarsestCells);
 }
 
 }  // namespace
@@ -128,18 +174,22 @@ absl::Status ImplicitOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
   };
-  RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.5, 8));
+  RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
+  RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("reach_spacings", reach_spacings, 0, 1e6));
   RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
   RILIEVO_RETURN_IF_ERROR(check("screening", screening, 0, 100));
   return check("band_cells", band_cells, 2, 8);
 }
 
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
+                                                     const NeighborGraph& graph,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
-  const double finest_cell = FinestCell(cloud, options);
+  const double finest_cell = FinestCell(cloud, graph, options);
   const int level_count = std::clamp(
       1 + static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * finest_cell)))), 1,
       kMaxLevels);
@@ -164,7 +214,12 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
     ImplicitGrid candidates;
     AddBandAroundPoints(cloud, PointsFor(cloud, level.cell / 2, false), origin, level.cell / 2,
                         options.band_cells, &candidates);
-    AddBandAroundZeroSet(level, &candidates);
+    if (options.reach_spacings > 0) {
+      const ImplicitGrid reach = NodesInReach(cloud, origin, level.cell, options.reach_spacings);
+      AddBandAroundZeroSet(level, &reach, &candidates);
+    } else {
+      AddBandAroundZeroSet(level, nullptr, &candidates);
+    }
     level = RefineLevel(level, std::move(candidates));
   }
   return ImplicitFunction{.grid = std::move(level.grid),

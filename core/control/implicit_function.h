@@ -8,19 +8,26 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/control/implicit_grid.h"
+#include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
 
 struct ImplicitOptions {
-  // Finest cell, in median spacings of the points. [0.5, 8].
+  // Finest cell, in median spacings of the points. [0.25, 8].
   double cell_spacings = 1.2;
+  // Where sheets lie back to back the cell shrinks to this share of their distance, but never
+  // below `thin_cell_spacings`. (0, 1].
+  double cell_thicknesses = 0.45;
+  double thin_cell_spacings = 0.65;
   // The finest cell is at least this many times the median noise. [0, 16].
   double cell_noises = 2.5;
   // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].
   double screening = 2.0;
   // Nodes kept on each side of the points at every level but the coarsest, in cells. [2, 8].
   int band_cells = 3;
+  // The zero set is followed this far from the points, in spacings of theirs; 0: everywhere.
+  double reach_spacings = 12;
   absl::Status Validate() const;
 };
 
@@ -40,6 +47,7 @@ struct ImplicitFunction {
 // are dense enough for it, with the coarser solution as its border and as its first guess, and
 // around the coarser zero set, where that solution stands.
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
+                                                     const NeighborGraph& graph,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context);
 

@@ -147,38 +147,49 @@ class PoissonOperator {
 
   // The right-hand side (divergence of the spread normals) and the screening rows.
   void ReadPoints(const ScreenedPoisson& system) {
-    right_side_.assign(size_, 0.0f);
     const double inverse_cell = 1 / system.cell;
     for (const int i : system.members) {
       const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
       const double spacing = system.cloud.spacing[i] * inverse_cell;
-      const double share = std::numbers::pi / 4 * spacing * spacing;  // area in cell units
-      const std::vector<Eigen::Vector3d> disc =
-          TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing);
-      const Eigen::Vector3d flux = share / static_cast<double>(disc.size()) *
-                                   system.cloud.normals.col(i);
-      for (const Eigen::Vector3d& offset : disc) SpreadNormal(system, at + offset, flux);
-      AddScreeningRow(system, at, system.screening * share);
+      AddScreeningRow(system, at, system.screening * std::numbers::pi / 4 * spacing * spacing);
     }
     at_points_.resize(screen_weight_.size());
+    std::array<std::vector<float>, 3> flux;
+    ParallelFor(3, 1, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t axis = begin; axis < end; ++axis) {
+        flux[axis].assign(size_, 0.0f);
+        SpreadNormals(system, static_cast<int>(axis), &flux[axis]);
+      }
+    }).IgnoreError();
+    right_side_.assign(size_, 0.0f);
+    for (int node = 0; node < size_; ++node) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const int next = neighbors_[6 * static_cast<size_t>(node) + 2 * axis + 1];
+        if (next < 0 || flux[axis].empty()) continue;
+        right_side_[next] += flux[axis][node];
+        right_side_[node] -= flux[axis][node];
+      }
+    }
   }
 
-  void SpreadNormal(const ScreenedPoisson& system, const Eigen::Vector3d& at,
-                    const Eigen::Vector3d& flux) {
-    for (int axis = 0; axis < 3; ++axis) {
-      Eigen::Vector3d staggered = at;
-      staggered[axis] -= 0.5;
-      const Trilinear spread(staggered);
-      for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector3i from = spread.Corner(corner);
-        Eigen::Vector3i to = from;
-        to[axis] += 1;
-        const int a = system.grid.Find(from);
-        const int b = system.grid.Find(to);
-        if (a < 0 || b < 0) continue;
-        const float jump = spread.weight[corner] * static_cast<float>(flux[axis]);
-        right_side_[b] += jump;
-        right_side_[a] -= jump;
+  // One component of the normals, weighted by area, to the edges that run along it; an edge is
+  // kept with the node it starts from.
+  void SpreadNormals(const ScreenedPoisson& system, int axis, std::vector<float>* flux) const {
+    const double inverse_cell = 1 / system.cell;
+    for (const int i : system.members) {
+      const Eigen::Vector3d normal = system.cloud.normals.col(i);
+      Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
+      at[axis] -= 0.5;
+      const double spacing = system.cloud.spacing[i] * inverse_cell;
+      const std::vector<Eigen::Vector3d> disc = TangentDisc(normal, kDiscRadius * spacing);
+      const double share = std::numbers::pi / 4 * spacing * spacing;  // area in cell units
+      const float part = static_cast<float>(share * normal[axis] / static_cast<double>(disc.size()));
+      for (const Eigen::Vector3d& offset : disc) {
+        const Trilinear spread(at + offset);
+        for (int corner = 0; corner < 8; ++corner) {
+          const int node = system.grid.Find(spread.Corner(corner));
+          if (node >= 0) (*flux)[node] += spread.weight[corner] * part;
+        }
       }
     }
   }

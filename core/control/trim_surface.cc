@@ -24,37 +24,22 @@ struct Adjacency {
   std::vector<int> begin, vertices;
 };
 
-Adjacency LinkVertices(const ControlMesh& mesh) {
+Adjacency LinkVertices(const MeshTopology& topology) {
   Adjacency links;
-  links.begin.assign(mesh.vertices.cols() + 1, 0);
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    for (int k = 0; k < 3; ++k) links.begin[mesh.faces(k, f) + 1] += 2;
+  links.begin.assign(topology.vertex_count + 1, 0);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    ++links.begin[topology.edge_vertices(0, e) + 1];
+    ++links.begin[topology.edge_vertices(1, e) + 1];
   }
   std::partial_sum(links.begin.begin(), links.begin.end(), links.begin.begin());
   links.vertices.resize(links.begin.back());
   std::vector<int> next(links.begin.begin(), links.begin.end() - 1);
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      links.vertices[next[mesh.faces(k, f)]++] = mesh.faces((k + 1) % 3, f);
-      links.vertices[next[mesh.faces(k, f)]++] = mesh.faces((k + 2) % 3, f);
-    }
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+    links.vertices[next[a]++] = b;
+    links.vertices[next[b]++] = a;
   }
   return links;
-}
-
-// 1 where a boundary edge ends; an edge of the interior lists its end twice.
-std::vector<uint8_t> BorderVertices(const Adjacency& links) {
-  const int count = static_cast<int>(links.begin.size()) - 1;
-  std::vector<uint8_t> border(count, 0);
-  std::vector<int> ring;
-  for (int v = 0; v < count; ++v) {
-    ring.assign(links.vertices.begin() + links.begin[v], links.vertices.begin() + links.begin[v + 1]);
-    std::sort(ring.begin(), ring.end());
-    for (size_t i = 0; i < ring.size() && border[v] == 0; i += 2) {
-      if (i + 1 == ring.size() || ring[i] != ring[i + 1]) border[v] = 1;
-    }
-  }
-  return border;
 }
 
 struct Support {
@@ -138,7 +123,16 @@ void MajorityFilter(const Adjacency& links, std::vector<uint8_t>* flags) {
   }
 }
 
-ControlMesh KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
+// A part of a mesh that knows which vertices it came from.
+struct Part {
+  ControlMesh mesh;
+  std::vector<int> source_vertex;
+};
+
+// Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
+Part SplitFans(const ControlMesh& mesh);
+
+Part KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
   ControlMesh kept;
   kept.vertices = mesh.vertices;
   kept.faces.resize(3, std::count(keep_face.begin(), keep_face.end(), 1));
@@ -146,12 +140,12 @@ ControlMesh KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     if (keep_face[f] != 0) kept.faces.col(next++) = mesh.faces.col(f);
   }
-  return SplitPinchedVertices(kept);
+  return SplitFans(kept);
 }
 
 // Drops connected pieces with fewer supported faces than `min_faces`.
-ControlMesh DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
-                            int min_faces) {
+Part DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
+                     int min_faces) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -177,18 +171,27 @@ ControlMesh DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>&
 }
 
 // What stays of the surface of an open scan: supported vertices and small holes.
-std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Support& support,
-                                    const TrimOptions& options) {
-  const Adjacency links = LinkVertices(surface);
-  const std::vector<uint8_t> border = BorderVertices(links);
+std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopology& topology,
+                                    const Support& support, const TrimOptions& options) {
+  const Adjacency links = LinkVertices(topology);
   std::vector<uint8_t> keep = support.holds;
-  for (const Region& region : RegionsWithoutSupport(surface, links, border, support)) {
+  for (const Region& region :
+       RegionsWithoutSupport(surface, links, topology.boundary_vertex, support)) {
     const bool small = region.diameter <= options.filled_hole_spacings * region.spacing;
     if (!small || region.touches_border) continue;
     for (const int v : region.vertices) keep[v] = 1;
   }
   MajorityFilter(links, &keep);
   return keep;
+}
+
+Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
+  Support part;
+  for (const int v : source_vertex) {
+    part.holds.push_back(support.holds[v]);
+    part.spacing.push_back(support.spacing[v]);
+  }
+  return part;
 }
 
 }  // namespace
@@ -217,25 +220,30 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
       const Support support,
       FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.
-  ControlMesh kept = DropSmallPieces(surface, support.holds, options.min_piece_faces);
-  if (boundary == BoundaryRule::kClose) return kept;
+  const Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
+  if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) return pieces.mesh;
 
-  RILIEVO_ASSIGN_OR_RETURN(const Support rest,
-                           FindSupport(kept, cloud, index, options.support_spacings, context));
-  const std::vector<uint8_t> keep = VerticesToKeep(kept, rest, options);
-  std::vector<uint8_t> keep_face(kept.faces.cols());
-  for (int f = 0; f < kept.faces.cols(); ++f) {
-    const auto corners = kept.faces.col(f);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const MeshTopology topology,
+      BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
+  const std::vector<uint8_t> keep = VerticesToKeep(
+      pieces.mesh, topology, Inherit(support, pieces.source_vertex), options);
+  std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
+  for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
+    const auto corners = pieces.mesh.faces.col(f);
     keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
   }
-  kept = KeepFaces(kept, keep_face);
-  kept = DropSmallPieces(kept, std::vector<uint8_t>(kept.vertices.cols(), 1),
-                         options.min_piece_faces);
-  SmoothBoundary(4, &kept);
-  return kept;
+  const Part cut = KeepFaces(pieces.mesh, keep_face);
+  ControlMesh trimmed = DropSmallPieces(cut.mesh, std::vector<uint8_t>(cut.mesh.vertices.cols(), 1),
+                                        options.min_piece_faces)
+                            .mesh;
+  SmoothBoundary(4, &trimmed);
+  return trimmed;
 }
 
-ControlMesh SplitPinchedVertices(const ControlMesh& mesh) {
+namespace {
+
+Part SplitFans(const ControlMesh& mesh) {
   const int64_t corner_count = 3 * mesh.faces.cols();
   // Corners of one vertex that share an edge belong to one fan.
   std::vector<int> parent(corner_count);
@@ -264,10 +272,11 @@ ControlMesh SplitPinchedVertices(const ControlMesh& mesh) {
     parent[find(edges[e].corner_at_low)] = find(edges[e - 1].corner_at_low);
     parent[find(edges[e].corner_at_high)] = find(edges[e - 1].corner_at_high);
   }
-  ControlMesh split;
+  Part part;
+  ControlMesh& split = part.mesh;
+  std::vector<int>& source = part.source_vertex;
   split.faces.resize(3, mesh.faces.cols());
   std::vector<int> vertex_of_fan(corner_count, -1);
-  std::vector<int> source;
   for (int c = 0; c < corner_count; ++c) {
     int& vertex = vertex_of_fan[find(c)];
     if (vertex < 0) {
@@ -278,8 +287,12 @@ ControlMesh SplitPinchedVertices(const ControlMesh& mesh) {
   }
   split.vertices.resize(3, static_cast<int64_t>(source.size()));
   for (size_t v = 0; v < source.size(); ++v) split.vertices.col(v) = mesh.vertices.col(source[v]);
-  return split;
+  return part;
 }
+
+}  // namespace
+
+ControlMesh SplitPinchedVertices(const ControlMesh& mesh) { return SplitFans(mesh).mesh; }
 
 void SmoothBoundary(int rounds, ControlMesh* mesh) {
   const auto topology =
