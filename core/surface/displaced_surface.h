@@ -23,12 +23,16 @@ struct DisplacedSurface {
 };
 
 // The displaced vertices of one level with their triangles and normals, in the scan frame.
-// level in [0, max_level + 2]: above max_level heights are interpolated. INVALID_ARGUMENT
-// otherwise. Normals are those of the displaced triangles, area-weighted.
+// level in [0, max_level + 2]. Above max_level the limit surface is still exact, and heights are
+// interpolated: by the butterfly's 8-point rule (Dyn, Levin, Gregory 1990) on edges whose whole
+// stencil exists, by the mean of the ends elsewhere. INVALID_ARGUMENT for another level, or when
+// the number of heights does not fit the control mesh. Normals are those of the displaced
+// triangles, area-weighted.
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context);
 
-// Height source of each vertex of that tessellation.
+// Height source of each vertex of that tessellation. An interpolated height has the less trusted
+// source of the two ends of its edge. Empty where Tessellate would fail.
 std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level);
 
 }  // namespace rilievo

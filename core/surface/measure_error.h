@@ -1,9 +1,8 @@
 // Two-sided distance between surfaces and point sets.
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
+#include <cstdint>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -32,7 +31,8 @@ struct Shape {
 };
 
 struct MeasureOptions {
-  int samples = 200000;  // area-weighted samples a surface, [1000, 10^7]; a point set uses its points
+  int samples =
+      200000;  // area-weighted samples a surface, [1000, 10^7]; a point set uses its points
   absl::Status Validate() const;
 };
 

@@ -1,0 +1,353 @@
+#include "core/surface/closest_point_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr int kWidth = 4;
+// Deep enough for 2^31 items: 16 levels, three siblings left on the stack at each.
+constexpr int kStack = 64;
+
+struct Box {
+  float lo[3] = {kInfinity, kInfinity, kInfinity};
+  float hi[3] = {-kInfinity, -kInfinity, -kInfinity};
+  void Add(const Box& other) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], other.lo[k]);
+      hi[k] = std::max(hi[k], other.hi[k]);
+    }
+  }
+};
+
+float RoundDown(double x) {
+  const float f = static_cast<float>(x);
+  return static_cast<double>(f) > x ? std::nextafter(f, -kInfinity) : f;
+}
+
+float RoundUp(double x) {
+  const float f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
+}
+
+// Squared sine of a corner below which rounding hides on which side of an edge a point lies; then
+// the triangle is as good as its edges.
+constexpr double kSliver = 1e-12;
+
+double SquaredDistanceToSegment(const Vector3d& point, const Vector3d& a, const Vector3d& b) {
+  const Vector3d ab = b - a, ap = point - a;
+  const double length2 = ab.squaredNorm();
+  const double t = length2 > 0 ? std::clamp(ab.dot(ap) / length2, 0.0, 1.0) : 0.0;
+  return (ap - t * ab).squaredNorm();
+}
+
+struct Center {
+  float at[3];
+  int item;
+};
+
+}  // namespace
+
+double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const Vector3d& b,
+                                 const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = point - a;
+  const double ab2 = ab.squaredNorm(), ac2 = ac.squaredNorm(), ab_ac = ab.dot(ac);
+  if (!(ab2 * ac2 - ab_ac * ab_ac > kSliver * ab2 * ac2)) {
+    return std::min({SquaredDistanceToSegment(point, a, b), SquaredDistanceToSegment(point, b, c),
+                     SquaredDistanceToSegment(point, c, a)});
+  }
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
+  const Vector3d bp = point - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    return d1 == d3 ? ap.squaredNorm() : (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  }
+  const Vector3d cp = point - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    return d2 == d6 ? ap.squaredNorm() : (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+    const double sum = (d4 - d3) + (d5 - d6);
+    return sum == 0 ? bp.squaredNorm() : (bp - (d4 - d3) / sum * (c - b)).squaredNorm();
+  }
+  const double sum = va + vb + vc;
+  if (sum == 0) return ap.squaredNorm();
+  return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
+}
+
+// Splits `centers` in place; the nodes of a subtree are appended to a vector of the caller.
+class ClosestPointTree::Builder {
+ public:
+  Builder(const std::vector<Box>& boxes, std::vector<Center>& centers)
+      : boxes_(boxes), centers_(centers) {}
+
+  // The boxes and children of node `at` over centers [begin, end); returns the box of all. Below
+  // `smallest` items a part is left to a job of its own, if `jobs` is given.
+  struct Job {
+    int begin, end;
+    int node, slot;  // the place in the upper tree that waits for it
+  };
+  Box Split(int begin, int end, int smallest, std::vector<Job>* jobs, std::vector<Node>& nodes) {
+    const int at = static_cast<int>(nodes.size());
+    nodes.push_back(EmptyNode());
+    int part_begin[kWidth + 1];
+    Cut(begin, end, part_begin);
+    Box all;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      const int from = part_begin[slot], to = part_begin[slot + 1];
+      if (from == to) continue;
+      if (to - from == 1) {
+        nodes[at].child[slot] = ~from;
+        SetBox(boxes_[centers_[from].item], slot, nodes[at]);
+        all.Add(boxes_[centers_[from].item]);
+        continue;
+      }
+      if (jobs != nullptr && to - from <= smallest) {
+        jobs->push_back({from, to, at, slot});
+        continue;
+      }
+      nodes[at].child[slot] = static_cast<int32_t>(nodes.size());
+      const Box part = Split(from, to, smallest, jobs, nodes);
+      SetBox(part, slot, nodes[at]);
+      all.Add(part);
+    }
+    return all;
+  }
+
+  static void SetBox(const Box& box, int slot, Node& node) {
+    for (int k = 0; k < 3; ++k) {
+      node.lo[k][slot] = box.lo[k];
+      node.hi[k][slot] = box.hi[k];
+    }
+  }
+
+  static Box BoxOf(const Node& node) {
+    Box all;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      Box box;
+      for (int k = 0; k < 3; ++k) {
+        box.lo[k] = node.lo[k][slot];
+        box.hi[k] = node.hi[k][slot];
+      }
+      all.Add(box);
+    }
+    return all;
+  }
+
+ private:
+  static Node EmptyNode() {
+    Node node;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      SetBox(Box(), slot, node);
+      node.child[slot] = ~0;
+    }
+    return node;
+  }
+
+  // Four parts of nearly equal size; where they are large, of a multiple of four items, so that
+  // most of the lowest nodes are full.
+  void Cut(int begin, int end, int part_begin[kWidth + 1]) {
+    part_begin[0] = begin;
+    part_begin[kWidth] = end;
+    if (end - begin <= kWidth) {
+      for (int i = 1; i < kWidth; ++i) part_begin[i] = std::min(begin + i, end);
+      return;
+    }
+    part_begin[2] = Halve(begin, end);
+    part_begin[1] = Halve(begin, part_begin[2]);
+    part_begin[3] = Halve(part_begin[2], end);
+  }
+
+  int Halve(int begin, int end) {
+    const int count = end - begin;
+    int half = (count + 1) / 2;
+    if (count > 2 * kWidth) half = (half + kWidth - 1) / kWidth * kWidth;
+    if (half >= count) return end;
+    float lo[3] = {kInfinity, kInfinity, kInfinity};
+    float hi[3] = {-kInfinity, -kInfinity, -kInfinity};
+    for (int i = begin; i < end; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        lo[k] = std::min(lo[k], centers_[i].at[k]);
+        hi[k] = std::max(hi[k], centers_[i].at[k]);
+      }
+    }
+    int axis = hi[1] - lo[1] > hi[0] - lo[0] ? 1 : 0;
+    if (hi[2] - lo[2] > hi[axis] - lo[axis]) axis = 2;
+    std::nth_element(centers_.begin() + begin, centers_.begin() + begin + half,
+                     centers_.begin() + end, [axis](const Center& a, const Center& b) {
+                       if (a.at[axis] != b.at[axis]) return a.at[axis] < b.at[axis];
+                       return a.item < b.item;
+                     });
+    return begin + half;
+  }
+
+  const std::vector<Box>& boxes_;
+  std::vector<Center>& centers_;
+};
+
+absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
+                                                         const Eigen::Matrix3Xi& triangles,
+                                                         const RunContext& context) {
+  ClosestPointTree tree;
+  tree.points_ = triangles.cols() == 0;
+  const int count = static_cast<int>(tree.points_ ? vertices.cols() : triangles.cols());
+  const int corner_count = tree.points_ ? 1 : 3;
+  const Vector3d lo = vertices.rowwise().minCoeff(), hi = vertices.rowwise().maxCoeff();
+  tree.origin_ = lo + (hi - lo) / 2;
+  const double extent = (hi - lo).maxCoeff() / 2;
+  tree.box_scale_ = extent > 0 ? 1 / extent : 1;
+  if (!std::isfinite(tree.box_scale_)) tree.box_scale_ = 1;
+
+  const auto corner = [&](int item, int k) -> Vector3d {
+    return vertices.col(tree.points_ ? item : triangles(k, item)) - tree.origin_;
+  };
+  std::vector<Box> boxes(count);
+  std::vector<Center> centers(count);
+  constexpr int64_t kBlock = 8192;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int i = static_cast<int>(begin); i < end; ++i) {
+      Vector3d low = corner(i, 0), high = low;
+      for (int k = 1; k < corner_count; ++k) {
+        const Vector3d at = corner(i, k);
+        low = low.cwiseMin(at);
+        high = high.cwiseMax(at);
+      }
+      for (int k = 0; k < 3; ++k) {
+        boxes[i].lo[k] = RoundDown(low[k] * tree.box_scale_);
+        boxes[i].hi[k] = RoundUp(high[k] * tree.box_scale_);
+        centers[i].at[k] = 0.5f * (boxes[i].lo[k] + boxes[i].hi[k]);
+      }
+      centers[i].item = i;
+    }
+  }));
+
+  Builder builder(boxes, centers);
+  std::vector<Builder::Job> jobs;
+  // At most some dozens of jobs whatever the threads, so the tree is the same for any number.
+  builder.Split(0, count, std::max(1024, count / 16), &jobs, tree.nodes_);
+  std::vector<std::vector<Node>> subtrees(jobs.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(jobs.size()), 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t j = begin; j < end; ++j) {
+          builder.Split(jobs[j].begin, jobs[j].end, 0, nullptr, subtrees[j]);
+        }
+      }));
+  const int upper_count = static_cast<int>(tree.nodes_.size());
+  for (size_t j = 0; j < jobs.size(); ++j) {
+    const int32_t offset = static_cast<int32_t>(tree.nodes_.size());
+    tree.nodes_[jobs[j].node].child[jobs[j].slot] = offset;
+    Builder::SetBox(Builder::BoxOf(subtrees[j][0]), jobs[j].slot, tree.nodes_[jobs[j].node]);
+    for (Node& node : subtrees[j]) {
+      for (int32_t& child : node.child) child = child >= 0 ? child + offset : child;
+      tree.nodes_.push_back(node);
+    }
+  }
+  // The upper boxes, children before parents: a node of the upper tree comes after its parent.
+  for (int n = upper_count - 1; n >= 0; --n) {
+    for (int slot = 0; slot < kWidth; ++slot) {
+      const int32_t child = tree.nodes_[n].child[slot];
+      if (child > n && child < upper_count) {
+        Builder::SetBox(Builder::BoxOf(tree.nodes_[child]), slot, tree.nodes_[n]);
+      }
+    }
+  }
+
+  tree.items_.resize(count);
+  tree.corners_.resize(static_cast<size_t>(count) * corner_count);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      tree.items_[i] = centers[i].item;
+      for (int k = 0; k < corner_count; ++k) {
+        tree.corners_[i * corner_count + k] = corner(centers[i].item, k);
+      }
+    }
+  }));
+  return tree;
+}
+
+double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) const {
+  if (points_) return (local - corners_[item]).squaredNorm();
+  const Vector3d* corner = &corners_[3 * static_cast<size_t>(item)];
+  return SquaredDistanceToTriangle(local, corner[0], corner[1], corner[2]);
+}
+
+ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint) const {
+  const Vector3d local = point - origin_;
+  const float p[3] = {static_cast<float>(local[0] * box_scale_),
+                      static_cast<float>(local[1] * box_scale_),
+                      static_cast<float>(local[2] * box_scale_)};
+  // Rounding of p (half a unit in the last place an axis) and of the float arithmetic below: boxes
+  // are dropped only beyond a radius enlarged by both.
+  const double point_error = 1.1e-7 * (std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2])) + 1e-30;
+  const auto radius_of = [&](double squared_distance) {
+    const double radius = (std::sqrt(squared_distance) * box_scale_ + point_error) * (1 + 1e-6);
+    return static_cast<float>(radius * radius);
+  };
+  // Any first item will do; it also answers for points so far out that float distances overflow.
+  if (hint < 0 || hint >= item_count()) hint = 0;
+  Hit hit = {SquaredDistanceToItem(local, hint), hint};
+  float radius = radius_of(hit.squared_distance);
+  struct Entry {
+    float distance;
+    int32_t node;
+  };
+  Entry stack[kStack];
+  int top = 0;
+  stack[top++] = {0, 0};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    if (entry.distance > radius) continue;
+    const Node& node = nodes_[entry.node];
+    float distance[kWidth];
+    for (int k = 0; k < kWidth; ++k) distance[k] = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int k = 0; k < kWidth; ++k) {
+        const float below = node.lo[axis][k] - p[axis], above = p[axis] - node.hi[axis][k];
+        float out = below > above ? below : above;
+        out = out > 0 ? out : 0;
+        distance[k] += out * out;
+      }
+    }
+    // Farthest first, so that the nearest child is the next one popped.
+    Entry near[kWidth];
+    int near_count = 0;
+    for (int k = 0; k < kWidth; ++k) {
+      if (!(distance[k] <= radius) || distance[k] == kInfinity) continue;
+      int place = near_count++;
+      for (; place > 0 && near[place - 1].distance < distance[k]; --place) {
+        near[place] = near[place - 1];
+      }
+      near[place] = {distance[k], node.child[k]};
+    }
+    for (int i = near_count - 1; i >= 0; --i) {
+      if (near[i].node >= 0 || near[i].distance > radius) continue;
+      const int item = ~near[i].node;
+      const double squared = SquaredDistanceToItem(local, item);
+      if (squared >= hit.squared_distance) continue;
+      hit = {squared, item};
+      radius = radius_of(squared);
+    }
+    for (int i = 0; i < near_count; ++i) {
+      if (near[i].node >= 0 && near[i].distance <= radius) stack[top++] = near[i];
+    }
+  }
+  return hit;
+}
+
+}  // namespace rilievo

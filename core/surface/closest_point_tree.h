@@ -1,0 +1,63 @@
+// Exact closest-point distances to triangles or points through a tree of boxes.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+
+namespace rilievo {
+
+// Squared distance from `point` to the triangle a, b, c, degenerate ones included (Ericson,
+// Real-Time Collision Detection, 5.1.5).
+double SquaredDistanceToTriangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
+                                 const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
+// A tree with four children a node, split at medians of the items' box centres. Boxes are float and
+// rounded outward; the items themselves are double and relative to the centre of them all. So a
+// distance is that of a search of all items, in double, wherever the shape lies.
+class ClosestPointTree {
+ public:
+  // `triangles` empty: the items are the points themselves. Indices must be in range, coordinates
+  // finite, and there must be at least one item. CANCELLED is the only error.
+  static absl::StatusOr<ClosestPointTree> Build(const Eigen::Matrix3Xd& vertices,
+                                                const Eigen::Matrix3Xi& triangles,
+                                                const RunContext& context);
+
+  // The item nearest to `point`; `hint` (an item index, e.g. the result for a point close by)
+  // makes the search shorter and never changes the distance. -1: no hint.
+  struct Hit {
+    double squared_distance;
+    int item;
+  };
+  Hit Closest(const Eigen::Vector3d& point, int hint = -1) const;
+
+  int item_count() const { return static_cast<int>(items_.size()); }
+  // Items are numbered so that neighbours in number are neighbours in space: item i is triangle
+  // (or point) source()[i] of the input.
+  const std::vector<int>& source() const { return items_; }
+
+ private:
+  // Box k: lo[axis][k] to hi[axis][k]. child >= 0: a node; < 0: item ~child. An unused slot is an
+  // empty box, infinitely far from everything.
+  struct alignas(16) Node {
+    float lo[3][4];
+    float hi[3][4];
+    int32_t child[4];
+  };
+  class Builder;
+
+  double SquaredDistanceToItem(const Eigen::Vector3d& local, int item) const;
+
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the corners
+  double box_scale_ = 1;                              // box = box_scale_ * corner: within [-1, 1]
+  bool points_ = false;
+  std::vector<int> items_;
+  std::vector<Eigen::Vector3d> corners_;  // three an item, or one when the items are points
+  std::vector<Node> nodes_;               // node 0 is the root
+};
+
+}  // namespace rilievo

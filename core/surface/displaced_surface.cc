@@ -1,0 +1,122 @@
+#include "core/surface/displaced_surface.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
+#include "core/loop/refinement.h"
+#include "core/surface/edge_stencil.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kLevelsBeyond = 2;
+constexpr int64_t kVertexBlock = 16384;
+
+absl::Status CheckSurface(const DisplacedSurface& surface, int level) {
+  if (surface.max_level < 0 || surface.max_level > kMaxLoopLevel) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_level is ", surface.max_level, ", must be 0 to ", kMaxLoopLevel));
+  }
+  if (level < 0 || level > surface.max_level + kLevelsBeyond) {
+    return absl::InvalidArgumentError(absl::StrCat("level is ", level, ", this surface has 0 to ",
+                                                   surface.max_level + kLevelsBeyond));
+  }
+  if (surface.sources.size() != surface.heights.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("sources has ", surface.sources.size(),
+                                                   " entries, heights ", surface.heights.size()));
+  }
+  return absl::OkStatus();
+}
+
+// A height for the new vertex of `edge`: the butterfly's 8-point rule where its whole stencil is
+// there (it interpolates and reproduces cubics on a regular mesh), the mean of the ends elsewhere.
+float InterpolatedHeight(const MeshTopology& topology, int edge,
+                         const std::vector<float>& heights) {
+  const EdgeStencil stencil = StencilOfEdge(topology, edge);
+  const double middle = 0.5 * (heights[stencil.ends[0]] + heights[stencil.ends[1]]);
+  if (!stencil.complete()) return static_cast<float>(middle);
+  double opposite = 0, wings = 0;
+  for (int v : stencil.opposite) opposite += heights[v];
+  for (int v : stencil.wings) wings += heights[v];
+  return static_cast<float>(middle + opposite / 8 - wings / 16);
+}
+
+std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRefinement& refinement,
+                                  int level) {
+  std::vector<float> heights = surface.heights;
+  for (int l = surface.max_level; l < level; ++l) {
+    const MeshTopology& topology = refinement.levels[l];
+    std::vector<float> finer = heights;
+    finer.reserve(heights.size() + topology.edge_count());
+    for (int edge = 0; edge < topology.edge_count(); ++edge) {
+      finer.push_back(InterpolatedHeight(topology, edge, heights));
+    }
+    heights = std::move(finer);
+  }
+  heights.resize(refinement.levels[level].vertex_count);
+  return heights;
+}
+
+}  // namespace
+
+absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
+                                        const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, level));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LoopRefinement refinement,
+      RefineTopology(surface.control_mesh, std::max(level, surface.max_level), context));
+  const int64_t expected = refinement.levels[surface.max_level].vertex_count;
+  if (static_cast<int64_t>(surface.heights.size()) != expected) {
+    return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
+                                                   " entries, level ", surface.max_level, " has ",
+                                                   expected, " vertices"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      LimitSurface limit, EvaluateLimit(refinement, surface.control_mesh.vertices, level, context));
+  const std::vector<float> heights = HeightsAtLevel(surface, refinement, level);
+  TriangleMesh mesh;
+  mesh.vertices = std::move(limit.positions);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(mesh.vertices.cols(), kVertexBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t v = begin; v < end; ++v) {
+          mesh.vertices.col(v) += static_cast<double>(heights[v]) * limit.normals.col(v);
+        }
+      }));
+  mesh.triangles = refinement.levels[level].faces;
+  // In the unit frame, where the scan's own offset has not yet cost any digits.
+  mesh.normals = VertexNormals(mesh.vertices, mesh.triangles);
+  for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+    mesh.vertices.col(v) = surface.frame.ScanFromUnit(mesh.vertices.col(v));
+  }
+  return mesh;
+}
+
+std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level) {
+  std::vector<HeightSource> sources = surface.sources;
+  if (!CheckSurface(surface, level).ok()) return {};
+  const absl::StatusOr<LoopRefinement> refinement =
+      RefineTopology(surface.control_mesh, level, RunContext());
+  if (!refinement.ok()) return {};
+  if (level >= surface.max_level &&
+      static_cast<int64_t>(sources.size()) != refinement->levels[surface.max_level].vertex_count) {
+    return {};
+  }
+  for (int l = surface.max_level; l < level; ++l) {
+    const MeshTopology& topology = refinement->levels[l];
+    for (int edge = 0; edge < topology.edge_count(); ++edge) {
+      sources.push_back(std::max(sources[topology.edge_vertices(0, edge)],
+                                 sources[topology.edge_vertices(1, edge)]));
+    }
+  }
+  const size_t count = static_cast<size_t>(refinement->levels[level].vertex_count);
+  if (sources.size() < count) return {};
+  sources.resize(count);
+  return sources;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,157 @@
+#include "core/surface/measure_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/surface/closest_point_tree.h"
+#include "core/surface/surface_samples.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kMinSamples = 1000;
+constexpr int kMaxSamples = 10'000'000;
+constexpr int64_t kQueryBlock = 1024;
+
+absl::Status CheckShape(const Shape& shape, const char* name) {
+  if (shape.vertices.cols() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat("shape ", name, " is empty"));
+  }
+  if (!shape.vertices.allFinite()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("shape ", name, " has a coordinate that is not finite"));
+  }
+  if (shape.triangles.cols() == 0) return absl::OkStatus();
+  if (shape.triangles.minCoeff() < 0 || shape.triangles.maxCoeff() >= shape.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "a triangle of shape ", name, " names a vertex outside 0 to ", shape.vertices.cols() - 1));
+  }
+  return absl::OkStatus();
+}
+
+// The vertices in the order in which the triangles of `order` first name them, so that neighbours
+// in the list are neighbours in space; for a point set, `order` itself.
+std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& order) {
+  if (shape.triangles.cols() == 0) return order;
+  std::vector<uint8_t> seen(shape.vertices.cols(), 0);
+  std::vector<int> vertices;
+  vertices.reserve(shape.vertices.cols());
+  for (int face : order) {
+    for (int k = 0; k < 3; ++k) {
+      const int v = shape.triangles(k, face);
+      if (seen[v] != 0) continue;
+      seen[v] = 1;
+      vertices.push_back(v);
+    }
+  }
+  return vertices;
+}
+
+// Squared distance of each column of `points`. Each block starts without a hint, which costs
+// little and leaves the blocks independent of the threads.
+absl::StatusOr<std::vector<double>> SquaredDistances(const Eigen::Matrix3Xd& points,
+                                                     const ClosestPointTree& tree,
+                                                     const RunContext& context) {
+  std::vector<double> squared(points.cols());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
+        int hint = -1;
+        for (int64_t i = begin; i < end; ++i) {
+          const ClosestPointTree::Hit hit = tree.Closest(points.col(i), hint);
+          squared[i] = hit.squared_distance;
+          hint = hit.item;
+        }
+      }));
+  return squared;
+}
+
+// Distance below which 95 of 100 values lie. Reorders `distances`.
+double Percentile95(std::vector<double>& distances) {
+  const auto place = distances.begin() + static_cast<int64_t>(0.95 * (distances.size() - 1));
+  std::nth_element(distances.begin(), place, distances.end());
+  return *place;
+}
+
+struct OneWay {
+  DistanceSummary summary;
+  std::vector<double> distances;
+};
+
+absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const ClosestPointTree& from_tree,
+                                     const ClosestPointTree& to_tree, int samples,
+                                     const RunContext& context) {
+  const std::vector<int> vertices = VerticesInOrder(from, from_tree.source());
+  Eigen::Matrix3Xd corners(3, static_cast<Eigen::Index>(vertices.size()));
+  for (size_t i = 0; i < vertices.size(); ++i) corners.col(i) = from.vertices.col(vertices[i]);
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> squared,
+                           SquaredDistances(corners, to_tree, context));
+  OneWay way;
+  way.summary.max = std::sqrt(*std::max_element(squared.begin(), squared.end()));
+  if (from.triangles.cols() > 0) {
+    const Eigen::Matrix3Xd points =
+        SampleByArea(from.vertices, from.triangles, from_tree.source(), samples, context.seed);
+    RILIEVO_ASSIGN_OR_RETURN(squared, SquaredDistances(points, to_tree, context));
+  }
+  const double count = static_cast<double>(squared.size());
+  double sum = 0, sum_of_squares = 0;
+  for (double& value : squared) {
+    sum_of_squares += value;
+    value = std::sqrt(value);
+    sum += value;
+    way.summary.max = std::max(way.summary.max, value);
+  }
+  way.distances = std::move(squared);
+  way.summary.samples = static_cast<int64_t>(way.distances.size());
+  way.summary.mean = sum / count;
+  way.summary.rms = std::sqrt(sum_of_squares / count);
+  way.summary.p95 = Percentile95(way.distances);
+  return way;
+}
+
+}  // namespace
+
+absl::Status MeasureOptions::Validate() const {
+  if (samples < kMinSamples || samples > kMaxSamples) {
+    return absl::InvalidArgumentError(absl::StrCat("measure.samples is ", samples, ", must be ",
+                                                   kMinSamples, " to ", kMaxSamples));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
+                                              const MeasureOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
+  RILIEVO_RETURN_IF_ERROR(CheckShape(b, "b"));
+  context.Report(Stage::kMeasure, 0);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
+                           ClosestPointTree::Build(a.vertices, a.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_b,
+                           ClosestPointTree::Build(b.vertices, b.triangles, context));
+  context.Report(Stage::kMeasure, 0.2);
+  RILIEVO_ASSIGN_OR_RETURN(OneWay a_to_b,
+                           MeasureOneWay(a, tree_a, tree_b, options.samples, context));
+  context.Report(Stage::kMeasure, 0.6);
+  RILIEVO_ASSIGN_OR_RETURN(const OneWay b_to_a,
+                           MeasureOneWay(b, tree_b, tree_a, options.samples, context));
+  TwoSidedError error;
+  error.a_to_b = a_to_b.summary;
+  error.b_to_a = b_to_a.summary;
+  const auto square = [](double x) { return x * x; };
+  error.rms = std::sqrt((square(error.a_to_b.rms) + square(error.b_to_a.rms)) / 2);
+  error.mean = (error.a_to_b.mean + error.b_to_a.mean) / 2;
+  error.max = std::max(error.a_to_b.max, error.b_to_a.max);
+  std::vector<double>& pooled = a_to_b.distances;
+  pooled.insert(pooled.end(), b_to_a.distances.begin(), b_to_a.distances.end());
+  error.p95 = Percentile95(pooled);
+  context.Report(Stage::kMeasure, 1);
+  return error;
+}
+
+}  // namespace rilievo

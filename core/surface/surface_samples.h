@@ -1,0 +1,18 @@
+// Points spread evenly over the area of a triangle mesh.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+
+namespace rilievo {
+
+// `count` points (columns), each standing for the same share of the area: one in each of `count`
+// equal slices of the running area over the triangles in the order `order` (all of them, each
+// once), at a random place in it that depends on `seed` and the slice alone. So the spread is
+// better than that of independent points, and points of neighbouring columns lie as close as
+// neighbours in `order` do. Triangles without area get points only when none has any.
+Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+                              std::span<const int> order, int64_t count, uint64_t seed);
+
+}  // namespace rilievo
