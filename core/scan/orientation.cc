@@ -23,10 +23,17 @@ struct Relation {
 // when both lie on a circular arc: exact on flat parts, at sharp edges and across thin walls
 // (Xie et al. 2003; Koenig and Gumhold 2009).
 double ReflectedCosine(const OrientedCloud& cloud, int a, int b) {
+  constexpr double kNoiseDeviations = 3.0;
   const Eigen::Vector3d normal_a = cloud.normals.col(a);
   const Eigen::Vector3d normal_b = cloud.normals.col(b);
-  const Eigen::Vector3d chord = (cloud.points.col(b) - cloud.points.col(a)).normalized();
-  return normal_a.dot(normal_b) - 2 * chord.dot(normal_a) * chord.dot(normal_b);
+  const Eigen::Vector3d chord = cloud.points.col(b) - cloud.points.col(a);
+  const double slack = kNoiseDeviations * std::max(cloud.noise[a], cloud.noise[b]);
+  const auto beyond_noise = [slack](double height) {
+    return std::copysign(std::max(0.0, std::abs(height) - slack), height);
+  };
+  const double bend = beyond_noise(chord.dot(normal_a)) * beyond_noise(chord.dot(normal_b));
+  const double squared = chord.squaredNorm();
+  return normal_a.dot(normal_b) - (squared > 0 ? 2 * bend / squared : 0.0);
 }
 
 // Spanning forest by ascending 1 - |cosine|, in buckets.
