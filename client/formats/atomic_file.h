@@ -1,0 +1,21 @@
+// Files that appear whole or not at all.
+#pragma once
+
+#include <functional>
+#include <ostream>
+#include <span>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace rilievo {
+
+// Lets `write` fill a temporary file beside `path`, then renames it over `path`. When anything
+// fails, or the process dies, an older file at `path` is left as it was. A device or pipe at `path`
+// (/dev/stdout) is written directly. The message of an error names the path.
+absl::Status WriteFileAtomically(const std::string& path,
+                                 const std::function<absl::Status(std::ostream& out)>& write);
+
+absl::Status WriteBytesAtomically(const std::string& path, std::span<const unsigned char> bytes);
+
+}  // namespace rilievo

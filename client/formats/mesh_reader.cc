@@ -1,0 +1,165 @@
+#include "client/formats/mesh_reader.h"
+
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/byte_source.h"
+#include "client/formats/face_collector.h"
+#include "client/formats/file_kind.h"
+#include "client/formats/number_text.h"
+#include "client/formats/obj_lines.h"
+#include "client/formats/open_input.h"
+#include "client/formats/ply_elements.h"
+#include "client/formats/ply_header.h"
+#include "client/formats/ply_vertex.h"
+#include "client/formats/point_collector.h"
+#include "client/formats/scan_reader.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+// Vertices of an element, with normals and sources where the file has them.
+absl::Status ReadPlyVertices(ByteSource* source, const PlyHeader& header,
+                             const PlyVertexLayout& layout, MeshFile* file) {
+  const PlyElement& element = header.elements[layout.element_index];
+  RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), *source));
+  if (element.count > static_cast<uint64_t>(std::numeric_limits<int>::max())) {
+    return absl::ResourceExhaustedError(absl::StrCat("PLY mesh of ", element.count, " vertices"));
+  }
+  std::vector<int> wanted(layout.position.begin(), layout.position.end());
+  const auto want = [&](const char* name) {
+    const int property = element.Find(name);
+    if (property < 0 || element.properties[static_cast<size_t>(property)].is_list) return false;
+    wanted.push_back(property);
+    return true;
+  };
+  const bool has_normals = want("nx") && want("ny") && want("nz");
+  const size_t source_slot = wanted.size();
+  const bool has_source = want("source");
+  PlyElementReader reader(source, header, element, wanted, -1);
+  PointCollector points, normals;
+  if (source->remaining()) points.Reserve(element.count);
+  for (uint64_t i = 0; i < element.count; ++i) {
+    RILIEVO_RETURN_IF_ERROR(reader.Next());
+    const double* value = reader.scalars();
+    points.Add(value[0], value[1], value[2]);
+    if (has_normals) normals.Add(value[3], value[4], value[5]);
+    if (has_source)
+      file->source.push_back(value[source_slot] >= 0 && value[source_slot] < 256
+                                 ? static_cast<uint8_t>(value[source_slot])
+                                 : 255);
+  }
+  file->mesh.vertices = points.Finish();
+  file->mesh.normals = normals.Finish();
+  return absl::OkStatus();
+}
+
+int FindFaceList(const PlyElement& element) {
+  for (const char* name : {"vertex_indices", "vertex_index"}) {
+    const int property = element.Find(name);
+    if (property >= 0 && element.properties[static_cast<size_t>(property)].is_list) return property;
+  }
+  return -1;
+}
+
+absl::Status ReadPlyFaces(ByteSource* source, const PlyHeader& header, const PlyElement& element,
+                          int64_t vertices, FaceCollector* faces) {
+  const int list = FindFaceList(element);
+  if (list < 0 && element.count > 0) {
+    return absl::InvalidArgumentError(
+        "PLY element 'face': no list property 'vertex_indices' or 'vertex_index'");
+  }
+  RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), *source));
+  PlyElementReader reader(source, header, element, {}, list);
+  for (uint64_t i = 0; i < element.count; ++i) {
+    RILIEVO_RETURN_IF_ERROR(reader.Next());
+    if (const absl::Status status = faces->Add(reader.list(), vertices); !status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("PLY element 'face', number ", i + 1, ": ", status.message()));
+    }
+  }
+  return absl::OkStatus();
+}
+
+// One "a/b/c" of a face: a counts from 1, or from the end when negative.
+absl::Status ParseObjCorner(std::string_view word, int64_t vertices, double* corner) {
+  RILIEVO_RETURN_IF_ERROR(ParseNumber(word.substr(0, word.find('/')), corner));
+  *corner = *corner < 0 ? static_cast<double>(vertices) + *corner : *corner - 1;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
+  ByteSource source(in);
+  RILIEVO_ASSIGN_OR_RETURN(const PlyHeader header, ReadPlyHeader(&source));
+  RILIEVO_ASSIGN_OR_RETURN(const PlyVertexLayout vertex, FindPlyVertex(header));
+  MeshFile file;
+  file.format = absl::StrCat("PLY ", PlyFormatName(header.format));
+  const auto vertices = static_cast<int64_t>(header.elements[vertex.element_index].count);
+  FaceCollector faces;
+  for (size_t i = 0; i < header.elements.size(); ++i) {
+    const PlyElement& element = header.elements[i];
+    if (i == vertex.element_index) {
+      RILIEVO_RETURN_IF_ERROR(ReadPlyVertices(&source, header, vertex, &file));
+    } else if (element.name == "face") {
+      RILIEVO_RETURN_IF_ERROR(ReadPlyFaces(&source, header, element, vertices, &faces));
+    } else {
+      RILIEVO_RETURN_IF_ERROR(SkipPlyElement(&source, header, element));
+    }
+  }
+  file.mesh.triangles = faces.Finish();
+  return file;
+}
+
+absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
+  ByteSource source(in);
+  PointCollector points;
+  FaceCollector faces;
+  std::vector<double> corners;
+  // Faces may name vertices that come later, so ranges are checked against the most an int holds
+  // first and against the real number at the end.
+  constexpr int64_t kMost = std::numeric_limits<int>::max();
+  ObjVisitor visitor;
+  visitor.vertex = [&](const Eigen::Vector3d& p) { points.Add(p.x(), p.y(), p.z()); };
+  visitor.face = [&](std::string_view words) {
+    corners.clear();
+    for (auto word = NextWord(&words); !word.empty(); word = NextWord(&words)) {
+      corners.emplace_back();
+      RILIEVO_RETURN_IF_ERROR(ParseObjCorner(word, points.count(), &corners.back()));
+    }
+    return faces.Add(corners, kMost);
+  };
+  RILIEVO_RETURN_IF_ERROR(VisitObjLines(&source, visitor));
+  if (points.count() == 0) return absl::InvalidArgumentError("OBJ: no 'v' line, no vertices");
+  MeshFile file;
+  file.format = "OBJ";
+  file.mesh.vertices = points.Finish();
+  file.mesh.triangles = faces.Finish();
+  if (file.mesh.triangles.size() > 0 &&
+      file.mesh.triangles.maxCoeff() >= file.mesh.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat("OBJ: a face names vertex ",
+                                                   file.mesh.triangles.maxCoeff() + 1, " of ",
+                                                   file.mesh.vertices.cols()));
+  }
+  return file;
+}
+
+absl::StatusOr<MeshFile> ReadMesh(const std::string& path) {
+  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<MeshFile> {
+    HeadedInput input(in);
+    RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), path));
+    if (kind == FileKind::kPly) return ReadPlyMesh(input.stream());
+    if (kind == FileKind::kObj) return ReadObjMesh(input.stream());
+    if (kind == FileKind::kStl) return ReadStlMesh(input.stream());
+    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), path));
+    MeshFile file;
+    file.mesh.vertices = std::move(scan.cloud.points);
+    file.format = std::move(scan.format);
+    return file;
+  });
+}
+
+}  // namespace rilievo

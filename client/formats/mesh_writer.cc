@@ -1,0 +1,205 @@
+#include "client/formats/mesh_writer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/atomic_file.h"
+#include "client/formats/file_kind.h"
+#include "client/formats/number_text.h"
+
+namespace rilievo {
+namespace {
+
+// Gathers small pieces and hands them on in blocks.
+class BlockWriter {
+ public:
+  explicit BlockWriter(std::ostream& out) : out_(out) { block_.reserve(kBlock + 256); }
+  ~BlockWriter() { Flush(); }
+
+  std::string& text() {
+    if (block_.size() > kBlock) Flush();
+    return block_;
+  }
+  template <typename T>
+  void Little(T value) {
+    char raw[sizeof(T)];
+    std::memcpy(raw, &value, sizeof(T));
+    if constexpr (std::endian::native == std::endian::big) std::reverse(raw, raw + sizeof(T));
+    text().append(raw, sizeof(T));
+  }
+
+ private:
+  static constexpr size_t kBlock = size_t{1} << 18;
+  void Flush() {
+    out_.write(block_.data(), static_cast<std::streamsize>(block_.size()));
+    block_.clear();
+  }
+  std::ostream& out_;
+  std::string block_;
+};
+
+bool HasNormals(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals) {
+  return normals.cols() == points.cols() && points.cols() > 0;
+}
+
+// Whether rounding to float moves no coordinate by more than 1e-6 of the diagonal.
+bool FloatKeeps(const Eigen::Matrix3Xd& points) {
+  if (points.cols() == 0) return true;
+  const Eigen::Vector3d size = points.rowwise().maxCoeff() - points.rowwise().minCoeff();
+  const double largest = points.cwiseAbs().maxCoeff();
+  return largest < 3e38 && largest * 0x1.0p-24 <= 1e-6 * size.norm();
+}
+
+void WriteCoordinates(const Eigen::Vector3d& p, bool as_float, BlockWriter* writer) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (as_float) {
+      writer->Little(static_cast<float>(p(axis)));
+    } else {
+      writer->Little(p(axis));
+    }
+  }
+}
+
+struct PlyColumns {
+  const Eigen::Matrix3Xd& points;
+  const Eigen::Matrix3Xd& normals;
+  std::span<const HeightSource> sources;
+  bool float_points;
+};
+
+std::string PlyVertexHeader(const PlyColumns& columns) {
+  const char* type = columns.float_points ? "float" : "double";
+  std::string header = absl::StrCat("ply\nformat binary_little_endian 1.0\nelement vertex ",
+                                    columns.points.cols(), "\n");
+  for (const char* name : {"x", "y", "z"})
+    absl::StrAppend(&header, "property ", type, " ", name, "\n");
+  if (HasNormals(columns.points, columns.normals)) {
+    header += "property float nx\nproperty float ny\nproperty float nz\n";
+  }
+  if (!columns.sources.empty()) header += "property uchar source\n";
+  return header;
+}
+
+void WritePlyVertices(const PlyColumns& columns, BlockWriter* writer) {
+  const bool normals = HasNormals(columns.points, columns.normals);
+  for (Eigen::Index i = 0; i < columns.points.cols(); ++i) {
+    WriteCoordinates(columns.points.col(i), columns.float_points, writer);
+    if (normals) WriteCoordinates(columns.normals.col(i), true, writer);
+    if (!columns.sources.empty()) {
+      writer->Little(static_cast<uint8_t>(columns.sources[static_cast<size_t>(i)]));
+    }
+  }
+}
+
+Eigen::Vector3d FaceNormal(const TriangleMesh& mesh, Eigen::Index face) {
+  const Eigen::Vector3d a = mesh.vertices.col(mesh.triangles(0, face));
+  const Eigen::Vector3d b = mesh.vertices.col(mesh.triangles(1, face));
+  const Eigen::Vector3d c = mesh.vertices.col(mesh.triangles(2, face));
+  const Eigen::Vector3d cross = (b - a).cross(c - a);
+  const double norm = cross.norm();
+  return norm > 0 ? Eigen::Vector3d(cross / norm) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+
+absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                          std::ostream& out) {
+  if (!sources.empty() && static_cast<Eigen::Index>(sources.size()) != mesh.vertices.cols()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(sources.size(), " height sources for ", mesh.vertices.cols(), " vertices"));
+  }
+  const PlyColumns columns{mesh.vertices, mesh.normals, sources, FloatKeeps(mesh.vertices)};
+  BlockWriter writer(out);
+  absl::StrAppend(&writer.text(), PlyVertexHeader(columns), "element face ", mesh.triangles.cols(),
+                  "\nproperty list uchar int vertex_indices\nend_header\n");
+  WritePlyVertices(columns, &writer);
+  for (Eigen::Index face = 0; face < mesh.triangles.cols(); ++face) {
+    writer.Little(uint8_t{3});
+    for (int corner = 0; corner < 3; ++corner) writer.Little(mesh.triangles(corner, face));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
+                            std::ostream& out) {
+  const PlyColumns columns{points, normals, {}, false};
+  BlockWriter writer(out);
+  absl::StrAppend(&writer.text(), PlyVertexHeader(columns), "end_header\n");
+  WritePlyVertices(columns, &writer);
+  return absl::OkStatus();
+}
+
+absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out) {
+  const bool normals = HasNormals(mesh.vertices, mesh.normals);
+  BlockWriter writer(out);
+  const auto write_rows = [&](const char* keyword, const Eigen::Matrix3Xd& rows, bool as_float) {
+    for (Eigen::Index i = 0; i < rows.cols(); ++i) {
+      std::string& text = writer.text();
+      text += keyword;
+      for (int axis = 0; axis < 3; ++axis) {
+        text += ' ';
+        if (as_float) {
+          AppendNumber(static_cast<float>(rows(axis, i)), &text);
+        } else {
+          AppendNumber(rows(axis, i), &text);
+        }
+      }
+      text += '\n';
+    }
+  };
+  write_rows("v", mesh.vertices, false);
+  if (normals) write_rows("vn", mesh.normals, true);
+  for (Eigen::Index face = 0; face < mesh.triangles.cols(); ++face) {
+    std::string& text = writer.text();
+    text += 'f';
+    for (int corner = 0; corner < 3; ++corner) {
+      const int64_t index = int64_t{mesh.triangles(corner, face)} + 1;
+      text += ' ';
+      AppendNumber(index, &text);
+      if (!normals) continue;
+      text += "//";
+      AppendNumber(index, &text);
+    }
+    text += '\n';
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
+  if (mesh.triangles.cols() > static_cast<Eigen::Index>(UINT32_MAX)) {
+    return absl::InvalidArgumentError("STL holds at most 2^32 - 1 triangles");
+  }
+  BlockWriter writer(out);
+  std::string header = "rilievo";
+  header.resize(80, ' ');
+  writer.text() += header;
+  writer.Little(static_cast<uint32_t>(mesh.triangles.cols()));
+  for (Eigen::Index face = 0; face < mesh.triangles.cols(); ++face) {
+    WriteCoordinates(FaceNormal(mesh, face), true, &writer);
+    for (int corner = 0; corner < 3; ++corner) {
+      WriteCoordinates(mesh.vertices.col(mesh.triangles(corner, face)), true, &writer);
+    }
+    writer.Little(uint16_t{0});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
+                       std::span<const HeightSource> sources) {
+  const std::string extension = Extension(path);
+  if (extension != "ply" && extension != "obj" && extension != "stl") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": the extension must be .ply, .obj or .stl"));
+  }
+  return WriteFileAtomically(path, [&](std::ostream& out) {
+    if (extension == "obj") return WriteObjMesh(mesh, out);
+    if (extension == "stl") return WriteStlMesh(mesh, out);
+    return WritePlyMesh(mesh, sources, out);
+  });
+}
+
+}  // namespace rilievo

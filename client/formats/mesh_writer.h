@@ -1,0 +1,39 @@
+// Meshes and points out: PLY, OBJ, STL.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <ostream>
+#include <span>
+#include <string>
+
+#include "absl/status/status.h"
+#include "core/displacement/height_source.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// Binary little-endian PLY: x y z, the normals when the mesh has them (float nx ny nz), and for
+// each vertex `source` (uchar, see HeightSource) when `sources` is not empty (then one a vertex).
+// Coordinates are float where that keeps them to 1e-6 of the bounding-box diagonal, else double
+// (map grids).
+absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                          std::ostream& out);
+
+// Points alone, always double. `normals`: none (no columns), or one a point.
+absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
+                            std::ostream& out);
+
+// v, vn and f lines; each number is the shortest text that reads back the same.
+absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out);
+
+// Binary STL with face normals. The format holds float coordinates only, and at most 2^32 - 1
+// triangles (INVALID_ARGUMENT beyond).
+absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
+
+// By the extension of `path`: .ply, .obj or .stl; INVALID_ARGUMENT for any other. Atomic, see
+// WriteFileAtomically().
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
+                       std::span<const HeightSource> sources);
+
+}  // namespace rilievo

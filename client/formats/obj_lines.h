@@ -1,0 +1,23 @@
+// The lines of a Wavefront OBJ file that hold geometry.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "client/formats/byte_source.h"
+
+namespace rilievo {
+
+struct ObjVisitor {
+  std::function<void(const Eigen::Vector3d& position)> vertex;
+  // The words after 'f'; empty function: faces are passed over.
+  std::function<absl::Status(std::string_view words)> face;
+};
+
+// Calls the visitor for each 'v' and 'f' line; joins lines that end in a backslash; passes over all
+// other keywords. INVALID_ARGUMENT names the line.
+absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor);
+
+}  // namespace rilievo

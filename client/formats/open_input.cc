@@ -1,0 +1,70 @@
+#include "client/formats/open_input.h"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "client/formats/file_kind.h"
+
+namespace rilievo {
+namespace {
+
+// Some bytes, then the rest of another buffer.
+class Rejoined : public std::streambuf {
+ public:
+  Rejoined(std::string_view head, std::streambuf* rest) : rest_(rest) {
+    block_.assign(head);
+    setg(block_.data(), block_.data(), block_.data() + block_.size());
+  }
+
+ protected:
+  int_type underflow() override {
+    block_.resize(1 << 16);
+    const std::streamsize count =
+        rest_->sgetn(block_.data(), static_cast<std::streamsize>(block_.size()));
+    setg(block_.data(), block_.data(), block_.data() + count);
+    return count > 0 ? traits_type::to_int_type(block_.front()) : traits_type::eof();
+  }
+
+ private:
+  std::string block_;
+  std::streambuf* rest_;
+};
+
+}  // namespace
+
+HeadedInput::HeadedInput(std::istream& in) : stream_(&in) {
+  const std::istream::pos_type start = in.tellg();
+  head_.resize(kHeadBytes);
+  in.read(head_.data(), static_cast<std::streamsize>(head_.size()));
+  head_.resize(static_cast<size_t>(in.gcount()));
+  in.clear();
+  if (start != std::istream::pos_type(-1)) {
+    in.seekg(0, std::ios::end);
+    size_ = static_cast<uint64_t>(in.tellg() - start);
+    in.clear();
+    in.seekg(start);
+    return;
+  }
+  rejoined_ = std::make_unique<Rejoined>(head_, in.rdbuf());
+  rejoined_stream_ = std::make_unique<std::istream>(rejoined_.get());
+  stream_ = rejoined_stream_.get();
+}
+
+absl::StatusOr<std::ifstream> OpenFile(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": a folder; give a file"));
+  }
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (file) return file;
+  const int reason = errno;
+  const std::string message = absl::StrCat(path, ": cannot be read: ", std::strerror(reason));
+  if (reason == ENOENT) return absl::NotFoundError(message);
+  if (reason == EACCES) return absl::PermissionDeniedError(message);
+  return absl::FailedPreconditionError(message);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,330 @@
+// Point Cloud Library files (PCD 0.6, 0.7).
+#include <array>
+#include <bit>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/byte_source.h"
+#include "client/formats/lzf.h"
+#include "client/formats/number_text.h"
+#include "client/formats/point_collector.h"
+#include "client/formats/scalar_type.h"
+#include "client/formats/scan_reader.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+struct PcdField {
+  std::string name;
+  ScalarType type = ScalarType::kF32;
+  uint64_t count = 1;        // values a point
+  uint64_t value_index = 0;  // of its first value within a point
+  uint64_t byte_offset = 0;  // same, in bytes
+  uint64_t bytes() const { return count * ScalarSize(type); }
+};
+
+struct PcdHeader {
+  std::vector<PcdField> fields;
+  uint64_t points = 0;
+  uint64_t point_bytes = 0, point_values = 0;
+  std::string data;  // ascii, binary, binary_compressed
+  std::array<size_t, 3> axes{};
+};
+
+// The words of each header line, as found.
+struct PcdWords {
+  std::vector<std::string> fields, size, type, count, width, height, points, data;
+};
+
+absl::Status HeaderError(absl::string_view entry, absl::string_view what) {
+  return absl::InvalidArgumentError(absl::StrCat("PCD header, ", entry, ": ", what));
+}
+
+std::vector<std::string> Words(std::string_view line) {
+  std::vector<std::string> words;
+  for (std::string_view word = NextWord(&line); !word.empty(); word = NextWord(&line)) {
+    words.emplace_back(word);
+  }
+  return words;
+}
+
+absl::StatusOr<PcdWords> ReadWords(ByteSource* source) {
+  PcdWords words;
+  size_t bytes = 0;
+  std::string_view line;
+  while (words.data.empty()) {
+    const ByteSource::Line result = source->NextLine(&line);
+    if (result == ByteSource::Line::kEnd || !source->line_was_ended()) {
+      return absl::DataLossError("PCD header: the bytes end before the DATA line; truncated file?");
+    }
+    bytes += line.size();
+    if (result == ByteSource::Line::kTooLong || bytes > (size_t{1} << 20)) {
+      return absl::InvalidArgumentError("PCD header: longer than 1 MiB; is this a PCD file?");
+    }
+    const std::string_view text = line.substr(0, line.find('#'));
+    std::string_view rest = text;
+    const std::string_view key = NextWord(&rest);
+    if (key == "FIELDS" || key == "COLUMNS")
+      words.fields = Words(rest);
+    else if (key == "SIZE")
+      words.size = Words(rest);
+    else if (key == "TYPE")
+      words.type = Words(rest);
+    else if (key == "COUNT")
+      words.count = Words(rest);
+    else if (key == "WIDTH")
+      words.width = Words(rest);
+    else if (key == "HEIGHT")
+      words.height = Words(rest);
+    else if (key == "POINTS")
+      words.points = Words(rest);
+    else if (key == "DATA") {
+      words.data = Words(rest);
+      if (words.data.empty()) return HeaderError("DATA", "names no format");
+    } else if (!key.empty() && key != "VERSION" && key != "VIEWPOINT") {
+      return absl::InvalidArgumentError(absl::StrCat("PCD header, line ", source->line_number(),
+                                                     ": unknown entry ", Quoted(key)));
+    }
+  }
+  return words;
+}
+
+std::optional<ScalarType> PcdType(std::string_view type, std::string_view size) {
+  constexpr struct {
+    const char *type, *size;
+    ScalarType scalar;
+  } kTypes[] = {{"F", "4", ScalarType::kF32}, {"F", "8", ScalarType::kF64},
+                {"I", "1", ScalarType::kI8},  {"I", "2", ScalarType::kI16},
+                {"I", "4", ScalarType::kI32}, {"I", "8", ScalarType::kI64},
+                {"U", "1", ScalarType::kU8},  {"U", "2", ScalarType::kU16},
+                {"U", "4", ScalarType::kU32}, {"U", "8", ScalarType::kU64}};
+  for (const auto& known : kTypes) {
+    if (type == known.type && size == known.size) return known.scalar;
+  }
+  return std::nullopt;
+}
+
+absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
+  const size_t n = words.fields.size();
+  if (n == 0) return HeaderError("FIELDS", "missing or empty");
+  if (words.size.size() != n || words.type.size() != n ||
+      (!words.count.empty() && words.count.size() != n)) {
+    return HeaderError("SIZE, TYPE, COUNT", absl::StrCat("each needs ", n, " values, one a field"));
+  }
+  for (size_t i = 0; i < n; ++i) {
+    PcdField field;
+    field.name = words.fields[i];
+    const std::optional<ScalarType> type = PcdType(words.type[i], words.size[i]);
+    if (!type) {
+      return HeaderError(
+          absl::StrCat("field ", Quoted(field.name)),
+          absl::StrCat("TYPE ", Quoted(words.type[i]), " with SIZE ", Quoted(words.size[i]),
+                       " is none; known: F 4 8, I and U 1 2 4 8"));
+    }
+    field.type = *type;
+    if (!words.count.empty() &&
+        (!ParseCount(words.count[i], &field.count) || field.count > (1u << 20))) {
+      return HeaderError(absl::StrCat("field ", Quoted(field.name)),
+                         absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
+    }
+    field.value_index = header->point_values;
+    field.byte_offset = header->point_bytes;
+    header->point_values += field.count;
+    header->point_bytes += field.bytes();
+    header->fields.push_back(std::move(field));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status FindAxes(PcdHeader* header) {
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    int found = 0;
+    for (size_t i = 0; i < header->fields.size(); ++i) {
+      if (header->fields[i].name != kAxes[axis]) continue;
+      header->axes[axis] = i;
+      ++found;
+    }
+    if (found != 1 || header->fields[header->axes[axis]].count != 1) {
+      return HeaderError("FIELDS",
+                         absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<uint64_t> One(absl::string_view entry, const std::vector<std::string>& words) {
+  uint64_t value = 0;
+  if (words.size() == 1 && ParseCount(words[0], &value)) return value;
+  return HeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
+                                                       : Quoted(words[0]) + " is no count",
+                                         "; it must be a whole number from 0 below 2^64"));
+}
+
+absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
+  std::optional<uint64_t> grid;
+  if (!words.width.empty()) {
+    uint64_t height = 1;
+    RILIEVO_ASSIGN_OR_RETURN(const uint64_t width, One("WIDTH", words.width));
+    if (!words.height.empty()) {
+      RILIEVO_ASSIGN_OR_RETURN(height, One("HEIGHT", words.height));
+    }
+    if (height != 0 && width > UINT64_MAX / height) {
+      return HeaderError("WIDTH, HEIGHT", "their product overflows");
+    }
+    grid = width * height;
+  }
+  if (words.points.empty() && grid) {
+    header->points = *grid;
+  } else {
+    RILIEVO_ASSIGN_OR_RETURN(header->points, One("POINTS", words.points));
+    if (grid && *grid != header->points) {
+      return HeaderError("POINTS",
+                         absl::StrCat(header->points, " differs from WIDTH x HEIGHT = ", *grid));
+    }
+  }
+  if (header->points == 0) return HeaderError("POINTS", "0, no points");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source) {
+  RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadWords(source));
+  PcdHeader header;
+  RILIEVO_RETURN_IF_ERROR(AddFields(words, &header));
+  RILIEVO_RETURN_IF_ERROR(FindAxes(&header));
+  RILIEVO_RETURN_IF_ERROR(CountPoints(words, &header));
+  header.data = words.data[0];
+  if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
+    return HeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
+                                            "; known: ascii, binary, binary_compressed"));
+  }
+  return header;
+}
+
+absl::Status CheckPointsFit(const PcdHeader& header, uint64_t least_bytes, uint64_t held_bytes) {
+  const uint64_t held = held_bytes / least_bytes;
+  if (header.points <= held) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat("PCD data: the header claims ", header.points,
+                                          " points, the ", held_bytes, " bytes there hold at most ",
+                                          held, "; truncated file or wrong count"));
+}
+
+absl::Status Truncated(const PcdHeader& header, uint64_t read) {
+  return absl::DataLossError(absl::StrCat("PCD data: the header claims ", header.points,
+                                          " points, the bytes end after ", read));
+}
+
+absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+  if (source->remaining()) {
+    RILIEVO_RETURN_IF_ERROR(
+        CheckPointsFit(header, 2 * header.point_values, *source->remaining() + 1));
+    points->Reserve(header.points);
+  }
+  std::array<uint64_t, 3> columns;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    columns[axis] = header.fields[header.axes[axis]].value_index;
+  }
+  std::string_view line;
+  for (uint64_t read = 0; read < header.points;) {
+    const ByteSource::Line result = source->NextLine(&line);
+    if (result == ByteSource::Line::kEnd) return Truncated(header, read);
+    const auto line_error = [&](const auto&... what) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("PCD data, line ", source->line_number(), ": ", what...));
+    };
+    if (result == ByteSource::Line::kTooLong) return line_error("the next line is over 1 MiB");
+    std::string_view word = NextWord(&line);
+    if (word.empty()) continue;
+    std::array<double, 3> point{};
+    uint64_t column = 0;
+    for (; !word.empty(); word = NextWord(&line), ++column) {
+      for (size_t axis = 0; axis < 3; ++axis) {
+        if (columns[axis] != column) continue;
+        if (const absl::Status status = ParseNumber(word, &point[axis]); !status.ok()) {
+          return line_error(status.message());
+        }
+      }
+    }
+    if (column < header.point_values && !source->line_was_ended()) return Truncated(header, read);
+    if (column != header.point_values) {
+      return line_error(column, " values, the fields need ", header.point_values);
+    }
+    points->Add(point[0], point[1], point[2]);
+    ++read;
+  }
+  return absl::OkStatus();
+}
+
+constexpr bool kSwap = std::endian::native == std::endian::big;  // PCD bodies are little-endian
+
+absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+  if (source->remaining()) {
+    RILIEVO_RETURN_IF_ERROR(CheckPointsFit(header, header.point_bytes, *source->remaining()));
+    points->Reserve(header.points);
+  }
+  const uint64_t block = std::max<uint64_t>(1, (1u << 16) / header.point_bytes);
+  for (uint64_t read = 0; read < header.points;) {
+    const uint64_t rows = std::min(block, header.points - read);
+    const char* bytes = source->Take(rows * header.point_bytes);
+    if (bytes == nullptr) return Truncated(header, read);
+    for (uint64_t row = 0; row < rows; ++row, bytes += header.point_bytes) {
+      std::array<double, 3> point;
+      for (size_t axis = 0; axis < 3; ++axis) {
+        const PcdField& field = header.fields[header.axes[axis]];
+        point[axis] = LoadScalar(bytes + field.byte_offset, field.type, kSwap);
+      }
+      points->Add(point[0], point[1], point[2]);
+    }
+    read += rows;
+  }
+  return absl::OkStatus();
+}
+
+// Two sizes, then an LZF stream that holds field after field instead of point after point.
+absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+  const char* sizes = source->Take(8);
+  if (sizes == nullptr) return absl::DataLossError("PCD data: the bytes end before the two sizes");
+  const uint64_t compressed = LoadAs<uint32_t>(sizes, kSwap);
+  const uint64_t size = LoadAs<uint32_t>(sizes + 4, kSwap);
+  if (header.points > size / header.point_bytes || header.points * header.point_bytes != size) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("PCD data: ", size, " uncompressed bytes announced, ", header.points,
+                     " points of ", header.point_bytes, " bytes need another number"));
+  }
+  const char* bytes = source->Take(compressed);
+  if (bytes == nullptr) {
+    return absl::DataLossError(
+        absl::StrCat("PCD data: the bytes end before the ", compressed, " announced"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<char> body,
+                           DecodeLzf(std::string_view(bytes, compressed), size));
+  points->Reserve(header.points);
+  for (uint64_t i = 0; i < header.points; ++i) {
+    std::array<double, 3> point;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const PcdField& field = header.fields[header.axes[axis]];
+      const char* plane = body.data() + field.byte_offset * header.points;
+      point[axis] = LoadScalar(plane + i * field.bytes(), field.type, kSwap);
+    }
+    points->Add(point[0], point[1], point[2]);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in) {
+  ByteSource source(in);
+  RILIEVO_ASSIGN_OR_RETURN(const PcdHeader header, ReadPcdHeader(&source));
+  PointCollector points;
+  RILIEVO_RETURN_IF_ERROR(header.data == "ascii"    ? ReadAscii(&source, header, &points)
+                          : header.data == "binary" ? ReadBinary(&source, header, &points)
+                                                    : ReadCompressed(&source, header, &points));
+  return ScanFile{{points.Finish()}, absl::StrCat("PCD ", header.data)};
+}
+
+}  // namespace rilievo

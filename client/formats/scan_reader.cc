@@ -1,0 +1,40 @@
+#include "client/formats/scan_reader.h"
+
+#include <cstdint>
+#include <iostream>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/file_kind.h"
+#include "client/formats/open_input.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+
+absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name) {
+  HeadedInput input(in);
+  RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
+  switch (kind) {
+    case FileKind::kPly:
+      return ReadPlyScan(input.stream());
+    case FileKind::kPcd:
+      return ReadPcdScan(input.stream());
+    case FileKind::kXyz:
+      return ReadXyzScan(input.stream());
+    case FileKind::kObj:
+      return ReadObjScan(input.stream());
+    case FileKind::kStl:
+      return absl::InvalidArgumentError(
+          "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS or OBJ");
+    case FileKind::kDss:
+      return absl::InvalidArgumentError(
+          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS or OBJ");
+  }
+  return absl::InternalError("unknown kind of file");
+}
+
+absl::StatusOr<ScanFile> ReadScan(const std::string& path) {
+  return WithInput(path, [&](std::istream& in) { return ReadScanStream(in, path); });
+}
+
+}  // namespace rilievo

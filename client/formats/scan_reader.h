@@ -1,0 +1,44 @@
+// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ.
+#pragma once
+
+#include <cstdint>
+#include <istream>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/geometry/point_cloud.h"
+
+namespace rilievo {
+
+struct ScanFile {
+  PointCloud cloud;    // as in the file: double, non-finite points kept
+  std::string format;  // for people: "PLY binary_little_endian", "PCD ascii", ...
+};
+
+// All readers stream, hold no more than the points and one block, and believe no count of a header
+// before the bytes that are really there allow it. Errors: INVALID_ARGUMENT for what breaks the
+// format, DATA_LOSS for what ends too early; the message names the part of the file, the line,
+// element or property, the value found, and what would be right.
+
+// Any property types and order, lists, other elements before and after, either byte order.
+absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in);
+
+// Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
+absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in);
+
+// Lines of numbers, x y z first (or where a heading line says), separated by blanks, tabs, commas
+// or semicolons; further columns are passed over. Comments start with # or //. A line with a single
+// whole number gives the count of the points that follow (PTS), several such blocks may follow.
+absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in);
+
+// The 'v' lines of a Wavefront file.
+absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
+
+// Chooses by content first, by the extension of `name` second.
+absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name);
+
+// Opens the file; "-" reads the standard input. NOT_FOUND, PERMISSION_DENIED or the errors above;
+// the message begins with the path.
+absl::StatusOr<ScanFile> ReadScan(const std::string& path);
+
+}  // namespace rilievo
