@@ -25,6 +25,7 @@ constexpr double kSpacingPerCell = 2.5;
 constexpr double kOppositeNormals = -0.7;
 constexpr double kAcrossShare = 0.6;
 constexpr double kThinShare = 0.002;
+constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 
 struct GridLevel {
   ImplicitGrid grid;
@@ -156,12 +157,21 @@ double SheetDistance(const OrientedCloud& cloud, const NeighborGraph& graph) {
   return distances[rank];
 }
 
+// Spacing of as many points spread evenly over the same area: unlike the median it is not ruled by
+// the dense parts of a scan, so the grid stays in proportion to the points.
+double EvenSpacing(const OrientedCloud& cloud) {
+  double squares = 0;
+  for (const float spacing : cloud.spacing) squares += double{spacing} * spacing;
+  return std::sqrt(squares / static_cast<double>(cloud.spacing.size()));
+}
+
 double FinestCell(const OrientedCloud& cloud, const NeighborGraph& graph,
                   const ImplicitOptions& options) {
   const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
+  const double spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
   const double thin = std::max(options.cell_thicknesses * SheetDistance(cloud, graph),
-                               options.thin_cell_spacings * cloud.median_spacing);
-  const double cell = std::max(std::min(thin, options.cell_spacings * cloud.median_spacing),
+                               options.thin_cell_spacings * spacing);
+  const double cell = std::max(std::min(thin, options.cell_spacings * spacing),
                                options.cell_noises * cloud.median_noise);
   return std::clamp(cell, smallest, 1.0 / kCoarsestCells);
 }
