@@ -18,10 +18,10 @@ enum class FitMethod {
 
 struct FitOptions {
   FitMethod method = FitMethod::kLeastSquares;
-  int suzuki_rounds = 3;      // [0, 50]
-  double suzuki_lambda = 0.8;  // (0, 1], seed 004 section 4.2
-  int rounds = 4;             // foot points and solves in turn, [1, 50]
-  int sample_level = 2;       // a control face is sampled at this level's vertices, [0, 4]
+  int suzuki_rounds = 3;            // [0, 50]
+  double suzuki_lambda = 0.8;       // (0, 1], seed 004 section 4.2
+  int rounds = 4;                   // foot points and solves in turn, [1, 50]
+  int sample_level = 2;             // a control face is sampled at this level's vertices, [0, 4]
   double tangential_weight = 0.05;  // of the point-to-point part beside point-to-plane, [0, 1]
   // Weight of the thin-plate fairness, lowered to `fairness_end` over the rounds. >= 0.
   double fairness_start = 1e-2;
@@ -32,11 +32,11 @@ struct FitOptions {
 };
 
 struct DomainFit {
-  ControlMesh control_mesh;      // same faces as given, control points moved
-  double rms_before = 0;         // distance of the cloud's points to the limit surface samples,
-  double rms_after = 0;          // point-to-plane, unit frame
+  ControlMesh control_mesh;  // same faces as given, control points moved
+  double rms_before = 0;     // distance of the cloud's points to the limit surface samples,
+  double rms_after = 0;      // point-to-plane, unit frame
   int rounds = 0;
-  bool converged = false;        // the last round moved control points by less than 1e-4
+  bool converged = false;         // the last round moved control points by less than 1e-4
   std::vector<double> round_rms;  // one a round
 };
 

@@ -1,0 +1,143 @@
+#include "core/domain/cloud_assignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/scan/neighbor_graph.h"
+
+namespace rilievo {
+namespace {
+
+// More points than this a sample tell the fit nothing new.
+constexpr int64_t kPointsPerSample = 8;
+constexpr int64_t kSmallCloud = 150'000;
+constexpr int64_t kPointsPerTask = 4096;
+// Nearest samples among which one with an agreeing normal is looked for.
+constexpr int kCandidates = 12;
+
+bool Agree(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample) {
+  return cloud.normals.col(point).dot(surface.normals.col(sample)) > kNormalAgreement;
+}
+
+double SquaredDistance(const OrientedCloud& cloud, const SampledSurface& surface, int point,
+                       int sample) {
+  return (cloud.points.col(point) - surface.positions.col(sample)).squaredNorm();
+}
+
+double Offset(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample,
+              bool agree) {
+  const Eigen::Vector3d normal = surface.normals.col(sample);
+  const Eigen::Vector3d direction =
+      agree ? HalfwayNormal(normal, cloud.normals.col(point)) : normal;
+  return direction.dot(cloud.points.col(point) - surface.positions.col(sample));
+}
+
+}  // namespace
+
+Eigen::Vector3d HalfwayNormal(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return (a + b).normalized();
+}
+
+CloudAssignment::CloudAssignment(const OrientedCloud& cloud, const DomainSamples& samples)
+    : cloud_(cloud), samples_(samples) {
+  const int64_t count = cloud.points.cols();
+  const int64_t wanted = std::max(kSmallCloud, kPointsPerSample * samples.size());
+  const int64_t stride = (count + wanted - 1) / wanted;
+  // The cloud is in Morton order, so every stride-th point is a spatially even choice.
+  subset_.reserve(static_cast<size_t>(count / stride + 1));
+  for (int64_t i = 0; i < count; i += stride) subset_.push_back(static_cast<int>(i));
+}
+
+absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunContext& context) {
+  if (nearest_.empty()) RILIEVO_RETURN_IF_ERROR(SearchTree(surface, context));
+  const auto count = static_cast<int64_t>(subset_.size());
+  agrees_.resize(subset_.size());
+  block_squares_.assign(static_cast<size_t>(count / kPointsPerTask + 1), 0.0);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+        double squares = 0;
+        for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+          nearest_[i] = Walk(surface, subset_[i], nearest_[i]);
+          const bool agree = Agree(cloud_, surface, subset_[i], nearest_[i]);
+          agrees_[i] = agree;
+          const double offset = Offset(cloud_, surface, subset_[i], nearest_[i], agree);
+          squares += offset * offset;
+        }
+        block_squares_[static_cast<size_t>(begin / kPointsPerTask)] = squares;
+      }));
+  double squares = 0;
+  for (double block : block_squares_) squares += block;
+  rms_ = std::sqrt(squares / static_cast<double>(count));
+  SortBySample();
+  return absl::OkStatus();
+}
+
+absl::Status CloudAssignment::SearchTree(const SampledSurface& surface, const RunContext& context) {
+  const PointIndex tree(surface.positions);
+  nearest_.resize(subset_.size());
+  return ParallelFor(
+      static_cast<int64_t>(subset_.size()), kPointsPerTask, context,
+      [&](int64_t begin, int64_t end) {
+        int found[kCandidates];
+        double squared[kCandidates];
+        for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+          const int point = subset_[i];
+          tree.Nearest(cloud_.points.col(point), 1, found, squared);
+          nearest_[i] = found[0];
+          if (Agree(cloud_, surface, point, found[0])) continue;
+          const int count = tree.Nearest(cloud_.points.col(point), kCandidates, found, squared);
+          const int* agreeing = std::find_if(found, found + count, [&](int sample) {
+            return Agree(cloud_, surface, point, sample);
+          });
+          if (agreeing != found + count) nearest_[i] = *agreeing;
+        }
+      });
+}
+
+// Steps to a nearer sample while there is one. A point that sits on an agreeing sample never leaves
+// for one that disagrees: so it cannot slip over the rim of a thin wall to the other sheet.
+int CloudAssignment::Walk(const SampledSurface& surface, int point, int start) const {
+  int at = start;
+  bool agrees = Agree(cloud_, surface, point, at);
+  double nearest = SquaredDistance(cloud_, surface, point, at);
+  for (bool moved = true; moved;) {
+    moved = false;
+    const auto begin = static_cast<size_t>(samples_.rings.neighbor_begin[at]);
+    const auto end = static_cast<size_t>(samples_.rings.neighbor_begin[at + 1]);
+    for (size_t k = begin; k < end; ++k) {
+      const int candidate = samples_.rings.neighbors[k];
+      const double distance = SquaredDistance(cloud_, surface, point, candidate);
+      const bool nearer = distance < nearest;
+      if (agrees && !nearer) continue;
+      const bool candidate_agrees = Agree(cloud_, surface, point, candidate);
+      if (agrees ? !candidate_agrees : !candidate_agrees && !nearer) continue;
+      at = candidate;
+      agrees = candidate_agrees;
+      nearest = distance;
+      moved = true;
+    }
+  }
+  return at;
+}
+
+// A counting sort, so that the order within a sample is that of the cloud.
+void CloudAssignment::SortBySample() {
+  begin_.assign(static_cast<size_t>(samples_.size()) + 1, 0);
+  for (size_t i = 0; i < subset_.size(); ++i) {
+    if (agrees_[i]) ++begin_[static_cast<size_t>(nearest_[i]) + 1];
+  }
+  for (size_t s = 1; s < begin_.size(); ++s) begin_[s] += begin_[s - 1];
+  points_.resize(static_cast<size_t>(begin_.back()));
+  std::vector<int> next(begin_.begin(), begin_.end() - 1);
+  for (size_t i = 0; i < subset_.size(); ++i) {
+    if (agrees_[i]) {
+      points_[static_cast<size_t>(next[static_cast<size_t>(nearest_[i])]++)] = subset_[i];
+    }
+  }
+}
+
+}  // namespace rilievo

@@ -1,0 +1,114 @@
+#include "core/domain/domain_samples.h"
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kSamplesPerTask = 2048;
+
+void AssignOwners(const FaceSamples& face_samples, int sample_count, DomainSamples* samples) {
+  std::vector<uint8_t> taken(static_cast<size_t>(sample_count), 0);
+  samples->owned.reserve(static_cast<size_t>(sample_count));
+  samples->owned_begin.assign(1, 0);
+  const int faces = samples->control_face_count();
+  for (int face = 0; face < faces; ++face) {
+    for (int k = 0; k < face_samples.per_face; ++k) {
+      const int sample =
+          face_samples.vertices[static_cast<size_t>(face) * face_samples.per_face + k];
+      if (taken[static_cast<size_t>(sample)]) continue;
+      taken[static_cast<size_t>(sample)] = 1;
+      samples->owned.push_back(sample);
+    }
+    samples->owned_begin.push_back(static_cast<int>(samples->owned.size()));
+  }
+}
+
+void LinkBoundary(const MeshTopology& topology, DomainSamples* samples) {
+  samples->boundary_previous.assign(static_cast<size_t>(topology.vertex_count), -1);
+  samples->boundary_next.assign(static_cast<size_t>(topology.vertex_count), -1);
+  for (int face = 0; face < topology.face_count(); ++face) {
+    for (int k = 0; k < 3; ++k) {
+      if (topology.face_neighbors(k, face) >= 0) continue;
+      const int from = topology.faces(k, face);
+      const int to = topology.faces((k + 1) % 3, face);
+      samples->boundary_next[static_cast<size_t>(from)] = to;
+      samples->boundary_previous[static_cast<size_t>(to)] = from;
+    }
+  }
+}
+
+void Normalize(std::vector<double>* shares) {
+  double total = 0;
+  for (double share : *shares) total += share;
+  for (double& share : *shares) {
+    share = total > 0 ? share / total : 1.0 / static_cast<double>(shares->size());
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int level,
+                                                 const RunContext& context) {
+  DomainSamples samples;
+  RILIEVO_ASSIGN_OR_RETURN(samples.refinement, RefineTopology(mesh, level, context));
+  RILIEVO_ASSIGN_OR_RETURN(samples.stencils,
+                           BuildLimitStencils(samples.refinement, level, context));
+  samples.rings = BuildVertexRings(samples.finest());
+  samples.control_rings = BuildVertexRings(samples.refinement.levels.front());
+  AssignOwners(SamplesOfControlFaces(samples.refinement, level), samples.size(), &samples);
+  LinkBoundary(samples.finest(), &samples);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  return samples;
+}
+
+absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
+                           const RunContext& context, SampledSurface* surface) {
+  const LimitStencils& stencils = samples.stencils;
+  surface->positions.resize(3, samples.size());
+  surface->normals.resize(3, samples.size());
+  return ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      Eigen::Vector3d position = Eigen::Vector3d::Zero();
+      Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();
+      Eigen::Vector3d tangent_v = Eigen::Vector3d::Zero();
+      const auto last = static_cast<size_t>(stencils.begin[static_cast<size_t>(i) + 1]);
+      for (auto e = static_cast<size_t>(stencils.begin[static_cast<size_t>(i)]); e < last; ++e) {
+        const auto point = control_points.col(stencils.control_vertices[e]);
+        position += stencils.position[e] * point;
+        tangent_u += stencils.tangent_u[e] * point;
+        tangent_v += stencils.tangent_v[e] * point;
+      }
+      surface->positions.col(i) = position;
+      surface->normals.col(i) = tangent_u.cross(tangent_v).normalized();
+    }
+  });
+}
+
+AreaShares ShareArea(const DomainSamples& samples, const SampledSurface& surface) {
+  AreaShares shares;
+  shares.samples.assign(static_cast<size_t>(samples.size()), 0.0);
+  shares.control_vertices.assign(static_cast<size_t>(samples.control_vertex_count()), 0.0);
+  const MeshTopology& fine = samples.finest();
+  const MeshTopology& coarse = samples.refinement.levels.front();
+  const int descendants = fine.face_count() / coarse.face_count();
+  for (int face = 0; face < fine.face_count(); ++face) {
+    const auto corner = [&](int k) { return surface.positions.col(fine.faces(k, face)); };
+    const Eigen::Vector3d side = corner(1) - corner(0);
+    const double third = side.cross(corner(2) - corner(0)).norm() / 6;
+    for (int k = 0; k < 3; ++k) {
+      shares.samples[static_cast<size_t>(fine.faces(k, face))] += third;
+      shares.control_vertices[static_cast<size_t>(coarse.faces(k, face / descendants))] += third;
+    }
+  }
+  Normalize(&shares.samples);
+  Normalize(&shares.control_vertices);
+  return shares;
+}
+
+}  // namespace rilievo

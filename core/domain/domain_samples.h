@@ -1,0 +1,57 @@
+// Where the domain surface meets the data: the limit points of one refinement level.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/loop/limit_stencils.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+
+// The part of a fit that depends on connectivity alone. Sample i is vertex i of the refinement's
+// finest level; the first `control_vertex_count()` samples are the limits of the control vertices.
+struct DomainSamples {
+  LoopRefinement refinement;
+  LimitStencils stencils;        // one a sample
+  VertexRings rings;             // around the samples, within the finest level
+  VertexRings control_rings;     // around the control vertices
+  std::vector<int> owned_begin;  // size control_face_count() + 1
+  // Samples charged to control face f: [owned_begin[f], owned_begin[f + 1]). A sample on an edge or
+  // a corner belongs to the first of its faces, so each sample counts once.
+  std::vector<int> owned;
+  std::vector<int> boundary_previous, boundary_next;  // along the boundary; -1 inside
+
+  int size() const { return stencils.size(); }
+  int control_vertex_count() const { return refinement.levels.front().vertex_count; }
+  int control_face_count() const { return refinement.levels.front().face_count(); }
+  const MeshTopology& finest() const { return refinement.levels.back(); }
+  bool on_boundary(int sample) const { return boundary_next[static_cast<size_t>(sample)] >= 0; }
+};
+
+// INVALID_ARGUMENT unless `mesh` is a manifold.
+absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int level,
+                                                 const RunContext& context);
+
+// The surface at the samples: columns as in DomainSamples.
+struct SampledSurface {
+  Eigen::Matrix3Xd positions;  // limit positions
+  Eigen::Matrix3Xd normals;    // unit limit normals, outward; zero where the surface is singular
+};
+
+absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
+                           const RunContext& context, SampledSurface* surface);
+
+// Shares of the surface's area: each sums to one over its vertices. Equal shares for a surface
+// without area.
+struct AreaShares {
+  std::vector<double> samples;           // a third of the limit triangles around each sample
+  std::vector<double> control_vertices;  // a third of the limit faces around each control vertex
+};
+AreaShares ShareArea(const DomainSamples& samples, const SampledSurface& surface);
+
+}  // namespace rilievo

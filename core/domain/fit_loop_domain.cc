@@ -1,0 +1,123 @@
+#include "core/domain/fit_loop_domain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/domain/domain_samples.h"
+#include "core/domain/foot_points.h"
+#include "core/domain/least_squares_fit.h"
+#include "core/domain/suzuki_update.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kConvergedMove = 1e-4;
+// Of the progress, when Ceres follows.
+constexpr double kSuzukiShare = 0.2;
+
+absl::Status CheckRange(const char* field, double value, double low, double high) {
+  if (value >= low && value <= high) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(field, ": ", value, " is outside [", low, ", ", high, "]"));
+}
+
+absl::Status CheckInput(const OrientedCloud& cloud, const PointIndex& index,
+                        const ControlMesh& start) {
+  const Eigen::Index count = cloud.points.cols();
+  if (count == 0) return absl::InvalidArgumentError("cloud: no points");
+  if (cloud.normals.cols() != count || static_cast<Eigen::Index>(cloud.spacing.size()) != count ||
+      index.size() != count) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("cloud: ", count, " points, but ", cloud.normals.cols(), " normals, ",
+                     cloud.spacing.size(), " spacings and ", index.size(), " points in the index"));
+  }
+  if (!cloud.points.allFinite() || !cloud.normals.allFinite()) {
+    return absl::InvalidArgumentError("cloud: points and normals must be finite");
+  }
+  if (start.faces.cols() == 0) return absl::InvalidArgumentError("control mesh: no faces");
+  if (!start.vertices.allFinite()) {
+    return absl::InvalidArgumentError("control mesh: vertices must be finite");
+  }
+  return absl::OkStatus();
+}
+
+// Samples in greater number than the cloud's points would only repeat them: the lowest level, from
+// 1, that has as many, or the asked one.
+int SampleLevel(const ControlMesh& mesh, int64_t point_count, int asked) {
+  int level = std::min(asked, 1);
+  // A refinement has about half as many vertices as faces.
+  int64_t samples = mesh.faces.cols() * (int64_t{1} << (2 * level)) / 2;
+  for (; level < asked && samples < point_count; ++level) samples *= 4;
+  return level;
+}
+
+}  // namespace
+
+absl::Status FitOptions::Validate() const {
+  constexpr double kInfinity = 1e300;
+  RILIEVO_RETURN_IF_ERROR(CheckRange("suzuki_rounds", suzuki_rounds, 0, 50));
+  if (!(suzuki_lambda > 0 && suzuki_lambda <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("suzuki_lambda: ", suzuki_lambda, " is outside (0, 1]"));
+  }
+  RILIEVO_RETURN_IF_ERROR(CheckRange("rounds", rounds, 1, 50));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("sample_level", sample_level, 0, 4));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("tangential_weight", tangential_weight, 0, 1));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("fairness_start", fairness_start, 0, kInfinity));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("fairness_end", fairness_end, 0, kInfinity));
+  if (!(robust_spacings > 0 && robust_spacings <= kInfinity)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("robust_spacings: ", robust_spacings, " is not a positive number"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointIndex& index,
+                                        const ControlMesh& start, const FitOptions& options,
+                                        const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, index, start));
+  const int level = SampleLevel(start, cloud.points.cols(), options.sample_level);
+  RILIEVO_ASSIGN_OR_RETURN(const DomainSamples samples, BuildDomainSamples(start, level, context));
+  FootPointSearch search(cloud, index, samples, options.robust_spacings);
+
+  DomainFit fit;
+  fit.control_mesh = start;
+  Eigen::Matrix3Xd& points = fit.control_mesh.vertices;
+  std::vector<double> rms;  // before the first round, then after each
+  double move = 0;
+  SampledSurface surface;
+  FootPoints feet;
+  const auto measure = [&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, points, context, &surface));
+    RILIEVO_RETURN_IF_ERROR(search.Update(surface, context, &feet));
+    rms.push_back(search.cloud_rms());
+    return absl::OkStatus();
+  };
+  for (int round = 0; round < options.suzuki_rounds; ++round) {
+    context.Report(Stage::kDomainFit, kSuzukiShare * round / options.suzuki_rounds);
+    RILIEVO_RETURN_IF_ERROR(measure());
+    move = SuzukiUpdate(samples, feet, options.suzuki_lambda, &points);
+  }
+  if (options.method == FitMethod::kLeastSquares) {
+    LeastSquaresTrace trace;
+    RILIEVO_RETURN_IF_ERROR(FitLeastSquares(samples, options, context, &search, &points, &trace));
+    rms.insert(rms.end(), trace.rms.begin(), trace.rms.end());
+    if (!trace.largest_move.empty()) move = trace.largest_move.back();
+  } else {
+    RILIEVO_RETURN_IF_ERROR(measure());
+  }
+  context.Report(Stage::kDomainFit, 1.0);
+  fit.rms_before = rms.front();
+  fit.rms_after = rms.back();
+  fit.round_rms.assign(rms.begin() + 1, rms.end());
+  fit.rounds = static_cast<int>(fit.round_rms.size());
+  fit.converged = move < kConvergedMove;
+  return fit;
+}
+
+}  // namespace rilievo

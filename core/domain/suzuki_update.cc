@@ -1,0 +1,47 @@
+#include "core/domain/suzuki_update.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace rilievo {
+namespace {
+
+// Sweeps that carry the moves of a hole's rim inwards, one ring of control vertices each.
+constexpr int kFillSweeps = 20;
+
+void FillMoves(const VertexRings& rings, const std::vector<int>& without_data,
+               Eigen::Matrix3Xd* moves) {
+  for (int sweep = 0; sweep < kFillSweeps; ++sweep) {
+    const Eigen::Matrix3Xd before = *moves;
+    for (int vertex : without_data) {
+      const auto v = static_cast<size_t>(vertex);
+      const int begin = rings.neighbor_begin[v];
+      const int end = rings.neighbor_begin[v + 1];
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+      for (int k = begin; k < end; ++k) mean += before.col(rings.neighbors[static_cast<size_t>(k)]);
+      moves->col(vertex) = mean / (end - begin);
+    }
+  }
+}
+
+}  // namespace
+
+double SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, double lambda,
+                    Eigen::Matrix3Xd* control_points) {
+  const int count = samples.control_vertex_count();
+  Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, count);
+  std::vector<int> without_data;
+  for (int i = 0; i < count; ++i) {
+    const auto s = static_cast<size_t>(i);
+    moves.col(i) =
+        lambda * (foot_points.weight[s] * foot_points.offset[s] * foot_points.normals.col(i) +
+                  foot_points.border_offset[s] * foot_points.conormals.col(i));
+    if (foot_points.weight[s] == 0 && foot_points.border_weight[s] == 0) without_data.push_back(i);
+  }
+  if (!without_data.empty()) FillMoves(samples.control_rings, without_data, &moves);
+  *control_points += moves;
+  return std::sqrt(moves.colwise().squaredNorm().maxCoeff());
+}
+
+}  // namespace rilievo
