@@ -39,8 +39,7 @@ Eigen::Vector3i CellOf(const Eigen::Vector3d& position, const Eigen::Vector3d& o
 }
 
 void AddBandAroundPoints(const OrientedCloud& cloud, const std::vector<int>& members,
-                         const Eigen::Vector3d& origin, double cell, int band,
-                         ImplicitGrid* grid) {
+                         const Eigen::Vector3d& origin, double cell, int band, ImplicitGrid* grid) {
   const Eigen::Vector3i reach = Eigen::Vector3i::Constant(band);
   Eigen::Vector3i last = Eigen::Vector3i::Constant(1 << 30);
   for (const int i : members) {
@@ -200,9 +199,9 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
   const double finest_cell = FinestCell(cloud, graph, options);
-  const int level_count = std::clamp(
-      1 + static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * finest_cell)))), 1,
-      kMaxLevels);
+  const int level_count =
+      std::clamp(1 + static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * finest_cell)))),
+                 1, kMaxLevels);
   const double coarsest_cell = finest_cell * (1 << (level_count - 1));
   const Eigen::Vector3d origin = cloud.points.rowwise().minCoeff();
 

@@ -1,5 +1,6 @@
 #include "core/pipeline/reconstruct.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -69,9 +70,8 @@ absl::StatusOr<ControlMesh> Control(const ScanSurface& scan, const ReconstructOp
       vertex = scan.frame.UnitFromScan(vertex);
     }
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      ControlMeshResult result,
-      BuildControlMesh(scan.cloud, scan.graph, scan.index, control, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult result,
+                           BuildControlMesh(scan.cloud, scan.graph, scan.index, control, context));
   report->road = TopologyName(result.road);
   report->road_reason = result.reason;
   report->components = result.components;
@@ -86,8 +86,8 @@ absl::StatusOr<ControlMesh> FitDomain(const ScanSurface& scan, const ControlMesh
                                       const ReconstructOptions& options, const RunContext& context,
                                       ReconstructReport* report) {
   const StageTimer timer(Stage::kDomainFit, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const DomainFit fit, FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
+  RILIEVO_ASSIGN_OR_RETURN(const DomainFit fit,
+                           FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
   report->domain_rms = fit.rms_after;
   report->fit_rounds = fit.rounds;
   report->fit_converged = fit.converged;
@@ -121,10 +121,9 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
   RILIEVO_ASSIGN_OR_RETURN(
       const LimitSurface limit,
       EvaluateLimit(refinement, control_mesh.vertices, surface.max_level, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      DisplacementField field,
-      SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, limit,
-                         options.displacement, context));
+  RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
+                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, limit,
+                                              options.displacement, context));
   relief.shape.vertices = limit.positions;
   for (int64_t v = 0; v < limit.positions.cols(); ++v) {
     relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
@@ -144,9 +143,8 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
 absl::Status Measure(const ScanSurface& scan, const Shape& shape, const RunContext& context,
                      ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(
-      report->error,
-      MeasureTwoSided(shape, Shape{scan.cloud.points, {}}, MeasureOptions{}, context));
+  RILIEVO_ASSIGN_OR_RETURN(report->error, MeasureTwoSided(shape, Shape{scan.cloud.points, {}},
+                                                          MeasureOptions{}, context));
   return absl::OkStatus();
 }
 

@@ -28,7 +28,8 @@ struct ReconstructOptions {
   FitOptions fit;
   DisplacementOptions displacement;
   EncodeOptions encode;
-  // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0, 8].
+  // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0,
+  // 8].
   std::optional<int> max_level;
   // Measure the two-sided error against the points at the end.
   bool measure = true;
@@ -43,16 +44,16 @@ struct ReconstructReport {
   double diagonal = 0;  // scan unit
   double median_spacing = 0, median_noise = 0;
   double normal_disagreement = 0;
-  std::string road;         // "planar", "spherical", "arbitrary", "user"
+  std::string road;  // "planar", "spherical", "arbitrary", "user"
   std::string road_reason;
   int components = 0, boundary_loops = 0, genus = 0;
   int control_vertices = 0, control_faces = 0, max_level = 0;
   int64_t surface_vertices = 0, surface_faces = 0;  // at max_level
-  double domain_rms = 0;    // cloud to domain surface after the fit
+  double domain_rms = 0;                            // cloud to domain surface after the fit
   int fit_rounds = 0;
   bool fit_converged = false;
   int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;
-  TwoSidedError error;      // a = surface, b = points; zero when not measured
+  TwoSidedError error;  // a = surface, b = points; zero when not measured
   int64_t encoded_bytes = 0;
   double stage_seconds[kStageCount] = {};
   double total_seconds = 0;

@@ -6,10 +6,10 @@ namespace rilievo {
 namespace {
 
 // Thresholds beyond which a figure deserves a sentence.
-constexpr double kPoorFitSpacings = 2.0;   // two-sided RMS, in median spacings
-constexpr double kFilledShare = 0.2;       // of all heights
+constexpr double kPoorFitSpacings = 2.0;     // two-sided RMS, in median spacings
+constexpr double kFilledShare = 0.2;         // of all heights
 constexpr double kDisagreementShare = 0.05;  // of neighbouring normals
-constexpr double kNoiseSpacings = 1.0;     // median noise, in median spacings
+constexpr double kNoiseSpacings = 1.0;       // median noise, in median spacings
 
 double Share(int64_t part, int64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
@@ -34,19 +34,18 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   }
   const double filled = Share(report.heights_filled, report.surface_vertices);
   if (filled > kFilledShare) {
-    warnings.push_back(absl::StrFormat(
-        "%.0f %% of the heights had no data and were filled in.", 100 * filled));
+    warnings.push_back(
+        absl::StrFormat("%.0f %% of the heights had no data and were filled in.", 100 * filled));
   }
-  if (report.median_spacing > 0 &&
-      report.median_noise > kNoiseSpacings * report.median_spacing) {
+  if (report.median_spacing > 0 && report.median_noise > kNoiseSpacings * report.median_spacing) {
     warnings.push_back(absl::StrFormat(
         "The noise (%.2f %% of the diagonal) exceeds the spacing of the points (%.2f %%): detail "
         "below the noise is smoothed away.",
         100 * report.median_noise, 100 * report.median_spacing));
   }
   if (report.strays > 0) {
-    warnings.push_back(absl::StrFormat(
-        "%d point(s) extremely far from all others were left out.", report.strays));
+    warnings.push_back(
+        absl::StrFormat("%d point(s) extremely far from all others were left out.", report.strays));
   }
   if (report.non_finite > 0) {
     warnings.push_back(

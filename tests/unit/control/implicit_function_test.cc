@@ -1,0 +1,80 @@
+#include "core/control/implicit_function.h"
+
+#include <gtest/gtest.h>
+
+#include "core/control/iso_surface.h"
+#include "core/geometry/mesh_topology.h"
+#include "tests/unit/control/oriented_shapes.h"
+
+namespace rilievo {
+namespace {
+
+ControlMesh ZeroSet(const OrientedShape& shape, const ImplicitOptions& options) {
+  const ImplicitFunction function =
+      FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{}).value();
+  return ExtractIsoSurface(function, RunContext{}).value();
+}
+
+TEST(ImplicitFunctionTest, TheZeroSetFollowsATorus) {
+  const ShapePtr torus = MakeTorus();
+  const OrientedShape shape = OrientShape(*torus, 20000, kTorusArea);
+  const ControlMesh mesh = ZeroSet(shape, ImplicitOptions{});
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_TRUE(topology.closed());
+  EXPECT_EQ(topology.components, 1);
+  EXPECT_EQ(topology.genus, 1);
+  const ShapeError error = MeasureAgainstShape(*torus, mesh.vertices * shape.scale);
+  EXPECT_LT(error.rms / shape.scale, 0.1 * shape.cloud.median_spacing);
+  EXPECT_LT(error.max / shape.scale, 0.5 * shape.cloud.median_spacing);
+}
+
+TEST(ImplicitFunctionTest, NoiseIsAveragedAndNotFollowed) {
+  const ShapePtr torus = MakeTorus();
+  const OrientedShape shape = OrientShape(*torus, 50000, kTorusArea, 0.003);
+  const ControlMesh mesh = ZeroSet(shape, ImplicitOptions{});
+  EXPECT_EQ(SummarizeTopology(mesh.faces, mesh.vertices.cols()).genus, 1);
+  const ShapeError error = MeasureAgainstShape(*torus, mesh.vertices * shape.scale);
+  EXPECT_LT(error.rms / shape.scale, 0.5 * 0.003);
+}
+
+// Two concentric spheres, the wall between them 1.1 spacings thick.
+TEST(ImplicitFunctionTest, AWallAsThinAsTheSpacingStaysWhole) {
+  const OrientedShape outer = OrientShape(*MakeSphere(), 20000, kSphereArea);
+  const double thickness = 1.1 * outer.cloud.median_spacing;
+  const double radius = outer.cloud.points.col(0).norm();
+  OrientedShape wall = OrientShape(*MakeSphere(), 20000, kSphereArea, 0, 2);
+  const double shrink = (radius - thickness) / radius;
+  Eigen::Matrix3Xd points(3, 40000), normals(3, 40000);
+  points << outer.cloud.points, wall.cloud.points * shrink;
+  normals << outer.cloud.normals, -wall.cloud.normals;
+  wall.cloud.points = points;
+  wall.cloud.normals = normals;
+  wall.cloud.spacing.resize(40000, wall.cloud.spacing[0]);
+  wall.cloud.noise.resize(40000, 0.0f);
+  wall.index = PointIndex(points);
+  wall.graph = BuildNeighborGraph(wall.index, points, NeighborOptions{}, RunContext{}).value();
+  const ControlMesh mesh = ZeroSet(wall, ImplicitOptions{});
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_EQ(topology.components, 2);
+  EXPECT_EQ(topology.genus, 0);
+  EXPECT_TRUE(topology.closed());
+}
+
+TEST(ImplicitFunctionTest, TheGridStaysInProportionToThePoints) {
+  const OrientedShape shape = OrientShape(*MakeTorus(), 20000, kTorusArea);
+  const ImplicitFunction function =
+      FitImplicitFunction(shape.cloud, shape.graph, ImplicitOptions{}, RunContext{}).value();
+  EXPECT_LT(function.grid.size(), 12 * 20000);
+}
+
+TEST(ImplicitFunctionTest, OptionsOutOfRangeAreNamed) {
+  const OrientedShape shape = OrientShape(*MakeTorus(), 1000, kTorusArea);
+  ImplicitOptions options;
+  options.screening = -1;
+  const auto result = FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{});
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(result.status().message().find("screening"), absl::string_view::npos);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,53 @@
+#include "core/control/implicit_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <tuple>
+
+namespace rilievo {
+namespace {
+
+TEST(ImplicitGridTest, HoldsJustTheNodesOfTheBoxesAdded) {
+  ImplicitGrid grid;
+  std::set<std::tuple<int, int, int>> truth;
+  const auto add = [&](Eigen::Vector3i low, Eigen::Vector3i high) {
+    grid.AddBox(low, high);
+    for (int x = low.x(); x <= high.x(); ++x) {
+      for (int y = low.y(); y <= high.y(); ++y) {
+        for (int z = low.z(); z <= high.z(); ++z) truth.insert({x, y, z});
+      }
+    }
+  };
+  add({-7, -3, 0}, {2, 5, 9});
+  add({1, 1, 1}, {3, 3, 3});
+  add({100, -200, 300}, {100, -200, 300});
+  grid.Seal();
+  ASSERT_EQ(grid.size(), static_cast<int>(truth.size()));
+  for (int x = -10; x <= 6; ++x) {
+    for (int y = -6; y <= 8; ++y) {
+      for (int z = -3; z <= 12; ++z) {
+        EXPECT_EQ(grid.Find({x, y, z}) >= 0, truth.count({x, y, z}) == 1);
+      }
+    }
+  }
+}
+
+TEST(ImplicitGridTest, NumbersAndCoordinatesAgree) {
+  ImplicitGrid grid;
+  for (int i = 0; i < 500; ++i) grid.AddBox({7 * i, -3 * i, i}, {7 * i + 2, -3 * i + 2, i + 2});
+  grid.Seal();
+  const std::vector<Eigen::Vector3i> nodes = grid.Nodes();
+  ASSERT_EQ(static_cast<int>(nodes.size()), grid.size());
+  for (int n = 0; n < grid.size(); ++n) EXPECT_EQ(grid.Find(nodes[n]), n);
+}
+
+TEST(ImplicitGridTest, AnEmptyGridFindsNothing) {
+  ImplicitGrid grid;
+  grid.Seal();
+  EXPECT_EQ(grid.size(), 0);
+  EXPECT_EQ(grid.Find({0, 0, 0}), -1);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,86 @@
+#include "core/control/implicit_solver.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/control/oriented_shapes.h"
+
+namespace rilievo {
+namespace {
+
+// On a plane the solution steps from one value below to its negative above, and is 0 on the plane.
+TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
+  constexpr int kSide = 40;
+  OrientedCloud cloud;
+  cloud.points.resize(3, kSide * kSide);
+  cloud.normals.resize(3, kSide * kSide);
+  std::vector<int> members;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    cloud.points.col(i) << (i % kSide + 0.5) / kSide, (i / kSide + 0.5) / kSide, 0.513;
+    cloud.normals.col(i) = Eigen::Vector3d::UnitZ();
+    members.push_back(i);
+  }
+  cloud.spacing.assign(members.size(), static_cast<float>(std::sqrt(4 / std::numbers::pi) / kSide));
+  ImplicitGrid grid;
+  grid.AddBox({0, 0, 0}, {20, 20, 20});
+  grid.Seal();
+  std::vector<float> values(grid.size(), 0.0f);
+  const ScreenedPoisson system{.cloud = cloud,
+                               .members = members,
+                               .grid = grid,
+                               .origin = Eigen::Vector3d::Zero(),
+                               .cell = 0.05,
+                               .screening = 2,
+                               .border_free = true,
+                               .iterations = 200};
+  ASSERT_TRUE(SolveScreenedPoisson(system, RunContext{}, &values).ok());
+  for (int x = 5; x <= 15; ++x) {
+    const float below = values[grid.Find({x, 10, 6})];
+    const float above = values[grid.Find({x, 10, 15})];
+    EXPECT_NEAR(above - below, 1.0, 0.05);
+    EXPECT_LT(values[grid.Find({x, 10, 10})], 0);
+    EXPECT_GT(values[grid.Find({x, 10, 11})], 0);
+  }
+}
+
+TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
+  const OrientedShape shape = OrientShape(*MakeTorus(), 5000, kTorusArea);
+  std::vector<int> members(5000);
+  for (int i = 0; i < 5000; ++i) members[i] = i;
+  ImplicitGrid grid;
+  grid.AddBox(Eigen::Vector3i::Constant(-35), Eigen::Vector3i::Constant(35));
+  grid.Seal();
+  const ScreenedPoisson system{.cloud = shape.cloud,
+                               .members = members,
+                               .grid = grid,
+                               .origin = Eigen::Vector3d::Zero(),
+                               .cell = 0.02,
+                               .screening = 2,
+                               .border_free = true,
+                               .iterations = 12};
+  std::vector<float> one(grid.size(), 0.0f), two(grid.size(), 0.0f);
+  RunContext context;
+  context.threads = 1;
+  ASSERT_TRUE(SolveScreenedPoisson(system, context, &one).ok());
+  context.threads = 2;
+  ASSERT_TRUE(SolveScreenedPoisson(system, context, &two).ok());
+  EXPECT_EQ(one, two);
+}
+
+TEST(ImplicitSolverTest, StopsWhenAsked) {
+  const OrientedShape shape = OrientShape(*MakeTorus(), 2000, kTorusArea);
+  std::vector<int> members{0, 1, 2};
+  ImplicitGrid grid;
+  grid.AddBox(Eigen::Vector3i::Constant(-5), Eigen::Vector3i::Constant(5));
+  grid.Seal();
+  std::stop_source stop;
+  stop.request_stop();
+  RunContext context;
+  context.stop = stop.get_token();
+  std::vector<float> values(grid.size(), 0.0f);
+  const ScreenedPoisson system{shape.cloud, members, grid, Eigen::Vector3d::Zero(),
+                               0.1,         2,       true, 9};
+  EXPECT_EQ(SolveScreenedPoisson(system, context, &values).code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
