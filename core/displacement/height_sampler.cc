@@ -15,9 +15,11 @@ constexpr float kHeightWeight = 0.25f;
 // The queue is restarted from the hit while the hit lies farther off than this, in spacings.
 constexpr float kRestartSpacings = 1.0f;
 constexpr int kMostRestarts = 3;
-// How steep the relief may be against the ray for points to enter the local fit.
-constexpr float kFitSlope = 1.5f;
-constexpr float kFitNoises = 5.0f;
+// Rays whose hits lie within this many spacings of the first one's share its points, if their
+// directions agree.
+constexpr float kGroupSpacings = 1.5f;
+constexpr float kGroupAgreement = 0.95f;
+constexpr int kMostPatchPoints = 320;
 
 // With normals that turn little over the triangle, the mean of the triangle and of the blended
 // tangent planes of its corners: exact for quadrics, where the bare triangle cuts the corner by
@@ -44,11 +46,58 @@ float CurvedHeight(const VirtualTriangle& triangle, std::span<const QueuedPoint>
   return triangle.height + 0.5f * rise;
 }
 
+// Middle height of the points nearest to the ray.
+float MedianHeight(std::span<const QueuedPoint> queue) {
+  constexpr int kMost = 9;
+  std::array<float, kMost> heights;
+  const int count = std::min(kMost, static_cast<int>(queue.size()));
+  for (int i = 0; i < count; ++i) heights[i] = queue[i].height;
+  std::nth_element(heights.begin(), heights.begin() + count / 2, heights.begin() + count);
+  return heights[count / 2];
+}
+
 }  // namespace
 
 HeightSampler::HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,
                              const DisplacementOptions& options)
     : cloud_(cloud), options_(options), queue_(cloud, graph) {}
+
+bool HeightSampler::IsNoisy(int point) const {
+  const RayPoint& at = cloud_.points[point];
+  return at.noise > options_.plane_noise_ratio * at.spacing;
+}
+
+std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, const QueueGate& gate,
+                                                        int start) {
+  start = queue_.Walk(ray, gate, start);
+  TriangleRules rules;
+  rules.max_spacings = static_cast<float>(options_.max_triangle_spacings);
+  rules.reference_height = gate.reference_height;
+  rules.noisy = IsNoisy(start);
+  queue_.Start(ray, gate, start);
+  std::span<const QueuedPoint> queue = queue_.Sorted();
+  auto triangle = FindVirtualTriangle(queue, cloud_, ray, rules);
+  if (!triangle) {
+    queue_.Grow(options_.max_queue, rules.max_spacings * cloud_.points[start].spacing);
+    queue = queue_.Sorted();
+    if (queue.size() > static_cast<size_t>(options_.max_queue)) {
+      queue = queue.first(options_.max_queue);
+    }
+    triangle = FindVirtualTriangle(queue, cloud_, ray, rules);
+  }
+  if (!triangle) return std::nullopt;
+  if (rules.noisy) {
+    // Noise tilts a triangle of its own size at will: the middle of a few points is safer.
+    const RayPoint& point = cloud_.points[queue[0].point];
+    return HeightEstimate{MedianHeight(queue), point.noise, point.spacing, queue[0].point};
+  }
+  const QueuedPoint& nearest = queue[triangle->corners[0]];
+  const RayPoint& point = cloud_.points[nearest.point];
+  float square = 0;
+  for (float weight : triangle->barycentric) square += weight * weight;
+  return HeightEstimate{CurvedHeight(*triangle, queue, cloud_, ray),
+                        point.noise * std::sqrt(square), point.spacing, nearest.point};
+}
 
 std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, float reference) {
   QueueGate gate;
@@ -56,67 +105,80 @@ std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, f
   gate.min_normal_agreement = static_cast<float>(options_.min_normal_agreement);
   gate.height_window = std::numeric_limits<float>::max();
   gate.height_weight = kHeightWeight;
-  const float max_spacings = static_cast<float>(options_.max_triangle_spacings);
   std::optional<HeightEstimate> estimate;
   for (int round = 0; round < kMostRestarts; ++round) {
     gate.reference_height = reference;
-    start = queue_.Walk(ray, gate, start);
-    const float spacing = cloud_.points[start].spacing;
-    queue_.Start(ray, gate, start);
-    std::span<const QueuedPoint> queue = queue_.Sorted();
-    auto triangle = FindVirtualTriangle(queue, cloud_, ray, max_spacings, reference);
-    if (!triangle) {
-      queue_.Grow(options_.max_queue, max_spacings * spacing);
-      queue = queue_.Sorted();
-      if (queue.size() > static_cast<size_t>(options_.max_queue)) {
-        queue = queue.first(options_.max_queue);
-      }
-      triangle = FindVirtualTriangle(queue, cloud_, ray, max_spacings, reference);
-    }
-    if (!triangle) return estimate;
-    const QueuedPoint& nearest = queue[triangle->corners[0]];
-    const RayPoint& point = cloud_.points[nearest.point];
-    float square = 0;
-    for (float weight : triangle->barycentric) square += weight * weight;
-    estimate = HeightEstimate{CurvedHeight(*triangle, queue, cloud_, ray),
-                              point.noise * std::sqrt(square), point.spacing, nearest.point};
-    if (std::abs(estimate->height - reference) <= kRestartSpacings * point.spacing) break;
+    const auto next = PierceOnce(ray, gate, start);
+    if (!next) break;
+    estimate = next;
+    if (std::abs(estimate->height - reference) <= kRestartSpacings * estimate->spacing) break;
     reference = estimate->height;
-    start = nearest.point;
+    start = estimate->foot;
   }
   return estimate;
 }
 
-void HeightSampler::Fit(const Ray& ray, float noise, HeightEstimate* estimate) {
+bool HeightSampler::NeedsFit(const RaySample& sample) const {
+  if (!sample.estimate) return false;
+  return sample.always_fit || IsNoisy(sample.estimate->foot);
+}
+
+void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> group) {
+  const RaySample& leader = samples[group.front()];
+  const float spacing = leader.estimate->spacing;
   QueueGate gate;
-  gate.max_height = static_cast<float>(options_.max_height) + kFitNoises * noise;
+  gate.max_height = std::numeric_limits<float>::max();
   gate.min_normal_agreement = static_cast<float>(options_.min_normal_agreement);
-  gate.reference_height = estimate->height;
-  gate.height_window = kFitNoises * noise + 0.5f * estimate->spacing;
-  gate.window_slope = kFitSlope;
-  queue_.Start(ray, gate, estimate->foot);
-  queue_.Grow(kMostFitPoints, std::numeric_limits<float>::max());
-  const Eigen::Map<const Eigen::Vector3f> normal(cloud_.points[estimate->foot].normal);
-  const auto fit = fitter_.Fit(queue_.Sorted(), cloud_, ray, normal, noise, estimate->height,
-                               queue_.complete_radius());
-  if (!fit) return;
-  estimate->height = fit->height;
-  estimate->deviation = fit->deviation;
+  gate.reference_height = leader.estimate->height;
+  gate.height_window = std::numeric_limits<float>::max();
+  queue_.Start(leader.ray, gate, leader.estimate->foot);
+  queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * spacing);
+  fitter_.SetPatch(queue_.queued(), cloud_);
+  for (int member : group) {
+    HeightEstimate& estimate = *samples[member].estimate;
+    const RayPoint& foot = cloud_.points[estimate.foot];
+    constexpr float kLeastNoiseShare = 0.05f;  // of the spacing, where a fit is asked for
+    const LocalFitRequest request = {
+        Eigen::Map<const Eigen::Vector3f>(foot.normal), estimate.height,
+        std::max(foot.noise, kLeastNoiseShare * foot.spacing), foot.spacing};
+    const auto fit = fitter_.Fit(samples[member].ray, request);
+    if (!fit) continue;
+    estimate.height = fit->height;
+    estimate.deviation = fit->deviation;
+  }
 }
 
-std::optional<HeightEstimate> HeightSampler::Sample(const Ray& ray, const HeightBounds& bounds,
-                                                    int start, float reference, bool always_fit) {
-  auto estimate = Pierce(ray, start, reference);
-  if (!estimate) return std::nullopt;
-  const RayPoint& point = cloud_.points[estimate->foot];
-  if (always_fit || point.noise > options_.plane_noise_ratio * point.spacing) {
-    constexpr float kLeastNoiseShare = 0.05f;  // of the spacing, where a fit is asked for
-    Fit(ray, std::max(point.noise, kLeastNoiseShare * point.spacing), &*estimate);
+void HeightSampler::Refine(std::span<RaySample> samples) {
+  waiting_.clear();
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (NeedsFit(samples[i])) waiting_.push_back(static_cast<int>(i));
   }
-  if (!(estimate->height >= bounds.lowest && estimate->height <= bounds.highest)) {
-    return std::nullopt;
+  while (!waiting_.empty()) {
+    const RaySample& leader = samples[waiting_.front()];
+    const Eigen::Vector3f at = leader.ray.origin + leader.estimate->height * leader.ray.direction;
+    const float reach = kGroupSpacings * leader.estimate->spacing;
+    group_.clear();
+    size_t left = 0;
+    for (int index : waiting_) {
+      const RaySample& sample = samples[index];
+      const Eigen::Vector3f hit =
+          sample.ray.origin + sample.estimate->height * sample.ray.direction;
+      const bool joins = (hit - at).squaredNorm() <= reach * reach &&
+                         sample.ray.direction.dot(leader.ray.direction) > kGroupAgreement;
+      if (joins) {
+        group_.push_back(index);
+      } else {
+        waiting_[left++] = index;
+      }
+    }
+    waiting_.resize(left);
+    FitGroup(samples, group_);
   }
-  return estimate;
+  for (RaySample& sample : samples) {
+    const bool inside = sample.estimate && sample.estimate->height >= sample.bounds.lowest &&
+                        sample.estimate->height <= sample.bounds.highest;
+    if (!inside) sample.estimate.reset();
+  }
 }
 
 }  // namespace rilievo

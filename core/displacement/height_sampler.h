@@ -1,7 +1,9 @@
-// One height: the walk to the ray, the virtual triangle, and on noisy scans the local fit.
+// Heights of a block of rays: the walk to the ray, the virtual triangle, on noisy scans the fit.
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "core/displacement/local_fit.h"
 #include "core/displacement/neighbor_queue.h"
@@ -21,26 +23,39 @@ struct HeightEstimate {
   int foot;         // cloud point nearest to where the ray meets the surface
 };
 
+struct RaySample {
+  Ray ray;
+  HeightBounds bounds = {0, 0};
+  std::optional<HeightEstimate> estimate;
+  bool always_fit = false;  // the robust local fit whatever the noise
+};
+
 // Not for use by two threads at once: holds the scratch of its queue and fits.
 class HeightSampler {
  public:
   HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,
                 const DisplacementOptions& options);
 
-  // `start`: any cloud point, the nearer the better. `reference`: where the surface is expected
-  // (the coarser level's height). `always_fit`: the robust local fit whatever the noise. None when
-  // the ray pierces no virtual triangle, or the surface lies outside `bounds`.
-  std::optional<HeightEstimate> Sample(const Ray& ray, const HeightBounds& bounds, int start,
-                                       float reference, bool always_fit = false);
+  // The height of the virtual triangle. `start`: any cloud point, the nearer the better;
+  // `reference`: where the surface is expected (the coarser level's height). None when the ray
+  // pierces no virtual triangle.
+  std::optional<HeightEstimate> Pierce(const Ray& ray, int start, float reference);
+
+  // Replaces the estimates on noisy parts by local fits, and drops those outside their bounds.
+  // Rays that lie close together share the points that one of them gathers.
+  void Refine(std::span<RaySample> samples);
 
  private:
-  std::optional<HeightEstimate> Pierce(const Ray& ray, int start, float reference);
-  void Fit(const Ray& ray, float noise, HeightEstimate* estimate);
+  bool IsNoisy(int point) const;
+  std::optional<HeightEstimate> PierceOnce(const Ray& ray, const QueueGate& gate, int start);
+  bool NeedsFit(const RaySample& sample) const;
+  void FitGroup(std::span<RaySample> samples, std::span<const int> group);
 
   const RayCloud& cloud_;
   DisplacementOptions options_;
   NeighborQueue queue_;
   LocalFitter fitter_;
+  std::vector<int> waiting_, group_;
 };
 
 }  // namespace rilievo

@@ -4,19 +4,22 @@
 #include <array>
 #include <cmath>
 
+#include "core/displacement/normal_equations.h"
+
 namespace rilievo {
 namespace {
 
 using Lanes = Eigen::Array4f;
 constexpr int kLaneCount = 4;
 
-// Windows by the number of points within; the first are planes, the later ones quadrics.
+// Windows by the number of points they hold; the first are planes, the later ones quadrics.
 struct WindowSize {
-  int points;
+  float points;
   bool quadric;
 };
-constexpr WindowSize kWindows[] = {{7, false}, {14, false}, {24, true},
-                                   {48, true}, {90, true},  {kMostFitPoints, true}};
+constexpr WindowSize kWindows[] = {{8, false}, {16, false}, {28, true},
+                                   {52, true}, {92, true},  {kMostFitPoints, true}};
+constexpr int kWindowCount = static_cast<int>(std::size(kWindows));
 // A normal at 60 degrees to the foot's has no weight.
 constexpr float kNormalCutoff = 0.5f;
 // Squared difference to the narrower windows, in variances of theirs, at which a wider window is
@@ -26,41 +29,19 @@ constexpr float kAgreement = 2.5f;
 constexpr float kOutlierNoises = 3.5f;
 // The share of the plain variance that remains with weights 1 - r^2 (which are not their square).
 constexpr float kKernelVariance = 0.88f;
+// Of another sheet, or of none: points steeper against the ray than this (rise over distance).
+constexpr float kSteepest = 1.5f;
+constexpr float kSheetNoises = 5.0f;
+constexpr float kSheetSpacings = 0.5f;
 
-// Solves the symmetric positive system in place by Cholesky; false when it is near singular.
-// `inverse_first`: entry (0, 0) of the inverse.
-template <int kTerms>
-bool SolveNormalEquations(Eigen::Matrix<double, kTerms, kTerms>& matrix,
-                          Eigen::Matrix<double, kTerms, 1>& solution, double* inverse_first) {
-  constexpr double kLeastPivotRatio = 1e-7;
-  const double scale = matrix(0, 0);
-  Eigen::Matrix<double, kTerms, 1> first = Eigen::Matrix<double, kTerms, 1>::Zero();
-  first[0] = 1;
-  for (int j = 0; j < kTerms; ++j) {
-    double pivot = matrix(j, j);
-    for (int k = 0; k < j; ++k) pivot -= matrix(j, k) * matrix(j, k);
-    if (!(pivot > kLeastPivotRatio * scale)) return false;
-    matrix(j, j) = std::sqrt(pivot);
-    for (int i = j + 1; i < kTerms; ++i) {
-      double sum = matrix(i, j);
-      for (int k = 0; k < j; ++k) sum -= matrix(i, k) * matrix(j, k);
-      matrix(i, j) = sum / matrix(j, j);
-    }
-  }
-  for (int i = 0; i < kTerms; ++i) {
-    for (int k = 0; k < i; ++k) {
-      solution[i] -= matrix(i, k) * solution[k];
-      first[i] -= matrix(i, k) * first[k];
-    }
-    solution[i] /= matrix(i, i);
-    first[i] /= matrix(i, i);
-  }
-  *inverse_first = first.squaredNorm();
-  for (int i = kTerms - 1; i >= 0; --i) {
-    for (int k = i + 1; k < kTerms; ++k) solution[i] -= matrix(k, i) * solution[k];
-    solution[i] /= matrix(i, i);
-  }
-  return true;
+int Padded(int count) { return (count + kLaneCount - 1) / kLaneCount * kLaneCount; }
+
+Lanes At(const std::vector<float>& values, int i) {
+  return Eigen::Map<const Lanes>(values.data() + i);
+}
+
+Eigen::Map<Lanes> Put(std::vector<float>* values, int i) {
+  return Eigen::Map<Lanes>(values->data() + i);
 }
 
 template <int kTerms>
@@ -77,154 +58,159 @@ void Basis(const Lanes& u, const Lanes& v, Lanes* basis) {
 
 }  // namespace
 
-bool LocalFitter::Load(std::span<const QueuedPoint> queue, const RayCloud& cloud,
-                       const Eigen::Vector3f& foot_normal, float start) {
-  const int found = static_cast<int>(queue.size());
-  order_.resize(found);
-  distance_.resize(found);
-  for (int i = 0; i < found; ++i) {
-    order_[i] = i;
-    distance_[i] = queue[i].u * queue[i].u + queue[i].v * queue[i].v;
+void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& cloud) {
+  patch_size_ = static_cast<int>(points.size());
+  for (std::vector<float>& component : patch_) component.assign(Padded(patch_size_), 0.0f);
+  for (int i = 0; i < patch_size_; ++i) {
+    const RayPoint& point = cloud.points[points[i].point];
+    for (int axis = 0; axis < 3; ++axis) {
+      patch_[axis][i] = point.position[axis];
+      patch_[3 + axis][i] = point.normal[axis];
+    }
   }
-  count_ = std::min(found, kMostFitPoints);
-  std::partial_sort(order_.begin(), order_.begin() + count_, order_.end(), [&](int a, int b) {
-    return distance_[a] != distance_[b] ? distance_[a] < distance_[b]
-                                        : queue[a].point < queue[b].point;
-  });
-  const size_t padded = (count_ + kLaneCount - 1) / kLaneCount * kLaneCount;
-  std::vector<float>* const arrays[] = {&u_, &v_, &height_, &weight_, &drop_};
-  for (std::vector<float>* array : arrays) array->assign(padded, 0.0f);
-  int taking_part = 0;
-  for (int i = 0; i < count_; ++i) {
-    const QueuedPoint& queued = queue[order_[i]];
-    const RayPoint& point = cloud.points[queued.point];
-    const float turn = 1.0f - (point.normal[0] * foot_normal[0] + point.normal[1] * foot_normal[1] +
-                               point.normal[2] * foot_normal[2]);
-    const float keep = std::max(0.0f, 1.0f - turn / kNormalCutoff);
-    u_[i] = queued.u;
-    v_[i] = queued.v;
-    height_[i] = queued.height - start;
-    weight_[i] = keep * keep;
-    taking_part += keep > 0;
+  const int padded = Padded(patch_size_);
+  std::vector<float>* const scratch[] = {&far_u_, &far_v_, &far_height_, &far_weight_, &far_square_,
+                                         &u_,     &v_,     &height_,     &weight_};
+  for (std::vector<float>* array : scratch) array->resize(padded + kLaneCount);
+  inside_.resize(kWindowCount);
+}
+
+void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
+  const float scale = 1.0f / request.spacing;
+  const Eigen::Vector3f& normal = request.foot_normal;
+  const float window = kSheetNoises * request.noise * scale + kSheetSpacings;
+  for (int i = 0; i < Padded(patch_size_); i += kLaneCount) {
+    const Lanes x = (At(patch_[0], i) - ray.origin[0]) * scale;
+    const Lanes y = (At(patch_[1], i) - ray.origin[1]) * scale;
+    const Lanes z = (At(patch_[2], i) - ray.origin[2]) * scale;
+    const Lanes u = x * ray.u[0] + y * ray.u[1] + z * ray.u[2];
+    const Lanes v = x * ray.v[0] + y * ray.v[1] + z * ray.v[2];
+    const Lanes height =
+        x * ray.direction[0] + y * ray.direction[1] + z * ray.direction[2] - request.height * scale;
+    const Lanes turn = 1.0f - (At(patch_[3], i) * normal[0] + At(patch_[4], i) * normal[1] +
+                               At(patch_[5], i) * normal[2]);
+    const Lanes keep = (1.0f - turn * (1.0f / kNormalCutoff)).max(0.0f);
+    const Lanes square = u * u + v * v;
+    const Lanes excess = (height.abs() - window).max(0.0f);
+    const Lanes near_sheet = (excess * excess <= kSteepest * kSteepest * square).cast<float>();
+    Put(&far_u_, i) = u;
+    Put(&far_v_, i) = v;
+    Put(&far_height_, i) = height;
+    Put(&far_square_, i) = square;
+    Put(&far_weight_, i) = keep * keep * near_sheet;
   }
-  return taking_part >= kLeastFitPoints;
+  // Sorted by the narrowest window that holds each point.
+  std::array<float, kWindowCount> square_radius;
+  for (int w = 0; w < kWindowCount; ++w) square_radius[w] = 0.25f * kWindows[w].points;
+  std::array<int, kWindowCount + 1> begin{};
+  const auto window_of = [&](int i) {
+    if (!(far_weight_[i] > 0)) return kWindowCount;
+    int w = 0;
+    while (w < kWindowCount && far_square_[i] >= square_radius[w]) ++w;
+    return w;
+  };
+  for (int i = 0; i < patch_size_; ++i) {
+    const int w = window_of(i);
+    if (w < kWindowCount) ++begin[w + 1];
+  }
+  for (int w = 0; w < kWindowCount; ++w) {
+    begin[w + 1] += begin[w];
+    inside_[w] = begin[w + 1];
+  }
+  for (int i = 0; i < patch_size_; ++i) {
+    const int w = window_of(i);
+    if (w == kWindowCount) continue;
+    const int place = begin[w]++;
+    u_[place] = far_u_[i];
+    v_[place] = far_v_[i];
+    height_[place] = far_height_[i];
+    weight_[place] = far_weight_[i];
+  }
+  for (int i = inside_.back(); i < Padded(inside_.back()); ++i) {
+    u_[i] = v_[i] = height_[i] = weight_[i] = 0;
+  }
 }
 
 template <int kTerms>
-std::optional<LocalFitter::Window> LocalFitter::SolveWindow(float radius, float outlier_distance) {
+std::optional<LocalFitter::Window> LocalFitter::FitWindow(float radius, int inside,
+                                                          float outlier_distance) {
   constexpr int kProducts = kTerms * (kTerms + 1) / 2;
-  Lanes products[kProducts];
-  Lanes moments[kTerms];
-  for (Lanes& sum : products) sum = Lanes::Zero();
-  for (Lanes& sum : moments) sum = Lanes::Zero();
   const float scale = 1.0f / radius;
-  int inside = 0;
-  while (inside < count_ && distance_[order_[inside]] < radius * radius) ++inside;
-  const int padded = (inside + kLaneCount - 1) / kLaneCount * kLaneCount;
-  Lanes basis[kTerms];
-  const auto weights = [&](int i, const Lanes& u, const Lanes& v) -> Lanes {
-    const Lanes kernel = (1.0f - u * u - v * v).max(0.0f);
-    return kernel * Eigen::Map<const Lanes>(&weight_[i]) *
-           (1.0f - Eigen::Map<const Lanes>(&drop_[i]));
+  const int padded = Padded(inside);
+  const auto kernel = [&](int i, const Lanes& u, const Lanes& v) -> Lanes {
+    return (1.0f - u * u - v * v).max(0.0f) * At(weight_, i);
   };
-  for (int i = 0; i < padded; i += kLaneCount) {
-    const Lanes u = Eigen::Map<const Lanes>(&u_[i]) * scale;
-    const Lanes v = Eigen::Map<const Lanes>(&v_[i]) * scale;
-    const Lanes weight = weights(i, u, v);
-    const Lanes height = Eigen::Map<const Lanes>(&height_[i]);
-    Basis<kTerms>(u, v, basis);
-    for (int a = 0, place = 0; a < kTerms; ++a) {
-      const Lanes weighted = weight * basis[a];
-      moments[a] += weighted * height;
-      for (int b = 0; b <= a; ++b) products[place++] += weighted * basis[b];
-    }
-  }
-  Eigen::Matrix<double, kTerms, kTerms> matrix;
-  Eigen::Matrix<double, kTerms, 1> solution;
-  for (int a = 0, place = 0; a < kTerms; ++a) {
-    solution[a] = moments[a].sum();
-    for (int b = 0; b <= a; ++b) matrix(a, b) = products[place++].sum();
-  }
-  const double weight_sum = matrix(0, 0);
-  if (!(weight_sum > 0.3 * kTerms)) return std::nullopt;
-  double inverse_first = 0;
-  if (!SolveNormalEquations<kTerms>(matrix, solution, &inverse_first)) return std::nullopt;
-
-  Window window = {static_cast<float>(solution[0]),
-                   static_cast<float>(inverse_first) * kKernelVariance, 0,
-                   static_cast<float>(weight_sum)};
-  Lanes residual_sum = Lanes::Zero();
+  Lanes basis[kTerms];
   Lanes coefficients[kTerms];
-  for (int a = 0; a < kTerms; ++a) {
-    coefficients[a] = Lanes::Constant(static_cast<float>(solution[a]));
-  }
-  bool dropped = false;
-  for (int i = 0; i < padded; i += kLaneCount) {
-    const Lanes u = Eigen::Map<const Lanes>(&u_[i]) * scale;
-    const Lanes v = Eigen::Map<const Lanes>(&v_[i]) * scale;
-    const Lanes weight = weights(i, u, v);
-    Basis<kTerms>(u, v, basis);
-    Lanes residual = Eigen::Map<const Lanes>(&height_[i]);
-    for (int a = 0; a < kTerms; ++a) residual -= coefficients[a] * basis[a];
-    residual_sum += weight * residual.square();
-    if (outlier_distance > 0) {
-      const Lanes far = (residual.abs() > outlier_distance && weight > 0.0f).cast<float>();
-      if (far.any()) {
-        Eigen::Map<Lanes> drop(&drop_[i]);
-        drop = drop.max(far);
-        dropped = true;
+  std::optional<Window> window;
+  for (int round = 0; round < 2; ++round) {
+    Lanes products[kProducts];
+    Lanes moments[kTerms];
+    for (Lanes& sum : products) sum = Lanes::Zero();
+    for (Lanes& sum : moments) sum = Lanes::Zero();
+    bool dropped = false;
+    for (int i = 0; i < padded; i += kLaneCount) {
+      const Lanes u = At(u_, i) * scale, v = At(v_, i) * scale, height = At(height_, i);
+      Lanes weight = kernel(i, u, v);
+      Basis<kTerms>(u, v, basis);
+      if (round == 1) {
+        Lanes residual = height;
+        for (int a = 0; a < kTerms; ++a) residual -= coefficients[a] * basis[a];
+        const Lanes keep = (residual.abs() <= outlier_distance).cast<float>();
+        dropped |= (keep * weight != weight).any();
+        weight *= keep;
+      }
+      for (int a = 0, place = 0; a < kTerms; ++a) {
+        const Lanes weighted = weight * basis[a];
+        moments[a] += weighted * height;
+        for (int b = 0; b <= a; ++b) products[place++] += weighted * basis[b];
       }
     }
-  }
-  window.residual = std::sqrt(residual_sum.sum() / static_cast<float>(weight_sum));
-  if (dropped) {
-    const auto again = SolveWindow<kTerms>(radius, 0);
-    std::fill(drop_.begin(), drop_.end(), 0.0f);
-    return again;
+    if (round == 1 && !dropped) break;
+    NormalEquations<kTerms> equations;
+    for (int a = 0, place = 0; a < kTerms; ++a) {
+      equations.solution[a] = moments[a].sum();
+      for (int b = 0; b <= a; ++b) equations.matrix(a, b) = products[place++].sum();
+    }
+    // Half the points of a full plane window, weighed by the kernel's mean of 1/2.
+    if (!(equations.matrix(0, 0) > 0.5 * kTerms) || !equations.Solve()) break;
+    window = Window{static_cast<float>(equations.solution[0]),
+                    static_cast<float>(equations.inverse_first) * kKernelVariance};
+    for (int a = 0; a < kTerms; ++a) {
+      coefficients[a] = Lanes::Constant(static_cast<float>(equations.solution[a]));
+    }
   }
   return window;
 }
 
-std::optional<LocalFitter::Window> LocalFitter::FitWindow(float radius, bool quadric,
-                                                          float outlier_distance) {
-  return quadric ? SolveWindow<6>(radius, outlier_distance)
-                 : SolveWindow<3>(radius, outlier_distance);
-}
-
-std::optional<LocalFit> LocalFitter::Fit(std::span<const QueuedPoint> queue, const RayCloud& cloud,
-                                         const Ray& ray, const Eigen::Vector3f& foot_normal,
-                                         float noise, float start, float complete_radius) {
-  if (!Load(queue, cloud, foot_normal, start)) return std::nullopt;
-  // Noise off the surface is longer when measured along a slanted ray.
-  const float along_ray = noise / std::max(0.3f, foot_normal.dot(ray.direction));
-  std::optional<LocalFit> fit;
-  float variance = 0;  // of `fit`, in squared noises
-  for (const WindowSize& size : kWindows) {
-    // The radius that holds the wanted number of points, a little beyond the last of them.
-    const bool all = size.points >= count_;
-    const float squared = distance_[order_[std::min(size.points, count_ - 1)]];
-    float radius = std::sqrt(squared) * (all ? 1.05f : 1.0f);
-    if (fit && radius > complete_radius) radius = complete_radius;
-    if (!(radius > 0)) continue;
-    const auto window = FitWindow(radius, size.quadric, kOutlierNoises * along_ray);
+std::optional<LocalFit> LocalFitter::Fit(const Ray& ray, const LocalFitRequest& request) {
+  Project(ray, request);
+  // In spacings; noise off the surface is longer when measured along a slanted ray.
+  const float noise =
+      request.noise / request.spacing / std::max(0.3f, request.foot_normal.dot(ray.direction));
+  float height = 0, variance = 0;
+  bool fitted = false;
+  for (int w = 0; w < kWindowCount; ++w) {
+    const float radius = 0.5f * std::sqrt(kWindows[w].points);
+    const float outlier = kOutlierNoises * noise;
+    const auto window = kWindows[w].quadric ? FitWindow<6>(radius, inside_[w], outlier)
+                                            : FitWindow<3>(radius, inside_[w], outlier);
     if (!window) continue;
-    if (!fit) {
-      fit = LocalFit{window->height, 0, window->points};
+    if (!fitted) {
+      fitted = true;
+      height = window->height;
       variance = window->variance_factor;
     } else if (window->variance_factor < variance) {
-      const float off = (window->height - fit->height) / along_ray;
+      const float off = (window->height - height) / noise;
       const float blend = 1.0f - off * off / (kAgreement * variance);
       if (blend <= 0) break;
-      fit->height += blend * (window->height - fit->height);
-      fit->points += blend * (window->points - fit->points);
+      height += blend * (window->height - height);
       variance += blend * (window->variance_factor - variance);
     }
-    if (all || radius >= complete_radius) break;
   }
-  if (!fit) return std::nullopt;
-  fit->height += start;
-  fit->deviation = along_ray * std::sqrt(variance);
-  return fit;
+  if (!fitted) return std::nullopt;
+  return LocalFit{request.height + height * request.spacing,
+                  noise * request.spacing * std::sqrt(variance)};
 }
 
 }  // namespace rilievo

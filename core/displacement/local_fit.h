@@ -13,8 +13,19 @@ namespace rilievo {
 struct LocalFit {
   float height;     // of the surface where the ray meets it
   float deviation;  // expected standard deviation of `height` under the noise given
-  float points;     // effective number of points it rests on
 };
+
+struct LocalFitRequest {
+  Eigen::Vector3f foot_normal;  // unit normal of the surface near the ray
+  float height;                 // about where the ray meets the surface
+  float noise;                  // standard deviation of the points off the surface, > 0
+  float spacing;                // of the points there, > 0
+};
+
+// Most points that the widest window holds, and its radius in spacings: a disc of radius r holds
+// (2 r / spacing)^2 points (see OrientedCloud::spacing).
+inline constexpr int kMostFitPoints = 160;
+inline constexpr float kWidestFitSpacings = 6.32f;
 
 // Fits weighted planes and quadrics height(u, v) in nested windows of growing radius and goes on
 // to the wider one while it agrees with what the narrower ones said, within the noise (stagewise
@@ -24,32 +35,29 @@ struct LocalFit {
 // several times the noise are dropped and the window is fitted again.
 class LocalFitter {
  public:
-  // `queue` in any order, `complete_radius`: all points this near to the ray are in it.
-  // `foot_normal`: unit normal of the surface near the ray. `noise`: standard deviation of the
-  // points off the surface, > 0. `start`: an estimate of the height. Fails when fewer than
-  // kLeastFitPoints points take part.
-  std::optional<LocalFit> Fit(std::span<const QueuedPoint> queue, const RayCloud& cloud,
-                              const Ray& ray, const Eigen::Vector3f& foot_normal, float noise,
-                              float start, float complete_radius);
+  // The points that the next fits draw on: those within kWidestFitSpacings of their rays. Rays
+  // that lie close together share them.
+  void SetPatch(std::span<const QueuedPoint> points, const RayCloud& cloud);
+
+  // Nothing where too few points take part.
+  std::optional<LocalFit> Fit(const Ray& ray, const LocalFitRequest& request);
 
  private:
   struct Window {
-    float height, variance_factor, residual, points;
+    float height;           // above the requested one
+    float variance_factor;  // of the height, in squared noises
   };
-  bool Load(std::span<const QueuedPoint> queue, const RayCloud& cloud,
-            const Eigen::Vector3f& foot_normal, float start);
-  std::optional<Window> FitWindow(float radius, bool quadric, float outlier_distance);
+  // The patch in the frame of the ray, nearest windows first. Lengths in spacings.
+  void Project(const Ray& ray, const LocalFitRequest& request);
   template <int kTerms>
-  std::optional<Window> SolveWindow(float radius, float outlier_distance);
+  std::optional<Window> FitWindow(float radius, int inside, float outlier_distance);
 
-  // Structure of arrays, in ascending distance from the ray, padded with weight 0 to full lanes.
-  std::vector<int> order_;
-  std::vector<float> distance_, u_, v_, height_, weight_, drop_;
-  int count_ = 0;
+  // Structures of arrays, padded to whole lanes with points of weight 0.
+  std::vector<float> patch_[6];  // position, normal
+  int patch_size_ = 0;
+  std::vector<float> far_u_, far_v_, far_height_, far_weight_, far_square_;  // order of the patch
+  std::vector<float> u_, v_, height_, weight_;                               // by window
+  std::vector<int> inside_;  // points within each window
 };
-
-inline constexpr int kLeastFitPoints = 5;
-// Most points a window takes.
-inline constexpr int kMostFitPoints = 160;
 
 }  // namespace rilievo

@@ -101,7 +101,6 @@ void NeighborQueue::Start(const Ray& ray, const QueueGate& gate, int start) {
   queue_.clear();
   hubs_.clear();
   marked_ = 0;
-  complete_radius_ = 0;
   if (++stamp_ == 0) {  // wrapped: forget what earlier rays left
     std::fill(marks_.begin(), marks_.end(), Mark());
     stamp_ = 1;
@@ -122,7 +121,6 @@ bool NeighborQueue::Grow(int wanted, float max_radius) {
     if (hub.key > max_radius * max_radius) return false;
     std::pop_heap(hubs_.begin(), hubs_.end(), later);
     hubs_.pop_back();
-    complete_radius_ = std::max(complete_radius_, std::sqrt(hub.key));
     if (Find(hub.point).covered) continue;
     Open(hub.point);
   }

@@ -48,8 +48,8 @@ class NeighborQueue {
   // The queue in ascending order of key. Invalidated by Grow and Start.
   std::span<const QueuedPoint> Sorted();
 
-  // Up to this distance from the ray all points that the graph reaches have been pulled.
-  float complete_radius() const { return complete_radius_; }
+  // The queue in the order in which it was pulled.
+  std::span<const QueuedPoint> queued() const { return queue_; }
 
   const RayCloud& cloud() const { return cloud_; }
 
@@ -80,7 +80,6 @@ class NeighborQueue {
   std::vector<Mark> marks_;
   uint32_t stamp_ = 0;
   int marked_ = 0;
-  float complete_radius_ = 0;
 };
 
 }  // namespace rilievo

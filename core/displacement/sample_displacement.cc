@@ -79,10 +79,8 @@ class Sampling {
       while (sampled < end) {
         const int chunk_end = std::min(end, sampled + kChunk);
         const auto body = [&, first = sampled](int64_t block_begin, int64_t block_end) {
-          HeightSampler sampler(cloud_, graph_, options_);
-          for (int64_t i = block_begin; i < block_end; ++i) {
-            SampleVertex(static_cast<int>(first + i), coarser, &sampler);
-          }
+          SampleBlock(static_cast<int>(first + block_begin), static_cast<int>(first + block_end),
+                      coarser);
         };
         RILIEVO_RETURN_IF_ERROR(ParallelFor(chunk_end - sampled, kBlock, context_, body));
         sampled = chunk_end;
@@ -100,13 +98,20 @@ class Sampling {
     return ParallelFor(
         static_cast<int64_t>(spikes.size()), kBlock, context_, [&](int64_t begin, int64_t end) {
           HeightSampler sampler(cloud_, graph_, options_);
+          std::vector<RaySample> block(end - begin);
           for (int64_t i = begin; i < end; ++i) {
             const Spike& spike = spikes[i];
-            const auto again = sampler.Sample(RayOf(spike.vertex), bounds_[spike.vertex],
-                                              samples_.foot[spike.vertex], spike.expected, true);
-            Store(spike.vertex, again && std::abs(again->height - spike.expected) <= spike.tolerance
-                                    ? again
-                                    : std::nullopt);
+            RaySample& sample = block[i - begin];
+            sample = {RayOf(spike.vertex), bounds_[spike.vertex], std::nullopt, true};
+            sample.estimate =
+                sampler.Pierce(sample.ray, samples_.foot[spike.vertex], spike.expected);
+          }
+          sampler.Refine(block);
+          for (int64_t i = begin; i < end; ++i) {
+            const auto& again = block[i - begin].estimate;
+            const bool good =
+                again && std::abs(again->height - spikes[i].expected) <= spikes[i].tolerance;
+            Store(spikes[i].vertex, good ? again : std::nullopt);
           }
         });
   }
@@ -147,8 +152,23 @@ class Sampling {
     return -1;
   }
 
-  void SampleVertex(int vertex, const MeshTopology* coarser, HeightSampler* sampler) {
-    const Ray ray = RayOf(vertex);
+  void SampleBlock(int begin, int end, const MeshTopology* coarser) {
+    HeightSampler sampler(cloud_, graph_, options_);
+    std::vector<RaySample> block(end - begin);
+    for (int vertex = begin; vertex < end; ++vertex) {
+      RaySample& sample = block[vertex - begin];
+      sample.ray = RayOf(vertex);
+      sample.bounds = bounds_[vertex];
+      sample.estimate = PierceVertex(sample.ray, vertex, coarser, &sampler);
+    }
+    sampler.Refine(block);
+    for (int vertex = begin; vertex < end; ++vertex) Store(vertex, block[vertex - begin].estimate);
+  }
+
+  // Starts from the coarser level's vertices on either side, or from the index.
+  std::optional<HeightEstimate> PierceVertex(const Ray& ray, int vertex,
+                                             const MeshTopology* coarser,
+                                             HeightSampler* sampler) const {
     int start = -1;
     float reference = 0;
     if (coarser != nullptr) {
@@ -163,12 +183,10 @@ class Sampling {
       if (parents == 2) reference *= 0.5f;
     }
     std::optional<HeightEstimate> estimate;
-    if (start >= 0) estimate = sampler->Sample(ray, bounds_[vertex], start, reference);
-    if (!estimate) {
-      start = StartFromIndex(ray, vertex, reference);
-      if (start >= 0) estimate = sampler->Sample(ray, bounds_[vertex], start, reference);
-    }
-    Store(vertex, estimate);
+    if (start >= 0) estimate = sampler->Pierce(ray, start, reference);
+    if (estimate) return estimate;
+    start = StartFromIndex(ray, vertex, reference);
+    return start >= 0 ? sampler->Pierce(ray, start, reference) : std::nullopt;
   }
 
   const RayCloud& cloud_;

@@ -18,13 +18,20 @@ struct VirtualTriangle {
 // Longest queue that is searched; later points are ignored.
 inline constexpr int kMostTriangleCorners = 256;
 
+struct TriangleRules {
+  float max_spacings = 4;      // longest edge, in local spacings (and noises)
+  float reference_height = 0;  // where the surface is expected
+  // Points off the surface by as much as between them: only the shape across the ray counts.
+  bool noisy = false;
+};
+
 // Takes the three nearest points of `queue` (ascending); if the ray pierces their triangle, that
 // is the one; else adds the next point and tries all new triangles with it. Of several the one of
-// smallest area, where an area counts more the farther its height lies from `reference_height`.
-// A triangle whose edges exceed `max_spacings` local spacings (and noises), or that stands against
-// the normals of its own corners, is none: it would join two sheets or span a hole.
+// smallest area, where an area counts more the farther its height lies from the reference. A
+// triangle with too long edges, or that stands against the normals of its own corners, is none: it
+// would join two sheets or span a hole.
 std::optional<VirtualTriangle> FindVirtualTriangle(std::span<const QueuedPoint> queue,
                                                    const RayCloud& cloud, const Ray& ray,
-                                                   float max_spacings, float reference_height);
+                                                   const TriangleRules& rules);
 
 }  // namespace rilievo
