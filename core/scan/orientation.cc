@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
+#include "core/scan/signed_graph.h"
 
 namespace rilievo {
 namespace {
@@ -36,18 +38,24 @@ double ReflectedCosine(const OrientedCloud& cloud, int a, int b) {
   return normal_a.dot(normal_b) - (squared > 0 ? 2 * bend / squared : 0.0);
 }
 
-// Spanning forest by ascending 1 - |cosine|, in buckets.
-ParitySets SpanningForest(const NeighborGraph& graph, const std::vector<float>& cosines) {
+// Small patches of points that surely belong together: joined along the spanning forest of
+// ascending 1 - |cosine| as long as they stay small, so that one wrong edge spoils little.
+ParitySets SurePatches(const NeighborGraph& graph, const std::vector<float>& cosines) {
+  constexpr int kLargestPatch = 48;
+  constexpr double kSureCosine = 0.7;
   std::vector<std::vector<int>> buckets(kWeightLevels + 1);
   for (size_t edge = 0; edge < cosines.size(); ++edge) {
     const double weight = 1 - std::abs(cosines[edge]);
-    buckets[static_cast<size_t>(std::clamp(weight, 0.0, 1.0) * kWeightLevels)].push_back(
+    if (weight > 1 - kSureCosine) continue;
+    buckets[static_cast<size_t>(std::max(weight, 0.0) * kWeightLevels)].push_back(
         static_cast<int>(edge));
   }
   ParitySets sets(graph.size());
   for (const std::vector<int>& bucket : buckets) {
     for (const int edge : bucket) {
-      sets.Join(edge / graph.k, graph.indices[edge], cosines[edge] < 0 ? 1 : 0);
+      const int a = edge / graph.k, b = graph.indices[edge];
+      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) continue;
+      sets.Join(a, b, cosines[edge] < 0 ? 1 : 0);
     }
   }
   return sets;
@@ -91,13 +99,30 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
           }
         }
       }));
-  ParitySets sets = SpanningForest(graph, cosines);
+  ParitySets sets = SurePatches(graph, cosines);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  std::vector<std::vector<int>> members(static_cast<size_t>(graph.size()));
+  std::vector<int> patch(static_cast<size_t>(graph.size()), -1);
+  int patches = 0;
+  for (int i = 0; i < graph.size(); ++i) {
+    const int root = sets.Find(i);
+    if (patch[root] < 0) patch[root] = patches++;
+    patch[i] = patch[root];
+  }
+  std::vector<SignedLink> links;
+  for (size_t edge = 0; edge < cosines.size(); ++edge) {
+    const int a = static_cast<int>(edge / graph.k);
+    const int b = graph.indices[edge];
+    if (patch[a] == patch[b]) continue;
+    const double same = sets.parity(a) == sets.parity(b) ? 1 : -1;
+    links.push_back({patch[a], patch[b], same * cosines[edge] * std::abs(cosines[edge])});
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
+                           LabelSignedGraph(patches, std::move(links), context));
+  std::vector<std::vector<int>> members(static_cast<size_t>(labels.components));
   std::vector<uint8_t> flipped(static_cast<size_t>(graph.size()));
   for (int i = 0; i < graph.size(); ++i) {
-    members[sets.Find(i)].push_back(i);
-    flipped[i] = sets.parity(i);
+    members[labels.component[patch[i]]].push_back(i);
+    flipped[i] = sets.parity(i) ^ (labels.sign[patch[i]] < 0 ? 1 : 0);
     if (flipped[i]) cloud->normals.col(i) *= -1;
   }
   OrientationResult result;

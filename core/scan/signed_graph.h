@@ -1,0 +1,29 @@
+// Signs for the nodes of a graph whose links say 'same' or 'opposite', not always rightly.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+
+namespace rilievo {
+
+struct SignedLink {
+  int a = 0, b = 0;
+  double weight = 0;  // > 0: same sign, < 0: opposite; the more the surer
+};
+
+struct SignedLabels {
+  std::vector<int> component;  // by node: a number in [0, components), by lowest node
+  std::vector<int> sign;       // by node: +1 or -1, relative within the component
+  int components = 0;
+};
+
+// Joins the two groups with the largest |sum of weights between them| until no links are left;
+// weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
+// spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
+// Keuper et al. 2015, Bailoni et al. 2022). Then groups that most of their links contradict flip.
+absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, std::vector<SignedLink> links,
+                                              const RunContext& context);
+
+}  // namespace rilievo
