@@ -1,0 +1,183 @@
+#include "client/picture/render.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/picture/raster.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kSamples = 2;  // along each side of a pixel
+const Vector3f kStone(0.66f, 0.62f, 0.54f);
+constexpr int64_t kVertexBlock = 8192;
+constexpr int64_t kRowBlock = 64;
+
+struct DrawnVertex {
+  Projected at;
+  Vector3f normal;
+};
+
+absl::Status CheckScene(const Scene& scene) {
+  const TriangleMesh& mesh = scene.mesh;
+  const Eigen::Index count = mesh.vertices.cols();
+  if (mesh.triangles.cols() > 0 &&
+      (mesh.triangles.minCoeff() < 0 || mesh.triangles.maxCoeff() >= count)) {
+    return absl::InvalidArgumentError("picture: a triangle names a vertex that does not exist");
+  }
+  if (scene.colors.cols() != 0 && scene.colors.cols() != count) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("picture: ", scene.colors.cols(), " colours for ", count, " vertices"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<DrawnVertex>> ProjectVertices(const Scene& scene,
+                                                         const Projection& projection,
+                                                         const RunContext& context) {
+  const TriangleMesh& mesh = scene.mesh;
+  const Eigen::Index count = mesh.vertices.cols();
+  Eigen::Matrix3Xd computed;
+  if (mesh.normals.cols() != count) computed = VertexNormals(mesh.vertices, mesh.triangles);
+  const Eigen::Matrix3Xd& normals = mesh.normals.cols() == count ? mesh.normals : computed;
+  std::vector<DrawnVertex> drawn(static_cast<size_t>(count));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kVertexBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          const Vector3d n = projection.view_from_scene() * normals.col(i);
+          const double norm = n.norm();
+          drawn[static_cast<size_t>(i)] = {
+              projection.Project(mesh.vertices.col(i)),
+              norm > 0 ? Vector3f((n / norm).cast<float>()) : Vector3f(Vector3f::Zero())};
+        }
+      }));
+  return drawn;
+}
+
+absl::Status DrawSurface(const Scene& scene, const PictureOptions& options,
+                         const Projection& projection, const RunContext& context, Raster* raster) {
+  const TriangleMesh& mesh = scene.mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<DrawnVertex> drawn,
+                           ProjectVertices(scene, projection, context));
+  const bool colored = scene.colors.cols() > 0;
+  const auto draw = [&](Eigen::Index f, int row_begin, int row_end) {
+    const Eigen::Vector3i triangle = mesh.triangles.col(f);
+    const auto row = [&](int k) { return drawn[static_cast<size_t>(triangle(k))].at.y; };
+    const auto [low, high] = std::minmax({row(0), row(1), row(2)});
+    if (!(high >= static_cast<float>(row_begin) && low <= static_cast<float>(row_end))) return;
+    RasterCorner corners[3];
+    for (int k = 0; k < 3; ++k) {
+      const DrawnVertex& vertex = drawn[static_cast<size_t>(triangle(k))];
+      corners[k] = {vertex.at, vertex.normal,
+                    colored ? Vector3f(scene.colors.col(triangle(k))) : kStone};
+    }
+    const Vector3d a = mesh.vertices.col(mesh.triangles(0, f));
+    const Vector3f towards = projection.TowardsCamera(a).cast<float>();
+    if (options.flat) {
+      const Vector3d b = mesh.vertices.col(mesh.triangles(1, f));
+      const Vector3d c = mesh.vertices.col(mesh.triangles(2, f));
+      const Vector3d normal = projection.view_from_scene() * (b - a).cross(c - a).normalized();
+      for (RasterCorner& corner : corners) corner.normal = normal.cast<float>();
+    }
+    const bool back = SignedDoubleArea(corners[0].at, corners[1].at, corners[2].at) < 0;
+    DrawTriangle(corners, towards, back, row_begin, row_end, raster);
+  };
+  // Bands of rows, each drawn by one thread in the order of the triangles.
+  return ParallelFor(raster->height, kRowBlock, context, [&](int64_t begin, int64_t end) {
+    for (Eigen::Index f = 0; f < mesh.triangles.cols(); ++f) {
+      draw(f, static_cast<int>(begin), static_cast<int>(end));
+    }
+  });
+}
+
+absl::Status DrawPoints(const Scene& scene, const Projection& projection, const RunContext& context,
+                        Raster* raster) {
+  const Eigen::Index count = scene.mesh.vertices.cols();
+  std::vector<Projected> at(static_cast<size_t>(count));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    at[static_cast<size_t>(i)] = projection.Project(scene.mesh.vertices.col(i));
+  }
+  // Discs that about cover the picture's middle if the points were spread over it.
+  const double share = static_cast<double>(raster->width) * raster->height /
+                       static_cast<double>(std::max<Eigen::Index>(1, count));
+  const float radius = static_cast<float>(std::clamp(0.75 * std::sqrt(share), 1.3, 8.0));
+  const bool colored = scene.colors.cols() > 0;
+  const Vector3f kPointColor(0.75f, 0.72f, 0.66f);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(raster->height, kRowBlock, context, [&](int64_t begin, int64_t end) {
+        for (Eigen::Index i = 0; i < count; ++i) {
+          const Projected& center = at[static_cast<size_t>(i)];
+          if (center.y + radius < static_cast<float>(begin) ||
+              center.y - radius > static_cast<float>(end)) {
+            continue;
+          }
+          DrawDisc(center, radius, 0, colored ? Vector3f(scene.colors.col(i)) : kPointColor,
+                   static_cast<int>(begin), static_cast<int>(end), raster);
+        }
+      }));
+  ShadeByDepth(40, raster);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status PictureOptions::Validate() const {
+  for (int side : {width, height}) {
+    if (side < 16 || side > 16384) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("picture size ", width, " x ", height, "; each must lie in [16, 16384]"));
+    }
+  }
+  if (!(camera.field_of_view_degrees > 1 && camera.field_of_view_degrees < 120) ||
+      !(std::abs(camera.elevation_degrees) <= 90) || !std::isfinite(camera.turn_degrees)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "camera: field of view ", camera.field_of_view_degrees, " must lie in (1, 120), elevation ",
+        camera.elevation_degrees, " in [-90, 90] degrees, the turn must be finite"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Image> RenderPicture(const Scene& scene, const PictureOptions& options,
+                                    const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckScene(scene));
+  Raster raster(kSamples * options.width, kSamples * options.height);
+  const Projection projection(options.camera, scene.mesh.vertices, raster.width, raster.height);
+  RILIEVO_RETURN_IF_ERROR(scene.mesh.triangles.cols() > 0
+                              ? DrawSurface(scene, options, projection, context, &raster)
+                              : DrawPoints(scene, projection, context, &raster));
+  return Downsample(raster);
+}
+
+absl::StatusOr<Image> RenderSheet(const Scene& scene, const PictureOptions& options, int views,
+                                  const RunContext& context) {
+  if (views < 2 || views > 4) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a sheet of ", views, " views; it must be 2, 3 or 4"));
+  }
+  const int columns = views == 4 ? 2 : views, rows = views == 4 ? 2 : 1;
+  PictureOptions part = options;
+  part.width = options.width / columns;
+  part.height = options.height / rows;
+  std::vector<Image> images;
+  for (int view = 0; view < views; ++view) {
+    part.camera = options.camera;
+    if (view == 1) part.camera.turn_degrees += 180;
+    if (view == 2) part.camera.elevation_degrees = 89;
+    if (view == 3) part.camera.elevation_degrees = -50;
+    RILIEVO_ASSIGN_OR_RETURN(Image image, RenderPicture(scene, part, context));
+    images.push_back(std::move(image));
+  }
+  return TileImages(images, columns);
+}
+
+}  // namespace rilievo

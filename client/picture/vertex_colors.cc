@@ -1,0 +1,48 @@
+#include "client/picture/vertex_colors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3f;
+
+const Vector3f kGrey(0.35f, 0.35f, 0.35f);
+
+}  // namespace
+
+Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources) {
+  const Vector3f of_source[] = {
+      {0.66f, 0.62f, 0.54f}, {0.22f, 0.42f, 0.72f}, {0.85f, 0.33f, 0.03f}};
+  Eigen::Matrix3Xf colors(3, static_cast<Eigen::Index>(sources.size()));
+  for (size_t i = 0; i < sources.size(); ++i) {
+    colors.col(static_cast<Eigen::Index>(i)) = sources[i] < 3 ? of_source[sources[i]] : kGrey;
+  }
+  return colors;
+}
+
+Eigen::Matrix3Xf ColorsByValue(std::span<const float> values) {
+  std::vector<float> sizes;
+  for (float value : values) {
+    if (std::isfinite(value)) sizes.push_back(std::abs(value));
+  }
+  float full = 0;
+  if (!sizes.empty()) {
+    const auto rank = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
+    std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
+    full = sizes[static_cast<size_t>(rank)];
+  }
+  const Vector3f middle(0.80f, 0.79f, 0.76f), low(0.03f, 0.13f, 0.55f), high(0.62f, 0.04f, 0.03f);
+  Eigen::Matrix3Xf colors(3, static_cast<Eigen::Index>(values.size()));
+  for (size_t i = 0; i < values.size(); ++i) {
+    const float share = full > 0 ? std::clamp(values[i] / full, -1.f, 1.f) : 0.f;
+    const Vector3f& end = share < 0 ? low : high;
+    colors.col(static_cast<Eigen::Index>(i)) =
+        std::isfinite(values[i]) ? Vector3f(middle + std::abs(share) * (end - middle)) : kGrey;
+  }
+  return colors;
+}
+
+}  // namespace rilievo

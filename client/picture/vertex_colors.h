@@ -1,0 +1,18 @@
+// Colours that show a property of the vertices.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+
+namespace rilievo {
+
+// Linear RGB a vertex by its HeightSource: measured stone, smoothed blue, filled orange, anything
+// else grey.
+Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources);
+
+// Diverging from blue (below zero) over near-white to red; full colour at the 98th percentile of
+// |value|. Non-finite values are grey.
+Eigen::Matrix3Xf ColorsByValue(std::span<const float> values);
+
+}  // namespace rilievo
