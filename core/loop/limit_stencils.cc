@@ -55,6 +55,7 @@ class RowAccumulator {
   template <int RowWidth>
   void AddRow(const SparseRows<RowWidth>& rows, int row, const std::array<double, Width>& factors) {
     for (int i = rows.begin[row]; i < rows.begin[row + 1]; ++i) {
+      if (rows.weights[i][0] == 0.0) continue;  // there for the ring sum only
       Add(rows.control_vertices[i], rows.weights[i][0], factors);
     }
   }
@@ -77,7 +78,8 @@ class RowAccumulator {
 };
 
 // The same recurrence as in limit_surface.cc, on rows instead of points. `vertices_` rows hold the
-// weights of a vertex and of its ring sum at the level reached so far: both have the same support.
+// weights of a vertex and of its ring sum at the level reached so far; what only the ring sum
+// reaches has a zero for the vertex.
 class StencilPropagation {
  public:
   StencilPropagation(const LoopRefinement& refinement, int level, const RunContext& context)

@@ -14,8 +14,10 @@ namespace {
 
 constexpr int64_t kBlock = 8192;
 
-// Below this sine of the angle between the tangents their product is rounding noise.
+// Below this sine of the angle between the tangents their product is rounding noise,
 constexpr double kMinTangentSine = 1e-10;
+// and so are tangents shorter than this share of the largest control coordinate.
+constexpr double kMinTangentRatio = 1e-14;
 
 // Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
 // degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
@@ -31,14 +33,15 @@ Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
 }
 
 // u x v, normalised; false when the tangents span no plane.
-bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v, double squared_noise,
                         Eigen::Vector3d& normal) {
   const Eigen::Vector3d product = u.cross(v);
   const double squared = product.squaredNorm();
-  const double scale = u.squaredNorm() * v.squaredNorm();
-  if (!(squared > kMinTangentSine * kMinTangentSine * scale)) return false;
-  normal = product / std::sqrt(squared);
-  return true;
+  const double squared_u = u.squaredNorm(), squared_v = v.squaredNorm();
+  const bool plane = squared > kMinTangentSine * kMinTangentSine * squared_u * squared_v &&
+                     squared_u > squared_noise && squared_v > squared_noise;
+  if (plane) normal = product / std::sqrt(squared);
+  return plane;
 }
 
 // Carries positions and ring sums from level to level. Every vertex' limit is taken at the level
@@ -70,6 +73,8 @@ class LimitEvaluation {
     const MeshTopology& control = refinement_.levels.front();
     const VertexRings rings = BuildVertexRings(control);
     positions_.leftCols(control.vertex_count) = control_points;
+    const double noise = kMinTangentRatio * control_points.cwiseAbs().maxCoeff();
+    squared_noise_ = noise * noise;
     return ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
       for (int64_t v = begin; v < end; ++v) {
         LimitOfControlVertex(control, static_cast<int>(v),
@@ -94,7 +99,7 @@ class LimitEvaluation {
     }
     if (level_ > 0) ring_sums_.col(v) = sum;
     Eigen::Vector3d normal;
-    if (!NormalFromTangents(tangent_u, tangent_v, normal)) {
+    if (!NormalFromTangents(tangent_u, tangent_v, squared_noise_, normal)) {
       normal = FanNormal(self, valence, !boundary,
                          [&](int i) -> Eigen::Vector3d { return positions_.col(ring[i]); });
     }
@@ -167,7 +172,7 @@ class LimitEvaluation {
              const std::array<int, 6>& ring, int valence) {
     if (vertex < ring_sums_.cols()) ring_sums_.col(vertex) = sum;
     Eigen::Vector3d normal;
-    if (!NormalFromTangents(tangent_u, tangent_v, normal)) {
+    if (!NormalFromTangents(tangent_u, tangent_v, squared_noise_, normal)) {
       normal = FanNormal(positions_.col(vertex), valence, valence == 6,
                          [&](int i) -> Eigen::Vector3d { return positions_.col(ring[i]); });
     }
@@ -178,6 +183,7 @@ class LimitEvaluation {
   const LoopRefinement& refinement_;
   const int level_;
   const RunContext& context_;
+  double squared_noise_ = 0.0;
   Eigen::Matrix3Xd positions_;  // at the level reached so far; room for the last
   Eigen::Matrix3Xd ring_sums_;  // of all vertices but those the last level adds
   LimitSurface limit_;

@@ -34,7 +34,9 @@ struct LoopLimitMask {
 //   neighbour 0 < i < k   (1 - cos(theta)) (1 + 2 cos(theta)) sin(i theta)
 //   the vertex itself     -sin(theta)
 // For k = 1 it is p_0 + p_1 - 2 p. Hoppe et al. 1994 list other weights for k > 3: those go with a
-// changed edge rule beside irregular boundary vertices, which is not used here.
+// changed edge rule beside irregular boundary vertices, which is not used here. For k > 6 the mode
+// sin(2 i theta) shrinks more slowly than tangent_u: the surface has no tangent plane there, and
+// the normal is that of the boundary curve and of the slowest mode across it.
 LoopLimitMask InteriorLimitMask(int valence);
 LoopLimitMask BoundaryLimitMask(int valence);
 

@@ -1,0 +1,23 @@
+// OpenSubdiv's Loop surface in double precision, the independent oracle of the loop tests.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/geometry/triangle_mesh.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo::testing {
+
+// Every vertex of one level of uniform refinement. Column = vertex, in the refinement's numbering.
+struct OracleLevel {
+  Eigen::Matrix3Xd positions;  // after subdivision
+  Eigen::Matrix3Xd limit_positions;
+  Eigen::Matrix3Xd limit_normals;  // unit, first tangent x second tangent
+};
+
+// All levels of `refinement`, boundaries by VTX_BOUNDARY_EDGE_ONLY.
+std::vector<OracleLevel> EvaluateWithOpenSubdiv(const ControlMesh& mesh,
+                                                const LoopRefinement& refinement);
+
+}  // namespace rilievo::testing
