@@ -2,11 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+
+#include <pcl/filters/experimental/functor_filter.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
+#include "core/scan/patch_moments.h"
 
 namespace rilievo {
 namespace {
@@ -14,13 +20,95 @@ namespace {
 constexpr int64_t kBlock = 4096;
 // No island with so many points is dropped, however large the scan.
 constexpr int kLargestIsland = 200;
+// How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
+// height sees the ground at 0.1.
+constexpr double kSpacingGrowth = 0.1;
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+// Mean neighbour distance of each point.
+std::vector<float> MeanDistances(const NeighborGraph& graph) {
+  std::vector<float> reach(static_cast<size_t>(graph.size()));
+  for (int i = 0; i < graph.size(); ++i) {
+    double sum = 0;
+    for (const float distance : graph.neighbor_distances(i)) sum += distance;
+    reach[i] = static_cast<float>(sum / graph.k);
+  }
+  return reach;
+}
+
+// The mean distance usual around each point: the largest field below `reach` that grows by no more
+// than kSpacingGrowth along the graph. A cluster of flying points does not vouch for itself.
+std::vector<float> UsualDistances(const NeighborGraph& graph, const std::vector<float>& reach) {
+  std::vector<float> usual = reach;
+  const auto relax = [&](int i) {
+    const auto neighbors = graph.neighbors(i);
+    const auto distances = graph.neighbor_distances(i);
+    for (int j = 0; j < graph.k; ++j) {
+      const float step = static_cast<float>(kSpacingGrowth) * distances[j];
+      usual[i] = std::min(usual[i], usual[neighbors[j]] + step);
+      usual[neighbors[j]] = std::min(usual[neighbors[j]], usual[i] + step);
+    }
+  };
+  // Points are in Morton order, so two sweeps each way carry a value across nearly all of the scan.
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    for (int i = 0; i < graph.size(); ++i) relax(i);
+    for (int i = graph.size() - 1; i >= 0; --i) relax(i);
+  }
+  return usual;
+}
+
+// Points with fewer than half of their neighbours within `factor` usual distances.
+std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                  const std::vector<float>& usual, double factor) {
+  auto cloud = std::make_shared<Cloud>();
+  cloud->resize(static_cast<size_t>(points.cols()));
+  for (int64_t i = 0; i < points.cols(); ++i) {
+    (*cloud)[i].getVector3fMap() = points.col(i).cast<float>();
+  }
+  // PCL's radius filter has no door for a search of ours, and a fixed radius is no measure for a
+  // scan whose density changes; its functor filter takes both.
+  const auto surrounded = [&](const Cloud&, pcl::index_t i) {
+    return graph.neighbor_distances(i)[graph.k / 2] <= factor * usual[i];
+  };
+  pcl::experimental::advanced::FunctorFilter<pcl::PointXYZ, decltype(surrounded)> filter(surrounded);
+  filter.setInputCloud(cloud);
+  pcl::Indices dense;
+  filter.filter(dense);
+  std::vector<uint8_t> sparse(static_cast<size_t>(points.cols()), 1);
+  for (const int i : dense) sparse[i] = 0;
+  return sparse;
+}
+
+// How a point lies against the plane of its neighbours, itself not among them.
+struct Standing {
+  double height = 0;     // off the plane
+  double thickness = 0;  // deviation of the neighbours from it
+  double spread = 0;     // deviation of the neighbours along it
+};
+
+Standing StandingOf(const PatchMoments& patch, int neighbors) {
+  // The patch holds the point at offset zero, where it adds nothing to the sums.
+  const float share = static_cast<float>(neighbors + 1) / static_cast<float>(neighbors);
+  PatchMoments others;
+  others.mean_offset = share * patch.mean_offset;
+  const Eigen::Vector3f& m = patch.mean_offset;
+  const Eigen::Vector3f& o = others.mean_offset;
+  Eigen::Matrix<float, 6, 1> own, other;
+  own << m.x() * m.x(), m.x() * m.y(), m.x() * m.z(), m.y() * m.y(), m.y() * m.z(), m.z() * m.z();
+  other << o.x() * o.x(), o.x() * o.y(), o.x() * o.z(), o.y() * o.y(), o.y() * o.z(), o.z() * o.z();
+  others.covariance = share * (patch.covariance + own) - other;
+  const PatchPlane plane = FitPlane(others);
+  return {std::abs(plane.normal.dot(others.mean_offset.cast<double>())),
+          std::sqrt(plane.thickness), std::sqrt(plane.spread)};
+}
 
 }  // namespace
 
 absl::Status OutlierOptions::Validate() const {
   if (distance_factor != 0 && !(distance_factor >= 1.5 && std::isfinite(distance_factor))) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("distance_factor: ", distance_factor, " is neither 0 (off) nor at least 1.5"));
+    return absl::InvalidArgumentError(absl::StrCat("distance_factor: ", distance_factor,
+                                                   " is neither 0 (off) nor at least 1.5"));
   }
   if (!(min_component_share >= 0 && min_component_share <= 0.1)) {
     return absl::InvalidArgumentError(
@@ -29,6 +117,39 @@ absl::Status OutlierOptions::Validate() const {
   return absl::OkStatus();
 }
 
+namespace {
+
+// Three marks of a point that belongs to no surface:
+// - it is sparse and its neighbours form no sheet that it lies in,
+// - it is sparse beyond any sheet,
+// - it stands off a sheet by more than the sheet is thick and its points are apart.
+absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
+                          const RunContext& context, std::vector<uint8_t>* keep) {
+  constexpr double kSheetRatio = 0.3;      // thickness against spread of what is still a sheet
+  constexpr double kOffDeviations = 4.0;   // of the sheet's thickness
+  constexpr double kOffUsual = 0.5;        // of factor * usual distance
+  constexpr double kHopeless = 3.0;        // of factor
+  const std::vector<float> reach = MeanDistances(graph);
+  const std::vector<float> usual = UsualDistances(graph, reach);
+  const std::vector<uint8_t> sparse = SparsePoints(points, graph, usual, factor);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<PatchMoments> patches,
+                           ComputePatchMoments(points, graph, context));
+  return ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const Standing standing = StandingOf(patches[i], graph.k);
+      const bool in_sheet = standing.thickness < kSheetRatio * standing.spread &&
+                            standing.height < kOffDeviations * standing.thickness;
+      const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
+                             standing.height > kOffUsual * factor * usual[i];
+      const bool hopeless = reach[i] > kHopeless * factor * usual[i];
+      if (off_sheet || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
+    }
+  });
+}
+
+}  // namespace
+
 absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
                                            const NeighborGraph& graph,
                                            const OutlierOptions& options,
@@ -36,23 +157,9 @@ absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   OutlierResult result;
   result.keep.assign(static_cast<size_t>(points.cols()), 1);
-  std::vector<float> reach(result.keep.size());
-  for (int i = 0; i < graph.size(); ++i) {
-    double sum = 0;
-    for (const float distance : graph.neighbor_distances(i)) sum += distance;
-    reach[i] = static_cast<float>(sum / graph.k);
-  }
   if (options.distance_factor > 0) {
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
-          std::vector<float> near(graph.k);
-          for (int64_t i = begin; i < end; ++i) {
-            const auto neighbors = graph.neighbors(static_cast<int>(i));
-            for (int j = 0; j < graph.k; ++j) near[j] = reach[neighbors[j]];
-            std::nth_element(near.begin(), near.begin() + graph.k / 2, near.end());
-            if (reach[i] > options.distance_factor * near[graph.k / 2]) result.keep[i] = 0;
-          }
-        }));
+        MarkOutliers(points, graph, options.distance_factor, context, &result.keep));
   }
   result.outliers = std::count(result.keep.begin(), result.keep.end(), 0);
   ParitySets sets(graph.size());
