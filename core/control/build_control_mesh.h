@@ -25,7 +25,8 @@ struct ControlOptions {
   BoundaryRule boundary = BoundaryRule::kKeep;
   // About how many control faces; 0: chosen from the number of points. [0, 200000].
   int target_faces = 0;
-  // The road kUser: used as it is, after checks. Unit frame.
+  // The road kUser, also taken under kAuto when this is set: used as it is, after checks. Unit
+  // frame.
   std::optional<ControlMesh> user_mesh;
   absl::Status Validate() const;
 };
@@ -39,7 +40,12 @@ struct ControlMeshResult {
   int genus = 0;
 };
 
+// The rule behind target_faces = 0: one face for 30 points, in [200, 12000]. Three subdivisions of
+// that give about as many vertices as there are points.
+int DefaultControlFaces(const OrientedCloud& cloud);
+
 // FAILED_PRECONDITION when the chosen road cannot serve the cloud, with the road that could.
+// When the road was chosen here and fails so, the road arbitrary is taken and the reason says it.
 absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
                                                    const NeighborGraph& graph,
                                                    const PointIndex& index,

@@ -1,0 +1,124 @@
+#include "core/control/build_control_mesh.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/control/choose_topology.h"
+#include "core/control/control_roads.h"
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kMostTargetFaces = 200000;
+constexpr double kPointsPerFace = 30;
+constexpr int kFewestFaces = 200;
+constexpr int kMostFaces = 12000;
+
+TopologyChoice Choose(const OrientedCloud& cloud, const ControlOptions& options) {
+  if (options.user_mesh) return {Topology::kUser, "a control mesh was given"};
+  if (options.topology == Topology::kAuto) return ChooseTopology(cloud);
+  return {options.topology,
+          absl::StrCat("topology ", TopologyName(options.topology), " was asked for")};
+}
+
+absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
+                                     const NeighborGraph& graph, const PointIndex& index,
+                                     const ControlOptions& options, const RunContext& context) {
+  const int target_faces =
+      options.target_faces > 0 ? options.target_faces : DefaultControlFaces(cloud);
+  switch (road) {
+    case Topology::kPlanar:
+      return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
+    case Topology::kSpherical:
+      return SphericalControlMesh(cloud, index, target_faces, context);
+    case Topology::kUser:
+      return CheckUserControlMesh(*options.user_mesh, cloud, context);
+    case Topology::kAuto:
+    case Topology::kArbitrary:
+      break;
+  }
+  return ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces, context);
+}
+
+absl::Status AddTopologyFigures(ControlMeshResult* result) {
+  const TopologySummary summary =
+      SummarizeTopology(result->mesh.faces, static_cast<int>(result->mesh.vertices.cols()));
+  if (!summary.manifold() || !summary.oriented) {
+    return absl::InternalError(absl::StrCat("the road ", TopologyName(result->road),
+                                            " made a control mesh that is no oriented manifold"));
+  }
+  result->components = static_cast<int>(summary.components);
+  result->boundary_loops = static_cast<int>(summary.boundary_loops);
+  result->genus = static_cast<int>(summary.genus);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+const char* TopologyName(Topology topology) {
+  switch (topology) {
+    case Topology::kAuto:
+      return "auto";
+    case Topology::kPlanar:
+      return "planar";
+    case Topology::kSpherical:
+      return "spherical";
+    case Topology::kArbitrary:
+      return "arbitrary";
+    case Topology::kUser:
+      return "user";
+  }
+  return "unknown";
+}
+
+absl::Status ControlOptions::Validate() const {
+  if (target_faces < 0 || target_faces > kMostTargetFaces) {
+    return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
+                                                   "; it must lie in [0, ", kMostTargetFaces, "]"));
+  }
+  if (topology == Topology::kUser && !user_mesh) {
+    return absl::InvalidArgumentError("topology user needs user_mesh");
+  }
+  if (user_mesh && topology != Topology::kUser && topology != Topology::kAuto) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "user_mesh is set, but topology is ", TopologyName(topology), "; it must be user or auto"));
+  }
+  return absl::OkStatus();
+}
+
+int DefaultControlFaces(const OrientedCloud& cloud) {
+  const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
+  return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
+}
+
+absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
+                                                   const NeighborGraph& graph,
+                                                   const PointIndex& index,
+                                                   const ControlOptions& options,
+                                                   const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  context.Report(Stage::kControlMesh, 0);
+  const TopologyChoice choice = Choose(cloud, options);
+  ControlMeshResult result;
+  result.road = choice.road;
+  result.reason = choice.reason;
+  auto mesh = TakeRoad(result.road, cloud, graph, index, options, context);
+  const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh &&
+                             result.road != Topology::kArbitrary;
+  if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
+    result.reason = absl::StrCat("arbitrary after ", TopologyName(result.road),
+                                 " was tried: ", mesh.status().message());
+    result.road = Topology::kArbitrary;
+    mesh = TakeRoad(result.road, cloud, graph, index, options, context);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
+  RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));
+  context.Report(Stage::kControlMesh, 1);
+  return result;
+}
+
+}  // namespace rilievo
