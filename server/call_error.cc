@@ -1,0 +1,89 @@
+#include "server/call_error.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+
+namespace rilievo {
+namespace {
+
+constexpr size_t kMaxTextBytes = 500;
+constexpr size_t kMaxViolations = 8;
+
+// At most kMaxTextBytes, cut between UTF-8 characters.
+std::string Shortened(const std::string& text) {
+  if (text.size() <= kMaxTextBytes) return text;
+  size_t end = kMaxTextBytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
+}  // namespace
+
+CallError BadRequestError(std::vector<FieldViolation> violations) {
+  CallError error;
+  error.code = absl::StatusCode::kInvalidArgument;
+  for (const FieldViolation& violation : violations) {
+    absl::StrAppend(&error.message, error.message.empty() ? "" : "; ", violation.field, ": ",
+                    violation.description);
+  }
+  error.violations = std::move(violations);
+  return error;
+}
+
+grpc::Status GrpcStatus(const CallError& error) {
+  google::rpc::Status details;
+  details.set_code(static_cast<int>(error.code));
+  details.set_message(Shortened(error.message));
+  if (!error.violations.empty()) {
+    google::rpc::BadRequest bad;
+    for (size_t i = 0; i < std::min(error.violations.size(), kMaxViolations); ++i) {
+      auto* violation = bad.add_field_violations();
+      violation->set_field(Shortened(error.violations[i].field));
+      violation->set_description(Shortened(error.violations[i].description));
+    }
+    details.add_details()->PackFrom(bad);
+  }
+  if (error.retry_delay) {
+    google::rpc::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(error.retry_delay->count() / 1000);
+    retry.mutable_retry_delay()->set_nanos(
+        static_cast<int32_t>(error.retry_delay->count() % 1000 * 1'000'000));
+    details.add_details()->PackFrom(retry);
+  }
+  if (!error.reason.empty()) {
+    google::rpc::ErrorInfo info;
+    info.set_reason(error.reason);
+    info.set_domain("rilievo");
+    details.add_details()->PackFrom(info);
+  }
+  return grpc::Status(static_cast<grpc::StatusCode>(error.code), details.message(),
+                      details.SerializeAsString());
+}
+
+CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint64_t job) {
+  CallError error;
+  error.message = std::string(status.message());
+  switch (status.code()) {
+    case absl::StatusCode::kInvalidArgument:
+    case absl::StatusCode::kOutOfRange:
+      error.code = absl::StatusCode::kInvalidArgument;
+      error.violations = {{field, error.message}};
+      return error;
+    case absl::StatusCode::kFailedPrecondition:
+    case absl::StatusCode::kResourceExhausted:
+    case absl::StatusCode::kUnimplemented:
+      error.code = status.code();
+      return error;
+    default:
+      error.code = absl::StatusCode::kInternal;
+      error.message = absl::StrCat("the server failed at job ", job,
+                                   "; its operator finds the cause in the log");
+      return error;
+  }
+}
+
+}  // namespace rilievo

@@ -1,0 +1,15 @@
+// One question to a server's health service: for container health checks and scripts.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace rilievo {
+
+// OK when the server at "host:port" says SERVING; UNAVAILABLE when it says otherwise; else the
+// error of the call.
+absl::Status ProbeHealth(const std::string& address, std::chrono::milliseconds timeout);
+
+}  // namespace rilievo

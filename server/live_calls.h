@@ -1,0 +1,65 @@
+// The calls that are going on: their clock, and the way to end them all.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+namespace rilievo {
+
+// Why a call ends before its time.
+enum class StopReason {
+  kNone,
+  kClient,    // cancelled, deadline over, or gone
+  kJobTime,   // worked longer than the server allows
+  kIdle,      // the client neither sent nor read for too long
+  kShutdown,  // the server ends
+};
+
+class LiveCall {
+ public:
+  using Clock = std::chrono::steady_clock;
+  virtual ~LiveCall() = default;
+
+  // Called several times a second; stops the call when a limit of time is over.
+  virtual void Tick(Clock::time_point now) = 0;
+
+  // Ends the call soon. Any thread, any number of times; the first reason counts.
+  virtual void Stop(StopReason reason) = 0;
+};
+
+// Thread-safe. One thread of its own, which only calls Tick().
+class LiveCalls {
+ public:
+  LiveCalls();
+  ~LiveCalls();  // every call has left
+
+  LiveCalls(const LiveCalls&) = delete;
+  LiveCalls& operator=(const LiveCalls&) = delete;
+
+  void Enter(const std::shared_ptr<LiveCall>& call);
+  // The last thing a call does.
+  void Leave(const LiveCall* call);
+
+  void StopAll(StopReason reason);
+
+  // Whether all calls left in time.
+  bool WaitUntilEmpty(std::chrono::milliseconds timeout);
+
+  int size() const;
+
+ private:
+  std::vector<std::shared_ptr<LiveCall>> Snapshot() const;
+  void TickUntil(const std::stop_token& stop);
+
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::unordered_map<const LiveCall*, std::weak_ptr<LiveCall>> calls_;
+  std::jthread ticker_;
+};
+
+}  // namespace rilievo

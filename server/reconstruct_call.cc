@@ -1,0 +1,305 @@
+#include "server/reconstruct_call.h"
+
+#include <exception>
+#include <new>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "server/job_report.h"
+
+namespace rilievo {
+namespace {
+
+double SecondsBetween(LiveCall::Clock::time_point from, LiveCall::Clock::time_point to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+CallError ShutdownError() {
+  return {.code = absl::StatusCode::kUnavailable,
+          .message = "the server is shutting down; try again later or at another one",
+          .reason = "SHUTTING_DOWN",
+          .retry_delay = std::chrono::seconds(5)};
+}
+
+CallError StopError(StopReason reason, const ServerOptions& options) {
+  switch (reason) {
+    case StopReason::kJobTime:
+      return {.code = absl::StatusCode::kDeadlineExceeded,
+              .message = absl::StrCat("the work took longer than the ",
+                                      options.max_job_time.count() / 1000.0,
+                                      " s this server allows; ask for a lower max_level or fewer "
+                                      "control_faces, or send fewer points"),
+              .reason = "JOB_TIME_LIMIT"};
+    case StopReason::kIdle:
+      return {
+          .code = absl::StatusCode::kDeadlineExceeded,
+          .message = absl::StrCat("no message passed for ", options.max_idle_time.count() / 1000.0,
+                                  " s; send the points and half-close without long pauses"),
+          .reason = "IDLE_LIMIT"};
+    case StopReason::kShutdown:
+      return ShutdownError();
+    default:
+      return {.code = absl::StatusCode::kCancelled, .message = "the client cancelled"};
+  }
+}
+
+CallError OrderError(const std::string& field, const std::string& description) {
+  return BadRequestError({{field, description}});
+}
+
+}  // namespace
+
+ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerContext* context) {
+  auto call = std::make_shared<ReconstructCall>(core, context);
+  ReconstructCall* reactor = call.get();
+  // Held until the first operation is started: a Stop() from elsewhere comes after it.
+  const std::lock_guard lock(reactor->mutex_);
+  core->live_calls.Enter(call);
+  reactor->self_ = std::move(call);
+  if (core->draining) {
+    reactor->Fail(ShutdownError());
+  } else {
+    reactor->StartRead(&reactor->request_);
+  }
+  return reactor;
+}
+
+ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context)
+    : core_(core), context_(context), begin_(Clock::now()), last_transfer_(begin_) {
+  record_.job = core_->next_job++;
+}
+
+ReconstructCall::~ReconstructCall() {
+  record_.total_seconds = SecondsBetween(begin_, Clock::now());
+  if (core_->log) core_->log(record_);
+  ticket_.reset();
+  core_->live_calls.Leave(this);
+}
+
+void ReconstructCall::OnReadDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  if (phase_ != Phase::kHeader && phase_ != Phase::kUpload) return;
+  last_transfer_ = Clock::now();
+  if (!ok) {
+    EndUpload();
+    return;
+  }
+  if (phase_ == Phase::kHeader) {
+    TakeHeader();
+  } else {
+    TakePoints();
+  }
+  if (phase_ == Phase::kUpload) StartRead(&request_);
+}
+
+void ReconstructCall::OnWriteDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  write_in_flight_ = false;
+  last_transfer_ = Clock::now();
+  if (!ok) {
+    if (stop_reason_ == StopReason::kNone) stop_reason_ = StopReason::kClient;
+    stop_.request_stop();
+  }
+  PumpWrites();
+}
+
+void ReconstructCall::OnCancel() { Stop(StopReason::kClient); }
+
+void ReconstructCall::OnDone() {
+  // The last reference may be this one.
+  const std::shared_ptr<ReconstructCall> self = std::move(self_);
+}
+
+void ReconstructCall::Tick(Clock::time_point now) {
+  StopReason reason = StopReason::kNone;
+  {
+    const std::lock_guard lock(mutex_);
+    const bool receiving = phase_ == Phase::kHeader || phase_ == Phase::kUpload;
+    const bool transferring = receiving || (phase_ == Phase::kDownload && write_in_flight_);
+    if (transferring && now - last_transfer_ > core_->options.max_idle_time) {
+      reason = StopReason::kIdle;
+    } else if (phase_ == Phase::kWork && now - work_begin_ > core_->options.max_job_time) {
+      reason = StopReason::kJobTime;
+    }
+  }
+  if (reason != StopReason::kNone) Stop(reason);
+}
+
+void ReconstructCall::Stop(StopReason reason) {
+  const std::lock_guard lock(mutex_);
+  if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+  stop_.request_stop();
+  switch (phase_) {
+    case Phase::kHeader:
+    case Phase::kUpload:
+      Fail(StopError(stop_reason_, core_->options));
+      break;
+    case Phase::kQueued:
+      if (core_->pool.Withdraw(work_number_)) Fail(StopError(stop_reason_, core_->options));
+      break;
+    case Phase::kDownload:
+      // The write in flight waits for a client that does not read: only this brings it back.
+      context_->TryCancel();
+      break;
+    case Phase::kWork:  // ends by itself within a second
+    case Phase::kFinished:
+      break;
+  }
+}
+
+void ReconstructCall::TakeHeader() {
+  if (!request_.has_header()) {
+    Fail(OrderError("header", "the first message must hold the header"));
+    return;
+  }
+  auto parsed = ParseHeader(request_.header(), core_->options);
+  if (auto* error = std::get_if<CallError>(&parsed)) {
+    Fail(*error);
+    return;
+  }
+  ticket_ = core_->pool.TryAdmit();
+  if (!ticket_) {
+    Fail({.code = absl::StatusCode::kResourceExhausted,
+          .message = "as many jobs as this server takes are running and waiting; try again later",
+          .reason = "JOBS_LIMIT",
+          .retry_delay = core_->pool.RetryDelay()});
+    return;
+  }
+  job_ = std::get<JobRequest>(std::move(parsed));
+  record_.points_announced = job_.point_count;
+  upload_.emplace(job_.point_count, job_.coordinates);
+  phase_ = Phase::kUpload;
+}
+
+void ReconstructCall::TakePoints() {
+  if (!request_.has_points()) {
+    Fail(OrderError("points", "every message after the first must hold points"));
+    return;
+  }
+  auto error = upload_->Append(std::move(*request_.mutable_points()->mutable_data()));
+  record_.bytes_in = upload_->bytes();
+  if (error) Fail(*error);
+}
+
+// The client half-closed, or is gone; then OnCancel follows.
+void ReconstructCall::EndUpload() {
+  if (phase_ == Phase::kHeader) {
+    Fail(OrderError("header", "the stream was closed before a header came"));
+    return;
+  }
+  if (const auto error = upload_->CheckComplete()) {
+    Fail(*error);
+    return;
+  }
+  upload_end_ = Clock::now();
+  record_.upload_seconds = SecondsBetween(begin_, upload_end_);
+  phase_ = Phase::kQueued;
+  progress_.Queued(upload_end_);
+  PumpWrites();
+  work_number_ = core_->pool.Submit([call = shared_from_this()] { call->Work(); });
+}
+
+void ReconstructCall::Work() {
+  PointCloud scan;
+  {
+    const std::lock_guard lock(mutex_);
+    work_begin_ = Clock::now();
+    record_.queue_seconds = SecondsBetween(upload_end_, work_begin_);
+    phase_ = Phase::kWork;
+  }
+  absl::StatusOr<Reconstruction> result = absl::CancelledError();
+  // Nobody else touches the upload any more.
+  if (!stop_.stop_requested()) {
+    try {
+      result = RunPipeline(upload_->TakePoints());
+    } catch (const std::bad_alloc&) {
+      result = absl::ResourceExhaustedError("the memory of the server does not suffice");
+    } catch (const std::exception& defect) {
+      result = absl::InternalError(absl::StrCat("a stage let an exception pass: ", defect.what()));
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  EndWork(std::move(result));
+}
+
+absl::StatusOr<Reconstruction> ReconstructCall::RunPipeline(const PointCloud& scan) {
+  RunContext context;
+  context.stop = stop_.get_token();
+  context.threads = job_.threads;
+  context.seed = job_.seed;
+  context.progress = [this](const Progress& progress) {
+    const std::lock_guard lock(mutex_);
+    progress_.Report(progress, Clock::now());
+    PumpWrites();
+  };
+  return core_->reconstruct(scan, job_.options, context);
+}
+
+void ReconstructCall::EndWork(absl::StatusOr<Reconstruction> result) {
+  record_.work_seconds = SecondsBetween(work_begin_, Clock::now());
+  upload_.reset();
+  // Before the client learns of the end: it may call again at once.
+  ticket_.reset();
+  phase_ = Phase::kDownload;
+  last_transfer_ = Clock::now();
+  if (result.ok()) {
+    record_.road = result->report.road;
+    download_.emplace(std::move(result->encoded),
+                      ProtoReport(result->report, job_.options.measure));
+  } else if (stop_reason_ != StopReason::kNone) {
+    error_ = StopError(stop_reason_, core_->options);
+  } else {
+    error_ = ErrorOfJob(result.status(), FieldAtFault(), record_.job);
+    record_.detail = result.status().ToString();
+  }
+  PumpWrites();
+}
+
+// What of the request the stage that failed was about.
+std::string ReconstructCall::FieldAtFault() const {
+  if (progress_.stage() != Stage::kControlMesh) return "points";
+  return job_.options.control.user_mesh ? "header.options.control.control_mesh"
+                                        : "header.options.control";
+}
+
+void ReconstructCall::PumpWrites() {
+  if (write_in_flight_ || phase_ == Phase::kFinished) return;
+  if (error_) {
+    Fail(*error_);
+    return;
+  }
+  if (stop_reason_ != StopReason::kNone) {
+    if (phase_ == Phase::kDownload) Fail(StopError(stop_reason_, core_->options));
+    return;
+  }
+  if (auto event = progress_.Pop()) {
+    response_.Clear();
+    *response_.mutable_progress() = *std::move(event);
+  } else if (phase_ != Phase::kDownload) {
+    return;
+  } else if (!download_->Next(&response_)) {
+    record_.bytes_out = download_->total_bytes();
+    FinishOnce(grpc::Status::OK, absl::StatusCode::kOk);
+    return;
+  }
+  write_in_flight_ = true;
+  StartWrite(&response_);
+}
+
+void ReconstructCall::Fail(const CallError& error) {
+  if (record_.detail.empty()) record_.detail = error.message;
+  FinishOnce(GrpcStatus(error), error.code);
+}
+
+void ReconstructCall::FinishOnce(const grpc::Status& status, absl::StatusCode code) {
+  if (phase_ == Phase::kFinished) return;
+  phase_ = Phase::kFinished;
+  record_.code = code;
+  ticket_.reset();
+  upload_.reset();
+  download_.reset();
+  Finish(status);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,85 @@
+// One call of Reconstruct, from its header to its summary.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "grpcpp/support/server_callback.h"
+#include "rilievo/v1/reconstruction.grpc.pb.h"
+#include "server/call_error.h"
+#include "server/job_log.h"
+#include "server/job_pool.h"
+#include "server/job_request.h"
+#include "server/live_calls.h"
+#include "server/point_upload.h"
+#include "server/progress_queue.h"
+#include "server/service_core.h"
+#include "server/surface_download.h"
+
+namespace rilievo {
+
+// A reactor: gRPC's threads bring messages in and take them out and do no work of ours; the work
+// runs on the job pool. One read and one write are in flight at most. Finish() is called once, and
+// never while the work runs, so the object lives until both the call and the work are over.
+class ReconstructCall final
+    : public grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>,
+      public LiveCall,
+      public std::enable_shared_from_this<ReconstructCall> {
+ public:
+  // The reactor gRPC asks for; owns itself until OnDone().
+  static ReconstructCall* Begin(ServiceCore* core, grpc::CallbackServerContext* context);
+
+  ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context);
+  ~ReconstructCall() override;
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+  void Tick(Clock::time_point now) override;
+  void Stop(StopReason reason) override;
+
+ private:
+  enum class Phase { kHeader, kUpload, kQueued, kWork, kDownload, kFinished };
+
+  // All of these with mutex_ held.
+  void TakeHeader();
+  void TakePoints();
+  void EndUpload();
+  void PumpWrites();
+  void EndWork(absl::StatusOr<Reconstruction> result);
+  void Fail(const CallError& error);
+  void FinishOnce(const grpc::Status& status, absl::StatusCode code);
+  std::string FieldAtFault() const;
+
+  // On a thread of the pool, mutex_ free.
+  void Work();
+  absl::StatusOr<Reconstruction> RunPipeline(const PointCloud& scan);
+
+  ServiceCore* const core_;
+  grpc::CallbackServerContext* const context_;
+  std::shared_ptr<ReconstructCall> self_;  // until OnDone
+
+  std::mutex mutex_;
+  Phase phase_ = Phase::kHeader;
+  StopReason stop_reason_ = StopReason::kNone;
+  std::stop_source stop_;
+  v1::ReconstructRequest request_;    // of the read in flight
+  v1::ReconstructResponse response_;  // of the write in flight
+  bool write_in_flight_ = false;
+  std::optional<CallError> error_;  // sent once no write is in flight
+  std::optional<JobPool::Ticket> ticket_;
+  uint64_t work_number_ = 0;
+  JobRequest job_;
+  std::optional<PointUpload> upload_;
+  ProgressQueue progress_;
+  std::optional<SurfaceDownload> download_;
+  JobRecord record_;
+  Clock::time_point begin_, upload_end_{}, work_begin_{}, last_transfer_;
+};
+
+}  // namespace rilievo

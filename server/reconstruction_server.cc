@@ -1,0 +1,116 @@
+#include "server/reconstruction_server.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "grpcpp/channel.h"
+#include "grpcpp/ext/proto_server_reflection_plugin.h"
+#include "grpcpp/health_check_service_interface.h"
+#include "grpcpp/security/server_credentials.h"
+#include "grpcpp/server.h"
+#include "grpcpp/server_builder.h"
+#include "server/reconstruction_service.h"
+
+namespace rilievo {
+namespace {
+
+// After the calls were told to stop; stages answer within a second.
+constexpr std::chrono::seconds kStopTime{3};
+
+// A gzip bomb must not be inflated. Disabling the algorithms makes gRPC refuse the call when its
+// headers name one; without the decompression filter nothing inflates a message before that check,
+// nor one that slips past it.
+void RefuseCompression(grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+  builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
+}
+
+void GuardConnections(grpc::ServerBuilder* builder) {
+  // Two servers on one port would share its clients without a word.
+  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 128);
+  // A peer that vanished is noticed after 30 s; clients may ask as often as every 10 s.
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+}
+
+// `listen` with its port replaced by the one that was bound.
+std::string BoundAddress(const std::string& listen, int port) {
+  return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
+}
+
+}  // namespace
+
+ReconstructionServer::ReconstructionServer() = default;
+
+ReconstructionServer::~ReconstructionServer() {
+  if (server_) Shutdown();
+}
+
+absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Listen(
+    const ServerOptions& options, ReconstructFunction reconstruct, JobLog log) {
+  return Start(options, /*embedded=*/false, std::move(reconstruct), std::move(log));
+}
+
+absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embed(
+    const ServerOptions& options, ReconstructFunction reconstruct, JobLog log) {
+  return Start(options, /*embedded=*/true, std::move(reconstruct), std::move(log));
+}
+
+absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
+    const ServerOptions& options, bool embedded, ReconstructFunction reconstruct, JobLog log) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
+  result->service_ =
+      std::make_unique<ReconstructionService>(options, std::move(reconstruct), std::move(log));
+  // Both switches are global and count for the servers built after them.
+  grpc::EnableDefaultHealthCheckService(!embedded);
+  if (!embedded && options.reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  grpc::ServerBuilder builder;
+  builder.RegisterService(result->service_.get());
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  RefuseCompression(&builder);
+  int port = 0;
+  if (!embedded) {
+    GuardConnections(&builder);
+    builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  }
+  result->server_ = builder.BuildAndStart();
+  if (!result->server_ || (!embedded && port == 0)) {
+    return absl::UnavailableError(absl::StrCat("cannot listen on \"", options.listen,
+                                               "\"; is the address right and the port free?"));
+  }
+  if (!embedded) {
+    result->address_ = BoundAddress(options.listen, port);
+    result->server_->GetHealthCheckService()->SetServingStatus(
+        v1::ReconstructionService::service_full_name(), true);
+  }
+  return result;
+}
+
+std::shared_ptr<grpc::ChannelInterface> ReconstructionServer::InProcessChannel() const {
+  return server_->InProcessChannel({});
+}
+
+void ReconstructionServer::BeginDrain() {
+  service_->BeginDrain();
+  if (auto* health = server_->GetHealthCheckService()) health->SetServingStatus(false);
+}
+
+bool ReconstructionServer::WaitUntilIdle(std::chrono::milliseconds timeout) {
+  return service_->WaitUntilIdle(timeout);
+}
+
+void ReconstructionServer::Shutdown() {
+  BeginDrain();
+  service_->StopAll();
+  service_->WaitUntilIdle(kStopTime);
+  server_->Shutdown(std::chrono::system_clock::now() + kStopTime);
+  server_.reset();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,62 @@
+// The service with its gRPC server around it: on a port, or inside this process.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/job_log.h"
+#include "server/reconstruct_function.h"
+#include "server/server_options.h"
+
+namespace grpc {
+class ChannelInterface;
+class Server;
+}  // namespace grpc
+
+namespace rilievo {
+
+class ReconstructionService;
+
+class ReconstructionServer {
+ public:
+  // Listens on options.listen, with health and (options.reflection) reflection services.
+  // INVALID_ARGUMENT for wrong options, UNAVAILABLE when the address cannot be had.
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Listen(
+      const ServerOptions& options, ReconstructFunction reconstruct, JobLog log);
+
+  // No port; reached by InProcessChannel() alone.
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Embed(
+      const ServerOptions& options, ReconstructFunction reconstruct, JobLog log);
+
+  // Stops at once what still runs.
+  ~ReconstructionServer();
+
+  // "host:port", the port as bound; empty when embedded.
+  const std::string& address() const { return address_; }
+
+  std::shared_ptr<grpc::ChannelInterface> InProcessChannel() const;
+
+  // Health says NOT_SERVING and new jobs are refused; those under way go on.
+  void BeginDrain();
+
+  // Whether no call is under way any more.
+  bool WaitUntilIdle(std::chrono::milliseconds timeout);
+
+  // Stops what still runs with UNAVAILABLE, and the server. Once.
+  void Shutdown();
+
+ private:
+  ReconstructionServer();
+
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(
+      const ServerOptions& options, bool embedded, ReconstructFunction reconstruct, JobLog log);
+
+  // Destroyed after the server, whose calls it serves.
+  std::unique_ptr<ReconstructionService> service_;
+  std::unique_ptr<grpc::Server> server_;
+  std::string address_;
+};
+
+}  // namespace rilievo

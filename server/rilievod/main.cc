@@ -1,0 +1,128 @@
+// The server program: options in, signals handled, everything else is ReconstructionServer.
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+#include <mutex>
+#include <string>
+
+#include "CLI/CLI.hpp"
+#include "core/pipeline/reconstruct.h"
+#include "server/health_probe.h"
+#include "server/job_log.h"
+#include "server/reconstruction_server.h"
+#include "server/server_options.h"
+
+namespace rilievo {
+namespace {
+
+constexpr std::chrono::seconds kProbeTimeout{3};
+
+struct CommandLine {
+  ServerOptions options;
+  double max_job_seconds = 600, max_idle_seconds = 60, drain_seconds = 30;
+  std::string probe;
+};
+
+void DeclareOptions(CommandLine* line, CLI::App* app) {
+  ServerOptions& options = line->options;
+  app->set_version_flag("--version", "rilievod " RILIEVO_VERSION);
+  app->add_option("--listen", options.listen, "HOST:PORT; port 0 takes a free one")
+      ->capture_default_str();
+  app->add_option("--max-points", options.max_points, "points of one scan")->capture_default_str();
+  app->add_option("--max-bytes", options.max_scan_bytes, "bytes of one scan on the wire")
+      ->capture_default_str();
+  app->add_option("--max-surface-faces", options.max_surface_faces,
+                  "control faces times 4^max_level")
+      ->capture_default_str();
+  app->add_option("--max-concurrent-jobs", options.max_concurrent_jobs,
+                  "jobs worked on at the same time")
+      ->capture_default_str();
+  app->add_option("--queue", options.max_queued_jobs, "jobs that may upload or wait beside them")
+      ->capture_default_str();
+  app->add_option("--threads", options.threads, "threads a job gets at most; 0: all")
+      ->capture_default_str();
+  app->add_option("--max-job-seconds", line->max_job_seconds, "of work, waiting not counted")
+      ->capture_default_str();
+  app->add_option("--max-idle-seconds", line->max_idle_seconds, "between two messages of a call")
+      ->capture_default_str();
+  app->add_option("--drain-seconds", line->drain_seconds, "running jobs get after SIGTERM")
+      ->capture_default_str();
+  app->add_flag("--reflection,!--no-reflection", options.reflection,
+                "serve the protocol's description (default on)");
+  app->add_option("--probe", line->probe,
+                  "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
+}
+
+std::chrono::milliseconds Milliseconds(double seconds) {
+  return std::chrono::milliseconds(static_cast<int64_t>(std::clamp(seconds, -1.0, 1e9) * 1000));
+}
+
+int Fail(const absl::Status& status) {
+  std::fprintf(stderr, "rilievod: %s\n", std::string(status.message()).c_str());
+  return 1;
+}
+
+void LogJob(const JobRecord& record) {
+  static std::mutex mutex;
+  char time[32];
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  std::strftime(time, sizeof(time), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
+  const std::string line = JobLine(record);
+  const std::lock_guard lock(mutex);
+  std::fprintf(stderr, "%s %s\n", time, line.c_str());
+}
+
+// Until the running jobs are done, the time is over, or a second signal comes.
+void Drain(const sigset_t& signals, std::chrono::milliseconds time, ReconstructionServer* server) {
+  const auto end = std::chrono::steady_clock::now() + time;
+  const timespec no_wait{};
+  while (std::chrono::steady_clock::now() < end) {
+    if (server->WaitUntilIdle(std::chrono::milliseconds(100))) return;
+    if (sigtimedwait(&signals, nullptr, &no_wait) > 0) return;
+  }
+}
+
+int Serve(const ServerOptions& options) {
+  // Blocked before any thread starts, so that all inherit it and only this one takes them.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+
+  auto server = ReconstructionServer::Listen(options, Reconstruct, LogJob);
+  if (!server.ok()) return Fail(server.status());
+  std::printf("rilievod listening on %s\n", (*server)->address().c_str());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&signals, &signal);
+  std::fprintf(stderr, "rilievod: draining\n");
+  (*server)->BeginDrain();
+  Drain(signals, options.drain_time, server->get());
+  (*server)->Shutdown();
+  std::fprintf(stderr, "rilievod: ended\n");
+  return 0;
+}
+
+int Main(int argc, char** argv) {
+  CommandLine line;
+  CLI::App app{"Reconstructs displaced subdivision surfaces from point clouds, over gRPC."};
+  DeclareOptions(&line, &app);
+  CLI11_PARSE(app, argc, argv);
+  if (!line.probe.empty()) {
+    const absl::Status health = ProbeHealth(line.probe, kProbeTimeout);
+    return health.ok() ? 0 : Fail(health);
+  }
+  line.options.max_job_time = Milliseconds(line.max_job_seconds);
+  line.options.max_idle_time = Milliseconds(line.max_idle_seconds);
+  line.options.drain_time = Milliseconds(line.drain_seconds);
+  return Serve(line.options);
+}
+
+}  // namespace
+}  // namespace rilievo
+
+int main(int argc, char** argv) { return rilievo::Main(argc, argv); }
