@@ -125,9 +125,11 @@ namespace {
 // - it stands off a sheet by more than the sheet is thick and its points are apart.
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
-  constexpr double kSheetRatio = 0.3;      // thickness against spread of what is still a sheet
+  constexpr double kSheetRatio = 0.2;      // thickness against spread of what is still a sheet
+  constexpr double kVolumeRatio = 0.4;     // and of what is no sheet at all
+  constexpr double kVolumeSparse = 0.6;    // of factor, enough in a volume of points
   constexpr double kOffDeviations = 4.0;   // of the sheet's thickness
-  constexpr double kOffUsual = 0.5;        // of factor * usual distance
+  constexpr double kOffUsual = 0.3;        // of factor * usual distance
   constexpr double kHopeless = 3.0;        // of factor
   const std::vector<float> reach = MeanDistances(graph);
   const std::vector<float> usual = UsualDistances(graph, reach);
@@ -143,7 +145,11 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
       const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
                              standing.height > kOffUsual * factor * usual[i];
       const bool hopeless = reach[i] > kHopeless * factor * usual[i];
-      if (off_sheet || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
+      const bool in_volume =
+          standing.thickness > kVolumeRatio * standing.spread &&
+          graph.neighbor_distances(static_cast<int>(i))[graph.k / 2] >
+              kVolumeSparse * factor * usual[i];
+      if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
     }
   });
 }
