@@ -195,7 +195,8 @@ std::optional<LocalFit> LocalFitter::Fit(const Ray& ray, const LocalFitRequest& 
     const float outlier = kOutlierNoises * noise;
     const auto window = kWindows[w].quadric ? FitWindow<6>(radius, inside_[w], outlier)
                                             : FitWindow<3>(radius, inside_[w], outlier);
-    if (!window) continue;
+    // A window that knows less than a single point would has most of its points on one side.
+    if (!window || window->variance_factor > 1) continue;
     if (!fitted) {
       fitted = true;
       height = window->height;
