@@ -1,0 +1,43 @@
+// Small scans in every format, made in memory: the readers' tests stand on these alone.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace rilievo::testing {
+
+// Points of the unit sphere that float holds exactly, `count` of them.
+Eigen::Matrix3Xd SpherePoints(int count);
+
+struct NamedBytes {
+  std::string name;  // with the extension that fits
+  std::string bytes;
+  int points;  // that a reader must find; the first columns of SpherePoints
+};
+
+// Every format and variant, each valid.
+std::vector<NamedBytes> ValidScans(int points);
+
+// Raw bytes of a value in either byte order.
+template <typename T>
+std::string Raw(T value, bool big_endian = false) {
+  std::string raw(reinterpret_cast<const char*>(&value), sizeof(T));
+  if (big_endian) raw.assign(raw.rbegin(), raw.rend());
+  return raw;
+}
+
+std::string PlyHeaderText(const std::string& format, const std::string& vertex_count,
+                          const std::string& properties =
+                              "property float x\nproperty float y\n"
+                              "property float z\n");
+
+// x y z as floats, little-endian.
+std::string FloatRows(const Eigen::Matrix3Xd& points, bool big_endian = false);
+
+// One line a point.
+std::string TextRows(const Eigen::Matrix3Xd& points, const std::string& separator = " ",
+                     const std::string& line_end = "\n");
+
+}  // namespace rilievo::testing
