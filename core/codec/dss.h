@@ -22,11 +22,11 @@ struct EncodeOptions {
 
 // What was known of the surface when it was made; travels in the header, all optional.
 struct DssMetadata {
-  std::string generator;      // program and version
-  double error_rms = -1;      // two-sided against the scan, fraction of the diagonal; -1: unknown
+  std::string generator;  // program and version
+  double error_rms = -1;  // two-sided against the scan, fraction of the diagonal; -1: unknown
   double error_max = -1;
   int64_t scan_points = 0;
-  std::string road;           // "planar", "spherical", "arbitrary", "user"
+  std::string road;  // "planar", "spherical", "arbitrary", "user"
 };
 
 // Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds. Their concatenation

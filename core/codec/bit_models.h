@@ -1,0 +1,79 @@
+// Adaptive bit probabilities, and the mixing of several predictions of the same bit.
+//
+// A bit is predicted in several contexts at once. Each context keeps a probability that moves
+// towards the bits seen, quickly at first (1/n) and slowly later. The predictions are mixed in the
+// logistic domain with weights learned on the way (Mahoney 2005, "Adaptive weighing of context
+// models for lossless data compression"), so that few samples do not have to choose between a
+// coarse context and a fine one. Integers only: every decoder on every machine gets the same
+// probabilities. docs/dss-format.md states the arithmetic.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace rilievo {
+
+// Probability of a 1 in one context: 22 bits of it, and how often the context was met.
+class BitModel {
+ public:
+  int probability12() const { return static_cast<int>(state_ >> 20); }
+  void Update(bool bit, int limit);
+
+ private:
+  uint32_t state_ = 1u << 31;  // probability << 10 | count
+};
+
+// The logistic functions as integer tables. Stretch(p) = ln(p / (1 - p)) in 1/256, p in 1/4096;
+// Squash is its inverse, with p in 1/65536.
+class LogisticTables {
+ public:
+  static const LogisticTables& Get();
+  int Stretch(int probability12) const { return stretch_[probability12]; }
+  // `x` in 1/256, clamped to [-2047, 2047]; result in [22, 65514].
+  int Squash(int64_t x) const {
+    return squash_[static_cast<size_t>((x < -2047 ? -2047 : x > 2047 ? 2047 : x) + 2047)];
+  }
+
+ private:
+  LogisticTables();
+  std::array<int16_t, 4096> stretch_;
+  std::array<uint16_t, 4095> squash_;
+};
+
+// Weights of `kInputs` predictions, in 1/65536.
+template <int kInputs>
+class BitMixer {
+ public:
+  BitMixer() { weights_.fill(kFirstWeight); }
+
+  // Codes one bit predicted by `models` and teaches them and the weights.
+  template <typename Coder>
+  bool Code(Coder& coder, bool bit, const std::array<BitModel*, kInputs>& models, int limit) {
+    const LogisticTables& tables = LogisticTables::Get();
+    int stretched[kInputs];
+    int64_t sum = 0;
+    for (int i = 0; i < kInputs; ++i) {
+      stretched[i] = tables.Stretch(models[i]->probability12());
+      sum += static_cast<int64_t>(weights_[i]) * stretched[i];
+    }
+    const int probability = tables.Squash(sum >> 16);
+    bit = coder.Code(bit, static_cast<uint32_t>(probability));
+    const int64_t error = (bit ? 65536 : 0) - probability;
+    const int rate = kLastRate + kExtraRate / ++count_;
+    if (count_ == kMaxCount) --count_;
+    for (int i = 0; i < kInputs; ++i) {
+      weights_[i] += static_cast<int32_t>((stretched[i] * error * rate + (1 << 17)) >> 18);
+      models[i]->Update(bit, limit);
+    }
+    return bit;
+  }
+
+ private:
+  static constexpr int32_t kFirstWeight = 65536 * 5 / (4 * kInputs);
+  static constexpr int kLastRate = 2, kExtraRate = 64, kMaxCount = 255;
+  std::array<int32_t, kInputs> weights_;
+  int count_ = 0;
+};
+
+}  // namespace rilievo

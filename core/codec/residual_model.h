@@ -1,0 +1,67 @@
+// Signed integers, small ones likelier, as bits predicted in several contexts at once.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+#include "core/codec/bit_models.h"
+
+namespace rilievo {
+
+// A residual is coded as: is it zero; its sign; the number of bits of its magnitude, in unary; the
+// two bits below the leading one; then what is left, lowest bits last, at even odds.
+template <int kInputs>
+class ResidualModel {
+ public:
+  using Contexts = std::array<int, kInputs>;
+  static constexpr int kMaxBits = 30;  // |residual| < 2^30
+
+  // `sizes`: number of contexts of each input. `limit`: see BitModel.
+  ResidualModel(const Contexts& sizes, int limit) : mixers_(kNodes), limit_(limit) {
+    for (int i = 0; i < kInputs; ++i) models_[i].resize(static_cast<size_t>(sizes[i]) * kNodes);
+  }
+
+  // Encoders return `value`; decoders ignore it and return what they read.
+  template <typename Coder>
+  int32_t Code(Coder& coder, int32_t value, const Contexts& contexts) {
+    if (!CodeNode(coder, value != 0, kNonZero, contexts)) return 0;
+    const bool negative = CodeNode(coder, value < 0, kSign, contexts);
+    const uint32_t given = value < 0 ? -static_cast<uint32_t>(value) : static_cast<uint32_t>(value);
+    const int given_bits = std::bit_width(given);
+    int bits = 1;
+    while (bits < kMaxBits && CodeNode(coder, given_bits > bits, kLength + bits, contexts)) ++bits;
+    uint32_t magnitude = 1;
+    for (int at = bits - 2; at >= 0; --at) {
+      const bool given_bit = ((given >> at) & 1) != 0;
+      const int done = bits - 2 - at;
+      const bool bit =
+          done == 0   ? CodeNode(coder, given_bit, kFirst + bits, contexts)
+          : done == 1 ? CodeNode(coder, given_bit,
+                                 kSecond + 2 * bits + static_cast<int>(magnitude & 1), contexts)
+                      : coder.Code(given_bit, 32768);
+      magnitude = 2 * magnitude + (bit ? 1 : 0);
+    }
+    return negative ? -static_cast<int32_t>(magnitude) : static_cast<int32_t>(magnitude);
+  }
+
+ private:
+  static constexpr int kNonZero = 0, kSign = 1, kLength = 1, kFirst = kLength + kMaxBits,
+                       kSecond = kFirst + kMaxBits + 1, kNodes = kSecond + 2 * kMaxBits + 2;
+
+  template <typename Coder>
+  bool CodeNode(Coder& coder, bool bit, int node, const Contexts& contexts) {
+    std::array<BitModel*, kInputs> inputs;
+    for (int i = 0; i < kInputs; ++i) {
+      inputs[i] = &models_[i][static_cast<size_t>(contexts[i]) * kNodes + node];
+    }
+    return mixers_[node].Code(coder, bit, inputs, limit_);
+  }
+
+  std::array<std::vector<BitModel>, kInputs> models_;
+  std::vector<BitMixer<kInputs>> mixers_;
+  int limit_;
+};
+
+}  // namespace rilievo
