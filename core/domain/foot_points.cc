@@ -14,9 +14,9 @@ namespace {
 constexpr int64_t kSamplesPerTask = 512;
 // With fewer assigned points than this, a sample asks for its nearest ones too.
 constexpr size_t kEnoughAssigned = 3;
+// So many; and again so many where all the first lie on the other sheet of a thin wall.
 constexpr int kNearest = 8;
-// Thin walls: how far down the list of nearest points one with an agreeing normal may be.
-constexpr int kNearestAgreeing = 32;
+constexpr int kNearestOfThinWall = 32;
 // A sample whose nearest points all lie farther aside than this stands over a hole.
 constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
@@ -27,18 +27,68 @@ constexpr double kBorderReach = 2.0;
 constexpr double kSigmaPerMedian = 1.4826;
 constexpr double kRobustSigmas = 3.0;
 
-// Means over the points that vouch for one foot.
-struct FootSum {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  double offset = 0, spacing = 0, weight = 0;
+// A sample, and the means over the cloud points that vouch for its foot.
+class FootSum {
+ public:
+  FootSum(const OrientedCloud& cloud, const Eigen::Vector3d& position,
+          const Eigen::Vector3d& normal)
+      : cloud_(cloud), position_(position), normal_(normal) {}
 
-  void Add(double w, const Eigen::Vector3d& n, double h, double s) {
-    normal += w * n;
-    offset += w * h;
-    spacing += w * s;
-    weight += w;
+  // A point assigned to the sample.
+  void AddAssigned(int point) { Add(point, Offset(point), 1.0); }
+
+  // One of the sample's nearest points; counts only where it lies across from the sample rather
+  // than aside. Returns false for a point of another sheet.
+  bool AddNearest(int point) {
+    if (cloud_.normals.col(point).dot(normal_) <= kNormalAgreement) return false;
+    const double offset = Offset(point);
+    const double squared_way = (cloud_.points.col(point) - position_).squaredNorm();
+    const double squared_aside = std::max(0.0, squared_way - offset * offset);
+    const double gap = kGapSpacings * cloud_.spacing[static_cast<size_t>(point)] +
+                       kGapPerOffset * std::abs(offset);
+    if (squared_aside < gap * gap) {
+      Add(point, offset, std::exp(-4.5 * squared_aside / (gap * gap)));
+    }
+    return true;
   }
+
+  bool empty() const { return weight_ == 0; }
+  Eigen::Vector3d normal() const { return HalfwayNormal(normal_, cloud_normal_.normalized()); }
+  double offset() const { return offset_ / weight_; }
+  double spacing() const { return spacing_ / weight_; }
+
+ private:
+  double Offset(int point) const {
+    return HalfwayNormal(normal_, cloud_.normals.col(point))
+        .dot(cloud_.points.col(point) - position_);
+  }
+  void Add(int point, double offset, double weight) {
+    cloud_normal_ += weight * cloud_.normals.col(point);
+    offset_ += weight * offset;
+    spacing_ += weight * cloud_.spacing[static_cast<size_t>(point)];
+    weight_ += weight;
+  }
+
+  const OrientedCloud& cloud_;
+  const Eigen::Vector3d position_, normal_;
+  Eigen::Vector3d cloud_normal_ = Eigen::Vector3d::Zero();
+  double offset_ = 0, spacing_ = 0, weight_ = 0;
 };
+
+// Adds the nearest points of `position`; returns those it looked at.
+std::vector<int> AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position,
+                                  FootSum* sum) {
+  std::vector<int> found;
+  double squared[kNearestOfThinWall];
+  for (int wanted : {kNearest, kNearestOfThinWall}) {
+    found.resize(static_cast<size_t>(wanted));
+    found.resize(static_cast<size_t>(index.Nearest(position, wanted, found.data(), squared)));
+    bool same_sheet = false;
+    for (int point : found) same_sheet |= sum->AddNearest(point);
+    if (same_sheet) break;
+  }
+  return found;
+}
 
 void Resize(int count, FootPoints* feet) {
   const auto size = static_cast<size_t>(count);
@@ -74,50 +124,24 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
 }
 
 void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPoints* feet) {
-  const Eigen::Vector3d position = surface.positions.col(sample);
-  const Eigen::Vector3d normal = surface.normals.col(sample);
   const auto assigned = assignment_.PointsOf(sample);
-  const bool boundary = samples_.on_boundary(sample);
-  FootSum sum;
-  // Returns false for a point of another sheet.
-  const auto add = [&](int point, bool nearby_only) {
-    const Eigen::Vector3d cloud_normal = cloud_.normals.col(point);
-    if (cloud_normal.dot(normal) <= kNormalAgreement) return false;
-    const Eigen::Vector3d way = cloud_.points.col(point) - position;
-    const double offset = HalfwayNormal(normal, cloud_normal).dot(way);
-    const double spacing = cloud_.spacing[static_cast<size_t>(point)];
-    double weight = 1;
-    if (nearby_only) {
-      const double aside2 = std::max(0.0, way.squaredNorm() - offset * offset);
-      const double gap = kGapSpacings * spacing + kGapPerOffset * std::abs(offset);
-      if (aside2 > gap * gap) return true;
-      weight = std::exp(-0.5 * aside2 / (spacing * spacing));
-    }
-    sum.Add(weight, cloud_normal, offset, spacing);
-    return true;
-  };
-
-  std::vector<int> nearby(assigned.begin(), assigned.end());
-  if (assigned.size() >= kEnoughAssigned && !boundary) {
-    for (int point : assigned) add(point, false);
+  FootSum sum(cloud_, surface.positions.col(sample), surface.normals.col(sample));
+  if (samples_.on_boundary(sample)) {
+    // The points assigned to it may all lie beyond the boundary.
+    std::vector<int> nearby = AddNearestPoints(index_, surface.positions.col(sample), &sum);
+    nearby.insert(nearby.end(), assigned.begin(), assigned.end());
+    FindBorder(surface, sample, nearby, feet);
+  } else if (assigned.size() < kEnoughAssigned) {
+    AddNearestPoints(index_, surface.positions.col(sample), &sum);
   } else {
-    int found[kNearestAgreeing];
-    double squared[kNearestAgreeing];
-    int agreeing = 0;
-    for (int wanted : {kNearest, kNearestAgreeing}) {
-      const int count = index_.Nearest(position, wanted, found, squared);
-      for (int k = 0; k < count; ++k) agreeing += add(found[k], true) ? 1 : 0;
-      nearby.insert(nearby.end(), found, found + count);
-      if (agreeing > 0) break;
-    }
+    for (int point : assigned) sum.AddAssigned(point);
   }
-  if (boundary) FindBorder(surface, sample, nearby, feet);
-  if (!(sum.weight > 0)) return;
+  if (sum.empty()) return;
   const auto i = static_cast<size_t>(sample);
-  feet->normals.col(sample) = HalfwayNormal(normal, sum.normal.normalized());
-  feet->offset[i] = sum.offset / sum.weight;
+  feet->normals.col(sample) = sum.normal();
+  feet->offset[i] = sum.offset();
   feet->weight[i] = 1;
-  spacing_[i] = sum.spacing / sum.weight;
+  spacing_[i] = sum.spacing();
 }
 
 // The cloud's border across from a boundary sample: the farthest point, along the conormal, of

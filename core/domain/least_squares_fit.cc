@@ -3,16 +3,17 @@
 #include <ceres/cost_function.h>
 #include <ceres/evaluation_callback.h>
 #include <ceres/iteration_callback.h>
-#include <ceres/manifold.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <utility>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/domain/face_residual.h"
 #include "core/domain/fairness.h"
@@ -20,6 +21,7 @@
 namespace rilievo {
 namespace {
 
+constexpr int64_t kSamplesPerTask = 2048;
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
 constexpr double kBorderWeight = 0.3;
 // Holds a sample without data where it is, just enough to keep the system regular where fairness
@@ -27,34 +29,14 @@ constexpr double kBorderWeight = 0.3;
 constexpr double kHoldWeight = 1e-9;
 // Gauss-Newton: a trust region that never binds. A step that does not help ends the fit instead.
 constexpr double kUnboundedRadius = 1e16;
-
-// Moves of a control point along one line only: along the limit normal.
-class NormalLine final : public ceres::Manifold {
- public:
-  explicit NormalLine(const Eigen::Vector3d& normal) : normal_(normal) {}
-  int AmbientSize() const override { return 3; }
-  int TangentSize() const override { return 1; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    for (int i = 0; i < 3; ++i) x_plus_delta[i] = x[i] + delta[0] * normal_[i];
-    return true;
-  }
-  bool PlusJacobian(const double*, double* jacobian) const override {
-    for (int i = 0; i < 3; ++i) jacobian[i] = normal_[i];
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
-    y_minus_x[0] = 0;
-    for (int i = 0; i < 3; ++i) y_minus_x[0] += normal_[i] * (y[i] - x[i]);
-    return true;
-  }
-  bool MinusJacobian(const double*, double* jacobian) const override {
-    for (int i = 0; i < 3; ++i) jacobian[i] = normal_[i];
-    return true;
-  }
-
- private:
-  const Eigen::Vector3d normal_;
-};
+// Inexact Gauss-Newton: conjugate gradients on the normal equations with 3 x 3 block Jacobi, until
+// the model's decrease slows to this ratio (Nash and Sofer 1990). The spline basis is well
+// conditioned: 2 to 16 iterations end within 1 % of the RMS that SPARSE_NORMAL_CHOLESKY gives, and
+// 4 500 unknowns take 2 ms an iteration instead of 140 ms a factor, growing in proportion to the
+// control points. Over a hole, where fairness alone acts, the rough part of the start is smoothed
+// and its overall shape kept.
+constexpr double kForcing = 0.1;
+constexpr int kMaxConjugateGradients = 30;
 
 // The control points as Ceres sees them, and all that is looked up anew at each evaluation.
 class Rounds final : public ceres::EvaluationCallback, public ceres::IterationCallback {
@@ -89,8 +71,8 @@ class Rounds final : public ceres::EvaluationCallback, public ceres::IterationCa
     if (status_.ok()) status_ = context_.CheckStop();
     if (!status_.ok()) return ceres::SOLVER_ABORT;
     context_.Report(Stage::kDomainFit, 0.2 + 0.8 * std::min(1.0, double(round_) / options_.rounds));
-    const bool helped = summary.iteration == 0 || summary.step_is_successful;
-    return helped ? ceres::SOLVER_CONTINUE : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    return summary.step_is_successful ? ceres::SOLVER_CONTINUE
+                                      : ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
 
   const absl::Status& status() const { return status_; }
@@ -113,8 +95,9 @@ class Rounds final : public ceres::EvaluationCallback, public ceres::IterationCa
   absl::Status FindFootPoints() {
     RILIEVO_RETURN_IF_ERROR(SampleSurface(samples_, *control_points_, context_, &surface_));
     RILIEVO_RETURN_IF_ERROR(search_->Update(surface_, context_, &feet_));
-    for (int i = 0; i < samples_.size(); ++i) AimAt(i);
-    return absl::OkStatus();
+    return ParallelFor(samples_.size(), kSamplesPerTask, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) AimAt(static_cast<int>(i));
+    });
   }
 
   // The tangential part holds the samples of the control vertices beside their foot points; those
@@ -173,7 +156,7 @@ class Rounds final : public ceres::EvaluationCallback, public ceres::IterationCa
   int round_ = 0;
 };
 
-void AddResiduals(const DomainSamples& samples, const Rounds& rounds, bool along_normals,
+void AddResiduals(const DomainSamples& samples, const Rounds& rounds,
                   Eigen::Matrix3Xd* control_points, ceres::Problem* problem) {
   std::vector<double*> blocks;
   const auto blocks_of = [&](const std::vector<int>& vertices) {
@@ -194,17 +177,15 @@ void AddResiduals(const DomainSamples& samples, const Rounds& rounds, bool along
     problem->AddResidualBlock(MakeFairnessResidual(neighbors, share, rounds.fairness()).release(),
                               nullptr, blocks_of(umbrella.vertices));
   }
-  if (!along_normals) return;
-  for (int vertex = 0; vertex < samples.control_vertex_count(); ++vertex) {
-    const Eigen::Vector3d normal = rounds.surface().normals.col(vertex);
-    if (samples.on_boundary(vertex) || normal.isZero()) continue;
-    problem->SetManifold(control_points->col(vertex).data(), new NormalLine(normal));
-  }
 }
 
 ceres::Solver::Options SolverOptions(int rounds, Rounds* callback) {
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.linear_solver_type = ceres::CGNR;
+  options.preconditioner_type = ceres::JACOBI;
+  options.eta = kForcing;
+  options.max_linear_solver_iterations = kMaxConjugateGradients;
+  options.jacobi_scaling = false;
   options.max_num_iterations = rounds;
   options.initial_trust_region_radius = kUnboundedRadius;
   options.max_trust_region_radius = kUnboundedRadius;
@@ -229,12 +210,10 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &rounds;
   ceres::Problem problem(problem_options);
-  const bool along_normals = getenv("DOM_FREE") == nullptr;
-  AddResiduals(samples, rounds, along_normals, control_points, &problem);
+  AddResiduals(samples, rounds, control_points, &problem);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ceres::Solver::Summary summary;
   ceres::Solve(SolverOptions(options.rounds, &rounds), &problem, &summary);
-  if (getenv("DOM_VERBOSE")) puts(summary.FullReport().c_str());
   RILIEVO_RETURN_IF_ERROR(rounds.status());
   if (!control_points->allFinite()) *control_points = start;
   return absl::OkStatus();
