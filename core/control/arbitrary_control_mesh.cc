@@ -15,15 +15,14 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
                                                  const PointIndex& index, BoundaryRule boundary,
                                                  int target_faces, const RunContext& context) {
   ImplicitOptions implicit;
-  if (boundary == BoundaryRule::kClose) implicit.reach_spacings = 0;
+  implicit.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
                            FitImplicitFunction(cloud, graph, implicit, context));
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
   context.Report(Stage::kControlMesh, 0.5);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMesh trimmed,
-      TrimSurface(SplitPinchedVertices(iso_surface), cloud, index, boundary, TrimOptions{},
-                  context));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh trimmed,
+                           TrimSurface(SplitPinchedVertices(iso_surface), cloud, index, boundary,
+                                       TrimOptions{}, context));
   if (trimmed.faces.cols() == 0) {
     return absl::FailedPreconditionError(absl::StrCat(
         "no surface was found in the ", cloud.points.cols(),

@@ -122,7 +122,8 @@ GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origi
   const Eigen::Vector3i padding = Eigen::Vector3i::Constant(kPaddingCells);
   level.grid.AddBox(CellOf(low, origin, cell) - padding, CellOf(high, origin, cell) + padding);
   level.grid.Seal();
-  level.values.assign(level.grid.size(), 0.0f);
+  // Outside, until the points say otherwise.
+  level.values.assign(level.grid.size(), 0.5f);
   return level;
 }
 
@@ -186,7 +187,7 @@ absl::Status ImplicitOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
   RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
   RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));
-  RILIEVO_RETURN_IF_ERROR(check("reach_spacings", reach_spacings, 0, 1e6));
+  RILIEVO_RETURN_IF_ERROR(check("reach_spacings", reach_spacings, 1, 1e6));
   RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
   RILIEVO_RETURN_IF_ERROR(check("screening", screening, 0, 100));
   return check("band_cells", band_cells, 2, 8);
@@ -215,7 +216,7 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                            .origin = origin,
                            .cell = level.cell,
                            .screening = options.screening,
-                           .border_free = depth == 0,
+                           .border_free = depth == 0 && !options.closed,
                            .iterations = depth == 0 ? 80 : 24};
     RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
     context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / level_count);
@@ -223,7 +224,7 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
     ImplicitGrid candidates;
     AddBandAroundPoints(cloud, PointsFor(cloud, level.cell / 2, false), origin, level.cell / 2,
                         options.band_cells, &candidates);
-    if (options.reach_spacings > 0) {
+    if (!options.closed) {
       const ImplicitGrid reach = NodesInReach(cloud, origin, level.cell, options.reach_spacings);
       AddBandAroundZeroSet(level, &reach, &candidates);
     } else {

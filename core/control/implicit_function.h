@@ -26,8 +26,10 @@ struct ImplicitOptions {
   double screening = 2.0;
   // Nodes kept on each side of the points at every level but the coarsest, in cells. [2, 8].
   int band_cells = 3;
-  // The zero set is followed this far from the points, in spacings of theirs; 0: everywhere.
+  // The zero set is followed this far from the points, in spacings of theirs. [1, inf).
   double reach_spacings = 12;
+  // All around is outside, and the zero set is followed everywhere: it closes over openings.
+  bool closed = false;
   absl::Status Validate() const;
 };
 

@@ -1,11 +1,9 @@
 #include "core/control/implicit_solver.h"
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>
-
-#include <Eigen/Geometry>
-
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -13,9 +11,9 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1 << 14;       // nodes a task; sums are formed block by block
-constexpr double kDiscRadius = 0.75;    // of a point's spacing: discs overlap about twice
-constexpr double kSmallestDisc = 0.7;   // cells; smaller discs are their centre
+constexpr int64_t kBlock = 1 << 14;         // nodes a task; sums are formed block by block
+constexpr double kDiscRadius = 0.75;        // of a point's spacing: discs overlap about twice
+constexpr double kSmallestDisc = 0.7;       // cells; smaller discs are their centre
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
 
 // Trilinear weights of the 8 lattice points around a position given in lattice units.
@@ -147,48 +145,79 @@ class PoissonOperator {
 
   // The right-hand side (divergence of the spread normals) and the screening rows.
   void ReadPoints(const ScreenedPoisson& system) {
-    const double inverse_cell = 1 / system.cell;
-    for (const int i : system.members) {
-      const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
-      const double spacing = system.cloud.spacing[i] * inverse_cell;
-      AddScreeningRow(system, at, system.screening * std::numbers::pi / 4 * spacing * spacing);
-    }
-    at_points_.resize(screen_weight_.size());
-    std::array<std::vector<float>, 3> flux;
-    ParallelFor(3, 1, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t axis = begin; axis < end; ++axis) {
-        flux[axis].assign(size_, 0.0f);
-        SpreadNormals(system, static_cast<int>(axis), &flux[axis]);
+    // Three components of the normals on the staggered edges, then the bare area on the nodes.
+    std::array<std::vector<float>, 4> spread;
+    for (std::vector<float>& field : spread) field.assign(size_, 0.0f);
+    ParallelFor(4, 1, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t part = begin; part < end; ++part) {
+        Spread(system, static_cast<int>(part), &spread[part]);
       }
     }).IgnoreError();
     right_side_.assign(size_, 0.0f);
     for (int node = 0; node < size_; ++node) {
       for (int axis = 0; axis < 3; ++axis) {
         const int next = neighbors_[6 * static_cast<size_t>(node) + 2 * axis + 1];
-        if (next < 0 || flux[axis].empty()) continue;
-        right_side_[next] += flux[axis][node];
-        right_side_[node] -= flux[axis][node];
+        if (next < 0) continue;
+        right_side_[next] += spread[axis][node];
+        right_side_[node] -= spread[axis][node];
       }
     }
+    const double inverse_cell = 1 / system.cell;
+    std::vector<float> coherence(system.members.size());
+    Run(static_cast<int64_t>(coherence.size()), [&](int64_t begin, int64_t end) {
+      for (int64_t m = begin; m < end; ++m) {
+        coherence[m] = Coherence(system, spread, system.members[m]);
+      }
+    });
+    for (size_t m = 0; m < system.members.size(); ++m) {
+      const int i = system.members[m];
+      const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
+      const double spacing = system.cloud.spacing[i] * inverse_cell;
+      AddScreeningRow(system, at,
+                      system.screening * coherence[m] * std::numbers::pi / 4 * spacing * spacing);
+    }
+    at_points_.resize(screen_weight_.size());
   }
 
-  // One component of the normals, weighted by area, to the edges that run along it; an edge is
-  // kept with the node it starts from.
-  void SpreadNormals(const ScreenedPoisson& system, int axis, std::vector<float>* flux) const {
+  // How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
+  // cells of this level their fluxes cancel; the points must not hold the function at 0 there, or a
+  // finer level, which can tell the sheets apart, would start from a border without a side.
+  float Coherence(const ScreenedPoisson& system, const std::array<std::vector<float>, 4>& spread,
+                  int point) const {
+    const Eigen::Vector3d at = (system.cloud.points.col(point) - system.origin) / system.cell;
+    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+    for (int part = 0; part < 4; ++part) {
+      Eigen::Vector3d shifted = at;
+      if (part < 3) shifted[part] -= 0.5;
+      const Trilinear gather(shifted);
+      for (int corner = 0; corner < 8; ++corner) {
+        const int node = system.grid.Find(gather.Corner(corner));
+        if (node >= 0) sum[part] += gather.weight[corner] * spread[part][node];
+      }
+    }
+    if (sum[3] <= 0) return 0;
+    const double ratio = std::min(1.0, sum.head<3>().norm() / sum[3]);
+    return static_cast<float>(ratio * ratio);
+  }
+
+  // part 0, 1, 2: one component of the normals, weighted by area, on the edges that run along that
+  // axis, each kept with the node it starts from. part 3: the area itself, on the nodes.
+  void Spread(const ScreenedPoisson& system, int part, std::vector<float>* field) const {
     const double inverse_cell = 1 / system.cell;
     for (const int i : system.members) {
       const Eigen::Vector3d normal = system.cloud.normals.col(i);
       Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
-      at[axis] -= 0.5;
+      if (part < 3) at[part] -= 0.5;
       const double spacing = system.cloud.spacing[i] * inverse_cell;
       const std::vector<Eigen::Vector3d> disc = TangentDisc(normal, kDiscRadius * spacing);
-      const double share = std::numbers::pi / 4 * spacing * spacing;  // area in cell units
-      const float part = static_cast<float>(share * normal[axis] / static_cast<double>(disc.size()));
+      const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
+      const float amount = static_cast<float>(area * (part < 3 ? normal[part] : 1.0) /
+                                              static_cast<double>(disc.size()));
       for (const Eigen::Vector3d& offset : disc) {
-        const Trilinear spread(at + offset);
+        const Trilinear weights(at + offset);
         for (int corner = 0; corner < 8; ++corner) {
-          const int node = system.grid.Find(spread.Corner(corner));
-          if (node >= 0) (*flux)[node] += spread.weight[corner] * part;
+          const int node = system.grid.Find(weights.Corner(corner));
+          if (node >= 0) (*field)[node] += weights.weight[corner] * amount;
         }
       }
     }
@@ -226,12 +255,12 @@ class PoissonOperator {
 
   const RunContext& context_;
   int size_;
-  std::vector<int> neighbors_;       // 6 a node, -1 for none
+  std::vector<int> neighbors_;  // 6 a node, -1 for none
   std::vector<uint8_t> free_;
   std::vector<float> diagonal_, right_side_;
-  std::vector<int> point_nodes_;     // 8 a screening row
+  std::vector<int> point_nodes_;  // 8 a screening row
   std::vector<float> point_weights_;
-  std::vector<float> screen_weight_, at_points_;  // one a screening row
+  std::vector<float> screen_weight_, at_points_;        // one a screening row
   std::vector<int> screen_begin_, screen_entry_point_;  // the same rows, by node
   std::vector<float> screen_entry_weight_;
   std::vector<double> block_sums_;
@@ -249,8 +278,8 @@ absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContex
   for (int i = 0; i < size; ++i) {
     residual[i] = matrix.is_free(i) ? matrix.right_side()[i] - image[i] : 0.0f;
   }
-  const double goal = kRelativeResidual * kRelativeResidual *
-                      matrix.Dot(matrix.right_side(), matrix.right_side());
+  const double goal =
+      kRelativeResidual * kRelativeResidual * matrix.Dot(matrix.right_side(), matrix.right_side());
   double old_product = 0;
   for (int iteration = 0; iteration < system.iterations; ++iteration) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());

@@ -62,9 +62,10 @@ bool TriangulateLoop(const std::vector<int>& loop, int first, int last, CellTria
   return false;
 }
 
-// next[e]: the cell edge that follows e on the polygons, clockwise seen from the positive side. Walking a cell face counter-clockwise from
-// outside, a step from negative to positive opens a segment and the step back, just before the
-// same run of negative corners began, closes it: so negative runs stay apart.
+// next[e]: the cell edge that follows e on the polygons, clockwise seen from the positive side.
+// Walking a cell face counter-clockwise from outside, a step from negative to positive opens a
+// segment and the step back, just before the same run of negative corners began, closes it: so
+// negative runs stay apart.
 std::array<int, 12> LinkSegments(int negative_corners) {
   std::array<int, 12> next;
   next.fill(-1);
@@ -107,9 +108,7 @@ Eigen::Vector3i CornerOffset(int corner) {
 class SurfaceBuilder {
  public:
   SurfaceBuilder(const ImplicitFunction& function, std::vector<Eigen::Vector3i> nodes)
-      : function_(function),
-        nodes_(std::move(nodes)),
-        vertex_of_edge_(3 * nodes_.size(), -1) {}
+      : function_(function), nodes_(std::move(nodes)), vertex_of_edge_(3 * nodes_.size(), -1) {}
 
   void AddCell(const std::array<int, 8>& corners) {
     int negative = 0;

@@ -63,8 +63,8 @@ absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud
       for (int i = 0; i < n && support.holds[v] == 0; ++i) {
         const double reach = std::max(support_spacings * cloud.spacing[found[i]],
                                       kNoiseReach * cloud.noise[found[i]]);
-        support.holds[v] = squared[i] <= reach * reach &&
-                           cloud.normals.col(found[i]).dot(normals.col(v)) > 0;
+        support.holds[v] =
+            squared[i] <= reach * reach && cloud.normals.col(found[i]).dot(normals.col(v)) > 0;
       }
     }
   }));
@@ -216,9 +216,8 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
                                         const PointIndex& index, BoundaryRule boundary,
                                         const TrimOptions& options, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
-  RILIEVO_ASSIGN_OR_RETURN(
-      const Support support,
-      FindSupport(surface, cloud, index, options.support_spacings, context));
+  RILIEVO_ASSIGN_OR_RETURN(const Support support,
+                           FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.
   const Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) return pieces.mesh;
@@ -226,8 +225,8 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_ASSIGN_OR_RETURN(
       const MeshTopology topology,
       BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
-  const std::vector<uint8_t> keep = VerticesToKeep(
-      pieces.mesh, topology, Inherit(support, pieces.source_vertex), options);
+  const std::vector<uint8_t> keep =
+      VerticesToKeep(pieces.mesh, topology, Inherit(support, pieces.source_vertex), options);
   std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
   for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
     const auto corners = pieces.mesh.faces.col(f);
@@ -295,8 +294,7 @@ Part SplitFans(const ControlMesh& mesh) {
 ControlMesh SplitPinchedVertices(const ControlMesh& mesh) { return SplitFans(mesh).mesh; }
 
 void SmoothBoundary(int rounds, ControlMesh* mesh) {
-  const auto topology =
-      BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
   if (!topology.ok()) return;
   const std::vector<std::vector<int>> loops = BoundaryLoops(*topology);
   for (int round = 0; round < rounds; ++round) {

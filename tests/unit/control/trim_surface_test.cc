@@ -31,7 +31,7 @@ OrientedShape Cut(const OrientedShape& shape, const Keep& keep) {
 
 ControlMesh SurfaceOf(const OrientedShape& shape, BoundaryRule boundary) {
   ImplicitOptions options;
-  if (boundary == BoundaryRule::kClose) options.reach_spacings = 0;
+  options.closed = boundary == BoundaryRule::kClose;
   const ImplicitFunction function =
       FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{}).value();
   const ControlMesh iso = SplitPinchedVertices(ExtractIsoSurface(function, RunContext{}).value());
