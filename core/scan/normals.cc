@@ -1,13 +1,12 @@
 #include "core/scan/normals.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -143,12 +142,12 @@ class PatchWidener {
           }));
       if (std::count(widened.begin(), widened.end(), 1) == 0) break;
       patches->swap(wider);
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(
-          static_cast<int64_t>(count), kBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) {
-              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(count), kBlock, context,
+                                          [&](int64_t begin, int64_t end) {
+                                            for (int64_t i = begin; i < end; ++i) {
+                                              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
+                                            }
+                                          }));
     }
     return absl::OkStatus();
   }
@@ -159,8 +158,7 @@ class PatchWidener {
   PatchMoments Widen(int i, const std::vector<PatchMoments>& patches,
                      const std::vector<PatchPlane>& planes, double error) const {
     constexpr double kTrustedError = 0.25;
-    const double agreement =
-        error > kTrustedError ? 0.0 : std::cos(std::max(0.45, 4 * error));
+    const double agreement = error > kTrustedError ? 0.0 : std::cos(std::max(0.45, 4 * error));
     PatchSum sum;
     sum.Add(patches[i], Eigen::Vector3d::Zero());
     for (const int j : graph_.neighbors(i)) {
@@ -222,8 +220,8 @@ absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
       const std::span<const float> distances = graph.neighbor_distances(center);
       planes[i] = FitPlane(patches[i]);
       cloud.spacing[i] = LocalSpacing(distances);
-      cloud.noise[i] = static_cast<float>(QuadricResidual(
-          points, center, graph.neighbors(center), distances.back(), planes[i].normal));
+      cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),
+                                                          distances.back(), planes[i].normal));
     }
   }));
   const std::vector<float> noise = BlockNoise(cloud.noise);

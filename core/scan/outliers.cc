@@ -1,12 +1,12 @@
 #include "core/scan/outliers.h"
 
-#include <algorithm>
-#include <cmath>
-#include <memory>
-
 #include <pcl/filters/experimental/functor_filter.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
@@ -71,7 +71,8 @@ std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const Neighbor
   const auto surrounded = [&](const Cloud&, pcl::index_t i) {
     return graph.neighbor_distances(i)[graph.k / 2] <= factor * usual[i];
   };
-  pcl::experimental::advanced::FunctorFilter<pcl::PointXYZ, decltype(surrounded)> filter(surrounded);
+  pcl::experimental::advanced::FunctorFilter<pcl::PointXYZ, decltype(surrounded)> filter(
+      surrounded);
   filter.setInputCloud(cloud);
   pcl::Indices dense;
   filter.filter(dense);
@@ -99,16 +100,16 @@ Standing StandingOf(const PatchMoments& patch, int neighbors) {
   other << o.x() * o.x(), o.x() * o.y(), o.x() * o.z(), o.y() * o.y(), o.y() * o.z(), o.z() * o.z();
   others.covariance = share * (patch.covariance + own) - other;
   const PatchPlane plane = FitPlane(others);
-  return {std::abs(plane.normal.dot(others.mean_offset.cast<double>())),
-          std::sqrt(plane.thickness), std::sqrt(plane.spread)};
+  return {std::abs(plane.normal.dot(others.mean_offset.cast<double>())), std::sqrt(plane.thickness),
+          std::sqrt(plane.spread)};
 }
 
 }  // namespace
 
 absl::Status OutlierOptions::Validate() const {
   if (distance_factor != 0 && !(distance_factor >= 1.5 && std::isfinite(distance_factor))) {
-    return absl::InvalidArgumentError(absl::StrCat("distance_factor: ", distance_factor,
-                                                   " is neither 0 (off) nor at least 1.5"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("distance_factor: ", distance_factor, " is neither 0 (off) nor at least 1.5"));
   }
   if (!(min_component_share >= 0 && min_component_share <= 0.1)) {
     return absl::InvalidArgumentError(
@@ -125,12 +126,12 @@ namespace {
 // - it stands off a sheet by more than the sheet is thick and its points are apart.
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
-  constexpr double kSheetRatio = 0.2;      // thickness against spread of what is still a sheet
-  constexpr double kVolumeRatio = 0.4;     // and of what is no sheet at all
-  constexpr double kVolumeSparse = 0.6;    // of factor, enough in a volume of points
-  constexpr double kOffDeviations = 4.0;   // of the sheet's thickness
-  constexpr double kOffUsual = 0.3;        // of factor * usual distance
-  constexpr double kHopeless = 3.0;        // of factor
+  constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
+  constexpr double kVolumeRatio = 0.4;    // and of what is no sheet at all
+  constexpr double kVolumeSparse = 0.6;   // of factor, enough in a volume of points
+  constexpr double kOffDeviations = 4.0;  // of the sheet's thickness
+  constexpr double kOffUsual = 0.3;       // of factor * usual distance
+  constexpr double kHopeless = 3.0;       // of factor
   const std::vector<float> reach = MeanDistances(graph);
   const std::vector<float> usual = UsualDistances(graph, reach);
   const std::vector<uint8_t> sparse = SparsePoints(points, graph, usual, factor);
@@ -145,10 +146,9 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
       const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
                              standing.height > kOffUsual * factor * usual[i];
       const bool hopeless = reach[i] > kHopeless * factor * usual[i];
-      const bool in_volume =
-          standing.thickness > kVolumeRatio * standing.spread &&
-          graph.neighbor_distances(static_cast<int>(i))[graph.k / 2] >
-              kVolumeSparse * factor * usual[i];
+      const bool in_volume = standing.thickness > kVolumeRatio * standing.spread &&
+                             graph.neighbor_distances(static_cast<int>(i))[graph.k / 2] >
+                                 kVolumeSparse * factor * usual[i];
       if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
     }
   });

@@ -1,11 +1,11 @@
 #include "core/scan/patch_moments.h"
 
-#include <algorithm>
-
 #include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
+
+#include <algorithm>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -19,8 +19,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 Vector6d OuterProduct(const Eigen::Vector3d& v) {
   Vector6d outer;
-  outer << v.x() * v.x(), v.x() * v.y(), v.x() * v.z(), v.y() * v.y(), v.y() * v.z(),
-      v.z() * v.z();
+  outer << v.x() * v.x(), v.x() * v.y(), v.x() * v.z(), v.y() * v.y(), v.y() * v.z(), v.z() * v.z();
   return outer;
 }
 

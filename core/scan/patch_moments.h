@@ -1,10 +1,9 @@
 // Mean and covariance of the points around a point, and how patches merge into wider ones.
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"

@@ -1,0 +1,110 @@
+#include "core/scan/normal_relations.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 1024;
+
+// How two points with their planes lie to each other.
+struct Pair {
+  double cosine = 0;  // of the normals
+  Eigen::Vector3d chord;
+  double height_a = 0;  // of the chord over the plane at either end
+  double height_b = 0;
+  double slack = 0;  // what noise explains of a height
+};
+
+Pair PairOf(const OrientedCloud& cloud, int a, int b) {
+  constexpr double kNoiseDeviations = 3.0;
+  Pair pair;
+  pair.chord = cloud.points.col(b) - cloud.points.col(a);
+  pair.cosine = cloud.normals.col(a).dot(cloud.normals.col(b));
+  pair.height_a = pair.chord.dot(cloud.normals.col(a));
+  pair.height_b = pair.chord.dot(cloud.normals.col(b));
+  pair.slack = kNoiseDeviations * std::max(cloud.noise[a], cloud.noise[b]);
+  return pair;
+}
+
+// Two parallel planes at a distance: heights along the mean normal vanish on any arc.
+bool IsStep(const Pair& pair, double spacing) {
+  constexpr double kParallelCosine = 0.8;
+  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
+  if (std::abs(pair.cosine) < kParallelCosine) return false;
+  const double step = std::abs(pair.height_a + std::copysign(pair.height_b, pair.cosine)) / 2;
+  return step > std::max(1.2 * pair.slack, kSpacingShare * spacing);
+}
+
+double PairSpacing(const OrientedCloud& cloud, int a, int b) {
+  return std::min(cloud.spacing[a], cloud.spacing[b]);
+}
+
+// In [0, 1]: 1 when the points beyond a step lie all around, as the far side of a thin wall does,
+// near 0 when on one side only, as behind the edge of a stair, or when there are next to none.
+float Overlap(const NeighborGraph& graph, const OrientedCloud& cloud, int a) {
+  constexpr int kFewest = 3;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  const Eigen::Vector3d normal = cloud.normals.col(a);
+  for (const int b : graph.neighbors(a)) {
+    const Pair pair = PairOf(cloud, a, b);
+    if (!IsStep(pair, PairSpacing(cloud, a, b))) continue;
+    sum += (pair.chord - pair.height_a * normal).normalized();
+    ++count;
+  }
+  return count < kFewest ? 0.0f : static_cast<float>(1 - sum.norm() / count);
+}
+
+// The normal of one end, reflected at the bisector plane of the chord, is the normal of the other
+// when both lie on a circular arc: exact on flat parts, on round ones and at sharp edges (Xie et
+// al. 2003; Koenig and Gumhold 2009). Heights that noise explains count as none.
+double ReflectedCosine(const Pair& pair) {
+  const auto beyond_noise = [&pair](double height) {
+    return std::copysign(std::max(0.0, std::abs(height) - pair.slack), height);
+  };
+  const double squared = pair.chord.squaredNorm();
+  if (!(squared > 0)) return pair.cosine;
+  return pair.cosine - 2 * beyond_noise(pair.height_a) * beyond_noise(pair.height_b) / squared;
+}
+
+double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
+  constexpr float kAllAround = 0.5f;
+  constexpr double kWallWeight = 0.9;
+  constexpr double kStairWeight = 0.3;
+  const Pair pair = PairOf(cloud, a, b);
+  if (!IsStep(pair, PairSpacing(cloud, a, b))) return ReflectedCosine(pair);
+  // Sheets that face each other have the solid, or the air, between them.
+  if (std::max(overlap[a], overlap[b]) > kAllAround) return -kWallWeight * pair.cosine;
+  return kStairWeight * ReflectedCosine(pair);
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<float>> NormalRelations(const NeighborGraph& graph,
+                                                   const OrientedCloud& cloud,
+                                                   const RunContext& context) {
+  std::vector<float> overlap(static_cast<size_t>(graph.size()));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          overlap[i] = Overlap(graph, cloud, static_cast<int>(i));
+        }
+      }));
+  std::vector<float> relations(graph.indices.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t edge = begin * graph.k; edge < end * graph.k; ++edge) {
+          relations[edge] = static_cast<float>(std::clamp(
+              Relation(cloud, overlap, static_cast<int>(edge / graph.k), graph.indices[edge]), -1.0,
+              1.0));
+        }
+      }));
+  return relations;
+}
+
+}  // namespace rilievo
