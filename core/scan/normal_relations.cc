@@ -33,10 +33,10 @@ Pair PairOf(const OrientedCloud& cloud, int a, int b) {
 
 // Two parallel planes at a distance: heights along the mean normal vanish on any arc.
 bool IsStep(const Pair& pair, double spacing) {
-  constexpr double kParallelCosine = 0.8;
+  constexpr double kParallelCosine = 0.9;
   constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
   if (std::abs(pair.cosine) < kParallelCosine) return false;
-  const double step = std::abs(pair.height_a + std::copysign(pair.height_b, pair.cosine)) / 2;
+  const double step = std::abs(pair.height_a + std::copysign(1.0, pair.cosine) * pair.height_b) / 2;
   return step > std::max(1.2 * pair.slack, kSpacingShare * spacing);
 }
 
@@ -79,7 +79,7 @@ double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, i
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return ReflectedCosine(pair);
   // Sheets that face each other have the solid, or the air, between them.
-  if (std::max(overlap[a], overlap[b]) > kAllAround) return -kWallWeight * pair.cosine;
+  if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWeight * pair.cosine;
   return kStairWeight * ReflectedCosine(pair);
 }
 

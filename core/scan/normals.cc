@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -16,8 +16,6 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 1024;
-// Points along the Morton curve that share one estimate of the measurement noise.
-constexpr int64_t kNoiseBlock = 256;
 // Standard error of a normal, radians, above which its patch is widened, at most so many times.
 constexpr double kNormalError = 0.05;
 constexpr int kMaxWidenings = 6;
@@ -75,18 +73,26 @@ double Quantile(std::vector<float> values, double share) {
 }
 
 // The measurement noise around each point: a low quantile over its stretch of the Morton curve,
-// because residuals near edges and creases measure the shape and not the scanner. The quantile of
-// clean Gaussian noise over 11 degrees of freedom is 0.91 of its deviation.
-std::vector<float> BlockNoise(const std::vector<float>& residuals) {
+// because residuals near edges, creases and thin walls measure the shape and not the scanner.
+// Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
+// noise over 11 degrees of freedom is 0.91 of its deviation.
+std::vector<float> MeasurementNoise(const std::vector<float>& residuals) {
   constexpr double kShare = 0.35;
   constexpr double kQuantileOfGaussian = 0.91;
+  struct Stretch {
+    int64_t points;
+    double bound;  // noise varies by no more than this within the stretch
+  };
   const auto count = static_cast<int64_t>(residuals.size());
-  std::vector<float> noise(residuals.size());
-  for (int64_t begin = 0; begin < count; begin += kNoiseBlock) {
-    const int64_t end = std::min(count, begin + kNoiseBlock);
-    const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
-    std::fill(noise.begin() + begin, noise.begin() + end,
-              static_cast<float>(level / kQuantileOfGaussian));
+  std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
+  for (const Stretch& stretch :
+       {Stretch{256, 1.0}, Stretch{2048, 1.5}, Stretch{16384, 2.0}, Stretch{count, 3.0}}) {
+    for (int64_t begin = 0; begin < count; begin += stretch.points) {
+      const int64_t end = std::min(count, begin + stretch.points);
+      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+      const float bound = static_cast<float>(stretch.bound * level / kQuantileOfGaussian);
+      for (int64_t i = begin; i < end; ++i) noise[i] = std::min(noise[i], bound);
+    }
   }
   return noise;
 }
@@ -224,7 +230,7 @@ absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
                                                           distances.back(), planes[i].normal));
     }
   }));
-  const std::vector<float> noise = BlockNoise(cloud.noise);
+  const std::vector<float> noise = MeasurementNoise(cloud.noise);
   PatchWidener widener(points, graph, noise);
   RILIEVO_RETURN_IF_ERROR(widener.Run(&patches, context));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
