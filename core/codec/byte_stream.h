@@ -15,7 +15,7 @@ class ByteWriter {
 
   void Byte(uint8_t value) { bytes_.push_back(value); }
   void Bytes(std::span<const uint8_t> values) {
-    bytes_.insert(bytes_.end(), values.begin(), values.end());
+    for (uint8_t value : values) bytes_.push_back(value);
   }
   void U32(uint32_t value) { Fixed(value, 4); }
   void F64(double value) { Fixed(std::bit_cast<uint64_t>(value), 8); }

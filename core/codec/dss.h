@@ -36,6 +36,10 @@ struct EncodedSurface {
   std::vector<uint8_t> Concatenate() const;
 };
 
+// Nothing of the control mesh is lost, so it must be as PrepareControlMesh (prepare_control_mesh.h)
+// makes it with this position_step: INVALID_ARGUMENT when its order is another, when a control
+// point is off the grid, when a height is not finite or beyond 2^22 steps, or when the number of
+// heights does not fit. A height comes back within height_step / 2, its source exactly.
 absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
                                          const DssMetadata& metadata, const EncodeOptions& options,
                                          const RunContext& context);
@@ -44,12 +48,16 @@ struct DecodedSurface {
   DisplacedSurface surface;
   DssMetadata metadata;
   int format_version = 0;
+  // Of the whole file; surface.max_level is smaller when the last chunks are not there yet. When
+  // chunk 0 came alone, the surface has level 0, all heights zero and kFilled.
+  int declared_max_level = 0;
   std::vector<int64_t> chunk_bytes;
 };
 
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no
 // .dss at all, UNIMPLEMENTED for a newer version. Counts in the bytes are checked against the bytes
-// that are there before anything is allocated.
+// that are there before anything is allocated (docs/dss-format.md states the law). A prefix that
+// ends with a whole chunk is no error.
 absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes, const RunContext& context);
 
 }  // namespace rilievo

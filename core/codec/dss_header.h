@@ -1,0 +1,31 @@
+// The fixed part of chunk 0 of a .dss file: frame, counts, quantiser steps, metadata.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/codec/dss.h"
+#include "core/geometry/spatial_frame.h"
+
+namespace rilievo {
+
+struct DssHeader {
+  int vertex_count = 0;  // of the control mesh
+  int face_count = 0;
+  bool has_boundary = false;
+  int max_level = 0;
+  SpatialFrame frame;
+  double position_step = 0;  // fraction of the diagonal
+  double height_step = 0;    // same
+  DssMetadata metadata;
+};
+
+std::vector<uint8_t> EncodeDssHeader(const DssHeader& header);
+
+// DATA_LOSS when a field is missing or out of range. The counts are checked for themselves here,
+// and against the chunk's size by the caller.
+absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes);
+
+}  // namespace rilievo

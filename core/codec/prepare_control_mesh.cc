@@ -1,0 +1,60 @@
+#include "core/codec/prepare_control_mesh.h"
+
+#include <cmath>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/codec/control_mesh_coder.h"
+#include "core/codec/gate_geometry.h"
+
+namespace rilievo {
+
+absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  const CodingOrder order = FindCodingOrder(topology);
+  ControlMesh canonical;
+  canonical.vertices.resize(3, mesh.vertices.cols());
+  std::vector<int> number(order.vertices.size());
+  for (size_t i = 0; i < order.vertices.size(); ++i) {
+    number[order.vertices[i]] = static_cast<int>(i);
+    canonical.vertices.col(static_cast<Eigen::Index>(i)) = mesh.vertices.col(order.vertices[i]);
+  }
+  canonical.faces.resize(3, mesh.faces.cols());
+  for (size_t f = 0; f < order.corners.size(); ++f) {
+    const int face = order.corners[f] / 3, first = order.corners[f] % 3;
+    for (int k = 0; k < 3; ++k) {
+      canonical.faces(k, static_cast<Eigen::Index>(f)) = number[mesh.faces((first + k) % 3, face)];
+    }
+  }
+  return canonical;
+}
+
+absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step) {
+  if (!(step > 0) || !std::isfinite(step)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("position_step is ", step, ", must be positive and finite"));
+  }
+  ControlMesh quantized = mesh;
+  for (Eigen::Index v = 0; v < quantized.vertices.cols(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double steps = std::nearbyint(mesh.vertices(axis, v) / step);
+      if (!(std::abs(steps) <= kMaxCoordinate)) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "coordinate ", axis, " of control point ", v, " is ", mesh.vertices(axis, v),
+            ", must be within ", kMaxCoordinate, " position steps of ", step));
+      }
+      quantized.vertices(axis, v) = steps * step;
+    }
+  }
+  return quantized;
+}
+
+absl::StatusOr<ControlMesh> PrepareControlMesh(const ControlMesh& mesh, double position_step) {
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh canonical, CanonicalControlMesh(mesh));
+  return QuantizeControlMesh(canonical, position_step);
+}
+
+}  // namespace rilievo
