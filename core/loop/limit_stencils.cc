@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/loop/edge_star.h"
@@ -17,6 +17,19 @@ namespace {
 
 constexpr int64_t kVerticesPerBlock = 2048;
 
+// Entries of most rows, for reserving: a regular patch has 12 control vertices.
+constexpr int kEntriesPerRow = 12;
+
+template <typename T>
+void AppendAll(const std::vector<T>& more, std::vector<T>& all) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+void AppendBegins(const std::vector<int>& more, std::vector<int>& begin) {
+  const int offset = begin.back();
+  for (size_t r = 1; r < more.size(); ++r) begin.push_back(offset + more[r]);
+}
+
 // Sparse rows of `Width` weights an entry; column = entry, ascending control vertices within a row.
 template <int Width>
 struct SparseRows {
@@ -24,14 +37,20 @@ struct SparseRows {
   std::vector<int> control_vertices;
   std::vector<std::array<double, Width>> weights;
 
-  int size() const { return static_cast<int>(begin.size()) - 1; }
+  void Reserve(int rows) {
+    begin.reserve(rows + 1);
+    control_vertices.reserve(rows * kEntriesPerRow);
+    weights.reserve(rows * kEntriesPerRow);
+  }
+  void Push(int control_vertex, const std::array<double, Width>& weight) {
+    control_vertices.push_back(control_vertex);
+    weights.push_back(weight);
+  }
   void EndRow() { begin.push_back(static_cast<int>(control_vertices.size())); }
   void Append(const SparseRows& rows) {
-    const int offset = begin.back();
-    for (int r = 1; r <= rows.size(); ++r) begin.push_back(offset + rows.begin[r]);
-    control_vertices.insert(control_vertices.end(), rows.control_vertices.begin(),
-                            rows.control_vertices.end());
-    weights.insert(weights.end(), rows.weights.begin(), rows.weights.end());
+    AppendBegins(rows.begin, begin);
+    AppendAll(rows.control_vertices, control_vertices);
+    AppendAll(rows.weights, weights);
   }
 };
 
@@ -92,14 +111,14 @@ class StencilPropagation {
       RILIEVO_RETURN_IF_ERROR(MoveOldVertices(level));
       RILIEVO_RETURN_IF_ERROR(LimitsOfEdgeVertices(level));
     }
-    return Stencils();
+    return std::move(limits_);
   }
 
  private:
   enum Channel { kSelf, kRing, kTangentU, kTangentV };
   struct Block {
-    SparseRows<2> vertices;
-    SparseRows<3> limits;
+    SparseRows<2> vertices;  // empty when no later level needs them
+    LimitStencils limits;
   };
   int ControlVertexCount() const { return refinement_.levels.front().vertex_count; }
 
@@ -121,6 +140,7 @@ class StencilPropagation {
     const MeshTopology& control = refinement_.levels.front();
     const VertexRings rings = BuildVertexRings(control);
     const auto make = [&](RowAccumulator<4>& row, int begin, int end, Block& block) {
+      Reserve(end - begin, 0, block);
       for (int v = begin; v < end; ++v) {
         const int valence = control.valence[v];
         const bool boundary = control.boundary_vertex[v];
@@ -132,7 +152,7 @@ class StencilPropagation {
           const double in_sum = mask.position[i] != 0.0 ? 1.0 : 0.0;
           row.Add(ring[i], 1.0, {0.0, in_sum, mask.tangent_u[i], mask.tangent_v[i]});
         }
-        Flush(row, mask.position_self, mask.position.front(), block);
+        Flush(row, mask.position_self, mask.position.front(), 0, block);
       }
     };
     return Append(InBlocks<4, Block>(control.vertex_count, make));
@@ -141,6 +161,7 @@ class StencilPropagation {
   absl::Status AddEdgeVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
     const auto make = [&](RowAccumulator<1>& row, int begin, int end, SparseRows<1>& rows) {
+      rows.Reserve(end - begin);
       for (int e = begin; e < end; ++e) {
         const EdgeStar star = StarOfEdge(parent, e);
         const double end_weight = star.boundary() ? 0.5 : 0.375;
@@ -151,8 +172,7 @@ class StencilPropagation {
           row.AddRow(vertices_, star.opposite_second, {0.125});
         }
         row.Flush([&](int control_vertex, const std::array<double, 1>& weight) {
-          rows.control_vertices.push_back(control_vertex);
-          rows.weights.push_back(weight);
+          rows.Push(control_vertex, weight);
         });
         rows.EndRow();
       }
@@ -183,6 +203,7 @@ class StencilPropagation {
     const MeshTopology& parent = refinement_.levels[level];
     const LoopLimitMask regular = InteriorLimitMask(6), border = BoundaryLimitMask(4);
     const auto make = [&](RowAccumulator<4>& row, int begin, int end, Block& block) {
+      Reserve(end - begin, level + 1, block);
       for (int e = begin; e < end; ++e) {
         const EdgeStar star = StarOfEdge(parent, e);
         const std::array<int, 6> ring = RingOfEdgeVertex(star, parent.vertex_count);
@@ -197,48 +218,54 @@ class StencilPropagation {
             row.AddRow(edge_vertices_, ring[i] - parent.vertex_count, factors);
           }
         }
-        Flush(row, mask.position_self, mask.position.front(), block);
+        Flush(row, mask.position_self, mask.position.front(), level + 1, block);
       }
     };
     return Append(InBlocks<4, Block>(parent.edge_count(), make));
   }
 
-  // Ends a row of the four channels as a row of `vertices` and one of `limits`.
-  static void Flush(RowAccumulator<4>& row, double self_weight, double ring_weight, Block& block) {
+  // Room for `rows` rows of vertices born at `level`.
+  void Reserve(int rows, int level, Block& block) const {
+    if (level < level_) block.vertices.Reserve(rows);
+    block.limits.begin.reserve(rows + 1);
+    block.limits.control_vertices.reserve(rows * kEntriesPerRow);
+    block.limits.position.reserve(rows * kEntriesPerRow);
+    block.limits.tangent_u.reserve(rows * kEntriesPerRow);
+    block.limits.tangent_v.reserve(rows * kEntriesPerRow);
+  }
+
+  // Ends a row of the four channels, of a vertex born at `level`.
+  void Flush(RowAccumulator<4>& row, double self_weight, double ring_weight, int level,
+             Block& block) const {
+    const bool needed_later = level < level_;
+    LimitStencils& limits = block.limits;
     row.Flush([&](int control_vertex, const std::array<double, 4>& sums) {
-      block.vertices.control_vertices.push_back(control_vertex);
-      block.vertices.weights.push_back({sums[kSelf], sums[kRing]});
-      block.limits.control_vertices.push_back(control_vertex);
-      block.limits.weights.push_back({self_weight * sums[kSelf] + ring_weight * sums[kRing],
-                                      sums[kTangentU], sums[kTangentV]});
+      if (needed_later) block.vertices.Push(control_vertex, {sums[kSelf], sums[kRing]});
+      limits.control_vertices.push_back(control_vertex);
+      limits.position.push_back(self_weight * sums[kSelf] + ring_weight * sums[kRing]);
+      limits.tangent_u.push_back(sums[kTangentU]);
+      limits.tangent_v.push_back(sums[kTangentV]);
     });
-    block.vertices.EndRow();
-    block.limits.EndRow();
+    if (needed_later) block.vertices.EndRow();
+    limits.begin.push_back(static_cast<int>(limits.control_vertices.size()));
   }
 
   absl::Status Append(const absl::StatusOr<std::vector<Block>>& blocks) {
     if (!blocks.ok()) return blocks.status();
+    int64_t entries = static_cast<int64_t>(limits_.control_vertices.size());
+    for (const Block& block : *blocks) entries += block.limits.control_vertices.size();
+    if (entries > std::numeric_limits<int>::max()) {
+      return absl::ResourceExhaustedError("the limit stencils have more than 2^31 - 1 entries");
+    }
     for (const Block& block : *blocks) {
       vertices_.Append(block.vertices);
-      limits_.Append(block.limits);
+      AppendBegins(block.limits.begin, limits_.begin);
+      AppendAll(block.limits.control_vertices, limits_.control_vertices);
+      AppendAll(block.limits.position, limits_.position);
+      AppendAll(block.limits.tangent_u, limits_.tangent_u);
+      AppendAll(block.limits.tangent_v, limits_.tangent_v);
     }
     return absl::OkStatus();
-  }
-
-  LimitStencils Stencils() {
-    LimitStencils stencils;
-    stencils.begin = std::move(limits_.begin);
-    stencils.control_vertices = std::move(limits_.control_vertices);
-    const size_t size = limits_.weights.size();
-    stencils.position.resize(size);
-    stencils.tangent_u.resize(size);
-    stencils.tangent_v.resize(size);
-    for (size_t i = 0; i < size; ++i) {
-      stencils.position[i] = limits_.weights[i][0];
-      stencils.tangent_u[i] = limits_.weights[i][1];
-      stencils.tangent_v[i] = limits_.weights[i][2];
-    }
-    return stencils;
   }
 
   const LoopRefinement& refinement_;
@@ -246,7 +273,7 @@ class StencilPropagation {
   const RunContext& context_;
   SparseRows<2> vertices_;
   SparseRows<1> edge_vertices_;  // of the level being added
-  SparseRows<3> limits_;
+  LimitStencils limits_;
 };
 
 // For each sample of a face, where the face's finest faces name it: 3 t + k, corner k of its
@@ -282,10 +309,7 @@ std::vector<int> CornersOfSamples(int level) {
 
 absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinement, int level,
                                                  const RunContext& context) {
-  if (level < 0 || level > refinement.max_level()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("level is ", level, ", the refinement has 0 to ", refinement.max_level()));
-  }
+  RILIEVO_RETURN_IF_ERROR(CheckLimitLevel(refinement, level));
   return StencilPropagation(refinement, level, context).Run();
 }
 

@@ -15,13 +15,14 @@ namespace rilievo {
 // tangent_u x tangent_v, outward. Tangents are not normalised: the masks of loop_masks.h applied at
 // the level that first holds the vertex.
 struct LimitStencils {
-  std::vector<int> begin;
+  std::vector<int> begin = {0};
   std::vector<int> control_vertices;
   std::vector<double> position, tangent_u, tangent_v;
   int size() const { return static_cast<int>(begin.size()) - 1; }
 };
 
-// One stencil for each vertex of `level`.
+// One stencil for each vertex of `level`, 0 to max_level() + 1. INVALID_ARGUMENT for another level,
+// RESOURCE_EXHAUSTED when `begin` could not count the entries.
 absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinement, int level,
                                                  const RunContext& context);
 

@@ -33,14 +33,14 @@ Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
 }
 
 // u x v, normalised; false when the tangents span no plane.
-bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v, double squared_noise,
-                        Eigen::Vector3d& normal) {
+inline bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v,
+                               double squared_noise, Eigen::Vector3d& normal) {
   const Eigen::Vector3d product = u.cross(v);
   const double squared = product.squaredNorm();
   const double squared_u = u.squaredNorm(), squared_v = v.squaredNorm();
   const bool plane = squared > kMinTangentSine * kMinTangentSine * squared_u * squared_v &&
                      squared_u > squared_noise && squared_v > squared_noise;
-  if (plane) normal = product / std::sqrt(squared);
+  if (plane) normal = product * (1.0 / std::sqrt(squared));
   return plane;
 }
 
@@ -51,7 +51,7 @@ class LimitEvaluation {
  public:
   LimitEvaluation(const LoopRefinement& refinement, int level, const RunContext& context)
       : refinement_(refinement), level_(level), context_(context) {
-    const int count = refinement.levels[level].vertex_count;
+    const int count = refinement.vertex_count(level);
     positions_.resize(3, count);
     ring_sums_.resize(3, level > 0 ? refinement.levels[level - 1].vertex_count : 0);
     limit_.positions.resize(3, count);
@@ -191,13 +191,23 @@ class LimitEvaluation {
 
 }  // namespace
 
+absl::Status CheckLimitLevel(const LoopRefinement& refinement, int level) {
+  const int last = refinement.max_level() + 1;
+  if (level < 0 || level > last) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("level is ", level, ", the refinement serves limits at level 0 to ", last));
+  }
+  if (level == last && 4 * int64_t{refinement.levels.back().face_count()} > kMaxLoopFaces) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("level ", level, " would have more than ", kMaxLoopFaces, " faces"));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<LimitSurface> EvaluateLimit(const LoopRefinement& refinement,
                                            const Eigen::Matrix3Xd& control_points, int level,
                                            const RunContext& context) {
-  if (level < 0 || level > refinement.max_level()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("level is ", level, ", the refinement has 0 to ", refinement.max_level()));
-  }
+  RILIEVO_RETURN_IF_ERROR(CheckLimitLevel(refinement, level));
   if (control_points.cols() != refinement.levels.front().vertex_count) {
     return absl::InvalidArgumentError(absl::StrCat(
         "control_points has ", control_points.cols(), " columns, the control mesh has ",

@@ -14,7 +14,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kMaxFinestFaces = int64_t{1} << 30;
 constexpr int64_t kFacesPerBlock = 8192;
 
 // The edges of the next level, numbered as MeshTopology demands. Face f meets nine of them in its
@@ -79,6 +78,14 @@ SplitSide SplitSideOfFace(const MeshTopology& parent, const ChildEdges& child_ed
   return side;
 }
 
+// The four children of face f with corners v and edge vertices m.
+void PutChildFaces(const Eigen::Vector3i& v, const Eigen::Vector3i& m, int f,
+                   Eigen::Matrix3Xi& fine) {
+  fine.middleCols<4>(4 * static_cast<Eigen::Index>(f)) << v[0], m[0], m[2], m[1],  //
+      m[0], v[1], m[1], m[2],                                                      //
+      m[2], m[1], v[2], m[0];
+}
+
 void RefineFace(const MeshTopology& parent, const ChildEdges& child_edges, int f,
                 MeshTopology& fine) {
   const Eigen::Vector3i v = parent.faces.col(f);
@@ -86,11 +93,8 @@ void RefineFace(const MeshTopology& parent, const ChildEdges& child_edges, int f
   const std::array<SplitSide, 3> side = {SplitSideOfFace(parent, child_edges, f, 0),
                                          SplitSideOfFace(parent, child_edges, f, 1),
                                          SplitSideOfFace(parent, child_edges, f, 2)};
-  const int m0 = side[0].middle, m1 = side[1].middle, m2 = side[2].middle;
   const int center = 4 * f + 3;
-  fine.faces.middleCols<4>(4 * f) << v[0], m0, m2, m1,  //
-      m0, v[1], m1, m2,                                 //
-      m2, m1, v[2], m0;
+  PutChildFaces(v, {side[0].middle, side[1].middle, side[2].middle}, f, fine.faces);
   fine.face_edges.middleCols<4>(4 * f) << side[0].edge_start, side[0].edge_end, inner[2], inner[2],
       inner[0], side[1].edge_start, side[1].edge_end, inner[0],  //
       side[2].edge_end, inner[1], side[2].edge_start, inner[1];
@@ -148,10 +152,10 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
         absl::StrCat("max_level is ", max_level, ", must be 0 to ", kMaxLoopLevel));
   }
   const int64_t finest_faces = static_cast<int64_t>(mesh.faces.cols()) << (2 * max_level);
-  if (finest_faces > kMaxFinestFaces) {
+  if (finest_faces > kMaxLoopFaces) {
     return absl::ResourceExhaustedError(
         absl::StrCat("level ", max_level, " of ", mesh.faces.cols(), " control faces has ",
-                     finest_faces, " faces, at most ", kMaxFinestFaces, " are possible"));
+                     finest_faces, " faces, at most ", kMaxLoopFaces, " are possible"));
   }
   LoopRefinement refinement;
   refinement.levels.reserve(static_cast<size_t>(max_level) + 1);
@@ -164,6 +168,15 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
     refinement.levels.push_back(std::move(fine));
   }
   return refinement;
+}
+
+Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology) {
+  Eigen::Matrix3Xi fine(3, 4 * static_cast<Eigen::Index>(topology.face_count()));
+  for (int f = 0; f < topology.face_count(); ++f) {
+    PutChildFaces(topology.faces.col(f), topology.face_edges.col(f).array() + topology.vertex_count,
+                  f, fine);
+  }
+  return fine;
 }
 
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,

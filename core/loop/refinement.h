@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -12,6 +13,7 @@
 namespace rilievo {
 
 inline constexpr int kMaxLoopLevel = 8;
+inline constexpr int64_t kMaxLoopFaces = int64_t{1} << 30;  // of the finest level
 
 // Level 0 is the control mesh. Vertices nest: the first levels[l].vertex_count vertices of level
 // l + 1 are those of level l, then follows one vertex an edge of level l, in edge order. Face f of
@@ -22,26 +24,40 @@ inline constexpr int kMaxLoopLevel = 8;
 struct LoopRefinement {
   std::vector<MeshTopology> levels;
   int max_level() const { return static_cast<int>(levels.size()) - 1; }
+  // Vertices of level 0 to max_level() + 1: the next level's are known from the last one's edges.
+  int vertex_count(int level) const {
+    return level <= max_level() ? levels[level].vertex_count
+                                : levels.back().vertex_count + levels.back().edge_count();
+  }
 };
 
-// RESOURCE_EXHAUSTED when the finest level would have more than 2^30 faces.
+// RESOURCE_EXHAUSTED when the finest level would have more than kMaxLoopFaces.
 absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_level,
                                               const RunContext& context);
+
+// The faces of the level after `topology` alone, without edges and adjacency: the lean way to the
+// finest level's triangles.
+Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology);
 
 // One step of Loop subdivision: values at level `level` to values at level + 1. Column = vertex.
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
                                const Eigen::Matrix3Xd& values);
 
-// Limit positions and unit limit normals of every vertex of one level. A vertex has the same limit
-// at every level that holds it. Where the limit tangents span no plane the normal falls back to the
-// area-weighted normal of the faces around the vertex at the level that first holds it, and to +z
-// if that is zero as well; never NaN for finite control points.
+// Limit positions and unit limit normals of every vertex of one level, 0 to max_level() + 1: only
+// the topology of coarser levels is looked at. A vertex has the same limit at every level that
+// holds it. Where the limit tangents span no plane the normal falls back to the area-weighted
+// normal of the faces around the vertex at the level that first holds it, and to +z if that is zero
+// as well; never NaN for finite control points.
 struct LimitSurface {
   Eigen::Matrix3Xd positions;  // column = limit position
   Eigen::Matrix3Xd normals;    // column = unit limit normal
 };
+// INVALID_ARGUMENT for another level, or unless control_points has a column a control vertex.
 absl::StatusOr<LimitSurface> EvaluateLimit(const LoopRefinement& refinement,
                                            const Eigen::Matrix3Xd& control_points, int level,
                                            const RunContext& context);
+
+// INVALID_ARGUMENT or RESOURCE_EXHAUSTED unless limits can be evaluated at `level`.
+absl::Status CheckLimitLevel(const LoopRefinement& refinement, int level);
 
 }  // namespace rilievo

@@ -114,6 +114,13 @@ TEST_P(LimitStencilsTest, SameForAnyThreadCount) {
   EXPECT_EQ(one.tangent_v, two.tangent_v);
 }
 
+TEST_P(LimitStencilsTest, NeedNoTopologyOfTheirOwnLevel) {
+  const LimitStencils full = Build(Refine(mesh(), 2), 2), lean = Build(Refine(mesh(), 1), 2);
+  EXPECT_EQ(full.begin, lean.begin);
+  EXPECT_EQ(full.control_vertices, lean.control_vertices);
+  EXPECT_EQ(full.position, lean.position);
+}
+
 TEST_P(LimitStencilsTest, SamplesLieWhereTheyAreSaidTo) {
   // With linear subdivision (midpoints) the samples' places on the flat control faces are exact.
   const int level = 3, side = 1 << level;
@@ -169,7 +176,7 @@ TEST(BuildLimitStencilsTest, SameForAnyThreadCountOverManyBlocks) {
 
 TEST(BuildLimitStencilsTest, RefusesLevelsThatAreNotThere) {
   const LoopRefinement refinement = Refine(testing::Icosahedron(), 1);
-  for (const int level : {-1, 2}) {
+  for (const int level : {-1, 3}) {
     EXPECT_EQ(BuildLimitStencils(refinement, level, RunContext()).status().code(),
               absl::StatusCode::kInvalidArgument);
   }

@@ -79,6 +79,13 @@ TEST_P(LimitSurfaceTest, AVertexHasOneLimit) {
   EXPECT_LT(MaxDifference(limit.normals, fine.normals.leftCols(limit.normals.cols())), 1e-9);
 }
 
+TEST_P(LimitSurfaceTest, NeedsNoTopologyOfItsOwnLevel) {
+  const LimitSurface full = Evaluate(Refine(mesh(), kLevel), mesh().vertices, kLevel);
+  const LimitSurface lean = Evaluate(Refine(mesh(), kLevel - 1), mesh().vertices, kLevel);
+  EXPECT_EQ(lean.positions, full.positions);
+  EXPECT_EQ(lean.normals, full.normals);
+}
+
 TEST_P(LimitSurfaceTest, TurnsAndScalesWithTheControlPoints) {
   testing::Random random(7);
   const LoopRefinement refinement = Refine(mesh(), 2);
@@ -203,7 +210,7 @@ TEST(LimitSurfaceDegenerateTest, FallsBackToTheFacesAround) {
 TEST(EvaluateLimitTest, RefusesWrongArguments) {
   const ControlMesh mesh = testing::Icosahedron();
   const LoopRefinement refinement = Refine(mesh, 1);
-  for (const int level : {-1, 2}) {
+  for (const int level : {-1, 3}) {
     EXPECT_EQ(EvaluateLimit(refinement, mesh.vertices, level, RunContext()).status().code(),
               absl::StatusCode::kInvalidArgument);
   }

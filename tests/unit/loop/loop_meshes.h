@@ -11,8 +11,8 @@ namespace rilievo::testing {
 struct NamedMesh {
   std::string name;
   ControlMesh mesh;
-  friend std::ostream& operator<<(std::ostream& out, const NamedMesh& mesh) {
-    return out << mesh.name;
+  friend std::ostream& operator<<(std::ostream& out, const NamedMesh& named) {
+    return out << named.name;
   }
 };
 

@@ -55,7 +55,14 @@ TEST_P(LoopMeshTest, NumbersNestAsStated) {
       EXPECT_EQ(Eigen::Vector3i(next.faces.col(4 * f + 2)), Eigen::Vector3i(m[2], m[1], v[2]));
       EXPECT_EQ(Eigen::Vector3i(next.faces.col(4 * f + 3)), Eigen::Vector3i(m[1], m[2], m[0]));
     }
+    EXPECT_EQ(RefineFaces(level), next.faces);
+    EXPECT_EQ(refinement.vertex_count(l + 1), next.vertex_count);
   }
+}
+
+TEST_P(LoopMeshTest, CountsTheVerticesOfTheNextLevel) {
+  EXPECT_EQ(Refine(GetParam().mesh, 1).vertex_count(2),
+            Refine(GetParam().mesh, 2).levels[2].vertex_count);
 }
 
 TEST_P(LoopMeshTest, RefinementKeepsTheTopology) {
