@@ -24,7 +24,7 @@ constexpr int kWindowCount = static_cast<int>(std::size(kWindows));
 constexpr float kNormalCutoff = 0.5f;
 // Squared difference to the narrower windows, in variances of theirs, at which a wider window is
 // given up; below, it is blended in.
-constexpr float kAgreement = 2.5f;
+constexpr float kAgreement = 6.0f;
 // Points farther off a window's fit than this many noises are dropped.
 constexpr float kOutlierNoises = 3.5f;
 // The share of the plain variance that remains with weights 1 - r^2 (which are not their square).

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/calibrate_noise.h"
 #include "core/displacement/despike_heights.h"
 #include "core/displacement/fill_heights.h"
 #include "core/displacement/height_sampler.h"
@@ -282,7 +283,11 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, graph, index, refinement, limit));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kDisplacement, 0.0);
-  RILIEVO_ASSIGN_OR_RETURN(const RayCloud ray_cloud, PrepareRayCloud(cloud, graph, context));
+  RILIEVO_ASSIGN_OR_RETURN(RayCloud ray_cloud, PrepareRayCloud(cloud, graph, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const float noise_factor,
+      NoiseCalibration(ray_cloud, graph, static_cast<float>(options.plane_noise_ratio), context));
+  for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
   const VertexRings rings = BuildVertexRings(refinement.levels.back());
   Sampling sampling(ray_cloud, graph, index, refinement, limit, options, context);
   RILIEVO_RETURN_IF_ERROR(sampling.SampleLevels());
