@@ -31,13 +31,18 @@ Pair PairOf(const OrientedCloud& cloud, int a, int b) {
   return pair;
 }
 
-// Two parallel planes at a distance: heights along the mean normal vanish on any arc.
+constexpr double kParallelCosine = 0.8;
+
+// The distance of two parallel planes along their mean normal: none on any arc.
+double StepHeight(const Pair& pair) {
+  return std::abs(pair.height_a + std::copysign(1.0, pair.cosine) * pair.height_b) / 2;
+}
+
 bool IsStep(const Pair& pair, double spacing) {
-  constexpr double kParallelCosine = 0.9;
+  constexpr double kStepCosine = 0.9;
   constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
-  if (std::abs(pair.cosine) < kParallelCosine) return false;
-  const double step = std::abs(pair.height_a + std::copysign(1.0, pair.cosine) * pair.height_b) / 2;
-  return step > std::max(1.2 * pair.slack, kSpacingShare * spacing);
+  return std::abs(pair.cosine) > kStepCosine &&
+         StepHeight(pair) > std::max(1.2 * pair.slack, kSpacingShare * spacing);
 }
 
 double PairSpacing(const OrientedCloud& cloud, int a, int b) {
@@ -72,15 +77,36 @@ double ReflectedCosine(const Pair& pair) {
   return pair.cosine - 2 * beyond_noise(pair.height_a) * beyond_noise(pair.height_b) / squared;
 }
 
+// What a pair with that reflected cosine is worth. Measured against the truth on two machined
+// parts of 100 000 points with noise of 0.05, 0.1 and 0.3 %: bent pairs are right 20 to 40 times
+// for each time they are wrong, whatever their cosine from 0.15 up; parallel ones 500 times or
+// more, unless a step lies between them.
+double Confidence(const Pair& pair) {
+  constexpr double kBentWorth = 0.5;
+  constexpr double kUndecided = 0.15;
+  const double cosine = ReflectedCosine(pair);
+  const double size = std::abs(cosine);
+  if (std::abs(pair.cosine) <= kParallelCosine) {
+    return std::copysign(kBentWorth * std::min(1.0, size / kUndecided), cosine);
+  }
+  if (size < kParallelCosine) return 0;
+  const double worth = kBentWorth + (1 - kBentWorth) * (std::min(size, 1.0) - kParallelCosine) /
+                                        (1 - kParallelCosine);
+  const double usual_step = pair.slack + 0.1 * pair.chord.norm();
+  const double even =
+      usual_step > 0 ? std::clamp(1.5 - StepHeight(pair) / usual_step, 0.0, 1.0) : 1.0;
+  return std::copysign(worth * even, cosine);
+}
+
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
   constexpr float kAllAround = 0.5f;
-  constexpr double kWallWeight = 0.9;
-  constexpr double kStairWeight = 0.3;
+  constexpr double kWallWorth = 0.8;
+  constexpr double kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
-  if (!IsStep(pair, PairSpacing(cloud, a, b))) return ReflectedCosine(pair);
+  if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.
-  if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWeight * pair.cosine;
-  return kStairWeight * ReflectedCosine(pair);
+  if (std::min(overlap[a], overlap[b]) > kAllAround) return -kWallWorth * pair.cosine;
+  return std::copysign(kStairWorth, ReflectedCosine(pair));
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ std::vector<SignedLink> LinksBetween(const Patches& patches, const NeighborGraph
     const int a = static_cast<int>(edge / graph.k);
     const int b = graph.indices[edge];
     if (patches.patch[a] == patches.patch[b]) continue;
-    const double vote = relations[edge] * std::abs(relations[edge]);
+    const double vote = relations[edge];
     links.push_back({patches.patch[a], patches.patch[b],
                      patches.parity[a] == patches.parity[b] ? vote : -vote});
   }
