@@ -88,4 +88,17 @@ absl::Status WriteBytesAtomically(const std::string& path, std::span<const unsig
   });
 }
 
+absl::Status CheckWritable(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (fs::is_directory(status)) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": is a folder; give a file name"));
+  }
+  const fs::path folder = fs::path(path).parent_path();
+  const bool special = fs::exists(status) && !fs::is_regular_file(status);
+  const std::string asked = special ? path : folder.empty() ? "." : folder.string();
+  if (access(asked.c_str(), special ? W_OK : W_OK | X_OK) != 0) return WriteError(path, errno);
+  return absl::OkStatus();
+}
+
 }  // namespace rilievo

@@ -65,8 +65,6 @@ Projection::Projection(const Camera& camera, const Eigen::Matrix3Xd& points, int
                             p.z() + std::abs(p.y()) / tangent_y, p.z() + 0.01});
     }
   }
-  pixels_per_unit_ =
-      (perspective_ ? focal_pixels_ / std::max(distance_, 0.01) : focal_pixels_) / scale_;
 }
 
 Projected Projection::Project(const Vector3d& point) const {
@@ -81,6 +79,14 @@ Vector3d Projection::TowardsCamera(const Vector3d& point) const {
   if (!perspective_) return Vector3d::UnitZ();
   const Vector3d p = (view_from_scene_ * point - center_) / scale_;
   return (Vector3d(0, 0, distance_) - p).normalized();
+}
+
+double Projection::scaled_units_per_sample() const {
+  return perspective_ ? std::max(distance_, 0.01) / focal_pixels_ : 1 / focal_pixels_;
+}
+
+float Projection::HeightFromNearness(float nearness) const {
+  return perspective_ ? static_cast<float>(distance_ - 1.0 / nearness) : nearness;
 }
 
 }  // namespace rilievo

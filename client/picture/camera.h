@@ -33,7 +33,10 @@ class Projection {
   const Eigen::Matrix3d& view_from_scene() const { return view_from_scene_; }
   // Towards the camera from `point`, unit, in view axes.
   Eigen::Vector3d TowardsCamera(const Eigen::Vector3d& point) const;
-  double pixels_per_unit() const { return pixels_per_unit_; }  // in the middle of the scene
+  // Size of a sample in the middle of the scene, in units of half the scene's view-box diagonal.
+  double scaled_units_per_sample() const;
+  // Coordinate towards the camera, in the same units, of what has this nearness.
+  float HeightFromNearness(float nearness) const;
 
  private:
   bool perspective_;
@@ -42,7 +45,6 @@ class Projection {
   double scale_ = 1;         // scene is divided by it first
   double distance_ = 0;      // of the camera from the centre, scaled
   double focal_pixels_ = 1;  // pixels a scaled unit at distance one (or at all, orthographic)
-  double pixels_per_unit_ = 1;
   double half_width_, half_height_;
 };
 

@@ -83,8 +83,8 @@ void DrawTriangle(const RasterCorner corners[3], const Vector3f& towards, bool b
   }
 }
 
-void DrawDisc(const Projected& center, float radius, float bulge, const Vector3f& color,
-              int row_begin, int row_end, Raster* raster) {
+void DrawDisc(const Projected& center, float radius, const Vector3f& color, int row_begin,
+              int row_end, Raster* raster) {
   if (!std::isfinite(center.x) || !std::isfinite(center.y)) return;
   const auto clamp_row = [&](float y) { return std::clamp(y, -1e6f, 1e6f); };
   const int y_begin =
@@ -98,43 +98,11 @@ void DrawDisc(const Projected& center, float radius, float bulge, const Vector3f
     for (int x = x_begin; x <= x_end; ++x) {
       const float dx = static_cast<float>(x) + 0.5f - center.x;
       const float dy = static_cast<float>(y) + 0.5f - center.y;
-      const float share = (dx * dx + dy * dy) / (radius * radius);
-      if (share > 1) continue;
-      const float nearness = center.nearness + bulge * (1 - share);
+      if (dx * dx + dy * dy > radius * radius) continue;
       const size_t at = raster->at(x, y);
-      if (nearness <= raster->nearness[at]) continue;
-      raster->nearness[at] = nearness;
+      if (center.nearness <= raster->nearness[at]) continue;
+      raster->nearness[at] = center.nearness;
       raster->color[at] = color;
-    }
-  }
-}
-
-void ShadeByDepth(float strength, Raster* raster) {
-  float nearest = -std::numeric_limits<float>::infinity(), farthest = -nearest;
-  for (size_t i = 0; i < raster->nearness.size(); ++i) {
-    if (raster->empty(i)) continue;
-    nearest = std::max(nearest, raster->nearness[i]);
-    farthest = std::min(farthest, raster->nearness[i]);
-  }
-  if (!(nearest > farthest)) return;
-  constexpr int kReach = 3;
-  constexpr int kOffsets[8][2] = {{1, 0}, {-1, 0}, {0, 1},  {0, -1},
-                                  {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
-  for (int y = 0; y < raster->height; ++y) {
-    for (int x = 0; x < raster->width; ++x) {
-      const size_t here = raster->at(x, y);
-      if (raster->empty(here)) continue;
-      float behind = 0;
-      for (const auto& offset : kOffsets) {
-        const int nx = x + kReach * offset[0], ny = y + kReach * offset[1];
-        if (nx < 0 || ny < 0 || nx >= raster->width || ny >= raster->height) continue;
-        const size_t there = raster->at(nx, ny);
-        if (raster->empty(there)) continue;
-        behind += std::max(0.f, raster->nearness[there] - raster->nearness[here]);
-      }
-      const float depth = (raster->nearness[here] - farthest) / (nearest - farthest);
-      const float shadow = std::exp(-strength * behind / (8 * (nearest - farthest)));
-      raster->color[here] *= shadow * (0.55f + 0.45f * depth);
     }
   }
 }

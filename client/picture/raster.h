@@ -19,7 +19,6 @@ struct Raster {
         color(static_cast<size_t>(w) * h, Eigen::Vector3f::Ones()) {}
 
   size_t at(int x, int y) const { return static_cast<size_t>(y) * width + x; }
-  bool empty(size_t i) const { return nearness[i] == -std::numeric_limits<float>::infinity(); }
 
   int width, height;
   std::vector<float> nearness;         // see Projected; -inf where nothing was drawn
@@ -41,16 +40,13 @@ void DrawTriangle(const RasterCorner corners[3], const Eigen::Vector3f& towards,
 // Twice the signed area on the raster: positive when counter-clockwise as seen.
 float SignedDoubleArea(const Projected& a, const Projected& b, const Projected& c);
 
-// A disc of `radius` pixels, bulging by `bulge` in nearness at its middle.
-void DrawDisc(const Projected& center, float radius, float bulge, const Eigen::Vector3f& color,
-              int row_begin, int row_end, Raster* raster);
+// A disc of `radius` samples that faces the camera, unshaded.
+void DrawDisc(const Projected& center, float radius, const Eigen::Vector3f& color, int row_begin,
+              int row_end, Raster* raster);
 
 // Shade of a surface of linear colour `color` with unit normal `normal` that faces the camera.
 Eigen::Vector3f Shade(const Eigen::Vector3f& color, const Eigen::Vector3f& normal,
                       const Eigen::Vector3f& towards);
-
-// Darkens samples that lie behind their neighbours (eye-dome lighting, Boucheny 2009).
-void ShadeByDepth(float strength, Raster* raster);
 
 // Mean of each block of 2 x 2 samples, as sRGB.
 Image Downsample(const Raster& raster);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/picture/point_shading.h"
 #include "client/picture/raster.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -99,6 +100,52 @@ absl::Status DrawSurface(const Scene& scene, const PictureOptions& options,
   });
 }
 
+// Radius at which discs of the points that fall on a cell about cover it twice, a cell each of
+// kCell x kCell samples, from the counts in it and around it.
+class DiscSizes {
+ public:
+  DiscSizes(const std::vector<Projected>& points, int width, int height)
+      : columns_(width / kCell + 3), rows_(height / kCell + 3) {
+    counts_.assign(static_cast<size_t>(columns_) * rows_, 0);
+    for (const Projected& point : points) {
+      if (std::isfinite(point.x) && std::isfinite(point.y)) counts_[Cell(point)] += 1;
+    }
+    std::vector<float> filled;
+    for (int count : counts_) {
+      if (count > 0) filled.push_back(static_cast<float>(count));
+    }
+    if (filled.empty()) return;
+    const auto middle = filled.begin() + static_cast<std::ptrdiff_t>(filled.size() / 2);
+    std::nth_element(filled.begin(), middle, filled.end());
+    typical_ = RadiusFor(*middle);
+  }
+
+  float typical() const { return typical_; }
+
+  float At(const Projected& point) const {
+    if (!std::isfinite(point.x) || !std::isfinite(point.y)) return typical_;
+    return std::clamp(RadiusFor(static_cast<float>(counts_[Cell(point)])), 0.5f * typical_,
+                      1.5f * typical_);
+  }
+
+ private:
+  static constexpr int kCell = 24;
+
+  static float RadiusFor(float count) {
+    return std::clamp(1.2f * kCell / std::sqrt(std::max(1.f, count)), 1.2f, 9.f);
+  }
+  size_t Cell(const Projected& point) const {
+    const auto index = [](float value, int cells) {
+      return std::clamp(static_cast<int>(value / kCell) + 1, 0, cells - 1);
+    };
+    return static_cast<size_t>(index(point.y, rows_)) * columns_ + index(point.x, columns_);
+  }
+
+  int columns_, rows_;
+  std::vector<int> counts_;
+  float typical_ = 3;
+};
+
 absl::Status DrawPoints(const Scene& scene, const Projection& projection, const RunContext& context,
                         Raster* raster) {
   const Eigen::Index count = scene.mesh.vertices.cols();
@@ -106,26 +153,22 @@ absl::Status DrawPoints(const Scene& scene, const Projection& projection, const 
   for (Eigen::Index i = 0; i < count; ++i) {
     at[static_cast<size_t>(i)] = projection.Project(scene.mesh.vertices.col(i));
   }
-  // Discs that about cover the picture's middle if the points were spread over it.
-  const double share = static_cast<double>(raster->width) * raster->height /
-                       static_cast<double>(std::max<Eigen::Index>(1, count));
-  const float radius = static_cast<float>(std::clamp(0.75 * std::sqrt(share), 1.3, 8.0));
+  const DiscSizes sizes(at, raster->width, raster->height);
   const bool colored = scene.colors.cols() > 0;
-  const Vector3f kPointColor(0.75f, 0.72f, 0.66f);
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(raster->height, kRowBlock, context, [&](int64_t begin, int64_t end) {
         for (Eigen::Index i = 0; i < count; ++i) {
           const Projected& center = at[static_cast<size_t>(i)];
-          if (center.y + radius < static_cast<float>(begin) ||
-              center.y - radius > static_cast<float>(end)) {
+          const float radius = sizes.At(center);
+          if (!(center.y + radius >= static_cast<float>(begin) &&
+                center.y - radius <= static_cast<float>(end))) {
             continue;
           }
-          DrawDisc(center, radius, 0, colored ? Vector3f(scene.colors.col(i)) : kPointColor,
+          DrawDisc(center, radius, colored ? Vector3f(scene.colors.col(i)) : kStone,
                    static_cast<int>(begin), static_cast<int>(end), raster);
         }
       }));
-  ShadeByDepth(40, raster);
-  return absl::OkStatus();
+  return ShadePoints(projection, sizes.typical(), context, raster);
 }
 
 }  // namespace

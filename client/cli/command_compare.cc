@@ -1,0 +1,109 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/commands.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/text_layout.h"
+#include "core/base/status_macros.h"
+#include "core/surface/measure_error.h"
+
+namespace rilievo {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct CompareArguments {
+  std::string a, b;
+  MeasureOptions measure;
+  bool json = false;
+};
+
+Json SummaryJson(const DistanceSummary& summary, double diagonal) {
+  return {{"rms", summary.rms},
+          {"mean", summary.mean},
+          {"p95", summary.p95},
+          {"max", summary.max},
+          {"rms_percent", 100 * summary.rms / diagonal},
+          {"max_percent", 100 * summary.max / diagonal},
+          {"samples", summary.samples}};
+}
+
+Json CompareJson(const CompareArguments& arguments, const TwoSidedError& error, double diagonal) {
+  Json json;
+  json["a"] = arguments.a;
+  json["b"] = arguments.b;
+  json["diagonal_a"] = diagonal;
+  json["rms"] = error.rms;
+  json["mean"] = error.mean;
+  json["p95"] = error.p95;
+  json["max"] = error.max;
+  json["rms_percent"] = 100 * error.rms / diagonal;
+  json["mean_percent"] = 100 * error.mean / diagonal;
+  json["p95_percent"] = 100 * error.p95 / diagonal;
+  json["max_percent"] = 100 * error.max / diagonal;
+  json["a_to_b"] = SummaryJson(error.a_to_b, diagonal);
+  json["b_to_a"] = SummaryJson(error.b_to_a, diagonal);
+  return json;
+}
+
+std::string Row(const char* label, double rms, double mean, double p95, double max) {
+  return absl::StrFormat("  %-12s %12s %12s %12s %12s\n", label, Short(rms), Short(mean),
+                         Short(p95), Short(max));
+}
+
+std::string Row(const char* label, const DistanceSummary& s) {
+  return Row(label, s.rms, s.mean, s.p95, s.max);
+}
+
+absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape a, LoadShape(arguments.a, std::nullopt, context));
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape b, LoadShape(arguments.b, std::nullopt, context));
+  const double diagonal = DiagonalOf(a.mesh.vertices);
+  if (!(diagonal > 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(arguments.a, ": all points are the same; there is no scale to compare by"));
+  }
+  const Shape shape_a{std::move(a.mesh.vertices), std::move(a.mesh.triangles)};
+  const Shape shape_b{std::move(b.mesh.vertices), std::move(b.mesh.triangles)};
+  RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
+                           MeasureTwoSided(shape_a, shape_b, arguments.measure, context));
+  if (arguments.json) {
+    std::cout << CompareJson(arguments, error, diagonal).dump(2) << '\n';
+    return absl::OkStatus();
+  }
+  std::cout << "A " << arguments.a << " (" << a.description << ")\n"
+            << "B " << arguments.b << " (" << b.description << ")\n"
+            << absl::StrFormat("  %-12s %12s %12s %12s %12s\n", "distance", "RMS", "mean",
+                               "95th perc.", "max")
+            << Row("A to B", error.a_to_b) << Row("B to A", error.b_to_a)
+            << Row("both", error.rms, error.mean, error.p95, error.max)
+            << Row("% of A", 100 * error.rms / diagonal, 100 * error.mean / diagonal,
+                   100 * error.p95 / diagonal, 100 * error.max / diagonal)
+            << LabelledLine("diagonal", absl::StrCat(Short(diagonal), " (of A's bounding box)"));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Command AddCompare(CLI::App& program) {
+  CLI::App* app =
+      program.add_subcommand("compare", "Measure the two-sided distance between two shapes");
+  const auto arguments = std::make_shared<CompareArguments>();
+  app->add_option("A", arguments->a, "a surface (.dss), a mesh or a scan")->required();
+  app->add_option("B", arguments->b, "another")->required();
+  app->add_option("--samples", arguments->measure.samples, "on each surface")
+      ->check(CLI::Range(1000, 10000000))
+      ->capture_default_str();
+  app->add_flag("--json", arguments->json, "for programs");
+  return {app, [arguments](std::stop_token stop) { return Compare(*arguments, stop); }};
+}
+
+}  // namespace rilievo

@@ -1,0 +1,161 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/text_layout.h"
+#include "core/base/status_macros.h"
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct InfoArguments {
+  std::string input;
+  bool json = false;
+};
+
+struct SurfaceFacts {
+  TopologySummary topology;              // of the control mesh
+  std::vector<int64_t> vertices, faces;  // per level
+  int64_t measured = 0, smoothed = 0, filled = 0;
+  int64_t bytes = 0;
+};
+
+SurfaceFacts Facts(const DecodedSurface& decoded) {
+  const DisplacedSurface& surface = decoded.surface;
+  SurfaceFacts facts;
+  facts.topology = SummarizeTopology(surface.control_mesh.faces,
+                                     static_cast<int>(surface.control_mesh.vertices.cols()));
+  // A step of Loop's scheme turns each edge into a vertex and each face into four.
+  int64_t v = facts.topology.vertices, e = facts.topology.edges, f = facts.topology.faces;
+  for (int level = 0; level <= surface.max_level; ++level) {
+    facts.vertices.push_back(v);
+    facts.faces.push_back(f);
+    v += e;
+    e = 2 * e + 3 * f;
+    f *= 4;
+  }
+  for (HeightSource source : surface.sources) {
+    facts.measured += source == HeightSource::kMeasured;
+    facts.smoothed += source == HeightSource::kSmoothed;
+    facts.filled += source == HeightSource::kFilled;
+  }
+  facts.bytes = std::accumulate(decoded.chunk_bytes.begin(), decoded.chunk_bytes.end(), int64_t{0});
+  return facts;
+}
+
+Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
+  const DssMetadata& metadata = decoded.metadata;
+  Json json;
+  json["format_version"] = decoded.format_version;
+  json["bytes"] = facts.bytes;
+  json["generator"] = metadata.generator;
+  json["road"] = metadata.road;
+  json["scan_points"] = metadata.scan_points;
+  json["error_rms_ratio"] = metadata.error_rms < 0 ? Json() : Json(metadata.error_rms);
+  json["error_max_ratio"] = metadata.error_max < 0 ? Json() : Json(metadata.error_max);
+  const SpatialFrame& frame = decoded.surface.frame;
+  json["frame"] = {{"center", {frame.center.x(), frame.center.y(), frame.center.z()}},
+                   {"diagonal", frame.diagonal}};
+  json["components"] = facts.topology.components;
+  json["genus"] = facts.topology.genus;
+  json["boundary_loops"] = facts.topology.boundary_loops;
+  json["closed"] = facts.topology.closed();
+  json["manifold"] = facts.topology.manifold();
+  json["max_level"] = decoded.surface.max_level;
+  json["heights"] = {
+      {"measured", facts.measured}, {"smoothed", facts.smoothed}, {"filled", facts.filled}};
+  json["control_bytes"] = decoded.chunk_bytes.empty() ? 0 : decoded.chunk_bytes[0];
+  json["levels"] = Json::array();
+  for (size_t level = 0; level < facts.vertices.size(); ++level) {
+    const bool has_chunk = level + 1 < decoded.chunk_bytes.size();
+    json["levels"].push_back({{"level", level},
+                              {"vertices", facts.vertices[level]},
+                              {"faces", facts.faces[level]},
+                              {"bytes", has_chunk ? decoded.chunk_bytes[level + 1] : 0}});
+  }
+  return json;
+}
+
+void PrintInfo(const std::string& path, const DecodedSurface& decoded, const SurfaceFacts& facts) {
+  const DssMetadata& metadata = decoded.metadata;
+  const TopologySummary& topology = facts.topology;
+  std::cout << path << '\n';
+  std::cout << LabelledLine(
+      "file",
+      absl::StrCat(Counted(facts.bytes, "byte", "bytes"), ", format ", decoded.format_version,
+                   ", by ", metadata.generator.empty() ? "?" : metadata.generator));
+  std::cout << LabelledLine(
+      "surface",
+      absl::StrCat(
+          Counted(topology.components, "component", "components"), ", genus ", topology.genus, ", ",
+          topology.closed() ? std::string("closed")
+                            : Counted(topology.boundary_loops, "boundary loop", "boundary loops")));
+  const SpatialFrame& frame = decoded.surface.frame;
+  std::cout << LabelledLine(
+      "place", absl::StrCat("diagonal ", Short(frame.diagonal), ", centre (", frame.center.x(),
+                            ", ", frame.center.y(), ", ", frame.center.z(), ")"));
+  if (metadata.scan_points > 0) {
+    std::cout << LabelledLine("scan", absl::StrCat(Counted(metadata.scan_points, "point", "points"),
+                                                   ", road ", metadata.road));
+  }
+  if (metadata.error_rms >= 0) {
+    std::cout << LabelledLine("error",
+                              absl::StrCat("RMS ", Short(metadata.error_rms * frame.diagonal), " (",
+                                           Percent(metadata.error_rms), " of the diagonal), max ",
+                                           Short(metadata.error_max * frame.diagonal), " (",
+                                           Percent(metadata.error_max), ")"));
+  }
+  const double heights =
+      std::max(1.0, static_cast<double>(facts.measured + facts.smoothed + facts.filled));
+  std::cout << LabelledLine(
+      "heights", absl::StrCat(Percent(static_cast<double>(facts.measured) / heights), " measured, ",
+                              Percent(static_cast<double>(facts.smoothed) / heights), " smoothed, ",
+                              Percent(static_cast<double>(facts.filled) / heights), " filled in"));
+  if (!decoded.chunk_bytes.empty()) {
+    std::cout << LabelledLine("control", Counted(decoded.chunk_bytes[0], "byte", "bytes"));
+  }
+  for (size_t level = 0; level < facts.vertices.size(); ++level) {
+    const int64_t bytes =
+        level + 1 < decoded.chunk_bytes.size() ? decoded.chunk_bytes[level + 1] : 0;
+    std::cout << LabelledLine(absl::StrCat("level ", level),
+                              absl::StrCat(Counted(facts.vertices[level], "vertex", "vertices"),
+                                           ", ", Counted(facts.faces[level], "face", "faces"), ", ",
+                                           Counted(bytes, "byte", "bytes")));
+  }
+}
+
+absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  const SurfaceFacts facts = Facts(decoded);
+  if (arguments.json) {
+    std::cout << InfoJson(decoded, facts).dump(2) << '\n';
+  } else {
+    PrintInfo(arguments.input, decoded, facts);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Command AddInfo(CLI::App& program) {
+  CLI::App* app = program.add_subcommand("info", "Say what a surface file holds");
+  const auto arguments = std::make_shared<InfoArguments>();
+  app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
+  app->add_flag("--json", arguments->json, "for programs");
+  return {app, [arguments](std::stop_token stop) { return Info(*arguments, stop); }};
+}
+
+}  // namespace rilievo

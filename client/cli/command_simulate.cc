@@ -1,0 +1,79 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/text_layout.h"
+#include "client/formats/atomic_file.h"
+#include "client/formats/mesh_writer.h"
+#include "core/base/status_macros.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+struct SimulateArguments {
+  std::string shape, output;
+  ScannerOptions scanner;
+  bool normals = false;
+};
+
+absl::Status Simulate(const SimulateArguments& arguments) {
+  RILIEVO_ASSIGN_OR_RETURN(const ShapePtr shape, MakeShape(arguments.shape));
+  RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan scan, SimulateScan(*shape, arguments.scanner));
+  const Eigen::Matrix3Xd none(3, 0);
+  const absl::Status written = WriteFileAtomically(arguments.output, [&](std::ostream& out) {
+    return WritePlyPoints(scan.cloud.points, arguments.normals ? scan.normals : none, out);
+  });
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
+  std::cout << Wrap(absl::StrCat(arguments.output, ": ",
+                                 Counted(scan.cloud.points.cols(), "point", "points"), " of ",
+                                 shape->name(), " (", shape->closed() ? "closed" : "open",
+                                 ", genus ", shape->genus(), ", ",
+                                 Counted(shape->components(), "component", "components"),
+                                 ", diagonal ", Short(shape->diagonal()), ")"),
+                    2)
+            << '\n';
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Command AddSimulate(CLI::App& program) {
+  CLI::App* app = program.add_subcommand(
+      "simulate", "Scan an ideal shape with a virtual scanner, for trials and tests");
+  const auto arguments = std::make_shared<SimulateArguments>();
+  ScannerOptions& scanner = arguments->scanner;
+  app->add_option("SHAPE", arguments->shape, absl::StrJoin(ShapeNames(), ", "))
+      ->required()
+      ->check(CLI::IsMember(ShapeNames()));
+  app->add_option("-o,--output", arguments->output, "the scan, a binary PLY of doubles")
+      ->required();
+  app->add_option("--points", scanner.points, "points in all")
+      ->check(CLI::Range(int64_t{1}, int64_t{50000000}))
+      ->capture_default_str();
+  app->add_option("--noise", scanner.noise, "range error (1 sigma), fraction of the diagonal")
+      ->check(CLI::Range(0.0, 0.1))
+      ->capture_default_str();
+  app->add_option("--views", scanner.views, "viewpoints; 0: even samples, nothing hidden")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  app->add_option("--outliers", scanner.outliers, "share of false points")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  app->add_option("--dropout", scanner.dropout, "share of lost returns")
+      ->check(CLI::Range(0.0, 0.95))
+      ->capture_default_str();
+  app->add_option("--distance", scanner.view_distance, "of the viewpoints, in bounding radii")
+      ->check(CLI::Range(1.2, 100.0))
+      ->capture_default_str();
+  app->add_option("--seed", scanner.seed, "same seed, same scan")->capture_default_str();
+  app->add_flag("--normals", arguments->normals, "write the true normals as well");
+  return {app, [arguments](std::stop_token) { return Simulate(*arguments); }};
+}
+
+}  // namespace rilievo

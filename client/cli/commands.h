@@ -1,0 +1,32 @@
+// The subcommands of `rilievo`. Each adds its options to the program and gives what to run when it
+// was chosen.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+
+#include "absl/status/status.h"
+
+namespace CLI {
+class App;
+}
+
+namespace rilievo {
+
+// `stop`: Ctrl-C. What people asked for goes to standard output, progress to standard error, errors
+// into the status (see exit_code.h).
+using CommandAction = std::function<absl::Status(std::stop_token stop)>;
+
+struct Command {
+  CLI::App* app;  // owned by the program
+  CommandAction run;
+};
+
+Command AddReconstruct(CLI::App& program);
+Command AddExport(CLI::App& program);
+Command AddInfo(CLI::App& program);
+Command AddCompare(CLI::App& program);
+Command AddSimulate(CLI::App& program);
+Command AddView(CLI::App& program);
+
+}  // namespace rilievo

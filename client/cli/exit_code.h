@@ -1,0 +1,28 @@
+// How the program ends, and why.
+#pragma once
+
+#include "absl/status/status.h"
+
+namespace rilievo {
+
+// Documented in --help; scripts rely on the numbers.
+enum class ExitCode {
+  kOk = 0,
+  kInternal = 1,   // a defect of the program or the server
+  kUsage = 2,      // the command line
+  kInput = 3,      // a file that cannot be read, or a scan that cannot become a surface
+  kServer = 4,     // the server cannot be reached, is full, or ran out of time
+  kCancelled = 5,  // by Ctrl-C or SIGTERM
+  kOutput = 6,     // the result cannot be written
+};
+
+// The table above for --help.
+extern const char kExitCodeHelp[];
+
+// Attaches an exit code that the status code alone would not give. OK stays OK.
+absl::Status WithExitCode(absl::Status status, ExitCode code);
+
+// The attached code, or the one that fits the status code.
+ExitCode ExitCodeOf(const absl::Status& status);
+
+}  // namespace rilievo

@@ -1,0 +1,36 @@
+// Whatever a command is pointed at: a .dss surface, a mesh, or a scan.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/dss.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+struct LoadedShape {
+  TriangleMesh mesh;             // scan frame; no triangles: points
+  std::vector<uint8_t> sources;  // HeightSource a vertex; empty if unknown
+  std::vector<float> heights;    // displacement a vertex, unit frame; empty if unknown
+  std::string description;       // for people
+};
+
+// The whole file, or the status of what prevents it, with the path.
+absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);
+
+absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context);
+
+// A surface is tessellated at `level`, or at its finest. INVALID_ARGUMENT when a level is asked of
+// something that has none.
+absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,
+                                      const RunContext& context);
+
+// Length of the bounding box's diagonal over the finite vertices.
+double DiagonalOf(const Eigen::Matrix3Xd& vertices);
+
+}  // namespace rilievo

@@ -1,0 +1,53 @@
+#include "client/cli/program.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/text_layout.h"
+
+namespace rilievo {
+
+int RunProgram(int argc, const char* const* argv) {
+  CLI::App app{
+      "From a point cloud to a displaced subdivision surface: a scan goes in, a relief\n"
+      "over a smooth surface comes out."};
+  app.name("rilievo");
+  app.set_version_flag("--version", std::string("rilievo ") + RILIEVO_VERSION);
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(28);
+  app.footer(
+      absl::StrCat("Files are PLY, PCD, XYZ, PTS, TXT, OBJ (scans), PLY, OBJ, STL (meshes), .dss\n"
+                   "(surfaces). 'rilievo COMMAND --help' explains a command.\n\n",
+                   kExitCodeHelp));
+  std::vector<Command> commands;
+  for (const auto add : {AddReconstruct, AddExport, AddInfo, AddCompare, AddSimulate, AddView}) {
+    commands.push_back(add(app));
+    commands.back().app->footer(kExitCodeHelp);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
+  }
+  const Interrupt interrupt;
+  for (const Command& command : commands) {
+    if (!command.app->parsed()) continue;
+    const absl::Status status = command.run(interrupt.token());
+    if (status.ok()) return 0;
+    std::cout.flush();
+    std::cerr << Wrap(absl::StrCat("rilievo ", command.app->get_name(), ": ",
+                                   std::string(status.message())),
+                      2)
+              << '\n';
+    return static_cast<int>(ExitCodeOf(status));
+  }
+  return static_cast<int>(ExitCode::kUsage);
+}
+
+}  // namespace rilievo

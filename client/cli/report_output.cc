@@ -1,0 +1,150 @@
+#include "client/cli/report_output.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/strip.h"
+#include "client/cli/text_layout.h"
+
+namespace rilievo {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string DroppedText(const v1::ReconstructReport& report) {
+  const std::pair<int64_t, const char*> kinds[] = {{report.non_finite(), "non-finite"},
+                                                   {report.duplicates(), "duplicate"},
+                                                   {report.strays(), "stray"},
+                                                   {report.outliers(), "outlying"},
+                                                   {report.island_points(), "on islands"}};
+  std::vector<std::string> parts;
+  for (const auto& [count, name] : kinds) {
+    if (count > 0) parts.push_back(absl::StrCat(Grouped(count), " ", name));
+  }
+  return parts.empty() ? "none dropped" : "dropped " + absl::StrJoin(parts, ", ");
+}
+
+std::string TimesText(const v1::ReconstructReport& report) {
+  std::vector<std::string> parts;
+  for (const v1::StageTime& time : report.stage_times()) {
+    parts.push_back(absl::StrFormat("%s %.2f", StageLabel(time.stage()), time.seconds()));
+  }
+  return absl::StrFormat("%.2f s (%s)", report.total_seconds(), absl::StrJoin(parts, ", "));
+}
+
+std::string ErrorText(const v1::ReconstructReport& report) {
+  const auto both = [&](double ratio) {
+    return absl::StrCat(Short(ratio * report.diagonal()), " (", Percent(ratio), ")");
+  };
+  return absl::StrCat("RMS ", both(report.error().rms()), ", 95 % below ",
+                      both(report.error().p95()), ", max ", both(report.error().max()),
+                      "; % of the diagonal, ", Short(report.diagonal()));
+}
+
+Json SummaryJson(const v1::DistanceSummary& summary) {
+  return {{"rms", summary.rms()},
+          {"mean", summary.mean()},
+          {"p95", summary.p95()},
+          {"max", summary.max()},
+          {"samples", summary.samples()}};
+}
+
+Json ErrorJson(const v1::TwoSidedError& error) {
+  return {{"rms", error.rms()},
+          {"mean", error.mean()},
+          {"p95", error.p95()},
+          {"max", error.max()},
+          {"surface_to_points", SummaryJson(error.surface_to_points())},
+          {"points_to_surface", SummaryJson(error.points_to_surface())}};
+}
+
+}  // namespace
+
+std::string StageLabel(v1::Stage stage) {
+  const std::string name(absl::StripPrefix(v1::Stage_Name(stage), "STAGE_"));
+  return absl::StrReplaceAll(absl::AsciiStrToLower(name), {{"_", "-"}});
+}
+
+std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& paths) {
+  std::string text = absl::StrCat(paths.output, "\n");
+  const auto add = [&](const char* label, const std::string& line) {
+    text += LabelledLine(label, line);
+  };
+  add("scan", absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
+                           paths.scan_format, "), ", DroppedText(report)));
+  add("topology", absl::StrCat(report.road(), ": ", report.road_reason()));
+  add("surface",
+      absl::StrCat(
+          Counted(report.components(), "component", "components"), ", genus ", report.genus(), ", ",
+          report.boundary_loops() == 0
+              ? std::string("closed")
+              : Counted(report.boundary_loops(), "boundary loop", "boundary loops"),
+          "; ", Counted(report.control_faces(), "control face", "control faces"), ", at level ",
+          report.max_level(), " ", Counted(report.surface_faces(), "face", "faces")));
+  const double heights =
+      std::max(1.0, static_cast<double>(report.heights_measured() + report.heights_smoothed() +
+                                        report.heights_filled()));
+  add("heights",
+      absl::StrCat(Percent(static_cast<double>(report.heights_measured()) / heights), " measured, ",
+                   Percent(static_cast<double>(report.heights_smoothed()) / heights), " smoothed, ",
+                   Percent(static_cast<double>(report.heights_filled()) / heights), " filled in"));
+  if (report.has_error()) add("error", ErrorText(report));
+  add("size", Counted(report.encoded_bytes(), "byte", "bytes"));
+  add("time", TimesText(report));
+  for (const std::string& warning : report.warnings()) add("warning", warning);
+  return text;
+}
+
+std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& paths) {
+  Json json;
+  json["scan"] = paths.scan;
+  json["scan_format"] = paths.scan_format;
+  json["output"] = paths.output;
+  json["version"] = RILIEVO_VERSION;
+  json["points_in"] = report.points_in();
+  json["non_finite"] = report.non_finite();
+  json["duplicates"] = report.duplicates();
+  json["strays"] = report.strays();
+  json["outliers"] = report.outliers();
+  json["island_points"] = report.island_points();
+  json["points_used"] = report.points_used();
+  json["diagonal"] = report.diagonal();
+  json["median_spacing_ratio"] = report.median_spacing_ratio();
+  json["median_noise_ratio"] = report.median_noise_ratio();
+  json["normal_disagreement"] = report.normal_disagreement();
+  json["road"] = report.road();
+  json["road_reason"] = report.road_reason();
+  json["components"] = report.components();
+  json["boundary_loops"] = report.boundary_loops();
+  json["genus"] = report.genus();
+  json["control_vertices"] = report.control_vertices();
+  json["control_faces"] = report.control_faces();
+  json["max_level"] = report.max_level();
+  json["surface_vertices"] = report.surface_vertices();
+  json["surface_faces"] = report.surface_faces();
+  json["domain_rms_ratio"] = report.domain_rms_ratio();
+  json["fit_rounds"] = report.fit_rounds();
+  json["fit_converged"] = report.fit_converged();
+  json["heights_measured"] = report.heights_measured();
+  json["heights_smoothed"] = report.heights_smoothed();
+  json["heights_filled"] = report.heights_filled();
+  json["error"] = report.has_error() ? ErrorJson(report.error()) : Json();
+  json["encoded_bytes"] = report.encoded_bytes();
+  json["stage_seconds"] = Json::object();
+  for (const v1::StageTime& time : report.stage_times()) {
+    json["stage_seconds"][StageLabel(time.stage())] = time.seconds();
+  }
+  json["total_seconds"] = report.total_seconds();
+  json["warnings"] = Json::array();
+  for (const std::string& warning : report.warnings()) json["warnings"].push_back(warning);
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace rilievo

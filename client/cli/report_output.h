@@ -1,0 +1,23 @@
+// The report of a reconstruction for people and for programs.
+#pragma once
+
+#include <string>
+
+#include "rilievo/v1/report.pb.h"
+
+namespace rilievo {
+
+struct ReportPaths {
+  std::string scan, scan_format, output;
+};
+
+// Lines of at most 80 columns.
+std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& paths);
+
+// One JSON object: the report's fields by their names in report.proto, stage times by stage.
+std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& paths);
+
+// "control-mesh" for STAGE_CONTROL_MESH.
+std::string StageLabel(v1::Stage stage);
+
+}  // namespace rilievo
