@@ -10,8 +10,13 @@ find_package(gRPC 1.51 REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(PNG REQUIRED)
-find_package(PkgConfig REQUIRED)
-pkg_check_modules(FLANN REQUIRED IMPORTED_TARGET flann)
+
+# flann.pc names MPI and HDF5, which only FLANN's own tools use.
+add_library(rilievo_flann INTERFACE)
+foreach(library flann_cpp lz4)
+  find_library(FLANN_${library}_LIBRARY ${library} REQUIRED)
+  target_link_libraries(rilievo_flann INTERFACE ${FLANN_${library}_LIBRARY})
+endforeach()
 
 if(RILIEVO_BUILD_TESTS)
   find_package(GTest REQUIRED)
