@@ -18,11 +18,11 @@ enum class FitMethod {
 
 struct FitOptions {
   FitMethod method = FitMethod::kLeastSquares;
-  int suzuki_rounds = 3;            // [0, 50]
+  int suzuki_rounds = 1;            // [0, 50]
   double suzuki_lambda = 0.8;       // (0, 1], seed 004 section 4.2
   int rounds = 4;                   // foot points and solves in turn, [1, 50]
   int sample_level = 2;             // a control face is sampled at this level's vertices, [0, 4]
-  double tangential_weight = 0.05;  // of the point-to-point part beside point-to-plane, [0, 1]
+  double tangential_weight = 0.01;  // of the point-to-point part beside point-to-plane, [0, 1]
   // Weight of the thin-plate fairness, lowered to `fairness_end` over the rounds. >= 0.
   double fairness_start = 1e-2;
   double fairness_end = 1e-4;

@@ -17,12 +17,13 @@ constexpr size_t kEnoughAssigned = 3;
 // So many; and again so many where all the first lie on the other sheet of a thin wall.
 constexpr int kNearest = 8;
 constexpr int kNearestOfThinWall = 32;
+constexpr int kNearestOfBorder = 48;
 // A sample whose nearest points all lie farther aside than this stands over a hole.
 constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
 constexpr double kGapPerOffset = 0.5;
-// The border is looked for within this many samples along the surface: two control edges.
-constexpr double kBorderReach = 2.0;
+// Nothing farther than this many control edges belongs to a sample, unless it was assigned to it.
+constexpr double kReachInControlEdges = 2.0;
 // Median to standard deviation of a normal distribution.
 constexpr double kSigmaPerMedian = 1.4826;
 constexpr double kRobustSigmas = 3.0;
@@ -31,8 +32,8 @@ constexpr double kRobustSigmas = 3.0;
 class FootSum {
  public:
   FootSum(const OrientedCloud& cloud, const Eigen::Vector3d& position,
-          const Eigen::Vector3d& normal)
-      : cloud_(cloud), position_(position), normal_(normal) {}
+          const Eigen::Vector3d& normal, double reach)
+      : cloud_(cloud), position_(position), normal_(normal), reach_(reach) {}
 
   // A point assigned to the sample.
   void AddAssigned(int point) { Add(point, Offset(point), 1.0); }
@@ -46,7 +47,7 @@ class FootSum {
     const double squared_aside = std::max(0.0, squared_way - offset * offset);
     const double gap = kGapSpacings * cloud_.spacing[static_cast<size_t>(point)] +
                        kGapPerOffset * std::abs(offset);
-    if (squared_aside < gap * gap) {
+    if (squared_aside < gap * gap && squared_way < reach_ * reach_) {
       Add(point, offset, std::exp(-4.5 * squared_aside / (gap * gap)));
     }
     return true;
@@ -71,23 +72,33 @@ class FootSum {
 
   const OrientedCloud& cloud_;
   const Eigen::Vector3d position_, normal_;
+  const double reach_;
   Eigen::Vector3d cloud_normal_ = Eigen::Vector3d::Zero();
   double offset_ = 0, spacing_ = 0, weight_ = 0;
 };
 
-// Adds the nearest points of `position`; returns those it looked at.
-std::vector<int> AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position,
-                                  FootSum* sum) {
-  std::vector<int> found;
+void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
+  int found[kNearestOfThinWall];
   double squared[kNearestOfThinWall];
   for (int wanted : {kNearest, kNearestOfThinWall}) {
-    found.resize(static_cast<size_t>(wanted));
-    found.resize(static_cast<size_t>(index.Nearest(position, wanted, found.data(), squared)));
+    const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
-    for (int point : found) same_sheet |= sum->AddNearest(point);
-    if (same_sheet) break;
+    for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);
+    if (same_sheet) return;
   }
-  return found;
+}
+
+// Two control edges, as long as they are around the sample.
+double Reach(const DomainSamples& samples, const SampledSurface& surface, int sample) {
+  const VertexRings& rings = samples.rings;
+  const auto s = static_cast<size_t>(sample);
+  double length = 0;
+  for (int k = rings.neighbor_begin[s]; k < rings.neighbor_begin[s + 1]; ++k) {
+    const int neighbor = rings.neighbors[static_cast<size_t>(k)];
+    length += (surface.positions.col(neighbor) - surface.positions.col(sample)).norm();
+  }
+  length /= rings.neighbor_begin[s + 1] - rings.neighbor_begin[s];
+  return kReachInControlEdges * length * (1 << samples.refinement.max_level());
 }
 
 void Resize(int count, FootPoints* feet) {
@@ -125,13 +136,12 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
 
 void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPoints* feet) {
   const auto assigned = assignment_.PointsOf(sample);
-  FootSum sum(cloud_, surface.positions.col(sample), surface.normals.col(sample));
-  if (samples_.on_boundary(sample)) {
-    // The points assigned to it may all lie beyond the boundary.
-    std::vector<int> nearby = AddNearestPoints(index_, surface.positions.col(sample), &sum);
-    nearby.insert(nearby.end(), assigned.begin(), assigned.end());
-    FindBorder(surface, sample, nearby, feet);
-  } else if (assigned.size() < kEnoughAssigned) {
+  FootSum sum(cloud_, surface.positions.col(sample), surface.normals.col(sample),
+              Reach(samples_, surface, sample));
+  const bool boundary = samples_.on_boundary(sample);
+  if (boundary) FindBorder(surface, sample, feet);
+  // The points assigned to a boundary sample may all lie beyond the boundary.
+  if (boundary || assigned.size() < kEnoughAssigned) {
     AddNearestPoints(index_, surface.positions.col(sample), &sum);
   } else {
     for (int point : assigned) sum.AddAssigned(point);
@@ -145,9 +155,10 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
 }
 
 // The cloud's border across from a boundary sample: the farthest point, along the conormal, of
-// those in a strip as wide as the sample's share of the boundary.
+// those in a strip as wide as the sample's share of the boundary. The points assigned to the sample
+// show a border that the surface falls short of, its nearest points one that it hangs over.
 void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
-                                 const std::vector<int>& nearby, FootPoints* feet) const {
+                                 FootPoints* feet) const {
   const auto i = static_cast<size_t>(sample);
   const Eigen::Vector3d position = surface.positions.col(sample);
   const Eigen::Vector3d normal = surface.normals.col(sample);
@@ -157,21 +168,24 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   const Eigen::Vector3d conormal = along.cross(normal);
   feet->conormals.col(sample) = conormal;
   const double step = chord.norm() / 2;
-  const double reach = kBorderReach * step * (1 << samples_.refinement.max_level());
-  double border = -reach;
-  bool found = false;
-  for (int point : nearby) {
-    if (cloud_.normals.col(point).dot(normal) <= kNormalAgreement) continue;
+  const double reach = Reach(samples_, surface, sample);
+  const auto look_at = [&](int point) {
+    if (cloud_.normals.col(point).dot(normal) <= kNormalAgreement) return;
     const Eigen::Vector3d way = cloud_.points.col(point) - position;
     const double spacing = cloud_.spacing[static_cast<size_t>(point)];
-    if (std::abs(along.dot(way)) > std::max(step / 2, spacing)) continue;
-    if (way.squaredNorm() > reach * reach) continue;
-    border = std::max(border, conormal.dot(way));
-    found = true;
-  }
-  if (!found) return;
-  feet->border_offset[i] = border;
-  feet->border_weight[i] = 1;
+    if (std::abs(along.dot(way)) > std::max(step / 2, spacing)) return;
+    if (way.squaredNorm() > reach * reach) return;
+    const double border = conormal.dot(way);
+    if (feet->border_weight[i] == 0 || border > feet->border_offset[i]) {
+      feet->border_offset[i] = border;
+    }
+    feet->border_weight[i] = 1;
+  };
+  for (int point : assignment_.PointsOf(sample)) look_at(point);
+  int found[kNearestOfBorder];
+  double squared[kNearestOfBorder];
+  const int count = index_.Nearest(position, kNearestOfBorder, found, squared);
+  for (int k = 0; k < count; ++k) look_at(found[k]);
 }
 
 // Huber's weights min(1, s/|h|), Huber 1964. The scale s is `robust_spacings` local spacings, or

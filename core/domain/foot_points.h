@@ -42,8 +42,7 @@ class FootPointSearch {
 
  private:
   void FindFoot(const SampledSurface& surface, int sample, FootPoints* foot_points);
-  void FindBorder(const SampledSurface& surface, int sample, const std::vector<int>& nearby,
-                  FootPoints* foot_points) const;
+  void FindBorder(const SampledSurface& surface, int sample, FootPoints* foot_points) const;
   void WeighRobustly(FootPoints* foot_points);
 
   const OrientedCloud& cloud_;

@@ -7,8 +7,8 @@
 namespace rilievo {
 namespace {
 
-// Sweeps that carry the moves of a hole's rim inwards, one ring of control vertices each.
-constexpr int kFillSweeps = 20;
+// Jacobi sweeps that carry the moves of a hole's rim inwards: enough for holes ten rings wide.
+constexpr int kFillSweeps = 100;
 
 void FillMoves(const VertexRings& rings, const std::vector<int>& without_data,
                Eigen::Matrix3Xd* moves) {

@@ -1,0 +1,99 @@
+#include "core/domain/fairness.h"
+
+#include <ceres/cost_function.h>
+#include <ceres/gradient_checker.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/unit/domain/analytic_scenes.h"
+
+namespace rilievo {
+namespace {
+
+double Energy(const ControlMesh& mesh, double weight) {
+  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+  SampledSurface surface;
+  EXPECT_TRUE(SampleSurface(*samples, mesh.vertices, RunContext(), &surface).ok());
+  const AreaShares shares = ShareArea(*samples, surface);
+  double energy = 0;
+  for (int v = 0; v < samples->control_vertex_count(); ++v) {
+    const Umbrella umbrella = UmbrellaOf(*samples, v);
+    const auto cost = MakeFairnessResidual(static_cast<int>(umbrella.vertices.size()) - 1,
+                                           shares.control_vertices[v], &weight);
+    std::vector<const double*> blocks;
+    for (int u : umbrella.vertices) blocks.push_back(mesh.vertices.col(u).data());
+    Eigen::Vector3d residuals;
+    EXPECT_TRUE(cost->Evaluate(blocks.data(), residuals.data(), nullptr));
+    energy += residuals.squaredNorm();
+  }
+  return energy;
+}
+
+TEST(Fairness, HasTheJacobianOfItsResiduals) {
+  const double weight = 0.37;
+  const auto cost = MakeFairnessResidual(5, 0.02, &weight);
+  const ControlMesh mesh = OctahedralSphere(0.3, 1);
+  std::vector<const double*> blocks;
+  for (int v = 0; v < 6; ++v) blocks.push_back(mesh.vertices.col(v).data());
+  const std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
+  ceres::GradientChecker checker(cost.get(), &manifolds, ceres::NumericDiffOptions());
+  ceres::GradientChecker::ProbeResults results;
+  EXPECT_TRUE(checker.Probe(blocks.data(), 1e-8, &results)) << results.error_log;
+}
+
+TEST(Fairness, FlatRegularMeshInsideItsBoundaryHasNone) {
+  const ControlMesh torus = TorusMesh(0.25, 0.1, 12, 8);
+  const auto samples = BuildDomainSamples(torus, 1, RunContext());
+  // The umbrella of a regular lattice vertex, laid out flat, is balanced.
+  const Umbrella umbrella = UmbrellaOf(*samples, 20);
+  ASSERT_EQ(umbrella.vertices.size(), 7u);
+  const int directions[6][2] = {{1, 0}, {1, 1}, {0, 1}, {-1, 0}, {-1, -1}, {0, -1}};
+  Eigen::Vector2i sum = Eigen::Vector2i::Zero();
+  for (const auto& d : directions) sum += Eigen::Vector2i(d[0], d[1]);
+  EXPECT_EQ(sum, Eigen::Vector2i::Zero());
+  const std::set<int> neighbors(umbrella.vertices.begin() + 1, umbrella.vertices.end());
+  for (const auto& d : directions) {
+    const int i = (20 / 8 + d[0] + 12) % 12, j = (20 % 8 + d[1] + 8) % 8;
+    EXPECT_TRUE(neighbors.contains(i * 8 + j));
+  }
+}
+
+TEST(Fairness, BoundaryVertexSeesItsBoundaryNeighborsOnly) {
+  const ControlMesh mesh = OctahedralSphere(0.3, 2, true);
+  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+  int boundary = 0;
+  for (int v = 0; v < samples->control_vertex_count(); ++v) {
+    const Umbrella umbrella = UmbrellaOf(*samples, v);
+    EXPECT_EQ(umbrella.vertices[0], v);
+    if (!samples->on_boundary(v)) continue;
+    ++boundary;
+    ASSERT_EQ(umbrella.vertices.size(), 3u);
+    for (int u : umbrella.vertices) EXPECT_NEAR(mesh.vertices(2, u), 0, 1e-15);
+  }
+  EXPECT_EQ(boundary, 16);
+}
+
+// A length squared: twice the size, four times the energy; the same whatever the unit otherwise.
+TEST(Fairness, ScalesAsTheDataTermDoes) {
+  ControlMesh mesh = OctahedralSphere(0.3, 2);
+  const double energy = Energy(mesh, 0.5);
+  mesh.vertices *= 2;
+  EXPECT_NEAR(Energy(mesh, 0.5), 4 * energy, 1e-12);
+  EXPECT_NEAR(Energy(mesh, 1.0), 8 * energy, 1e-12);
+  // On a smooth surface the umbrella shrinks with the square of the edges.
+  EXPECT_NEAR(Energy(TorusMesh(0.25, 0.1, 80, 40), 0.5) / Energy(TorusMesh(0.25, 0.1, 40, 20), 0.5),
+              1.0 / 16, 0.002);
+}
+
+TEST(Fairness, IsLoweredFromStartToEnd) {
+  EXPECT_DOUBLE_EQ(FairnessOfRound(1e-2, 1e-4, 0, 3), 1e-2);
+  EXPECT_DOUBLE_EQ(FairnessOfRound(1e-2, 1e-4, 1, 3), 1e-3);
+  EXPECT_DOUBLE_EQ(FairnessOfRound(1e-2, 1e-4, 2, 3), 1e-4);
+  EXPECT_DOUBLE_EQ(FairnessOfRound(1e-2, 1e-4, 0, 1), 1e-4);
+  EXPECT_DOUBLE_EQ(FairnessOfRound(1, 0, 1, 3), 0.5);
+  EXPECT_DOUBLE_EQ(FairnessOfRound(0, 0, 1, 3), 0);
+}
+
+}  // namespace
+}  // namespace rilievo
