@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string>
 
+#include <Eigen/Geometry>
+
 #include "absl/strings/str_cat.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"

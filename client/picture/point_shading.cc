@@ -54,7 +54,7 @@ absl::Status CloseGaps(int reach, float step, const RunContext& context, DepthMa
       color += color_before[before.at(nx, ny)];
       ++nearer;
     }
-    if (nearer < 6) return;
+    if (nearer < 5) return;
     depth->z[here] = sum / static_cast<float>(nearer);
     raster->color[here] = color / static_cast<float>(nearer);
   });

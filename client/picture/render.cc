@@ -132,7 +132,7 @@ class DiscSizes {
   static constexpr int kCell = 24;
 
   static float RadiusFor(float count) {
-    return std::clamp(1.2f * kCell / std::sqrt(std::max(1.f, count)), 1.2f, 9.f);
+    return std::clamp(1.5f * kCell / std::sqrt(std::max(1.f, count)), 1.2f, 9.f);
   }
   size_t Cell(const Projected& point) const {
     const auto index = [](float value, int cells) {

@@ -49,7 +49,9 @@ TEST(LzfTest, RoundTripOfNoiseRunsAndPeriods) {
     }
     const std::vector<char> packed = EncodeLzf(bytes);
     EXPECT_EQ(Decoded(std::string(packed.begin(), packed.end()), bytes.size()), bytes) << kind;
-    if (kind == 1) EXPECT_LT(packed.size(), 700u);
+    if (kind == 1) {
+      EXPECT_LT(packed.size(), 700u);
+    }
   }
 }
 
@@ -66,7 +68,9 @@ TEST(LzfTest, EveryPrefixAndAnyByteEndsCleanly) {
       std::vector<char> damaged = packed;
       damaged[at] = static_cast<char>(change);
       const auto result = DecodeLzf({damaged.data(), damaged.size()}, bytes.size());
-      if (result.ok()) EXPECT_EQ(result->size(), bytes.size());
+      if (result.ok()) {
+        EXPECT_EQ(result->size(), bytes.size());
+      }
     }
   }
 }

@@ -66,7 +66,7 @@ TEST(MeshFilesTest, PlyRoundTripKeepsAll) {
   EXPECT_EQ(read->source, (std::vector<uint8_t>{0, 1, 2, 0, 2, 1}));
 }
 
-TEST(MeshFilesTest, PlyGoesToDoubleWhereFloatWouldLoose) {
+TEST(MeshFilesTest, PlyGoesToDoubleWhereFloatWouldLose) {
   TriangleMesh mesh = Octahedron();
   std::ostringstream near_origin, map_grid;
   ASSERT_TRUE(WritePlyMesh(mesh, {}, near_origin).ok());
@@ -182,7 +182,9 @@ TEST(MeshFilesTest, EveryPrefixEndsCleanly) {
   for (size_t length = 0; length < obj.str().size(); ++length) {
     std::istringstream in(obj.str().substr(0, length));
     const auto read = ReadObjMesh(in);
-    if (read.ok()) EXPECT_LE(read->mesh.triangles.cols(), 8);
+    if (read.ok()) {
+      EXPECT_LE(read->mesh.triangles.cols(), 8);
+    }
   }
 }
 
