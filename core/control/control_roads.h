@@ -19,7 +19,8 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, const 
 // met by rays from the centre, which is where most of the surface is seen from inside. Closed
 // whatever the points; directions that meet none are filled smoothly. 8 * 4^levels faces, the power
 // nearest to the target: 4 098 vertices for 8 192. FAILED_PRECONDITION when the rays meet several
-// sheets in more than 15 % of the directions, or points in less than half of them.
+// sheets in more than 15 % of the directions, points in less than half of them, or more than 15 %
+// of the surface from its other side.
 absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
                                                  const PointIndex& index, int target_faces,
                                                  const RunContext& context);

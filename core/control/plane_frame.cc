@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/control/sheets.h"
+
 namespace rilievo {
 namespace {
 
@@ -94,14 +96,13 @@ HeightFieldCheck CheckHeightField(const OrientedCloud& cloud, const PlaneFrame& 
     entries[i] = {column * (int64_t{1} << 31) + row, plane.z()};
   }
   std::sort(entries.begin(), entries.end());
+  std::vector<double> heights(entries.size());
+  for (size_t i = 0; i < entries.size(); ++i) heights[i] = entries[i].height;
   int64_t cells = 0, split = 0;
   for (size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
-    bool gap = false;
-    for (end = begin + 1; end < entries.size() && entries[end].cell == entries[begin].cell; ++end) {
-      gap |= entries[end].height - entries[end - 1].height > kSheetGap * cell;
-    }
+    for (end = begin; end < entries.size() && entries[end].cell == entries[begin].cell;) ++end;
     ++cells;
-    split += gap ? 1 : 0;
+    split += HasTwoSheets({heights.data() + begin, end - begin}, kSheetGap * cell) ? 1 : 0;
   }
   check.single_sheet = cells > 0 ? 1 - static_cast<double>(split) / static_cast<double>(cells) : 0;
   return check;

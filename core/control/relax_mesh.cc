@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Pull to the neighbours' mean against the planes of the faces. 0.02 holds a 90 degree crease to
-// a few hundredths of an edge and lets flat parts move freely.
-constexpr double kPull = 0.02;
+// Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
+// hundredths of an edge and lets flat parts move freely.
+constexpr double kPull = 0.01;
 // Least cosine between the normals of a face before and after a move.
 constexpr double kMinCosine = 0.5;
 
@@ -22,27 +22,40 @@ Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
   return (mesh.vertices.col(b) - origin).cross(mesh.vertices.col(c) - origin);
 }
 
-// Where vertex v should go.
-Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v) {
+// What holds a vertex: the planes it was on, and how much area they stand for.
+struct Hold {
+  Quadric planes;
+  double area = 0;
+};
+
+Hold HoldOf(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v) {
   const Vector3d position = mesh.vertices.col(v);
-  const bool boundary = half_edges.OnBoundary(v);
-  Quadric quadric;
-  double area_sum = 0;
+  Hold hold;
   half_edges.ForEachOutgoing(v, [&](int h) {
     const int to = half_edges.To(h);
     const int apex = half_edges.From(HalfEdgeMesh::Previous(h));
     const Vector3d cross = Cross(mesh, v, to, apex);
     const double length = cross.norm();
     if (!(length > 0)) return;
-    quadric.AddPlane(cross / length, position, length / 2);
-    area_sum += length / 2;
+    hold.planes.AddPlane(cross / length, position, length / 2);
+    hold.area += length / 2;
     for (const int side : {h, HalfEdgeMesh::Previous(h)}) {
       if (half_edges.Twin(side) >= 0) continue;
       const Vector3d along = mesh.vertices.col(side == h ? to : apex) - position;
       const Vector3d wall = along.cross(cross);
-      if (wall.squaredNorm() > 0) quadric.AddPlane(wall.normalized(), position, length / 2);
+      if (wall.squaredNorm() > 0) {
+        hold.planes.AddPlane(wall.normalized(), position, length / 2);
+      }
     }
   });
+  return hold;
+}
+
+// Where vertex v should go.
+Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, const Hold& hold,
+                         int v) {
+  const Vector3d position = mesh.vertices.col(v);
+  const bool boundary = half_edges.OnBoundary(v);
   Vector3d mean = Vector3d::Zero();
   int count = 0;
   half_edges.ForEachNeighbor(v, [&](int neighbor, int edge) {
@@ -50,8 +63,9 @@ Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges
     mean += mesh.vertices.col(neighbor);
     ++count;
   });
-  if (count == 0 || !(area_sum > 0)) return position;
-  quadric.AddPoint(mean / count, kPull * area_sum);
+  if (count == 0 || !(hold.area > 0)) return position;
+  Quadric quadric = hold.planes;
+  quadric.AddPoint(mean / count, kPull * hold.area);
   return quadric.Minimum(position);
 }
 
@@ -73,11 +87,15 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
   const auto half_edges = HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()));
   if (!half_edges.ok()) return;
+  std::vector<Hold> holds(static_cast<size_t>(half_edges->vertex_slots()));
+  for (int v = 0; v < half_edges->vertex_slots(); ++v) {
+    if (half_edges->Outgoing(v) >= 0) holds[v] = HoldOf(*mesh, *half_edges, v);
+  }
   for (int round = 0; round < rounds; ++round) {
     // In place, vertex after vertex: each move is checked against the faces as they are.
     for (int v = 0; v < half_edges->vertex_slots(); ++v) {
       if (half_edges->Outgoing(v) < 0) continue;
-      const Vector3d moved = RelaxedPosition(*mesh, *half_edges, v);
+      const Vector3d moved = RelaxedPosition(*mesh, *half_edges, holds[v], v);
       if (moved.allFinite() && KeepsFacesUpright(*mesh, *half_edges, v, moved)) {
         mesh->vertices.col(v) = moved;
       }

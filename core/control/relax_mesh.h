@@ -7,9 +7,10 @@ namespace rilievo {
 
 // `rounds` of Laplacian smoothing in the tangent plane: each vertex moves to the place of the least
 //   sum over its faces of area (n . (x - v))^2 + weight * area |x - g|^2,
-// g the mean of its neighbours (boundary vertices: of their two boundary neighbours, and boundary
-// edges add planes of their own). On flat parts that is g, on a crease the slide along the crease,
-// at a corner next to nothing. No face turns over. Vertices keep their order.
+// where the planes (n, v) are those of the mesh as it was given, boundary edges adding upright
+// planes of their own, and g is the mean of the neighbours (boundary vertices: of their two
+// boundary neighbours). On flat parts that is g, on a crease the slide along the crease, at a
+// corner next to nothing, however many the rounds. No face turns over. Vertices keep their order.
 void RelaxTangentially(ControlMesh* mesh, int rounds);
 
 }  // namespace rilievo

@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 
 constexpr double kLeastCoverage = 0.5;      // share of directions that must meet points
 constexpr double kLeastSingleSheet = 0.85;  // share of those that meet one sheet
+constexpr double kLeastOneSided = 0.85;     // share of points that show the centre the same side
 constexpr int kMostLevels = 7;              // 131 072 faces
 
 absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center) {
@@ -37,6 +38,14 @@ absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center) {
         "topology spherical cannot serve: rays from the centre meet points in %.0f %% of the "
         "directions (at least %.0f %% are needed); topology arbitrary would serve",
         100 * check.coverage, 100 * kLeastCoverage));
+  }
+  const double one_sided = std::max(check.outward, 1 - check.outward);
+  if (one_sided < kLeastOneSided) {
+    return absl::FailedPreconditionError(
+        absl::StrFormat("topology spherical cannot serve: %.0f %% of the surface turns its other "
+                        "side to the centre (at most %.0f %% can be borne); topology arbitrary "
+                        "would serve",
+                        100 * (1 - one_sided), 100 * (1 - kLeastOneSided)));
   }
   return absl::OkStatus();
 }

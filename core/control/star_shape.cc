@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/control/octahedron.h"
 #include "core/control/plane_frame.h"
+#include "core/control/sheets.h"
 
 namespace rilievo {
 namespace {
@@ -36,7 +38,10 @@ Vector3d FindStarCenter(const OrientedCloud& cloud) {
   if (!(area_sum > 0)) return center;
   center /= area_sum;
   // Each point whose normal leaves the ray by too much pulls the centre back along that normal.
+  // Where no centre will do, the walk may leave the cloud: the best place of all is kept.
   const int stride = std::max(1, count / kCenterSamples);
+  Vector3d best = center;
+  double least_weight = area_sum;
   for (int step = 0; step < kCenterSteps; ++step) {
     Vector3d pull = Vector3d::Zero();
     double weight = 0;
@@ -48,10 +53,14 @@ Vector3d FindStarCenter(const OrientedCloud& cloud) {
       pull -= area * short_by * cloud.normals.col(i);
       weight += area;
     }
+    if (weight < least_weight) {
+      least_weight = weight;
+      best = center;
+    }
     if (!(weight > 0) || pull.norm() < 1e-6 * weight) break;
     center += pull / weight;
   }
-  return center;
+  return best;
 }
 
 StarCheck CheckStarShape(const OrientedCloud& cloud, const Vector3d& center) {
@@ -61,12 +70,12 @@ StarCheck CheckStarShape(const OrientedCloud& cloud, const Vector3d& center) {
       static_cast<int>(std::floor(std::log2(std::max(1.0, count / (8 * kPointsPerCell))) / 2)), 1,
       6);
   const Octahedron grid(levels);
-  std::vector<std::pair<int, float>> by_cell(static_cast<size_t>(count));  // cell, log radius
+  std::vector<std::pair<int, double>> by_cell(static_cast<size_t>(count));  // cell, log radius
   int64_t outward = 0, radial = 0;
   for (int i = 0; i < count; ++i) {
     const Vector3d ray = cloud.points.col(i) - center;
     const double radius = std::max(ray.norm(), 1e-9);
-    by_cell[i] = {grid.FaceOf(ray), static_cast<float>(std::log(radius))};
+    by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
     const double cosine = cloud.normals.col(i).dot(ray) / radius;
     outward += cosine > 0 ? 1 : 0;
     radial += cosine > kRadialCosine ? 1 : 0;
@@ -75,23 +84,20 @@ StarCheck CheckStarShape(const OrientedCloud& cloud, const Vector3d& center) {
   check.radial = static_cast<double>(radial) / count;
   std::sort(by_cell.begin(), by_cell.end());
   const double width = std::sqrt(4 * std::numbers::pi / static_cast<double>(grid.faces().cols()));
+  std::vector<double> radii(by_cell.size());  // logarithms
+  for (size_t i = 0; i < by_cell.size(); ++i) radii[i] = by_cell[i].second;
   int64_t cells = 0, split = 0;
   for (size_t begin = 0, end = 0; begin < by_cell.size(); begin = end) {
-    bool gap = false;
-    for (end = begin + 1; end < by_cell.size() && by_cell[end].first == by_cell[begin].first;
-         ++end) {
-      gap |= by_cell[end].second - by_cell[end - 1].second > std::log1p(kSheetGap * width);
-    }
+    for (end = begin; end < by_cell.size() && by_cell[end].first == by_cell[begin].first;) ++end;
+    const std::span<const double> cell(radii.data() + begin, end - begin);
     ++cells;
-    split += gap ? 1 : 0;
+    split += HasTwoSheets(cell, std::log1p(kSheetGap * width)) ? 1 : 0;
   }
   check.coverage = static_cast<double>(cells) / static_cast<double>(grid.faces().cols());
   check.single_sheet = 1 - static_cast<double>(split) / static_cast<double>(cells);
-  std::vector<float> radii(by_cell.size());
-  for (size_t i = 0; i < by_cell.size(); ++i) radii[i] = by_cell[i].second;
   const size_t cut = radii.size() / 100;
   std::nth_element(radii.begin(), radii.begin() + static_cast<int64_t>(cut), radii.end());
-  const float low = radii[cut];
+  const double low = radii[cut];
   const size_t high_at = radii.size() - 1 - cut;
   std::nth_element(radii.begin(), radii.begin() + static_cast<int64_t>(high_at), radii.end());
   check.radius_ratio = std::exp(radii[high_at] - low);

@@ -1,0 +1,125 @@
+#include "core/control/build_control_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include "core/control/octahedron.h"
+#include "tests/unit/control/control_test_meshes.h"
+
+namespace rilievo {
+namespace {
+
+absl::StatusOr<ControlMeshResult> Build(const OrientedCloud& cloud, const ControlOptions& options,
+                                        const RunContext& context = RunContext()) {
+  const PointIndex index(cloud.points);
+  auto graph = BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext());
+  if (!graph.ok()) return graph.status();
+  return BuildControlMesh(cloud, *graph, index, options, context);
+}
+
+TEST(BuildControlMesh, AutoTakesThePlanarRoadOverATerrain) {
+  const auto result = Build(TerrainCloud(9000, 0.12), ControlOptions{});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->road, Topology::kPlanar);
+  EXPECT_EQ(result->components, 1);
+  EXPECT_EQ(result->boundary_loops, 2);
+  EXPECT_EQ(result->genus, 0);
+  EXPECT_NE(result->reason.find("height field"), std::string::npos);
+}
+
+TEST(BuildControlMesh, AutoTakesTheSphericalRoadAroundAStar) {
+  const auto result = Build(StarCloud(9218), ControlOptions{});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->road, Topology::kSpherical);
+  EXPECT_EQ(result->boundary_loops, 0);
+}
+
+TEST(BuildControlMesh, AutoFindsTheHandleOfATorus) {
+  const auto result = Build(TorusCloud(200, 80), ControlOptions{});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->road, Topology::kArbitrary);
+  EXPECT_EQ(result->components, 1);
+  EXPECT_EQ(result->genus, 1);
+  EXPECT_EQ(result->boundary_loops, 0);
+}
+
+TEST(BuildControlMesh, AnUnfitRoadIsRefusedWhenAskedFor) {
+  ControlOptions options;
+  options.topology = Topology::kPlanar;
+  EXPECT_EQ(Build(SphereCloud(5000), options).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  options.topology = Topology::kSpherical;
+  EXPECT_EQ(Build(TorusCloud(120, 50), options).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(BuildControlMesh, AUserMeshIsTaken) {
+  const Octahedron octahedron(2);
+  ControlOptions options;
+  options.user_mesh = ControlMesh{0.28 * octahedron.directions(), octahedron.faces()};
+  for (const Topology topology : {Topology::kAuto, Topology::kUser}) {
+    options.topology = topology;
+    const auto result = Build(SphereCloud(2000), options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_EQ(result->road, Topology::kUser);
+    EXPECT_EQ(result->mesh.faces, octahedron.faces());
+  }
+}
+
+TEST(BuildControlMesh, TargetFacesIsObeyed) {
+  ControlOptions options;
+  options.target_faces = 600;
+  const auto result = Build(TerrainCloud(9000, 0), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_NEAR(static_cast<double>(result->mesh.faces.cols()), 600, 60);
+}
+
+TEST(BuildControlMesh, ReportsAndStops) {
+  RunContext context;
+  double last = -1;
+  context.progress = [&](const Progress& progress) {
+    EXPECT_EQ(progress.stage, Stage::kControlMesh);
+    EXPECT_GE(progress.fraction, last);
+    last = progress.fraction;
+  };
+  ASSERT_TRUE(Build(TerrainCloud(3000, 0), ControlOptions{}, context).ok());
+  EXPECT_EQ(last, 1);
+  EXPECT_EQ(Build(TerrainCloud(3000, 0), ControlOptions{}, Stopped()).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+TEST(ControlOptions, Validate) {
+  ControlOptions options;
+  EXPECT_TRUE(options.Validate().ok());
+  options.target_faces = -1;
+  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  options.target_faces = 200001;
+  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  options = ControlOptions();
+  options.topology = Topology::kUser;
+  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+  options.topology = Topology::kPlanar;
+  options.user_mesh = ControlMesh();
+  EXPECT_EQ(options.Validate().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(DefaultControlFaces, FollowsThePointsWithinBounds) {
+  OrientedCloud cloud;
+  const auto faces = [&](int points) {
+    cloud.points.resize(3, points);
+    return DefaultControlFaces(cloud);
+  };
+  EXPECT_EQ(faces(20), 200);
+  EXPECT_EQ(faces(30000), 1000);
+  EXPECT_EQ(faces(1000000), 12000);
+}
+
+TEST(TopologyName, NamesAreTheCommandLines) {
+  EXPECT_STREQ(TopologyName(Topology::kAuto), "auto");
+  EXPECT_STREQ(TopologyName(Topology::kPlanar), "planar");
+  EXPECT_STREQ(TopologyName(Topology::kSpherical), "spherical");
+  EXPECT_STREQ(TopologyName(Topology::kArbitrary), "arbitrary");
+  EXPECT_STREQ(TopologyName(Topology::kUser), "user");
+}
+
+}  // namespace
+}  // namespace rilievo
