@@ -15,6 +15,10 @@ absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   const CodingOrder order = FindCodingOrder(topology);
+  if (static_cast<Eigen::Index>(order.vertices.size()) != mesh.vertices.cols() ||
+      static_cast<Eigen::Index>(order.corners.size()) != mesh.faces.cols()) {
+    return absl::InternalError("the walk over the control mesh has missed a part of it");
+  }
   ControlMesh canonical;
   canonical.vertices.resize(3, mesh.vertices.cols());
   std::vector<int> number(order.vertices.size());

@@ -156,7 +156,7 @@ TEST(EncodeDssTest, NamesWhatIsWrong) {
 }
 
 TEST(EncodeDssTest, StopsWhenAsked) {
-  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, 1e-6, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, EncodeOptions().position_step, 1e-4);
   std::stop_source source;
   source.request_stop();
   RunContext context;
