@@ -11,18 +11,14 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/patch_moments.h"
+#include "core/scan/widen_patches.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 1024;
-// Standard error of a normal, radians, above which its patch is widened, at most so many times.
-constexpr double kNormalError = 0.05;
-constexpr int kMaxWidenings = 6;
-// Noise against spacing above which patches are built on a thinned set: below, each widening
-// reaches clearly further than the noise is thick.
-constexpr double kThinningRatio = 0.9;
-constexpr int kMaxThinning = 64;
+// Growth of the variance along the plane from which a patch counts as widened.
+constexpr double kWidened = 1.3;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
 // pi d_j^2 / j = pi/4 spacing^2. Near neighbours on one scan line say little of the surface.
@@ -97,90 +93,6 @@ std::vector<float> MeasurementNoise(const std::vector<float>& residuals) {
   return noise;
 }
 
-// The points that patches are widened on, and their graph: all of them, or every n-th.
-struct WideningSet {
-  int stride = 1;
-  Eigen::Matrix3Xd points;
-  NeighborGraph graph;
-};
-
-}  // namespace
-
-// Widens patches where noise asks for it, by adding up the moments of neighbouring patches: each
-// round adds the variance of one neighbourhood, at the cost of 17 additions a point, and no wider
-// search is ever made.
-class PatchWidener {
- public:
-  PatchWidener(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
-               const std::vector<float>& noise)
-      : points_(points), graph_(graph), noise_(noise) {}
-
-  // Standard error of the normal of a patch whose first neighbourhood had the given spread.
-  static double NormalError(double noise, double spread, double base_spread, int base_count) {
-    if (!(spread > 0) || !(base_spread > 0)) return 0;
-    return noise / std::sqrt(base_count * (spread / base_spread) * spread);
-  }
-
-  absl::Status Run(std::vector<PatchMoments>* patches, const RunContext& context) {
-    const size_t count = patches->size();
-    std::vector<PatchPlane> planes(count);
-    std::vector<float> base_spread(count);
-    RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(static_cast<int64_t>(count), kBlock, context, [&](int64_t begin, int64_t end) {
-          for (int64_t i = begin; i < end; ++i) {
-            planes[i] = FitPlane((*patches)[i]);
-            base_spread[i] = static_cast<float>(planes[i].spread);
-          }
-        }));
-    std::vector<PatchMoments> wider(count);
-    for (int round = 0; round < kMaxWidenings; ++round) {
-      std::vector<uint8_t> widened(count, 0);
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(
-          static_cast<int64_t>(count), kBlock, context, [&](int64_t begin, int64_t end) {
-            for (int64_t i = begin; i < end; ++i) {
-              const double error =
-                  NormalError(noise_[i], planes[i].spread, base_spread[i], graph_.k + 1);
-              wider[i] = (*patches)[i];
-              if (error <= kNormalError) continue;
-              widened[i] = 1;
-              wider[i] = Widen(static_cast<int>(i), *patches, planes, error);
-            }
-          }));
-      if (std::count(widened.begin(), widened.end(), 1) == 0) break;
-      patches->swap(wider);
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(count), kBlock, context,
-                                          [&](int64_t begin, int64_t end) {
-                                            for (int64_t i = begin; i < end; ++i) {
-                                              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
-                                            }
-                                          }));
-    }
-    return absl::OkStatus();
-  }
-
- private:
-  // The patches of the point and of those neighbours whose planes agree within what their errors
-  // explain: two sides of an edge stay apart.
-  PatchMoments Widen(int i, const std::vector<PatchMoments>& patches,
-                     const std::vector<PatchPlane>& planes, double error) const {
-    constexpr double kTrustedError = 0.25;
-    const double agreement = error > kTrustedError ? 0.0 : std::cos(std::max(0.45, 4 * error));
-    PatchSum sum;
-    sum.Add(patches[i], Eigen::Vector3d::Zero());
-    for (const int j : graph_.neighbors(i)) {
-      if (std::abs(planes[i].normal.dot(planes[j].normal)) < agreement) continue;
-      sum.Add(patches[j], points_.col(j) - points_.col(i));
-    }
-    return sum.Mean();
-  }
-
-  const Eigen::Matrix3Xd& points_;
-  const NeighborGraph& graph_;
-  const std::vector<float>& noise_;
-};
-
-namespace {
-
 // Where a patch bends over an edge, the plane of a neighbouring patch that holds the point and is
 // much flatter (Kuwahara's choice of the quietest window, for planes): edges stay sharp.
 Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
@@ -230,12 +142,19 @@ absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
                                                           distances.back(), planes[i].normal));
     }
   }));
-  const std::vector<float> noise = MeasurementNoise(cloud.noise);
-  PatchWidener widener(points, graph, noise);
-  RILIEVO_RETURN_IF_ERROR(widener.Run(&patches, context));
+  RILIEVO_RETURN_IF_ERROR(
+      WidenPatches(points, graph, MeasurementNoise(cloud.noise), cloud.spacing, context, &patches));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) planes[i] = FitPlane(patches[i]);
+    for (int64_t i = begin; i < end; ++i) {
+      const double first_spread = planes[i].spread;
+      planes[i] = FitPlane(patches[i]);
+      // Where patches had to be widened, the nearest neighbours are the nearest in height too and
+      // show too little of the noise.
+      if (planes[i].spread < kWidened * first_spread) continue;
+      cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
+    }
   }));
+  const std::vector<float> noise = MeasurementNoise(cloud.noise);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       cloud.normals.col(i) =

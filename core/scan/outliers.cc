@@ -120,9 +120,37 @@ absl::Status OutlierOptions::Validate() const {
 
 namespace {
 
-// Three marks of a point that belongs to no surface:
+absl::StatusOr<std::vector<Standing>> AllStandings(const Eigen::Matrix3Xd& points,
+                                                   const NeighborGraph& graph,
+                                                   const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<PatchMoments> patches,
+                           ComputePatchMoments(points, graph, context));
+  std::vector<Standing> standings(patches.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) standings[i] = StandingOf(patches[i], graph.k);
+      }));
+  return standings;
+}
+
+// At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the
+// spacing every point sits in a volume of points, and has to be further out to be an outlier.
+double ScanThickness(const std::vector<Standing>& standings) {
+  constexpr double kSheet = 0.3;
+  std::vector<double> ratios;
+  ratios.reserve(standings.size());
+  for (const Standing& standing : standings) {
+    if (standing.spread > 0) ratios.push_back(standing.thickness / standing.spread);
+  }
+  if (ratios.empty()) return 1;
+  const auto middle = ratios.begin() + static_cast<int64_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return std::max(1.0, *middle / kSheet);
+}
+
+// The marks of a point that belongs to no surface:
 // - it is sparse and its neighbours form no sheet that it lies in,
-// - it is sparse beyond any sheet,
+// - it is sparse beyond any sheet, or a little sparse in a volume of points,
 // - it stands off a sheet by more than the sheet is thick and its points are apart.
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
@@ -136,22 +164,22 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   const std::vector<float> usual = UsualDistances(graph, reach);
   const std::vector<uint8_t> sparse = SparsePoints(points, graph, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<PatchMoments> patches,
-                           ComputePatchMoments(points, graph, context));
-  return ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const Standing standing = StandingOf(patches[i], graph.k);
-      const bool in_sheet = standing.thickness < kSheetRatio * standing.spread &&
-                            standing.height < kOffDeviations * standing.thickness;
-      const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
-                             standing.height > kOffUsual * factor * usual[i];
-      const bool hopeless = reach[i] > kHopeless * factor * usual[i];
-      const bool in_volume = standing.thickness > kVolumeRatio * standing.spread &&
-                             graph.neighbor_distances(static_cast<int>(i))[graph.k / 2] >
-                                 kVolumeSparse * factor * usual[i];
-      if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
-    }
-  });
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Standing> standings,
+                           AllStandings(points, graph, context));
+  const double thick = ScanThickness(standings);
+  for (int i = 0; i < graph.size(); ++i) {
+    const Standing& standing = standings[i];
+    const double limit = factor * usual[i];
+    const bool in_sheet = standing.thickness < kSheetRatio * standing.spread &&
+                          standing.height < kOffDeviations * standing.thickness;
+    const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
+                           standing.height > kOffUsual * thick * limit;
+    const bool in_volume = standing.thickness > kVolumeRatio * thick * standing.spread &&
+                           graph.neighbor_distances(i)[graph.k / 2] > kVolumeSparse * limit;
+    const bool hopeless = reach[i] > kHopeless * limit;
+    if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
