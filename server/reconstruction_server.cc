@@ -10,6 +10,7 @@
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
+#include "proto/keep_grpc_running.h"
 #include "server/reconstruction_service.h"
 
 namespace rilievo {
@@ -63,6 +64,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embe
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
     const ServerOptions& options, bool embedded, ReconstructFunction reconstruct, JobLog log) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
+  KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
   result->service_ =
       std::make_unique<ReconstructionService>(options, std::move(reconstruct), std::move(log));

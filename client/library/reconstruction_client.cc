@@ -13,6 +13,7 @@
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
 #include "grpcpp/support/channel_arguments.h"
+#include "proto/keep_grpc_running.h"
 
 namespace rilievo {
 namespace {
@@ -89,7 +90,9 @@ std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& addr
 }
 
 ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel)
-    : stub_(v1::ReconstructionService::NewStub(channel)) {}
+    : stub_(v1::ReconstructionService::NewStub(channel)) {
+  KeepGrpcRunning();
+}
 
 absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
     const PointCloud& scan, const v1::ReconstructOptions& options,
