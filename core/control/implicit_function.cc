@@ -68,49 +68,56 @@ ImplicitGrid NodesInReach(const OrientedCloud& cloud, const Eigen::Vector3d& ori
 
 // Cells of the coarser level that its zero set crosses, and one cell around them.
 void AddBandAroundZeroSet(const GridLevel& coarse, const ImplicitGrid* reach, ImplicitGrid* grid) {
+  std::array<int, 8> corners;
   for (const Eigen::Vector3i& node : coarse.grid.Nodes()) {
     if (reach != nullptr && reach->Find(node) < 0) continue;
-    bool below = false, above = false, whole = true;
-    for (int corner = 0; corner < 8 && whole; ++corner) {
-      const int index =
-          coarse.grid.Find(node + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2));
-      whole = index >= 0;
-      if (whole) (coarse.values[index] < 0 ? below : above) = true;
-    }
-    if (!whole || !below || !above) continue;
+    if (!coarse.grid.FindCell(node, &corners)) continue;
+    int below = 0;
+    for (const int corner : corners) below += coarse.values[corner] < 0;
+    if (below == 0 || below == 8) continue;
     grid->AddBox(2 * node - Eigen::Vector3i::Constant(1), 2 * node + Eigen::Vector3i::Constant(3));
   }
 }
 
-// Value of the coarser level at a node of the finer one; false where its parents are missing.
+// Value of the coarser level at a node of the finer one, the mean of its 1, 2, 4 or 8 parents;
+// false where a parent is missing.
 bool Prolong(const GridLevel& coarse, const Eigen::Vector3i& node, float* value) {
+  const Eigen::Vector3i low(node.x() >> 1, node.y() >> 1, node.z() >> 1);
+  const Eigen::Vector3i odd(node.x() & 1, node.y() & 1, node.z() & 1);
   double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    Eigen::Vector3i parent;
-    for (int axis = 0; axis < 3; ++axis) {
-      // Floor halves; odd coordinates take both neighbours.
-      parent[axis] = (node[axis] + ((corner >> axis) & 1)) >> 1;
+  for (int x = 0; x <= odd.x(); ++x) {
+    for (int y = 0; y <= odd.y(); ++y) {
+      for (int z = 0; z <= odd.z(); ++z) {
+        const int index = coarse.grid.Find(low + Eigen::Vector3i(x, y, z));
+        if (index < 0) return false;
+        sum += coarse.values[index];
+      }
     }
-    const int index = coarse.grid.Find(parent);
-    if (index < 0) return false;
-    sum += coarse.values[index];
   }
-  *value = static_cast<float>(sum / 8);
+  *value = static_cast<float>(sum / ((1 + odd.x()) * (1 + odd.y()) * (1 + odd.z())));
   return true;
 }
 
 // Keeps the candidates whose parents exist, with the coarser solution as their values.
-GridLevel RefineLevel(const GridLevel& coarse, ImplicitGrid candidates) {
+absl::StatusOr<GridLevel> RefineLevel(const GridLevel& coarse, ImplicitGrid candidates,
+                                      const RunContext& context) {
   candidates.Seal();
+  const std::vector<Eigen::Vector3i> nodes = candidates.Nodes();
+  std::vector<float> values(nodes.size());
+  std::vector<uint8_t> keep(nodes.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(nodes.size()), 1 << 14, context,
+                                      [&](int64_t begin, int64_t end) {
+                                        for (int64_t i = begin; i < end; ++i) {
+                                          keep[i] = Prolong(coarse, nodes[i], &values[i]);
+                                        }
+                                      }));
   GridLevel fine;
   fine.cell = coarse.cell / 2;
-  for (const Eigen::Vector3i& node : candidates.Nodes()) {
-    float value;
-    if (!Prolong(coarse, node, &value)) continue;
-    fine.grid.AddBox(node, node);
-    fine.values.push_back(value);
+  for (size_t i = 0; i < nodes.size(); ++i) {
+    if (keep[i] != 0) fine.values.push_back(values[i]);
   }
-  fine.grid.Seal();
+  candidates.Filter(keep);
+  fine.grid = std::move(candidates);
   return fine;
 }
 
@@ -230,7 +237,7 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
     } else {
       AddBandAroundZeroSet(level, nullptr, &candidates);
     }
-    level = RefineLevel(level, std::move(candidates));
+    RILIEVO_ASSIGN_OR_RETURN(level, RefineLevel(level, std::move(candidates), context));
   }
   return ImplicitFunction{.grid = std::move(level.grid),
                           .values = std::move(level.values),

@@ -105,26 +105,85 @@ void ImplicitGrid::Seal() {
   size_ = 0;
   for (size_t block = 0; block < masks_.size(); ++block) {
     bases_[block] = size_;
-    size_ += std::popcount(masks_[block]);
+    size_ += PopCount(masks_[block]);
   }
 }
 
-std::vector<Eigen::Vector3i> ImplicitGrid::Nodes() const {
+Eigen::Vector3i ImplicitGrid::BlockCorner(uint64_t key) {
   constexpr uint64_t kAxisMask = (uint64_t{1} << kAxisBits) - 1;
+  Eigen::Vector3i corner;
+  for (int axis = 0; axis < 3; ++axis) {
+    const uint64_t part = (key >> (kAxisBits * (2 - axis))) & kAxisMask;
+    corner[axis] = static_cast<int>(part << kBlockBits) - kAxisOffset;
+  }
+  return corner;
+}
+
+std::vector<Eigen::Vector3i> ImplicitGrid::Nodes() const {
   std::vector<Eigen::Vector3i> nodes;
   nodes.reserve(size_);
   for (size_t block = 0; block < masks_.size(); ++block) {
-    Eigen::Vector3i corner;
-    for (int axis = 0; axis < 3; ++axis) {
-      const uint64_t part = (keys_[block] >> (kAxisBits * (2 - axis))) & kAxisMask;
-      corner[axis] = static_cast<int>(part << kBlockBits) - kAxisOffset;
-    }
+    const Eigen::Vector3i corner = BlockCorner(keys_[block]);
     for (uint64_t rest = masks_[block]; rest != 0; rest &= rest - 1) {
       const int bit = std::countr_zero(rest);
       nodes.push_back(corner + Eigen::Vector3i(bit & 3, (bit >> 2) & 3, bit >> 4));
     }
   }
   return nodes;
+}
+
+bool ImplicitGrid::FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const {
+  constexpr int kUnknown = -2;
+  int blocks[8];
+  std::fill(blocks, blocks + 8, kUnknown);
+  bool whole = true;
+  for (int c = 0; c < 8; ++c) {
+    const Eigen::Vector3i node = base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2);
+    // Which of the (up to 8) blocks: 1 on an axis where the step leaves the block of `base`.
+    const int which = ((base.x() >> kBlockBits) != (node.x() >> kBlockBits)) |
+                      (((base.y() >> kBlockBits) != (node.y() >> kBlockBits)) << 1) |
+                      (((base.z() >> kBlockBits) != (node.z() >> kBlockBits)) << 2);
+    if (blocks[which] == kUnknown) blocks[which] = FindBlock(BlockKey(node));
+    (*corners)[c] = NumberIn(blocks[which], BitOf(node));
+    whole = whole && (*corners)[c] >= 0;
+  }
+  return whole;
+}
+
+std::vector<int> ImplicitGrid::Neighbors() const {
+  std::vector<int> neighbors;
+  neighbors.reserve(6 * static_cast<size_t>(size_));
+  for (size_t block = 0; block < masks_.size(); ++block) {
+    const Eigen::Vector3i corner = BlockCorner(keys_[block]);
+    int beside[6];
+    for (int side = 0; side < 6; ++side) {
+      Eigen::Vector3i other = corner;
+      other[side >> 1] += (side & 1) ? (1 << kBlockBits) : -(1 << kBlockBits);
+      beside[side] = FindBlock(BlockKey(other));
+    }
+    for (uint64_t rest = masks_[block]; rest != 0; rest &= rest - 1) {
+      const int bit = std::countr_zero(rest);
+      for (int side = 0; side < 6; ++side) {
+        const int shift = 2 * (side >> 1);
+        const int along = (bit >> shift) & 3;
+        const bool up = (side & 1) != 0;
+        const bool leaves = along == (up ? 3 : 0);
+        const int other = leaves ? bit ^ (3 << shift) : bit + (up ? 1 << shift : -(1 << shift));
+        neighbors.push_back(NumberIn(leaves ? beside[side] : static_cast<int>(block), other));
+      }
+    }
+  }
+  return neighbors;
+}
+
+void ImplicitGrid::Filter(const std::vector<uint8_t>& keep) {
+  int node = 0;
+  for (uint64_t& mask : masks_) {
+    for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
+      if (keep[node++] == 0) mask &= ~(rest & (~rest + 1));
+    }
+  }
+  Seal();
 }
 
 }  // namespace rilievo

@@ -27,8 +27,18 @@ class ImplicitGrid {
     if (block < 0) return -1;
     const uint64_t bit = uint64_t{1} << BitOf(node);
     if ((masks_[block] & bit) == 0) return -1;
-    return bases_[block] + std::popcount(masks_[block] & (bit - 1));
+    return bases_[block] + PopCount(masks_[block] & (bit - 1));
   }
+
+  // Numbers of the 8 corners base + (c & 1, (c >> 1) & 1, c >> 2) of a cell, -1 where there is
+  // none; one look-up for each block the cell touches. False when any is missing.
+  bool FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const;
+
+  // Numbers of the neighbours of every node, 6 a node: -x, +x, -y, +y, -z, +z; -1 for none.
+  std::vector<int> Neighbors() const;
+
+  // Drops the nodes whose flag is 0 and numbers the rest anew, in the same order.
+  void Filter(const std::vector<uint8_t>& keep);
 
   // Coordinates of every node, in order of their numbers.
   std::vector<Eigen::Vector3i> Nodes() const;
@@ -38,6 +48,18 @@ class ImplicitGrid {
   static uint64_t BlockKey(const Eigen::Vector3i& node);
   static int BitOf(const Eigen::Vector3i& node) {
     return (node.x() & 3) | ((node.y() & 3) << 2) | ((node.z() & 3) << 4);
+  }
+  static Eigen::Vector3i BlockCorner(uint64_t key);
+  // std::popcount calls a library routine on plain x86-64.
+  static int PopCount(uint64_t bits) {
+    bits -= (bits >> 1) & 0x5555555555555555u;
+    bits = (bits & 0x3333333333333333u) + ((bits >> 2) & 0x3333333333333333u);
+    bits = (bits + (bits >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    return static_cast<int>((bits * 0x0101010101010101u) >> 56);
+  }
+  int NumberIn(int block, int bit) const {
+    if (block < 0 || ((masks_[block] >> bit) & 1) == 0) return -1;
+    return bases_[block] + PopCount(masks_[block] & ((uint64_t{1} << bit) - 1));
   }
   int FindBlock(uint64_t key) const;
   int FindOrAddBlock(uint64_t key);

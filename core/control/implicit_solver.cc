@@ -30,9 +30,6 @@ struct Trilinear {
       weight[corner] = static_cast<float>(w);
     }
   }
-  Eigen::Vector3i Corner(int corner) const {
-    return base + Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2);
-  }
 };
 
 // Offsets that cover the disc of this radius (in cells) across `normal`, about one a cell: a point
@@ -125,22 +122,15 @@ class PoissonOperator {
   }
 
   void LinkNeighbors(const ScreenedPoisson& system) {
-    const std::vector<Eigen::Vector3i> nodes = system.grid.Nodes();
-    neighbors_.resize(6 * static_cast<size_t>(size_));
+    neighbors_ = system.grid.Neighbors();
     free_.assign(size_, 1);
     diagonal_.assign(size_, 0.0f);
-    Run(size_, [&](int64_t begin, int64_t end) {
-      for (int64_t node = begin; node < end; ++node) {
-        for (int side = 0; side < 6; ++side) {
-          Eigen::Vector3i other = nodes[node];
-          other[side >> 1] += (side & 1) ? 1 : -1;
-          const int index = system.grid.Find(other);
-          neighbors_[6 * node + side] = index;
-          if (index >= 0) diagonal_[node] += 1;
-        }
-        if (!system.border_free && diagonal_[node] < 6) free_[node] = 0;
+    for (int node = 0; node < size_; ++node) {
+      for (int side = 0; side < 6; ++side) {
+        if (neighbors_[6 * static_cast<size_t>(node) + side] >= 0) diagonal_[node] += 1;
       }
-    });
+      if (!system.border_free && diagonal_[node] < 6) free_[node] = 0;
+    }
   }
 
   // The right-hand side (divergence of the spread normals) and the screening rows.
@@ -190,9 +180,11 @@ class PoissonOperator {
       Eigen::Vector3d shifted = at;
       if (part < 3) shifted[part] -= 0.5;
       const Trilinear gather(shifted);
+      std::array<int, 8> nodes;
+      system.grid.FindCell(gather.base, &nodes);
       for (int corner = 0; corner < 8; ++corner) {
-        const int node = system.grid.Find(gather.Corner(corner));
-        if (node >= 0) sum[part] += gather.weight[corner] * spread[part][node];
+        if (nodes[corner] < 0) continue;
+        sum[part] += gather.weight[corner] * spread[part][nodes[corner]];
       }
     }
     if (sum[3] <= 0) return 0;
@@ -204,6 +196,7 @@ class PoissonOperator {
   // axis, each kept with the node it starts from. part 3: the area itself, on the nodes.
   void Spread(const ScreenedPoisson& system, int part, std::vector<float>* field) const {
     const double inverse_cell = 1 / system.cell;
+    std::array<int, 8> nodes;
     for (const int i : system.members) {
       const Eigen::Vector3d normal = system.cloud.normals.col(i);
       Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
@@ -215,9 +208,9 @@ class PoissonOperator {
                                               static_cast<double>(disc.size()));
       for (const Eigen::Vector3d& offset : disc) {
         const Trilinear weights(at + offset);
+        system.grid.FindCell(weights.base, &nodes);
         for (int corner = 0; corner < 8; ++corner) {
-          const int node = system.grid.Find(weights.Corner(corner));
-          if (node >= 0) (*field)[node] += weights.weight[corner] * amount;
+          if (nodes[corner] >= 0) (*field)[nodes[corner]] += weights.weight[corner] * amount;
         }
       }
     }
@@ -226,10 +219,7 @@ class PoissonOperator {
   void AddScreeningRow(const ScreenedPoisson& system, const Eigen::Vector3d& at, double weight) {
     const Trilinear row(at);
     std::array<int, 8> nodes;
-    for (int corner = 0; corner < 8; ++corner) {
-      nodes[corner] = system.grid.Find(row.Corner(corner));
-      if (nodes[corner] < 0) return;
-    }
+    if (!system.grid.FindCell(row.base, &nodes)) return;
     for (int corner = 0; corner < 8; ++corner) {
       point_nodes_.push_back(nodes[corner]);
       point_weights_.push_back(row.weight[corner]);

@@ -100,10 +100,6 @@ CellTriangles ComputeCell(int negative_corners) {
   return cell;
 }
 
-Eigen::Vector3i CornerOffset(int corner) {
-  return Eigen::Vector3i(corner & 1, (corner >> 1) & 1, corner >> 2);
-}
-
 // Vertices sit on grid edges: edge 3 * node + axis runs from the node along the axis.
 class SurfaceBuilder {
  public:
@@ -160,15 +156,10 @@ std::vector<std::array<int, 8>> CrossedCells(const ImplicitFunction& function,
   ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t node = begin; node < end; ++node) {
       std::array<int, 8> corners;
-      corners[0] = static_cast<int>(node);
-      const bool sign = function.values[node] < 0;
-      bool whole = true, crossed = false;
-      for (int c = 1; c < 8 && whole; ++c) {
-        corners[c] = function.grid.Find(nodes[node] + CornerOffset(c));
-        whole = corners[c] >= 0;
-        crossed = crossed || (whole && (function.values[corners[c]] < 0) != sign);
-      }
-      if (whole && crossed) parts[begin / kBlock].push_back(corners);
+      if (!function.grid.FindCell(nodes[node], &corners)) continue;
+      int below = 0;
+      for (const int corner : corners) below += function.values[corner] < 0;
+      if (below > 0 && below < 8) parts[begin / kBlock].push_back(corners);
     }
   }).IgnoreError();
   std::vector<std::array<int, 8>> cells;

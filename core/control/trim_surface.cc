@@ -132,6 +132,23 @@ struct Part {
 // Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
 Part SplitFans(const ControlMesh& mesh);
 
+// Drops unused vertices.
+Part DropUnused(const ControlMesh& mesh) {
+  Part part;
+  std::vector<int> renamed(mesh.vertices.cols(), -1);
+  part.mesh.faces.resize(3, mesh.faces.cols());
+  for (int64_t c = 0; c < mesh.faces.size(); ++c) {
+    int& vertex = renamed[mesh.faces.data()[c]];
+    if (vertex < 0) {
+      vertex = static_cast<int>(part.source_vertex.size());
+      part.source_vertex.push_back(mesh.faces.data()[c]);
+    }
+    part.mesh.faces.data()[c] = vertex;
+  }
+  part.mesh.vertices = mesh.vertices(Eigen::all, part.source_vertex);
+  return part;
+}
+
 Part KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
   ControlMesh kept;
   kept.vertices = mesh.vertices;
@@ -243,6 +260,11 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
 namespace {
 
 Part SplitFans(const ControlMesh& mesh) {
+  // Nearly always there is nothing to split, and that is cheap to see.
+  Part whole = DropUnused(mesh);
+  if (BuildMeshTopology(whole.mesh.faces, static_cast<int>(whole.mesh.vertices.cols())).ok()) {
+    return whole;
+  }
   const int64_t corner_count = 3 * mesh.faces.cols();
   // Corners of one vertex that share an edge belong to one fan.
   std::vector<int> parent(corner_count);
