@@ -1,0 +1,148 @@
+#include "core/scan/neighbor_graph.h"
+
+#include <gtest/gtest.h>
+
+#include <stop_token>
+#include <utility>
+
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+// (squared distance, index) of all points, ascending.
+std::vector<std::pair<double, int>> BruteForce(const Eigen::Matrix3Xd& points,
+                                               const Eigen::Vector3d& position) {
+  std::vector<std::pair<double, int>> all;
+  for (int i = 0; i < points.cols(); ++i) {
+    all.emplace_back((points.col(i) - position).squaredNorm(), i);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+TEST(PointIndexTest, NearestMatchesBruteForce) {
+  const Eigen::Matrix3Xd points = TorusCloud(800, 1).cloud.points;
+  const PointIndex index(points);
+  EXPECT_EQ(index.size(), 800);
+  Random random(2);
+  for (int query = 0; query < 100; ++query) {
+    const Eigen::Vector3d position = 1.5 * RandomDirection(&random);
+    int indices[20];
+    double squared[20];
+    ASSERT_EQ(index.Nearest(position, 20, indices, squared), 20);
+    const auto expected = BruteForce(points, position);
+    for (int j = 0; j < 20; ++j) {
+      EXPECT_EQ(indices[j], expected[j].second);
+      EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
+    }
+  }
+}
+
+TEST(PointIndexTest, AsksForMoreThanThereAre) {
+  const PointIndex index(SphereCloud(5, 3).cloud.points);
+  int indices[9];
+  double squared[9];
+  EXPECT_EQ(index.Nearest(Eigen::Vector3d(2, 0, 0), 9, indices, squared), 5);
+  const PointIndex one(Eigen::Matrix3Xd(Eigen::Vector3d(1, 2, 3)));
+  EXPECT_EQ(one.Nearest(Eigen::Vector3d::Zero(), 1, indices, squared), 1);
+  EXPECT_EQ(indices[0], 0);
+  EXPECT_EQ(squared[0], 14);
+}
+
+TEST(PointIndexTest, EquallyFarPointsComeByIndex) {
+  Eigen::Matrix3Xd points(3, 200);
+  for (int i = 0; i < 200; ++i) {
+    points.col(i) = (i % 2 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(i / 2 % 3);
+  }
+  const PointIndex index(points);
+  int indices[50];
+  double squared[50];
+  ASSERT_EQ(index.Nearest(Eigen::Vector3d::Zero(), 50, indices, squared), 50);
+  for (int j = 0; j < 50; ++j) EXPECT_EQ(indices[j], j);
+}
+
+TEST(PointIndexTest, NearestOfEachAndMoves) {
+  const Eigen::Matrix3Xd points = SphereCloud(3000, 4).cloud.points;
+  PointIndex index(points);
+  const PointIndex moved = std::move(index);
+  const auto nearest = moved.NearestOfEach(points, RunContext{});
+  ASSERT_TRUE(nearest.ok());
+  for (int i = 0; i < 3000; ++i) ASSERT_EQ((*nearest)[i], i);
+}
+
+TEST(NeighborGraphTest, ListsMatchBruteForceWithoutThePointItself) {
+  const Eigen::Matrix3Xd points = SphereCloud(700, 5).cloud.points;
+  const auto graph =
+      BuildNeighborGraph(PointIndex(points), points, NeighborOptions{}, RunContext{});
+  ASSERT_TRUE(graph.ok());
+  EXPECT_EQ(graph->k, 16);
+  EXPECT_EQ(graph->size(), 700);
+  for (int i = 0; i < 700; ++i) {
+    const auto expected = BruteForce(points, points.col(i));
+    ASSERT_EQ(expected[0].second, i);
+    for (int j = 0; j < 16; ++j) {
+      ASSERT_EQ(graph->neighbors(i)[j], expected[j + 1].second);
+      ASSERT_FLOAT_EQ(graph->neighbor_distances(i)[j],
+                      static_cast<float>(std::sqrt(expected[j + 1].first)));
+    }
+  }
+}
+
+// More points in one place than neighbours asked for: the point itself may not be in the answer.
+TEST(NeighborGraphTest, DuplicatesDoNotListThemselves) {
+  const Eigen::Matrix3Xd points = SphereCloud(30, 6).cloud.points.replicate(1, 20);
+  const auto graph =
+      BuildNeighborGraph(PointIndex(points), points, NeighborOptions{}, RunContext{});
+  ASSERT_TRUE(graph.ok());
+  for (int i = 0; i < graph->size(); ++i) {
+    for (const int j : graph->neighbors(i)) ASSERT_NE(j, i);
+    for (const float distance : graph->neighbor_distances(i)) ASSERT_EQ(distance, 0);
+  }
+}
+
+TEST(NeighborGraphTest, SmallSetsHaveFewerNeighbours) {
+  const Eigen::Matrix3Xd points = SphereCloud(10, 7).cloud.points;
+  const auto graph =
+      BuildNeighborGraph(PointIndex(points), points, NeighborOptions{}, RunContext{});
+  ASSERT_TRUE(graph.ok());
+  EXPECT_EQ(graph->k, 9);
+  EXPECT_EQ(graph->size(), 10);
+}
+
+TEST(NeighborGraphTest, SameForAnyThreadCount) {
+  const Eigen::Matrix3Xd points = TorusCloud(6000, 8).cloud.points;
+  const PointIndex index(points);
+  RunContext one, three;
+  one.threads = 1;
+  three.threads = 3;
+  const auto a = BuildNeighborGraph(index, points, NeighborOptions{}, one);
+  const auto b = BuildNeighborGraph(index, points, NeighborOptions{}, three);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->indices, b->indices);
+  EXPECT_EQ(a->distances, b->distances);
+}
+
+TEST(NeighborGraphTest, RefusesBadOptionsAndStops) {
+  const Eigen::Matrix3Xd points = SphereCloud(100, 9).cloud.points;
+  const PointIndex index(points);
+  NeighborOptions options;
+  for (const int k : {5, 65, -1}) {
+    options.k = k;
+    EXPECT_EQ(BuildNeighborGraph(index, points, options, RunContext{}).status().code(),
+              absl::StatusCode::kInvalidArgument);
+  }
+  EXPECT_EQ(BuildNeighborGraph(index, points.leftCols(50), NeighborOptions{}, RunContext{})
+                .status()
+                .code(),
+            absl::StatusCode::kInvalidArgument);
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  EXPECT_EQ(BuildNeighborGraph(index, points, NeighborOptions{}, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
