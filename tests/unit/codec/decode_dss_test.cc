@@ -19,8 +19,8 @@ using ::testing::HasSubstr;
 EncodedSurface EncodedSheet(int max_level) {
   DssMetadata metadata;
   metadata.generator = "codec test";
-  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, EncodeOptions().position_step, 1e-4), metadata, {},
-                    RunContext());
+  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, EncodeOptions().position_step, 1e-4),
+                    metadata, {}, RunContext());
 }
 
 // Every surface that comes out of a decoder can be tessellated: sizes and indices fit.
@@ -208,7 +208,8 @@ TEST(DecodeDssTest, HugeCountsInFewBytesAreRefused) {
 
 // A level whose chunk is too short for the number of vertices that the refinement has there.
 TEST(DecodeDssTest, LayersBeyondTheLawAreRefused) {
-  const DisplacedSurface surface = SurfaceOver(Torus(20, 12), 3, EncodeOptions().position_step, 1e-4);
+  const DisplacedSurface surface =
+      SurfaceOver(Torus(20, 12), 3, EncodeOptions().position_step, 1e-4);
   EncodedSurface encoded = *EncodeDss(surface, {}, {}, RunContext());
   std::vector<uint8_t> bytes = encoded.Concatenate();
   const size_t last = encoded.chunks.back().size();

@@ -1,0 +1,85 @@
+#include "core/codec/dss_header.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gtest/gtest.h"
+
+namespace rilievo {
+namespace {
+
+DssHeader Sample() {
+  DssHeader header;
+  header.vertex_count = 1234;
+  header.face_count = 2464;
+  header.has_boundary = true;
+  header.max_level = 5;
+  header.frame.center = {500000.125, 4600000.5, -3};
+  header.frame.diagonal = 812.75;
+  header.position_step = 1e-4;
+  header.height_step = 2e-5;
+  header.metadata.generator = "rilievo \xc3\xa9";
+  header.metadata.error_rms = 0;
+  header.metadata.error_max = 1.5e-3;
+  header.metadata.scan_points = int64_t{1} << 40;
+  header.metadata.road = "planar";
+  return header;
+}
+
+TEST(DssHeaderTest, RoundTrips) {
+  const DssHeader header = Sample();
+  const auto decoded = DecodeDssHeader(EncodeDssHeader(header));
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->vertex_count, header.vertex_count);
+  EXPECT_EQ(decoded->face_count, header.face_count);
+  EXPECT_EQ(decoded->has_boundary, header.has_boundary);
+  EXPECT_EQ(decoded->max_level, header.max_level);
+  EXPECT_EQ(decoded->frame.center, header.frame.center);
+  EXPECT_EQ(decoded->frame.diagonal, header.frame.diagonal);
+  EXPECT_EQ(decoded->position_step, header.position_step);
+  EXPECT_EQ(decoded->height_step, header.height_step);
+  EXPECT_EQ(decoded->metadata.generator, header.metadata.generator);
+  EXPECT_EQ(decoded->metadata.error_rms, header.metadata.error_rms);
+  EXPECT_EQ(decoded->metadata.error_max, header.metadata.error_max);
+  EXPECT_EQ(decoded->metadata.scan_points, header.metadata.scan_points);
+  EXPECT_EQ(decoded->metadata.road, header.metadata.road);
+}
+
+TEST(DssHeaderTest, UnknownMetadataIsSkipped) {
+  std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
+  ASSERT_EQ(bytes.back(), 0);  // the end of the metadata
+  bytes.back() = 99;
+  for (uint8_t byte : {2, 0xde, 0xad, 0}) bytes.push_back(byte);
+  const auto decoded = DecodeDssHeader(bytes);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->metadata.road, "planar");
+}
+
+TEST(DssHeaderTest, EveryPrefixIsDataLoss) {
+  const std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_EQ(DecodeDssHeader(std::span(bytes).first(size)).status().code(),
+              absl::StatusCode::kDataLoss);
+  }
+}
+
+TEST(DssHeaderTest, ImpossibleValuesAreDataLoss) {
+  const auto refused = [](void (*change)(DssHeader&)) {
+    DssHeader header = Sample();
+    change(header);
+    return DecodeDssHeader(EncodeDssHeader(header)).status().code() == absl::StatusCode::kDataLoss;
+  };
+  EXPECT_TRUE(refused([](DssHeader& h) { h.vertex_count = 2; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.face_count = 0; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.vertex_count = (1 << 28) + 1; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.max_level = 9; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.frame.diagonal = 0; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.frame.center[1] = std::nan(""); }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.position_step = -1; }));
+  EXPECT_TRUE(
+      refused([](DssHeader& h) { h.height_step = std::numeric_limits<double>::infinity(); }));
+  EXPECT_FALSE(refused([](DssHeader&) {}));
+}
+
+}  // namespace
+}  // namespace rilievo

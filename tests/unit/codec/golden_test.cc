@@ -1,0 +1,91 @@
+// Files of every format version, frozen: what was written once must be read for ever, to the same
+// numbers on every machine. Never change a golden file; a new version adds one.
+#include <bit>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "core/codec/crc32c.h"
+#include "core/codec/dss.h"
+#include "core/geometry/mesh_topology.h"
+#include "gtest/gtest.h"
+
+namespace rilievo {
+namespace {
+
+std::vector<uint8_t> Golden(const char* name) {
+  const std::filesystem::path path =
+      std::filesystem::path(__FILE__).parent_path() / ".." / ".." / "golden" / name;
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// CRC-32C of values as little-endian 32-bit words.
+class Fingerprint {
+ public:
+  void Add(uint32_t word) {
+    for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<uint8_t>(word >> (8 * i)));
+  }
+  uint32_t Value() const { return Crc32c(bytes_); }
+
+ private:
+  std::vector<uint8_t> bytes_;
+};
+
+uint32_t FacesFingerprint(const ControlMesh& mesh) {
+  Fingerprint fingerprint;
+  for (Eigen::Index i = 0; i < mesh.faces.size(); ++i) {
+    fingerprint.Add(static_cast<uint32_t>(mesh.faces.data()[i]));
+  }
+  return fingerprint.Value();
+}
+
+uint32_t PointsFingerprint(const ControlMesh& mesh) {
+  Fingerprint fingerprint;
+  for (Eigen::Index i = 0; i < mesh.vertices.size(); ++i) {
+    const uint64_t bits = std::bit_cast<uint64_t>(mesh.vertices.data()[i] + 0.0);  // no -0
+    fingerprint.Add(static_cast<uint32_t>(bits));
+    fingerprint.Add(static_cast<uint32_t>(bits >> 32));
+  }
+  return fingerprint.Value();
+}
+
+uint32_t HeightsFingerprint(const DisplacedSurface& surface) {
+  Fingerprint fingerprint;
+  for (size_t v = 0; v < surface.heights.size(); ++v) {
+    fingerprint.Add(std::bit_cast<uint32_t>(surface.heights[v] + 0.0f));
+    fingerprint.Add(static_cast<uint32_t>(surface.sources[v]));
+  }
+  return fingerprint.Value();
+}
+
+// A sheet with a hole beside an octahedron, heights of two levels beyond the control mesh.
+TEST(GoldenTest, Version1) {
+  const std::vector<uint8_t> bytes = Golden("sheet_and_octahedron_v1.dss");
+  ASSERT_EQ(bytes.size(), 713u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 1);
+  EXPECT_EQ(decoded->declared_max_level, 2);
+  EXPECT_EQ(decoded->metadata.generator, "rilievo 0.1.0");
+  EXPECT_EQ(decoded->metadata.error_rms, 1.5e-4);
+  EXPECT_EQ(decoded->metadata.error_max, 2e-3);
+  EXPECT_EQ(decoded->metadata.scan_points, 9218);
+  EXPECT_EQ(decoded->metadata.road, "arbitrary");
+  const DisplacedSurface& surface = decoded->surface;
+  EXPECT_EQ(surface.frame.center, Eigen::Vector3d(512345.25, 4612345.5, 210.75));
+  EXPECT_EQ(surface.frame.diagonal, 123.456);
+  const TopologySummary summary = SummarizeTopology(
+      surface.control_mesh.faces, static_cast<int>(surface.control_mesh.vertices.cols()));
+  EXPECT_EQ(summary.vertices, 36);
+  EXPECT_EQ(summary.faces, 46);
+  EXPECT_EQ(summary.components, 2);
+  EXPECT_EQ(summary.boundary_loops, 2);
+  EXPECT_EQ(FacesFingerprint(surface.control_mesh), 3325842326u);
+  EXPECT_EQ(PointsFingerprint(surface.control_mesh), 816305827u);
+  EXPECT_EQ(surface.heights.size(), 414u);
+  EXPECT_EQ(HeightsFingerprint(surface), 861849492u);
+}
+
+}  // namespace
+}  // namespace rilievo
