@@ -1,0 +1,62 @@
+#include "core/scan/widen_patches.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+struct Widened {
+  std::vector<PatchMoments> before, after;
+  Eigen::Matrix3Xd normals;
+};
+
+// `noise`: unit of the sphere, told to the stage as it is.
+Widened WidenOn(const KnownCloud& known, double noise, Eigen::Matrix3Xd* truth) {
+  const PreparedCloud prepared = Prepare(known);
+  const size_t count = static_cast<size_t>(prepared.scan.points.cols());
+  const std::vector<float> level(count, static_cast<float>(noise / prepared.scan.frame.diagonal));
+  std::vector<float> spacing(count);
+  for (size_t i = 0; i < count; ++i) {
+    spacing[i] = prepared.graph.neighbor_distances(static_cast<int>(i)).back() / 2;
+  }
+  Widened result;
+  result.before = ComputePatchMoments(prepared.scan.points, prepared.graph, RunContext{}).value();
+  result.after = result.before;
+  EXPECT_TRUE(WidenPatches(prepared.scan.points, prepared.graph, level, spacing, RunContext{},
+                           &result.after)
+                  .ok());
+  result.normals.resize(3, static_cast<int64_t>(count));
+  for (size_t i = 0; i < count; ++i) result.normals.col(i) = FitPlane(result.after[i]).normal;
+  *truth = prepared.normals;
+  return result;
+}
+
+TEST(WidenPatchesTest, LeavesCleanPatchesAlone) {
+  Eigen::Matrix3Xd truth;
+  const Widened widened = WidenOn(BoxCloud(5000, 1, {1, 1, 1}), 0, &truth);
+  for (size_t i = 0; i < widened.before.size(); ++i) {
+    ASSERT_EQ(widened.before[i].covariance, widened.after[i].covariance);
+    ASSERT_EQ(widened.before[i].mean_offset, widened.after[i].mean_offset);
+  }
+}
+
+// Spacing 0.02 of the radius; noise of half, one and two spacings.
+TEST(WidenPatchesTest, KeepsNormalsRightAsNoiseGrowsPastTheSpacing) {
+  for (const double noise : {0.01, 0.02, 0.04}) {
+    KnownCloud sphere = SphereCloud(40000, 2);
+    AddNoise(noise, 3, &sphere);
+    Eigen::Matrix3Xd truth;
+    const Widened widened = WidenOn(sphere, noise, &truth);
+    Eigen::Matrix3Xd narrow(3, truth.cols());
+    for (size_t i = 0; i < widened.before.size(); ++i) {
+      narrow.col(i) = FitPlane(widened.before[i]).normal;
+    }
+    EXPECT_LT(MeanLineAngle(widened.normals, truth), 7) << noise;
+    EXPECT_GT(MeanLineAngle(narrow, truth), 2 * MeanLineAngle(widened.normals, truth)) << noise;
+  }
+}
+
+}  // namespace
+}  // namespace rilievo
