@@ -13,7 +13,7 @@ struct SimplifyOptions {
   int target_faces = 2000;
   // No collapse turns a face further than this in all, counted from the input. (0, 90].
   double max_normal_turn_degrees = 80;
-  // No collapse makes a larger one. [6, 32].
+  // No collapse makes a larger one, but for the early ones, which may by up to 3. [6, 32].
   int max_valence = 9;
   // Weight of the spread of the input area that a vertex stands for, against its squared distance
   // to the planes: higher gives evener, rounder faces, lower follows curvature more. [1e-6, 1].
@@ -26,7 +26,8 @@ struct SimplifyOptions {
 // Quadric edge collapse (Garland and Heckbert 1997), vertices placed at the least error, that keeps
 // topology (link condition), boundary loops and components. `mesh`: an orientable 2-manifold.
 // Result: the same topology, faces at the target or, where the guards forbid every collapse, above.
-// INVALID_ARGUMENT for a mesh that is not one, or is not finite. 10^6 faces a second and core.
+// INVALID_ARGUMENT for a mesh that is not one, or is not finite. Measured on one core, to 3000
+// faces: 0.24 s from 100k faces, 1.0 s from 300k.
 absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const SimplifyOptions& options,
                                          const RunContext& context);
 
