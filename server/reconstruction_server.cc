@@ -18,6 +18,8 @@ namespace {
 
 // After the calls were told to stop; stages answer within a second.
 constexpr std::chrono::seconds kStopTime{3};
+// By then every answer is written; idle clients may hold their connections open for longer.
+constexpr std::chrono::milliseconds kLingerTime{100};
 
 // A gzip bomb must not be inflated. Disabling the algorithms makes gRPC refuse the call when its
 // headers name one; without the decompression filter nothing inflates a message before that check,
@@ -111,7 +113,7 @@ void ReconstructionServer::Shutdown() {
   BeginDrain();
   service_->StopAll();
   service_->WaitUntilIdle(kStopTime);
-  server_->Shutdown(std::chrono::system_clock::now() + kStopTime);
+  server_->Shutdown(std::chrono::system_clock::now() + kLingerTime);
   server_.reset();
 }
 

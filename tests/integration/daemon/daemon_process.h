@@ -1,0 +1,56 @@
+// A rilievod of its own for each test: the program itself, as an operator starts it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace rilievo {
+
+// Runs a program and gives its exit code; -1 when it did not end by itself.
+int RunProgram(const std::vector<std::string>& arguments);
+
+class DaemonProcess {
+ public:
+  // Starts `rilievod --listen 127.0.0.1:0` with more arguments, and waits for its ready line.
+  explicit DaemonProcess(const std::vector<std::string>& arguments = {});
+  ~DaemonProcess();  // kills what still runs
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+
+  // "127.0.0.1:PORT"; empty when it did not start.
+  const std::string& address() const { return address_; }
+
+  void Signal(int signal) const;
+  // The exit code, when it ended in time; 128 + signal when a signal ended it.
+  std::optional<int> WaitForExit(std::chrono::milliseconds timeout);
+
+  // Memory in bytes, now and at its highest.
+  int64_t ResidentBytes() const { return MemoryBytes("VmRSS:"); }
+  int64_t PeakBytes() const { return MemoryBytes("VmHWM:"); }
+
+  // The lines of its standard error so far; WaitForLine() until one holds `text`.
+  std::vector<std::string> Log() const;
+  std::optional<std::string> WaitForLine(const std::string& text,
+                                         std::chrono::milliseconds timeout) const;
+
+ private:
+  int64_t MemoryBytes(const std::string& field) const;
+  void ReadLog(int pipe);
+
+  pid_t pid_ = -1;
+  std::string address_;
+  std::optional<int> exit_code_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable logged_;
+  std::vector<std::string> log_;
+  std::jthread log_reader_;
+};
+
+}  // namespace rilievo
