@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/displacement/crease_fit.h"
 #include "core/displacement/virtual_triangle.h"
 
 namespace rilievo {
@@ -20,6 +21,23 @@ constexpr int kMostRestarts = 3;
 constexpr float kGroupSpacings = 1.5f;
 constexpr float kGroupAgreement = 0.95f;
 constexpr int kMostPatchPoints = 320;
+
+// Points around the ray that a crease is fitted to.
+constexpr int kCreasePoints = 17;
+// Corners' normals apart by more than this: 1 - cos(5 degrees).
+constexpr float kCreaseTurn = 0.0038f;
+
+bool CornersTurn(const VirtualTriangle& triangle, std::span<const QueuedPoint> queue,
+                 const RayCloud& cloud) {
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Map<const Eigen::Vector3f> a(
+        cloud.points[queue[triangle.corners[k]].point].normal);
+    const Eigen::Map<const Eigen::Vector3f> b(
+        cloud.points[queue[triangle.corners[(k + 1) % 3]].point].normal);
+    if (1 - a.dot(b) > kCreaseTurn) return true;
+  }
+  return false;
+}
 
 // With normals that turn little over the triangle, the mean of the triangle and of the blended
 // tangent planes of its corners: exact for quadrics, where the bare triangle cuts the corner by
@@ -93,6 +111,13 @@ std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, const Qu
   }
   const QueuedPoint& nearest = queue[triangle->corners[0]];
   const RayPoint& point = cloud_.points[nearest.point];
+  if (CornersTurn(*triangle, queue, cloud_)) {
+    const size_t most = std::min<size_t>(queue.size(), kCreasePoints);
+    const auto crease = FitCrease(queue.first(most), cloud_, ray, point.noise);
+    if (crease) {
+      return HeightEstimate{crease->height, crease->deviation, point.spacing, nearest.point};
+    }
+  }
   float square = 0;
   for (float weight : triangle->barycentric) square += weight * weight;
   return HeightEstimate{CurvedHeight(*triangle, queue, cloud_, ray),
