@@ -3,6 +3,7 @@
 #include <ceres/cost_function.h>
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace rilievo {

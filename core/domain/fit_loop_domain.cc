@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/domain/domain_samples.h"
+#include "core/domain/fit_rounds.h"
 #include "core/domain/foot_points.h"
 #include "core/domain/least_squares_fit.h"
 #include "core/domain/suzuki_update.h"
@@ -37,6 +38,12 @@ absl::Status CheckInput(const OrientedCloud& cloud, const PointIndex& index,
   }
   if (!cloud.points.allFinite() || !cloud.normals.allFinite()) {
     return absl::InvalidArgumentError("cloud: points and normals must be finite");
+  }
+  for (float spacing : cloud.spacing) {
+    if (!(spacing >= 0 && std::isfinite(spacing))) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("cloud: spacing ", spacing, " is no distance"));
+    }
   }
   if (start.faces.cols() == 0) return absl::InvalidArgumentError("control mesh: no faces");
   if (!start.vertices.allFinite()) {
@@ -85,38 +92,29 @@ absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointI
   RILIEVO_ASSIGN_OR_RETURN(const DomainSamples samples, BuildDomainSamples(start, level, context));
   FootPointSearch search(cloud, index, samples, options.robust_spacings);
 
-  DomainFit fit;
-  fit.control_mesh = start;
-  Eigen::Matrix3Xd& points = fit.control_mesh.vertices;
-  std::vector<double> rms;  // before the first round, then after each
-  double move = 0;
-  SampledSurface surface;
-  FootPoints feet;
-  const auto measure = [&]() -> absl::Status {
-    RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, points, context, &surface));
-    RILIEVO_RETURN_IF_ERROR(search.Update(surface, context, &feet));
-    rms.push_back(search.cloud_rms());
-    return absl::OkStatus();
-  };
+  FitState state;
+  RILIEVO_RETURN_IF_ERROR(StartRounds(samples, start.vertices, context, &search, &state));
   for (int round = 0; round < options.suzuki_rounds; ++round) {
     context.Report(Stage::kDomainFit, kSuzukiShare * round / options.suzuki_rounds);
-    RILIEVO_RETURN_IF_ERROR(measure());
-    move = SuzukiUpdate(samples, feet, options.suzuki_lambda, &points);
+    const auto update = [&] {
+      SuzukiUpdate(samples, state.feet, options.suzuki_lambda, &state.control_points);
+    };
+    bool taken = false;
+    RILIEVO_RETURN_IF_ERROR(TakeRound(samples, update, 0, context, &search, &state, &taken));
+    if (!taken) break;
   }
   if (options.method == FitMethod::kLeastSquares) {
-    LeastSquaresTrace trace;
-    RILIEVO_RETURN_IF_ERROR(FitLeastSquares(samples, options, context, &search, &points, &trace));
-    rms.insert(rms.end(), trace.rms.begin(), trace.rms.end());
-    if (!trace.largest_move.empty()) move = trace.largest_move.back();
-  } else {
-    RILIEVO_RETURN_IF_ERROR(measure());
+    RILIEVO_RETURN_IF_ERROR(FitLeastSquares(samples, options, context, &search, &state));
   }
   context.Report(Stage::kDomainFit, 1.0);
-  fit.rms_before = rms.front();
-  fit.rms_after = rms.back();
-  fit.round_rms.assign(rms.begin() + 1, rms.end());
+
+  DomainFit fit;
+  fit.control_mesh = {std::move(state.control_points), start.faces};
+  fit.rms_before = state.rms.front();
+  fit.rms_after = state.rms.back();
+  fit.round_rms.assign(state.rms.begin() + 1, state.rms.end());
   fit.rounds = static_cast<int>(fit.round_rms.size());
-  fit.converged = move < kConvergedMove;
+  fit.converged = fit.rounds > 0 && state.largest_move < kConvergedMove;
   return fit;
 }
 

@@ -1,6 +1,5 @@
 #include "core/domain/suzuki_update.h"
 
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -27,8 +26,8 @@ void FillMoves(const VertexRings& rings, const std::vector<int>& without_data,
 
 }  // namespace
 
-double SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, double lambda,
-                    Eigen::Matrix3Xd* control_points) {
+void SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, double lambda,
+                  Eigen::Matrix3Xd* control_points) {
   const int count = samples.control_vertex_count();
   Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, count);
   std::vector<int> without_data;
@@ -41,7 +40,6 @@ double SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points,
   }
   if (!without_data.empty()) FillMoves(samples.control_rings, without_data, &moves);
   *control_points += moves;
-  return std::sqrt(moves.colwise().squaredNorm().maxCoeff());
 }
 
 }  // namespace rilievo

@@ -11,8 +11,8 @@ namespace rilievo {
 // c_i += lambda w_i (q_i - S_i) for every control vertex i with limit position S_i, foot point
 // q_i and robust weight w_i; a boundary vertex also follows the cloud's border. A control vertex
 // without data moves with the mean of its neighbours, so that a filled hole travels with its rim.
-// Returns the largest move.
-double SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, double lambda,
-                    Eigen::Matrix3Xd* control_points);
+//
+void SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, double lambda,
+                  Eigen::Matrix3Xd* control_points);
 
 }  // namespace rilievo

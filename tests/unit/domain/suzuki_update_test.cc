@@ -29,14 +29,11 @@ TEST(SuzukiUpdate, MovesByLambdaTimesTheMiss) {
     feet.weight[i] = random.Uniform(0.5, 1);
   }
   Eigen::Matrix3Xd points = mesh.vertices;
-  const double largest = SuzukiUpdate(*samples, feet, 0.8, &points);
-  double expected_largest = 0;
+  SuzukiUpdate(*samples, feet, 0.8, &points);
   for (int i = 0; i < samples->control_vertex_count(); ++i) {
     const Eigen::Vector3d move = 0.8 * feet.weight[i] * feet.offset[i] * feet.normals.col(i);
     EXPECT_LT((points.col(i) - mesh.vertices.col(i) - move).norm(), 1e-15);
-    expected_largest = std::max(expected_largest, move.norm());
   }
-  EXPECT_DOUBLE_EQ(largest, expected_largest);
 }
 
 TEST(SuzukiUpdate, HoleTravelsWithItsRim) {

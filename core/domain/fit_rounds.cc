@@ -1,0 +1,46 @@
+#include "core/domain/fit_rounds.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/base/status_macros.h"
+#include "core/domain/fold_guard.h"
+
+namespace rilievo {
+
+absl::Status StartRounds(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
+                         const RunContext& context, FootPointSearch* search, FitState* state) {
+  state->control_points = control_points;
+  RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, control_points, context, &state->surface));
+  RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
+  state->rms.assign(1, search->cloud_rms());
+  return absl::OkStatus();
+}
+
+absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>& move,
+                       double worst_ratio, const RunContext& context, FootPointSearch* search,
+                       FitState* state, bool* taken) {
+  const Eigen::Matrix3Xd before = state->control_points;
+  const std::vector<uint8_t> folded_before = FoldedFaces(samples, state->surface);
+  move();
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  *taken = state->control_points.allFinite();
+  if (*taken) {
+    Eigen::Matrix3Xd& points = state->control_points;
+    RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, points, context, &state->surface));
+    RILIEVO_RETURN_IF_ERROR(
+        UndoFolds(samples, before, folded_before, context, &points, &state->surface));
+    RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
+    *taken = worst_ratio <= 0 || search->cloud_rms() <= worst_ratio * state->rms.back();
+  }
+  if (!*taken) {
+    state->control_points = before;
+    return absl::OkStatus();
+  }
+  state->rms.push_back(search->cloud_rms());
+  state->largest_move =
+      std::sqrt((state->control_points - before).colwise().squaredNorm().maxCoeff());
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

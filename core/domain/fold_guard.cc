@@ -1,0 +1,66 @@
+#include "core/domain/fold_guard.h"
+
+#include <Eigen/Geometry>
+
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kPasses = 5;
+
+// The control points on which the limit surface over a control face depends: the rings of its
+// corners.
+void MarkSupport(const DomainSamples& samples, Eigen::Index face, std::vector<uint8_t>* marks) {
+  const VertexRings& rings = samples.control_rings;
+  for (int k = 0; k < 3; ++k) {
+    const auto v = static_cast<size_t>(samples.refinement.levels.front().faces(k, face));
+    for (int e = rings.neighbor_begin[v]; e < rings.neighbor_begin[v + 1]; ++e) {
+      (*marks)[static_cast<size_t>(rings.neighbors[static_cast<size_t>(e)])] = 1;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<uint8_t> FoldedFaces(const DomainSamples& samples, const SampledSurface& surface) {
+  const MeshTopology& fine = samples.finest();
+  const int descendants = fine.face_count() / samples.control_face_count();
+  std::vector<uint8_t> folded(static_cast<size_t>(samples.control_face_count()), 0);
+  for (int face = 0; face < fine.face_count(); ++face) {
+    const auto corner = [&](int k) { return surface.positions.col(fine.faces(k, face)); };
+    const Eigen::Vector3d side = corner(1) - corner(0);
+    const Eigen::Vector3d normal = side.cross(corner(2) - corner(0));
+    for (int k = 0; k < 3; ++k) {
+      if (normal.dot(surface.normals.col(fine.faces(k, face))) <= 0) {
+        folded[static_cast<size_t>(face / descendants)] = 1;
+      }
+    }
+  }
+  return folded;
+}
+
+absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
+                       const std::vector<uint8_t>& folded_before, const RunContext& context,
+                       Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
+  for (int pass = 1; pass <= kPasses; ++pass) {
+    const std::vector<uint8_t> folded = FoldedFaces(samples, *surface);
+    std::vector<uint8_t> undo(static_cast<size_t>(samples.control_vertex_count()), 0);
+    bool any = false;
+    for (size_t face = 0; face < folded.size(); ++face) {
+      if (!folded[face] || folded_before[face]) continue;
+      any = true;
+      MarkSupport(samples, static_cast<Eigen::Index>(face), &undo);
+    }
+    if (!any) return absl::OkStatus();
+    const double kept = pass < kPasses ? 0.5 : 0.0;
+    for (int v = 0; v < samples.control_vertex_count(); ++v) {
+      if (!undo[static_cast<size_t>(v)]) continue;
+      control_points->col(v) = before.col(v) + kept * (control_points->col(v) - before.col(v));
+    }
+    RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, *control_points, context, surface));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,106 @@
+#include "core/domain/sample_targets.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "core/base/parallel_for.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kSamplesPerTask = 2048;
+// Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
+constexpr double kBorderWeight = 0.3;
+// Holds a control vertex without data where it is, just enough to keep the system regular where
+// fairness leaves it free (a component of the control mesh that no point supports).
+constexpr double kHoldWeight = 1e-9;
+// Shape of a face: 2 sqrt(3) times its doubled area over the sum of its squared sides, 1 when
+// equilateral. Stiffness grows as its inverse below the first, up to the second.
+constexpr double kSoundShape = 0.3;
+constexpr double kWorstShape = 0.01;
+
+struct Aim {
+  const FootPoints& feet;
+  const SampledSurface& surface;
+  const AreaShares& areas;
+  const std::vector<double>& stiffness;
+  double tangential_weight;
+  int control_vertex_count;
+
+  void At(int sample, SampleTargets* targets) const {
+    const auto i = static_cast<size_t>(sample);
+    const bool corner = sample < control_vertex_count;
+    const bool data = feet.weight[i] > 0, border = feet.border_weight[i] > 0;
+    auto directions = targets->weighted_directions.col(sample);
+    targets->positions.col(sample) = surface.positions.col(sample) +
+                                     feet.offset[i] * feet.normals.col(sample) +
+                                     feet.border_offset[i] * feet.conormals.col(sample);
+    directions.setZero();
+    if (!data && !border) {
+      if (!corner) return;
+      const double hold = std::sqrt(kHoldWeight * areas.control_vertices[i]);
+      directions(0) = directions(4) = directions(8) = hold;
+      return;
+    }
+    const Eigen::Vector3d normal = data ? feet.normals.col(sample) : surface.normals.col(sample);
+    Eigen::Vector3d across = feet.conormals.col(sample);
+    if (across.isZero()) across = normal.unitOrthogonal();
+    const double beside =
+        corner ? tangential_weight * areas.control_vertices[i] * stiffness[i] : 0.0;
+    const double toward_border = border ? kBorderWeight * areas.samples[i] : beside;
+    directions.segment<3>(0) = std::sqrt(feet.weight[i] * areas.samples[i]) * normal;
+    directions.segment<3>(3) = std::sqrt(toward_border) * across;
+    directions.segment<3>(6) = std::sqrt(beside) * normal.cross(across);
+  }
+};
+
+}  // namespace
+
+SampleTargets MakeSampleTargets(const DomainSamples& samples) {
+  SampleTargets targets;
+  targets.positions.setZero(3, samples.size());
+  targets.weighted_directions.setZero(9, samples.size());
+  targets.row_count.resize(static_cast<size_t>(samples.size()));
+  for (int i = 0; i < samples.size(); ++i) {
+    const bool corner = i < samples.control_vertex_count();
+    targets.row_count[static_cast<size_t>(i)] = corner ? 3 : samples.on_boundary(i) ? 2 : 1;
+  }
+  return targets;
+}
+
+std::vector<double> SliverStiffness(const DomainSamples& samples,
+                                    const Eigen::Matrix3Xd& control_points,
+                                    const SampledSurface& surface) {
+  const MeshTopology& mesh = samples.refinement.levels.front();
+  std::vector<double> worst(static_cast<size_t>(mesh.vertex_count), 1.0);
+  for (int f = 0; f < mesh.face_count(); ++f) {
+    const auto corner = [&](int k) { return control_points.col(mesh.faces(k, f)); };
+    const Eigen::Vector3d a = corner(1) - corner(0);
+    const Eigen::Vector3d b = corner(2) - corner(1);
+    const Eigen::Vector3d c = corner(0) - corner(2);
+    const double sides = a.squaredNorm() + b.squaredNorm() + c.squaredNorm();
+    if (!(sides > 0)) continue;
+    const Eigen::Vector3d shape = 2 * std::sqrt(3.0) / sides * a.cross(b);
+    for (int k = 0; k < 3; ++k) {
+      double& vertex_worst = worst[static_cast<size_t>(mesh.faces(k, f))];
+      vertex_worst = std::min(vertex_worst, shape.dot(surface.normals.col(mesh.faces(k, f))));
+    }
+  }
+  for (double& value : worst) value = std::max(1.0, kSoundShape / std::max(value, kWorstShape));
+  return worst;
+}
+
+absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surface,
+                        const FootPoints& foot_points, const AreaShares& areas,
+                        const std::vector<double>& stiffness, double tangential_weight,
+                        const RunContext& context, SampleTargets* targets) {
+  const Aim aim{foot_points, surface,           areas,
+                stiffness,   tangential_weight, samples.control_vertex_count()};
+  return ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) aim.At(static_cast<int>(i), targets);
+  });
+}
+
+}  // namespace rilievo

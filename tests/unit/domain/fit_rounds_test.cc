@@ -1,0 +1,76 @@
+#include "core/domain/fit_rounds.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/domain/fold_guard.h"
+#include "tests/unit/domain/analytic_scenes.h"
+
+namespace rilievo {
+namespace {
+
+class Rounds : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(StartRounds(samples_, mesh_.vertices, RunContext(), &search_, &state_).ok());
+  }
+  bool Take(const std::function<void()>& move, double worst_ratio) {
+    bool taken = false;
+    EXPECT_TRUE(
+        TakeRound(samples_, move, worst_ratio, RunContext(), &search_, &state_, &taken).ok());
+    return taken;
+  }
+
+  const OrientedCloud cloud_ = SphereCloud(0.3, 5'000);
+  const PointIndex index_{cloud_.points};
+  const ControlMesh mesh_ = OctahedralSphere(0.3, 2);
+  const DomainSamples samples_ = *BuildDomainSamples(mesh_, 2, RunContext());
+  FootPointSearch search_{cloud_, index_, samples_, 2.0};
+  FitState state_;
+};
+
+TEST_F(Rounds, MeasureBeforeAndAfter) {
+  ASSERT_EQ(state_.rms.size(), 1u);
+  // Loop's limit lies inside the control mesh: growing it brings it nearer.
+  EXPECT_TRUE(Take([&] { state_.control_points *= 1.05; }, 1.0));
+  ASSERT_EQ(state_.rms.size(), 2u);
+  EXPECT_LT(state_.rms[1], state_.rms[0]);
+  EXPECT_NEAR(state_.largest_move, 0.015, 1e-12);
+  SampledSurface surface;
+  ASSERT_TRUE(SampleSurface(samples_, state_.control_points, RunContext(), &surface).ok());
+  EXPECT_EQ(surface.positions, state_.surface.positions);
+}
+
+TEST_F(Rounds, TakeBackWhatMakesThingsWorse) {
+  EXPECT_FALSE(Take([&] { state_.control_points *= 0.8; }, 1.05));
+  EXPECT_EQ(state_.control_points, mesh_.vertices);
+  EXPECT_EQ(state_.rms.size(), 1u);
+  EXPECT_EQ(state_.largest_move, 0);
+  EXPECT_TRUE(Take([&] { state_.control_points *= 0.8; }, 0));
+}
+
+TEST_F(Rounds, TakeBackWhatIsNotFinite) {
+  const auto spoil = [&] {
+    state_.control_points(1, 7) = std::numeric_limits<double>::quiet_NaN();
+  };
+  EXPECT_FALSE(Take(spoil, 0));
+  EXPECT_EQ(state_.control_points, mesh_.vertices);
+}
+
+TEST_F(Rounds, UndoFolds) {
+  // Vertex 20 pulled along the sphere, over its neighbours.
+  const int neighbor = samples_.control_rings.neighbors[samples_.control_rings.neighbor_begin[20]];
+  const Eigen::Vector3d pull = 3 * (mesh_.vertices.col(neighbor) - mesh_.vertices.col(20));
+  Eigen::Matrix3Xd pulled = mesh_.vertices;
+  pulled.col(20) += pull;
+  SampledSurface surface;
+  ASSERT_TRUE(SampleSurface(samples_, pulled, RunContext(), &surface).ok());
+  EXPECT_THAT(FoldedFaces(samples_, surface), testing::Contains(1));
+  EXPECT_TRUE(Take([&] { state_.control_points.col(20) += pull; }, 0));
+  EXPECT_THAT(FoldedFaces(samples_, state_.surface), testing::Each(0));
+}
+
+}  // namespace
+}  // namespace rilievo
