@@ -1,0 +1,133 @@
+#include "core/surface/closest_point_tree.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "gtest/gtest.h"
+#include "tests/unit/surface/test_shapes.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(SquaredDistanceToTriangleTest, EveryRegion) {
+  const Vector3d a(0, 0, 0), b(2, 0, 0), c(0, 2, 0);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({0.5, 0.5, 3}, a, b, c), 9);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({-1, -2, 2}, a, b, c), 9);  // corner a
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({4, -1, 0}, a, b, c), 5);   // corner b
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({0, 5, 0}, a, b, c), 9);    // corner c
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({1, -2, 1}, a, b, c), 5);   // edge ab
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({-3, 1, 0}, a, b, c), 9);   // edge ca
+  EXPECT_NEAR(SquaredDistanceToTriangle({2, 2, 1}, a, b, c), 3, 1e-12);  // edge bc
+}
+
+TEST(SquaredDistanceToTriangleTest, DegenerateTrianglesAreTheirEdges) {
+  const Vector3d a(0, 0, 0), b(1, 0, 0), c(3, 0, 0);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, a, b, c), 1);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, b, c, a), 1);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, c, a, b), 1);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({5, 0, 0}, a, b, c), 4);
+  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({1, 1, 1}, a, a, a), 3);
+}
+
+// Many sizes of triangle in a cloud: slivers, points, overlaps, everything a tree can meet.
+Shape TriangleSoup(int count, double spread) {
+  Shape shape;
+  shape.vertices.resize(3, 3 * count);
+  shape.triangles.resize(3, count);
+  for (int f = 0; f < count; ++f) {
+    const double size = std::pow(10, -2 + 2 * CounterUnit(900000 + f)) * spread;
+    for (int k = 0; k < 3; ++k) {
+      shape.vertices.col(3 * f + k) =
+          spread * CounterPoint(f) + size * CounterPoint(100000 + 3 * f + k);
+    }
+    if (f % 17 == 0) shape.vertices.col(3 * f + 1) = shape.vertices.col(3 * f);
+    shape.triangles.col(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+  }
+  return shape;
+}
+
+double BruteForce(const Shape& shape, const Vector3d& p) {
+  double best = std::numeric_limits<double>::infinity();
+  for (Eigen::Index f = 0; f < shape.triangles.cols(); ++f) {
+    best = std::min(best, SquaredDistanceToTriangle(p, shape.vertices.col(shape.triangles(0, f)),
+                                                    shape.vertices.col(shape.triangles(1, f)),
+                                                    shape.vertices.col(shape.triangles(2, f))));
+  }
+  if (shape.triangles.cols() == 0) {
+    best = (shape.vertices.colwise() - p).colwise().squaredNorm().minCoeff();
+  }
+  return best;
+}
+
+TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
+  for (int count : {1, 2, 3, 4, 5, 8, 9, 17, 100, 3000}) {
+    for (bool points : {false, true}) {
+      Shape shape = TriangleSoup(count, 1);
+      if (points) shape.triangles.resize(3, 0);
+      const auto tree = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext());
+      ASSERT_TRUE(tree.ok());
+      int hint = -1;
+      for (int i = 0; i < 300; ++i) {
+        const Vector3d p = (i % 3 == 0 ? 10.0 : 1.2) * CounterPoint(7000000 + i);
+        const double expected = BruteForce(shape, p);
+        const ClosestPointTree::Hit cold = tree->Closest(p);
+        const ClosestPointTree::Hit warm = tree->Closest(p, hint);
+        ASSERT_NEAR(cold.squared_distance, expected, 1e-12 * (1 + expected)) << count;
+        ASSERT_EQ(warm.squared_distance, cold.squared_distance);
+        hint = warm.item;
+      }
+    }
+  }
+}
+
+// Map coordinates: boxes in float would be decimetres wide there, were they not relative.
+TEST(ClosestPointTreeTest, StaysExactFarFromTheOrigin) {
+  Shape shape = TriangleSoup(2000, 0.5);
+  const Vector3d offset(500000, 4600000, 1000);
+  shape.vertices.colwise() += offset;
+  const auto tree = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext());
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d p = offset + 0.6 * CounterPoint(8000000 + i);
+    EXPECT_NEAR(std::sqrt(tree->Closest(p).squared_distance), std::sqrt(BruteForce(shape, p)),
+                1e-8);
+  }
+}
+
+TEST(ClosestPointTreeTest, TakesAnyScale) {
+  for (double scale : {1e-30, 1e-6, 1e12, 1e30}) {
+    const Shape shape = TriangleSoup(500, scale);
+    const auto tree = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext());
+    for (int i = 0; i < 100; ++i) {
+      const Vector3d p = 1.5 * scale * CounterPoint(9000000 + i);
+      EXPECT_NEAR(tree->Closest(p).squared_distance / (scale * scale),
+                  BruteForce(shape, p) / (scale * scale), 1e-12);
+    }
+    const Vector3d far = Vector3d(1e20, 0, 0) * scale;
+    EXPECT_NEAR(std::sqrt(tree->Closest(far).squared_distance) / scale, 1e20, 1e7);
+  }
+}
+
+TEST(ClosestPointTreeTest, CoincidentPointsAreNoTrouble) {
+  const Eigen::Matrix3Xd points = Vector3d(0.1, 0.2, 0.3).replicate(1, 1000);
+  const auto tree = ClosestPointTree::Build(points, {}, RunContext());
+  EXPECT_EQ(tree->Closest({0.1, 0.2, 0.3}).squared_distance, 0);
+  EXPECT_NEAR(tree->Closest({1.1, 0.2, 0.3}).squared_distance, 1, 1e-12);
+}
+
+TEST(ClosestPointTreeTest, NumbersItemsOnceAndTheSameForAnyThreads) {
+  const Shape shape = TriangleSoup(20000, 1);
+  RunContext one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const auto a = ClosestPointTree::Build(shape.vertices, shape.triangles, one);
+  const auto b = ClosestPointTree::Build(shape.vertices, shape.triangles, two);
+  EXPECT_EQ(a->source(), b->source());
+  std::vector<int> sorted = a->source();
+  std::sort(sorted.begin(), sorted.end());
+  for (int i = 0; i < a->item_count(); ++i) ASSERT_EQ(sorted[i], i);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,141 @@
+#include "core/surface/measure_error.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "tests/unit/surface/test_shapes.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+TwoSidedError Measure(const Shape& a, const Shape& b, int samples = 20000) {
+  MeasureOptions options;
+  options.samples = samples;
+  const auto error = MeasureTwoSided(a, b, options, RunContext());
+  EXPECT_TRUE(error.ok()) << error.status();
+  return *error;
+}
+
+TEST(MeasureTwoSidedTest, ConcentricSpheres) {
+  const TwoSidedError error =
+      Measure(SphereShape(1, 200, {3, -2, 5}), SphereShape(1.1, 200, {3, -2, 5}));
+  // Chords of 1/200 of half a turn stand off their arcs by up to 1 - cos(pi / 400) = 3e-5.
+  EXPECT_NEAR(error.rms, 0.1, 1e-4);
+  EXPECT_NEAR(error.mean, 0.1, 1e-4);
+  EXPECT_NEAR(error.p95, 0.1, 1e-4);
+  EXPECT_NEAR(error.max, 0.1, 1e-4);
+  EXPECT_NEAR(error.a_to_b.rms, error.b_to_a.rms, 1e-4);
+  EXPECT_EQ(error.a_to_b.samples, 20000);
+}
+
+// Two squares over each other, shifted by dx along x and dz along z: within the overlap the
+// distance is dz, on the strip that sticks out sqrt(dz^2 + s^2) with s uniform in [0, dx].
+TEST(MeasureTwoSidedTest, ShiftedSquares) {
+  const double dx = 0.2, dz = 0.1;
+  Shape shifted = SquareShape(dz, 20);
+  shifted.vertices.row(0).array() += dx;
+  const TwoSidedError error = Measure(SquareShape(0, 20), shifted, 200000);
+  const double mean_square = dz * dz + dx * dx * dx / 3;
+  EXPECT_NEAR(error.rms, std::sqrt(mean_square), 4e-5);
+  EXPECT_NEAR(error.a_to_b.rms, std::sqrt(mean_square), 4e-5);
+  EXPECT_NEAR(error.max, std::sqrt(dz * dz + dx * dx), 1e-12);  // at vertices, so exactly
+  // 95 % of the square lie within s = dx - 0.05.
+  EXPECT_NEAR(error.p95, std::hypot(dz, 0.15), 2e-4);
+}
+
+TEST(MeasureTwoSidedTest, TheSameShapeHasNoError) {
+  const Shape sphere = SphereShape(1, 40, {0, 0, 0});
+  EXPECT_LT(Measure(sphere, sphere).max, 1e-12);
+}
+
+TEST(MeasureTwoSidedTest, PointSetsAreTakenAsTheyAre) {
+  Shape points;
+  points.vertices.resize(3, 3);
+  points.vertices << 0.5, 0.25, 0.75,  //
+      0.5, 0.5, 0.5,                   //
+      1, 2, -3;
+  const TwoSidedError error = Measure(points, SquareShape(0, 10));
+  EXPECT_EQ(error.a_to_b.samples, 3);
+  EXPECT_NEAR(error.a_to_b.mean, 2, 1e-12);
+  EXPECT_NEAR(error.a_to_b.rms, std::sqrt(14 / 3.0), 1e-12);
+  EXPECT_NEAR(error.a_to_b.max, 3, 1e-12);
+  EXPECT_EQ(error.b_to_a.samples, 20000);
+  EXPECT_GT(error.b_to_a.mean, 1);  // the square to the nearest point
+}
+
+// One spike that area-weighted samples hardly see.
+TEST(MeasureTwoSidedTest, TheMaximumSeesEveryVertex) {
+  Shape spiked = SquareShape(0, 100);
+  spiked.vertices(2, 50 * 101 + 50) = 0.5;
+  const TwoSidedError error = Measure(spiked, SquareShape(0, 100), 1000);
+  EXPECT_DOUBLE_EQ(error.a_to_b.max, 0.5);
+  EXPECT_DOUBLE_EQ(error.max, 0.5);
+  EXPECT_LT(error.a_to_b.mean, 0.01);
+}
+
+TEST(MeasureTwoSidedTest, SymmetricUnderExchange) {
+  const Shape a = SphereShape(1, 30, {0, 0, 0}), b = SphereShape(0.9, 25, {0.05, 0, 0});
+  const TwoSidedError ab = Measure(a, b), ba = Measure(b, a);
+  EXPECT_EQ(ab.a_to_b.rms, ba.b_to_a.rms);
+  EXPECT_EQ(ab.b_to_a.p95, ba.a_to_b.p95);
+  EXPECT_EQ(ab.max, ba.max);
+  EXPECT_DOUBLE_EQ(ab.rms, ba.rms);
+  EXPECT_EQ(ab.p95, ba.p95);
+}
+
+TEST(MeasureTwoSidedTest, ScalesWithTheShapes) {
+  Shape a = SphereShape(1, 30, {0, 0, 0}), b = SphereShape(0.9, 25, {0.05, 0, 0});
+  const TwoSidedError unit = Measure(a, b);
+  a.vertices = (a.vertices * 250).colwise() + Vector3d(500000, 4600000, 100);
+  b.vertices = (b.vertices * 250).colwise() + Vector3d(500000, 4600000, 100);
+  const TwoSidedError scaled = Measure(a, b);
+  EXPECT_NEAR(scaled.rms, 250 * unit.rms, 250 * 2e-3 * unit.rms);
+  EXPECT_NEAR(scaled.max, 250 * unit.max, 1e-6);
+}
+
+TEST(MeasureTwoSidedTest, ThreadsDoNotChangeTheResult) {
+  const Shape a = SphereShape(1, 60, {0, 0, 0}), b = SphereShape(0.9, 50, {0.05, 0, 0});
+  RunContext one, two;
+  one.threads = 1;
+  two.threads = 2;
+  const TwoSidedError x = *MeasureTwoSided(a, b, {}, one), y = *MeasureTwoSided(a, b, {}, two);
+  EXPECT_EQ(x.rms, y.rms);
+  EXPECT_EQ(x.mean, y.mean);
+  EXPECT_EQ(x.p95, y.p95);
+  EXPECT_EQ(x.max, y.max);
+}
+
+TEST(MeasureTwoSidedTest, NamesWhatIsWrong) {
+  const Shape good = SquareShape(0, 4);
+  const auto message = [](const Shape& a, const Shape& b, int samples) {
+    MeasureOptions options;
+    options.samples = samples;
+    const absl::Status status = MeasureTwoSided(a, b, options, RunContext()).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    return std::string(status.message());
+  };
+  EXPECT_THAT(message(Shape(), good, 1000), testing::HasSubstr("shape a is empty"));
+  Shape bad = good;
+  bad.vertices(1, 3) = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(message(good, bad, 1000), testing::HasSubstr("shape b has a coordinate"));
+  bad = good;
+  bad.triangles(2, 1) = 25;
+  EXPECT_THAT(message(good, bad, 1000), testing::HasSubstr("outside 0 to 24"));
+  EXPECT_THAT(message(good, good, 999), testing::HasSubstr("measure.samples is 999"));
+}
+
+TEST(MeasureTwoSidedTest, StopsWhenAsked) {
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  EXPECT_EQ(MeasureTwoSided(SquareShape(0, 4), SquareShape(1, 4), {}, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
