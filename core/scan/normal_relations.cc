@@ -133,4 +133,8 @@ absl::StatusOr<std::vector<float>> NormalRelations(const NeighborGraph& graph,
   return relations;
 }
 
+double NormalRelation(const OrientedCloud& cloud, int a, int b) {
+  return Confidence(PairOf(cloud, a, b));
+}
+
 }  // namespace rilievo
