@@ -131,16 +131,35 @@ WindingMisfit MisfitOf(const std::vector<int>& group, const std::vector<SurfaceP
   return misfit;
 }
 
+// The patches of a group that are as far off as the inside of a solid is from its surface, or more.
+std::vector<int> MisfitPatches(const std::vector<int>& group,
+                               const std::vector<SurfacePatch>& surface) {
+  constexpr double kFarOff = 0.5;
+  std::vector<int> misfits;
+  for (const int patch : group) {
+    const double winding = WindingNumber(surface, surface[patch].center);
+    if (std::abs(winding - 0.5) > kFarOff) misfits.push_back(patch);
+  }
+  return misfits;
+}
+
+bool BetterFlipped(const std::vector<int>& group, const std::vector<SurfacePatch>& surface) {
+  constexpr double kPoor = 0.1;
+  constexpr double kBetter = 0.5;
+  const WindingMisfit misfit = MisfitOf(group, surface);
+  return misfit.as_is > kPoor && misfit.flipped < kBetter * misfit.as_is;
+}
+
 // Groups that a good part of their links contradict, as where a wall is thinner than the noise,
-// are held against the winding number of the whole, and flipped where that is clearly better.
+// are held against the winding number of the whole, and flipped where that is clearly better: the
+// group, or those of its patches that fit worst.
 absl::Status FlipContested(const SignedLabels& labels, const std::vector<SignedLink>& links,
                            const Patches& patches, OrientedCloud* cloud,
                            const RunContext& context) {
   constexpr double kAgainst = 0.08;
   constexpr int kFewestPatches = 3;
   constexpr int kMostGroups = 32;
-  constexpr double kPoor = 0.1;
-  constexpr double kBetter = 0.5;
+  constexpr double kMostTerms = 4e6;  // of the sums over all patches for one group
   const std::vector<ContestedGroup> contested =
       ContestedGroups(labels, links, kAgainst, kFewestPatches, kMostGroups);
   if (contested.empty()) return absl::OkStatus();
@@ -148,9 +167,13 @@ absl::Status FlipContested(const SignedLabels& labels, const std::vector<SignedL
   const std::vector<std::vector<int>> members = MembersOf(patches.patch, patches.count);
   for (const ContestedGroup& group : contested) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const WindingMisfit misfit = MisfitOf(group.nodes, surface);
-    if (misfit.as_is < kPoor || misfit.flipped > kBetter * misfit.as_is) continue;
-    for (const int patch : group.nodes) {
+    std::vector<int> flip = group.nodes;
+    if (!BetterFlipped(flip, surface)) {
+      if (static_cast<double>(flip.size()) * patches.count > kMostTerms) continue;
+      flip = MisfitPatches(flip, surface);
+      if (static_cast<int>(flip.size()) < kFewestPatches || !BetterFlipped(flip, surface)) continue;
+    }
+    for (const int patch : flip) {
       surface[patch].area *= -1;
       Flip(members[patch], cloud);
     }
