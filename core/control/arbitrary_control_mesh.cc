@@ -1,14 +1,28 @@
 #include <algorithm>
+#include <numbers>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/control/control_roads.h"
 #include "core/control/implicit_function.h"
 #include "core/control/iso_surface.h"
+#include "core/control/relax_mesh.h"
 #include "core/control/simplify_mesh.h"
+#include "core/control/small_handles.h"
 #include "core/control/trim_surface.h"
 
 namespace rilievo {
+namespace {
+
+// A handle narrower than four spacings is noise; a loop of edges zigzags, and is longer than the
+// circle it follows by about 15 %.
+constexpr double kSmallestHandleSpacings = 1.15 * 4;
+
+// Flips and relaxation in turn, across edges flatter than this.
+constexpr int kShapeRounds = 2;
+constexpr double kFlatDihedralDegrees = 40;
+
+}  // namespace
 
 absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
                                                  const NeighborGraph& graph,
@@ -30,8 +44,21 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
+  const double smallest_loop =
+      kSmallestHandleSpacings * std::numbers::pi * std::max(cloud.median_spacing, function.cell);
+  // Searched at the density of the points: the finer grid would only cost time.
+  const SimplifyOptions to_points{
+      .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh even, SimplifyMesh(trimmed, to_points, context));
+  RILIEVO_ASSIGN_OR_RETURN(const SmallHandleResult clean,
+                           RemoveSmallHandles(even, smallest_loop, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  return SimplifyMesh(trimmed, simplify, context);
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, SimplifyMesh(clean.mesh, simplify, context));
+  for (int round = 0; round < kShapeRounds; ++round) {
+    ImproveValence(&control, kFlatDihedralDegrees);
+    RelaxTangentially(&control, 3);
+  }
+  return control;
 }
 
 }  // namespace rilievo

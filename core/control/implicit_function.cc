@@ -25,6 +25,11 @@ constexpr double kSpacingPerCell = 2.5;
 constexpr double kOppositeNormals = -0.7;
 constexpr double kAcrossShare = 0.6;
 constexpr double kThinShare = 0.002;
+// A normal is outvoted when the function, 1 from side to side, falls by this much from this many
+// cells behind the point to as many before it.
+constexpr double kProbeCells = 0.75;
+constexpr double kOutvotedDrop = 0.15;
+constexpr int kTurningRounds = 3;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 
 struct GridLevel {
@@ -134,6 +139,48 @@ GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origi
   return level;
 }
 
+// The function at any position, trilinear; 0 outside the grid.
+double ValueAt(const GridLevel& level, const Eigen::Vector3d& origin,
+               const Eigen::Vector3d& position) {
+  const Eigen::Vector3d lattice = (position - origin) / level.cell;
+  const Eigen::Vector3d floor = lattice.array().floor();
+  const Eigen::Vector3d t = lattice - floor;
+  std::array<int, 8> corners;
+  if (!level.grid.FindCell(floor.cast<int>(), &corners)) return 0;
+  double value = 0;
+  for (int c = 0; c < 8; ++c) {
+    const double weight = ((c & 1) ? t.x() : 1 - t.x()) * ((c & 2) ? t.y() : 1 - t.y()) *
+                          ((c & 4) ? t.z() : 1 - t.z());
+    value += weight * level.values[corners[c]];
+  }
+  return value;
+}
+
+// Turns the normals that point down the function: their neighbours outvoted them (in the spirit of
+// Hou et al. 2022, iterative Poisson reconstruction). Returns how many.
+absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud,
+                                            const std::vector<int>& members, const GridLevel& level,
+                                            const Eigen::Vector3d& origin,
+                                            const RunContext& context, Eigen::Matrix3Xd* normals) {
+  std::vector<uint8_t> turn(members.size(), 0);
+  const int64_t count = static_cast<int64_t>(members.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t m = begin; m < end; ++m) {
+      const Eigen::Vector3d point = cloud.points.col(members[m]);
+      const Eigen::Vector3d step = kProbeCells * level.cell * normals->col(members[m]);
+      turn[m] = ValueAt(level, origin, point + step) - ValueAt(level, origin, point - step) <
+                -kOutvotedDrop;
+    }
+  }));
+  int64_t turned = 0;
+  for (size_t m = 0; m < members.size(); ++m) {
+    if (turn[m] == 0) continue;
+    normals->col(members[m]) *= -1;
+    ++turned;
+  }
+  return turned;
+}
+
 // Points whose spacing a grid of this cell can follow.
 std::vector<int> PointsFor(const OrientedCloud& cloud, double cell, bool all) {
   std::vector<int> members;
@@ -213,11 +260,13 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   const double coarsest_cell = finest_cell * (1 << (level_count - 1));
   const Eigen::Vector3d origin = cloud.points.rowwise().minCoeff();
 
+  Eigen::Matrix3Xd normals = cloud.normals;
   GridLevel level = CoarsestLevel(cloud, origin, coarsest_cell);
   for (int depth = 0;; ++depth) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const std::vector<int> members = PointsFor(cloud, level.cell, depth == 0);
     ScreenedPoisson system{.cloud = cloud,
+                           .normals = normals,
                            .members = members,
                            .grid = level.grid,
                            .origin = origin,
@@ -226,6 +275,13 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                            .border_free = depth == 0 && !options.closed,
                            .iterations = depth == 0 ? 80 : 24};
     RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
+    for (int round = 0; depth + 1 == level_count && round < kTurningRounds; ++round) {
+      RILIEVO_ASSIGN_OR_RETURN(
+          const int64_t turned,
+          TurnOutvotedNormals(cloud, members, level, origin, context, &normals));
+      if (turned == 0) break;
+      RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
+    }
     context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / level_count);
     if (depth + 1 == level_count) break;
     ImplicitGrid candidates;

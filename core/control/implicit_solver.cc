@@ -198,7 +198,7 @@ class PoissonOperator {
     const double inverse_cell = 1 / system.cell;
     std::array<int, 8> nodes;
     for (const int i : system.members) {
-      const Eigen::Vector3d normal = system.cloud.normals.col(i);
+      const Eigen::Vector3d normal = system.normals.col(i);
       Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
       if (part < 3) at[part] -= 0.5;
       const double spacing = system.cloud.spacing[i] * inverse_cell;

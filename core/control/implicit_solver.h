@@ -12,7 +12,8 @@
 namespace rilievo {
 
 struct ScreenedPoisson {
-  const OrientedCloud& cloud;
+  const OrientedCloud& cloud;       // points and spacing
+  const Eigen::Matrix3Xd& normals;  // of the cloud's points, as this level believes them
   const std::vector<int>& members;  // points that speak at this level
   const ImplicitGrid& grid;
   Eigen::Vector3d origin;  // unit frame, position of node (0, 0, 0)

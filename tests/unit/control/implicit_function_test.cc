@@ -60,6 +60,18 @@ TEST(ImplicitFunctionTest, AWallAsThinAsTheSpacingStaysWhole) {
   EXPECT_TRUE(topology.closed());
 }
 
+TEST(ImplicitFunctionTest, AFewNormalsTheWrongWayRoundAreOutvoted) {
+  OrientedShape shape = OrientShape(*MakeTorus(), 20000, kTorusArea);
+  const ControlMesh right = ZeroSet(shape, ImplicitOptions{});
+  for (int i = 0; i < 20000; i += 20) shape.cloud.normals.col(i) *= -1;
+  const ControlMesh mesh = ZeroSet(shape, ImplicitOptions{});
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_TRUE(topology.closed());
+  EXPECT_EQ(topology.components, 1);
+  EXPECT_EQ(topology.genus, 1);
+  EXPECT_NEAR(mesh.faces.cols(), right.faces.cols(), 0.01 * right.faces.cols());
+}
+
 TEST(ImplicitFunctionTest, TheGridStaysInProportionToThePoints) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 20000, kTorusArea);
   const ImplicitFunction function =

@@ -25,6 +25,7 @@ TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
   grid.Seal();
   std::vector<float> values(grid.size(), 0.0f);
   const ScreenedPoisson system{.cloud = cloud,
+                               .normals = cloud.normals,
                                .members = members,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
@@ -50,6 +51,7 @@ TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
   grid.AddBox(Eigen::Vector3i::Constant(-35), Eigen::Vector3i::Constant(35));
   grid.Seal();
   const ScreenedPoisson system{.cloud = shape.cloud,
+                               .normals = shape.cloud.normals,
                                .members = members,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
@@ -77,8 +79,8 @@ TEST(ImplicitSolverTest, StopsWhenAsked) {
   RunContext context;
   context.stop = stop.get_token();
   std::vector<float> values(grid.size(), 0.0f);
-  const ScreenedPoisson system{shape.cloud, members, grid, Eigen::Vector3d::Zero(),
-                               0.1,         2,       true, 9};
+  const ScreenedPoisson system{
+      shape.cloud, shape.cloud.normals, members, grid, Eigen::Vector3d::Zero(), 0.1, 2, true, 9};
   EXPECT_EQ(SolveScreenedPoisson(system, context, &values).code(), absl::StatusCode::kCancelled);
 }
 

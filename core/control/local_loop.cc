@@ -1,0 +1,221 @@
+#include "core/control/local_loop.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <utility>
+
+namespace rilievo {
+
+LocalLoopFinder::LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices)
+    : topology_(topology),
+      vertices_(vertices),
+      edge_begin_(topology.vertex_count + 1, 0),
+      distance_(topology.vertex_count),
+      parent_edge_(topology.vertex_count),
+      vertex_stamp_(topology.vertex_count, 0),
+      face_slot_(topology.face_count()),
+      face_stamp_(topology.face_count(), 0),
+      edge_stamp_(topology.edge_count(), 0),
+      boundary_set_(topology.edge_count()) {
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    for (int k = 0; k < 2; ++k) ++edge_begin_[topology.edge_vertices(k, e) + 1];
+  }
+  std::partial_sum(edge_begin_.begin(), edge_begin_.end(), edge_begin_.begin());
+  vertex_edges_.resize(edge_begin_.back());
+  std::vector<int> next(edge_begin_.begin(), edge_begin_.end() - 1);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    for (int k = 0; k < 2; ++k) vertex_edges_[next[topology.edge_vertices(k, e)]++] = e;
+  }
+}
+
+std::vector<int> LocalLoopFinder::LoopAround(int root, double radius) {
+  ++stamp_;
+  GrowDisc(root, radius);
+  CollectFaces();
+  if (disc_faces_.empty()) return {};
+  const int boundary_loops = CapBoundary();
+  if (Handles(boundary_loops) <= 0) return {};
+  return ShortestTreeLoop();
+}
+
+double LocalLoopFinder::Length(const std::vector<int>& loop) const {
+  double length = 0;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    length += (vertices_.col(loop[i]) - vertices_.col(loop[(i + 1) % loop.size()])).norm();
+  }
+  return length;
+}
+
+// Dijkstra over edges up to `radius`.
+void LocalLoopFinder::GrowDisc(int root, double radius) {
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  disc_vertices_.clear();
+  distance_[root] = 0;
+  parent_edge_[root] = -1;
+  vertex_stamp_[root] = stamp_;
+  front.push({0.0, root});
+  while (!front.empty()) {
+    const auto [distance, v] = front.top();
+    front.pop();
+    if (distance > distance_[v]) continue;
+    disc_vertices_.push_back(v);
+    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
+      const int e = vertex_edges_[i];
+      const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
+      const double reached = distance + (vertices_.col(v) - vertices_.col(w)).norm();
+      if (reached > radius) continue;
+      if (vertex_stamp_[w] == stamp_ && distance_[w] <= reached) continue;
+      vertex_stamp_[w] = stamp_;
+      distance_[w] = reached;
+      parent_edge_[w] = e;
+      front.push({reached, w});
+    }
+  }
+}
+
+// Faces whose three corners were reached, connected through edges to the root's; and their edges.
+void LocalLoopFinder::CollectFaces() {
+  disc_faces_.clear();
+  disc_edges_.clear();
+  for (const int v : disc_vertices_) {
+    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
+      const int e = vertex_edges_[i];
+      for (int side = 0; side < 2; ++side) {
+        const int f = topology_.edge_faces(side, e);
+        if (f < 0 || face_stamp_[f] == stamp_) continue;
+        bool inside = true;
+        for (int k = 0; k < 3; ++k) {
+          inside = inside && vertex_stamp_[topology_.faces(k, f)] == stamp_;
+        }
+        if (!inside) continue;
+        face_stamp_[f] = stamp_;
+        face_slot_[f] = static_cast<int>(disc_faces_.size());
+        disc_faces_.push_back(f);
+      }
+    }
+  }
+  for (const int f : disc_faces_) {
+    for (int k = 0; k < 3; ++k) {
+      const int e = topology_.face_edges(k, f);
+      if (edge_stamp_[e] == stamp_) continue;
+      edge_stamp_[e] = stamp_;
+      disc_edges_.push_back(e);
+    }
+  }
+}
+
+int LocalLoopFinder::FindSet(int element) {
+  while (sets_[element] != element) element = sets_[element] = sets_[sets_[element]];
+  return element;
+}
+
+// Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
+// pinched there: it then has fewer handles than it may have, never more.
+int LocalLoopFinder::CapBoundary() {
+  std::vector<int> border;
+  for (const int e : disc_edges_) {
+    int inside = 0;
+    for (int side = 0; side < 2; ++side) {
+      const int f = topology_.edge_faces(side, e);
+      inside += f >= 0 && face_stamp_[f] == stamp_;
+    }
+    boundary_set_[e] = -1;
+    if (inside == 1) {
+      boundary_set_[e] = static_cast<int>(border.size());
+      border.push_back(e);
+    }
+  }
+  sets_.resize(border.size());
+  std::iota(sets_.begin(), sets_.end(), 0);
+  std::vector<std::pair<int, int>> ends;
+  for (size_t i = 0; i < border.size(); ++i) {
+    for (int k = 0; k < 2; ++k) {
+      ends.push_back({topology_.edge_vertices(k, border[i]), static_cast<int>(i)});
+    }
+  }
+  std::sort(ends.begin(), ends.end());
+  for (size_t i = 1; i < ends.size(); ++i) {
+    if (ends[i].first == ends[i - 1].first)
+      sets_[FindSet(ends[i].second)] = FindSet(ends[i - 1].second);
+  }
+  std::vector<int> number(border.size(), -1);
+  int loops = 0;
+  for (size_t i = 0; i < border.size(); ++i) {
+    int& set = number[FindSet(static_cast<int>(i))];
+    if (set < 0) set = loops++;
+    boundary_set_[border[i]] = set;
+  }
+  return loops;
+}
+
+int LocalLoopFinder::Handles(int boundary_loops) const {
+  std::vector<int> corners;
+  for (const int f : disc_faces_) {
+    for (int k = 0; k < 3; ++k) corners.push_back(topology_.faces(k, f));
+  }
+  std::sort(corners.begin(), corners.end());
+  const auto vertices = std::unique(corners.begin(), corners.end()) - corners.begin();
+  const int euler = static_cast<int>(vertices) - static_cast<int>(disc_edges_.size()) +
+                    static_cast<int>(disc_faces_.size());
+  return (2 - boundary_loops - euler) / 2;
+}
+
+std::vector<int> LocalLoopFinder::ShortestTreeLoop() {
+  // The cotree: faces and caps joined across edges off the shortest-path tree, farthest edges
+  // first, so that what stays are the edges that close short loops.
+  std::vector<std::pair<double, int>> candidates;
+  for (const int e : disc_edges_) {
+    const int a = topology_.edge_vertices(0, e), b = topology_.edge_vertices(1, e);
+    if (parent_edge_[a] == e || parent_edge_[b] == e) continue;
+    const double length =
+        distance_[a] + distance_[b] + (vertices_.col(a) - vertices_.col(b)).norm();
+    candidates.push_back({length, e});
+  }
+  std::sort(candidates.begin(), candidates.end(), std::greater<>());
+  const int face_count = static_cast<int>(disc_faces_.size());
+  int cap_count = 0;
+  for (const int e : disc_edges_) cap_count = std::max(cap_count, boundary_set_[e] + 1);
+  sets_.resize(face_count + cap_count);
+  std::iota(sets_.begin(), sets_.end(), 0);
+  std::pair<double, int> best{std::numeric_limits<double>::infinity(), -1};
+  for (const auto& candidate : candidates) {
+    const int e = candidate.second;
+    int dual[2], found = 0;
+    for (int side = 0; side < 2; ++side) {
+      const int f = topology_.edge_faces(side, e);
+      if (f >= 0 && face_stamp_[f] == stamp_) dual[found++] = face_slot_[f];
+    }
+    if (found == 1) dual[1] = face_count + boundary_set_[e];
+    const int a = FindSet(dual[0]), b = FindSet(dual[1]);
+    if (a != b) {
+      sets_[a] = b;
+    } else if (found == 2) {
+      best = std::min(best, candidate);
+    }
+  }
+  if (best.second < 0) return {};
+  // Both ways to the root, without the part they share.
+  std::vector<int> way[2];
+  for (int k = 0; k < 2; ++k) {
+    int v = topology_.edge_vertices(k, best.second);
+    way[k].push_back(v);
+    while (parent_edge_[v] >= 0) {
+      v = topology_.edge_vertices(0, parent_edge_[v]) +
+          topology_.edge_vertices(1, parent_edge_[v]) - v;
+      way[k].push_back(v);
+    }
+  }
+  while (way[0].size() > 1 && way[1].size() > 1 &&
+         way[0][way[0].size() - 2] == way[1][way[1].size() - 2]) {
+    way[0].pop_back();
+    way[1].pop_back();
+  }
+  std::vector<int> loop(way[0]);
+  loop.insert(loop.end(), way[1].rbegin() + 1, way[1].rend());
+  return loop;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,48 @@
+// Short loops that do not separate the surface, searched in geodesic discs around seeds.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+
+// Searches one mesh; keeps its scratch from call to call.
+class LocalLoopFinder {
+ public:
+  LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices);
+
+  // The shortest loop through `root` among those of the tree-cotree decomposition (Eppstein 2003;
+  // Erickson and Whittlesey 2005) of the disc of geodesic radius `radius` around it, its boundary
+  // loops capped. Vertices in order; empty when the disc has no handle.
+  std::vector<int> LoopAround(int root, double radius);
+
+  // The vertices of the disc of the last call.
+  const std::vector<int>& disc() const { return disc_vertices_; }
+
+  double Length(const std::vector<int>& loop) const;
+
+ private:
+  void GrowDisc(int root, double radius);
+  void CollectFaces();
+  int CapBoundary();  // numbers the boundary loops; returns how many
+  int Handles(int boundary_loops) const;
+  std::vector<int> ShortestTreeLoop();
+  int FindSet(int element);
+
+  const MeshTopology& topology_;
+  const Eigen::Matrix3Xd& vertices_;
+  std::vector<int> edge_begin_, vertex_edges_;  // edges at each vertex
+  std::vector<double> distance_;                // per vertex, valid where stamped
+  std::vector<int> parent_edge_, vertex_stamp_;
+  std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
+  std::vector<int> edge_stamp_;
+  std::vector<int> disc_vertices_, disc_faces_, disc_edges_;
+  std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it
+  std::vector<int> sets_;          // union-find over faces, then boundary loops
+  int stamp_ = 0;
+};
+
+}  // namespace rilievo

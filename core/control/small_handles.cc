@@ -1,0 +1,159 @@
+#include "core/control/small_handles.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/control/local_loop.h"
+#include "core/control/trim_surface.h"
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kMaxSweeps = 8;
+constexpr int kTightenings = 3;
+
+// Roots the search at the loop's own vertices until it gets no shorter.
+std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* finder) {
+  for (int round = 0; round < kTightenings; ++round) {
+    std::vector<int> shorter = loop;
+    for (const size_t part : {size_t{0}, loop.size() / 3, 2 * loop.size() / 3}) {
+      const std::vector<int> found = finder->LoopAround(loop[part], radius);
+      if (!found.empty() && finder->Length(found) < finder->Length(shorter)) shorter = found;
+    }
+    if (shorter == loop) break;
+    loop = std::move(shorter);
+  }
+  return loop;
+}
+
+// Loops short enough to be cut at once: no two share a face, none touches the boundary.
+std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
+                                        const Eigen::Matrix3Xd& vertices, double max_length) {
+  LocalLoopFinder finder(topology, vertices);
+  // A loop within `step` of a seed lies in the seed's disc whole.
+  const double step = max_length / 4;
+  const double radius = max_length / 2 + step;
+  std::vector<uint8_t> visited(topology.vertex_count, 0), taken(topology.vertex_count, 0);
+  std::vector<std::vector<int>> loops;
+  for (int seed = 0; seed < topology.vertex_count; ++seed) {
+    if (visited[seed] != 0) continue;
+    std::vector<int> loop = finder.LoopAround(seed, radius);
+    const std::vector<int> disc = finder.disc();
+    for (const int v : disc) {
+      if ((vertices.col(v) - vertices.col(seed)).norm() < step) visited[v] = 1;
+    }
+    if (loop.empty()) continue;
+    loop = Tighten(std::move(loop), radius, &finder);
+    if (loop.size() < 3 || finder.Length(loop) > max_length) continue;
+    const bool blocked = std::any_of(loop.begin(), loop.end(), [&](int v) {
+      return taken[v] != 0 || topology.boundary_vertex[v] != 0;
+    });
+    if (blocked) continue;
+    // The whole neighbourhood is spoken for: another loop there may be the same handle's.
+    finder.LoopAround(loop[0], radius);
+    for (const int v : finder.disc()) taken[v] = 1;
+    for (const int v : loop) taken[v] = 1;
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+// Opens the mesh along the loops and closes both sides of each with a fan around its centre.
+ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
+                      const std::vector<std::vector<int>>& loops) {
+  std::vector<int> loop_of(topology.vertex_count, -1);
+  std::map<std::pair<int, int>, int> on_loop;  // directed loop edges
+  for (size_t l = 0; l < loops.size(); ++l) {
+    for (size_t i = 0; i < loops[l].size(); ++i) {
+      loop_of[loops[l][i]] = static_cast<int>(l);
+      on_loop[{loops[l][i], loops[l][(i + 1) % loops[l].size()]}] = static_cast<int>(l);
+    }
+  }
+  // Corners at loop vertices: those left of the loop take the second copy of the vertex. Left is
+  // what can be reached around the vertex, without crossing the loop, from a face left of it.
+  std::vector<std::vector<int>> copy_of(loops.size());
+  ControlMesh cut;
+  cut.faces = mesh.faces;
+  std::vector<Eigen::Vector3d> added;
+  const int vertex_count = topology.vertex_count;
+  std::map<int, int> second_copy;
+  const auto copy = [&](int v) {
+    const auto [it, fresh] = second_copy.try_emplace(v, 0);
+    if (fresh) {
+      it->second = vertex_count + static_cast<int>(added.size());
+      added.push_back(mesh.vertices.col(v));
+    }
+    return it->second;
+  };
+  for (int f = 0; f < topology.face_count(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = topology.faces(k, f), b = topology.faces((k + 1) % 3, f);
+      if (loop_of[a] < 0 || on_loop.count({a, b}) == 0) continue;
+      // Face f lies left of the loop edge a -> b: sweep around a against the loop's way in.
+      int face = f, corner = k;
+      for (;;) {
+        cut.faces(corner, face) = copy(a);
+        // Across the edge that enters a: from corner + 2 to corner.
+        const int before = (corner + 2) % 3;
+        if (on_loop.count({topology.faces(before, face), a}) != 0) break;
+        face = topology.face_neighbors(before, face);
+        if (face < 0) break;
+        corner = 0;
+        while (topology.faces(corner, face) != a) ++corner;
+      }
+    }
+  }
+  std::vector<Eigen::Vector3i> caps;
+  for (const std::vector<int>& loop : loops) {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const int v : loop) center += mesh.vertices.col(v);
+    center /= static_cast<double>(loop.size());
+    for (const bool left : {false, true}) {
+      const int apex = vertex_count + static_cast<int>(added.size());
+      added.push_back(center);
+      for (size_t i = 0; i < loop.size(); ++i) {
+        const int a = loop[i], b = loop[(i + 1) % loop.size()];
+        // Faces left of the loop run a -> b, so their cap runs b -> a.
+        if (left) {
+          caps.push_back({second_copy[b], second_copy[a], apex});
+        } else {
+          caps.push_back({a, b, apex});
+        }
+      }
+    }
+  }
+  cut.vertices.resize(3, vertex_count + static_cast<int64_t>(added.size()));
+  cut.vertices.leftCols(vertex_count) = mesh.vertices;
+  for (size_t i = 0; i < added.size(); ++i) cut.vertices.col(vertex_count + i) = added[i];
+  const int64_t face_count = cut.faces.cols();
+  cut.faces.conservativeResize(3, face_count + static_cast<int64_t>(caps.size()));
+  for (size_t i = 0; i < caps.size(); ++i) cut.faces.col(face_count + i) = caps[i];
+  return cut;
+}
+
+}  // namespace
+
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
+                                                     double max_loop_length,
+                                                     const RunContext& context) {
+  SmallHandleResult result{mesh, 0};
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    const int vertex_count = static_cast<int>(result.mesh.vertices.cols());
+    if (SummarizeTopology(result.mesh.faces, vertex_count).genus == 0) break;
+    RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                             BuildMeshTopology(result.mesh.faces, vertex_count));
+    const std::vector<std::vector<int>> loops =
+        FindLoops(topology, result.mesh.vertices, max_loop_length);
+    if (loops.empty()) break;
+    result.mesh = SplitPinchedVertices(CutAndCap(result.mesh, topology, loops));
+    result.removed += static_cast<int>(loops.size());
+  }
+  return result;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,22 @@
+// Topological noise: handles too small for the points to vouch for (Guskov and Wood 2001).
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+struct SmallHandleResult {
+  ControlMesh mesh;
+  int removed = 0;  // each lowered the genus by one
+};
+
+// Cuts every handle that has a non-separating loop of edges no longer than `max_loop_length` (unit
+// of the mesh) along such a loop, and closes both sides with a fan of triangles. `mesh`: an
+// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone.
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
+                                                     double max_loop_length,
+                                                     const RunContext& context);
+
+}  // namespace rilievo

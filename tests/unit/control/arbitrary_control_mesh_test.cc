@@ -1,0 +1,50 @@
+// The main road, core/control/arbitrary_control_mesh.cc.
+#include <gtest/gtest.h>
+
+#include "core/control/control_roads.h"
+#include "core/geometry/mesh_topology.h"
+#include "tests/unit/control/oriented_shapes.h"
+
+namespace rilievo {
+namespace {
+
+TEST(ArbitraryControlMeshTest, KeepsGenusAndComponents) {
+  const struct {
+    ShapePtr shape;
+    double area;
+    int genus, components;
+  } cases[] = {{MakeTorus(), kTorusArea, 1, 1},
+               {MakeGenus2(), 2 * kTorusArea, 2, 1},
+               {MakePair(), kSphereArea, 1, 2},
+               {MakeSphere(), kSphereArea, 0, 1}};
+  for (const auto& test : cases) {
+    const OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
+    const ControlMesh mesh = ArbitraryControlMesh(shape.cloud, shape.graph, shape.index,
+                                                  BoundaryRule::kKeep, 1000, RunContext{})
+                                 .value();
+    const TopologySummary topology =
+        SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+    EXPECT_TRUE(topology.manifold()) << test.shape->name();
+    EXPECT_TRUE(topology.closed()) << test.shape->name();
+    EXPECT_EQ(topology.genus, test.genus) << test.shape->name();
+    EXPECT_EQ(topology.components, test.components) << test.shape->name();
+    EXPECT_NEAR(topology.faces, 1000, 100) << test.shape->name();
+  }
+}
+
+TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
+  const OrientedShape shape = OrientShape(*MakeTorus(), 10000, kTorusArea);
+  const auto run = [&](int threads) {
+    RunContext context;
+    context.threads = threads;
+    return ArbitraryControlMesh(shape.cloud, shape.graph, shape.index, BoundaryRule::kKeep, 400,
+                                context)
+        .value();
+  };
+  const ControlMesh one = run(1), three = run(3);
+  EXPECT_EQ(one.faces, three.faces);
+  EXPECT_EQ(one.vertices, three.vertices);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,106 @@
+#include "core/control/small_handles.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/control/iso_surface.h"
+#include "core/control/local_loop.h"
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+namespace {
+
+// A wall of 0.12 in [-0.5, 0.5]^3 with a round hole of the given radius through its middle.
+ControlMesh WallWithHole(double radius) {
+  ImplicitFunction function;
+  function.cell = 1.0 / 48;
+  function.origin = Eigen::Vector3d::Constant(-0.5);
+  function.grid.AddBox({0, 0, 0}, {48, 48, 48});
+  function.grid.Seal();
+  for (const Eigen::Vector3i& node : function.grid.Nodes()) {
+    const Eigen::Vector3d x = function.origin + function.cell * node.cast<double>();
+    const double slab =
+        std::max({std::abs(x.z()) - 0.06, std::abs(x.x()) - 0.41, std::abs(x.y()) - 0.41});
+    const double hole = radius - std::hypot(x.x() - 0.07, x.y());
+    function.values.push_back(static_cast<float>(std::max(slab, hole) + 1e-4));
+  }
+  return ExtractIsoSurface(function, RunContext{}).value();
+}
+
+TopologySummary Topology(const ControlMesh& mesh) {
+  return SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+}
+
+TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
+  const ControlMesh wall = WallWithHole(0.05);
+  ASSERT_EQ(Topology(wall).genus, 1);
+  const auto result = RemoveSmallHandles(wall, 0.6, RunContext{});
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->removed, 1);
+  const TopologySummary topology = Topology(result->mesh);
+  EXPECT_EQ(topology.genus, 0);
+  EXPECT_EQ(topology.components, 1);
+  EXPECT_TRUE(topology.closed());
+  EXPECT_TRUE(
+      BuildMeshTopology(result->mesh.faces, static_cast<int>(result->mesh.vertices.cols())).ok());
+}
+
+TEST(SmallHandlesTest, AWideHoleStays) {
+  const ControlMesh wall = WallWithHole(0.2);
+  ASSERT_EQ(Topology(wall).genus, 1);
+  const auto result = RemoveSmallHandles(wall, 0.35, RunContext{});
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->removed, 0);
+  EXPECT_EQ(result->mesh.faces, wall.faces);
+}
+
+TEST(SmallHandlesTest, StopsWhenAsked) {
+  std::stop_source stop;
+  stop.request_stop();
+  RunContext context;
+  context.stop = stop.get_token();
+  EXPECT_EQ(RemoveSmallHandles(WallWithHole(0.1), 0.5, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+TEST(LocalLoopTest, TheLoopFoundGoesAroundTheHole) {
+  const ControlMesh wall = WallWithHole(0.05);
+  const MeshTopology topology =
+      BuildMeshTopology(wall.faces, static_cast<int>(wall.vertices.cols())).value();
+  LocalLoopFinder finder(topology, wall.vertices);
+  int near_hole = 0;
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    const auto distance = [&](int i) {
+      return (wall.vertices.col(i) - Eigen::Vector3d(0.12, 0, 0)).norm();
+    };
+    if (distance(v) < distance(near_hole)) near_hole = v;
+  }
+  const std::vector<int> loop = finder.LoopAround(near_hole, 0.4);
+  ASSERT_GE(loop.size(), 3u);
+  EXPECT_GT(finder.Length(loop), 2 * 3.14 * 0.05);
+  EXPECT_LT(finder.Length(loop), 0.7);
+  double turns = 0;  // around the axis of the hole
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const auto angle = [&](int v) {
+      return std::atan2(wall.vertices(1, v), wall.vertices(0, v) - 0.07);
+    };
+    turns += std::remainder(angle(loop[(i + 1) % loop.size()]) - angle(loop[i]), 2 * M_PI);
+  }
+  EXPECT_NEAR(std::abs(turns), 2 * M_PI, 1e-9);
+}
+
+TEST(LocalLoopTest, ADiscWithoutAHandleHasNoLoop) {
+  const ControlMesh wall = WallWithHole(0.05);
+  const MeshTopology topology =
+      BuildMeshTopology(wall.faces, static_cast<int>(wall.vertices.cols())).value();
+  LocalLoopFinder finder(topology, wall.vertices);
+  int corner = 0;
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (wall.vertices.col(v).sum() < wall.vertices.col(corner).sum()) corner = v;
+  }
+  EXPECT_TRUE(finder.LoopAround(corner, 0.3).empty());
+}
+
+}  // namespace
+}  // namespace rilievo
