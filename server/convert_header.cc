@@ -212,15 +212,24 @@ bool ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limi
   return false;
 }
 
+// As many control faces as asked for, or as the control stage chooses when it is left to it: see
+// DefaultControlFaces(), which knows the points that remain after cleaning.
+int64_t ExpectedControlFaces(const JobRequest& request) {
+  const ControlOptions& control = request.options.control;
+  if (control.user_mesh) return control.user_mesh->faces.cols();
+  if (control.target_faces > 0) return control.target_faces;
+  return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
+}
+
 // Whether control faces times 4^level is more than the server may build.
-bool SurfaceTooLarge(const ReconstructOptions& options, const ServerOptions& limits,
+bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
                      Violations* violations) {
-  if (!options.max_level) return false;
-  const int64_t faces = options.control.user_mesh ? options.control.user_mesh->faces.cols()
-                                                  : options.control.target_faces;
-  if (faces <= limits.max_surface_faces >> (2 * *options.max_level)) return false;
+  if (!request.options.max_level) return false;
+  const int level = *request.options.max_level;
+  const int64_t faces = ExpectedControlFaces(request);
+  if (faces <= limits.max_surface_faces >> (2 * level)) return false;
   OptionReader("header.options", violations)
-      .Violate("max_level", absl::StrCat(faces, " control faces at level ", *options.max_level,
+      .Violate("max_level", absl::StrCat(faces, " control faces at level ", level,
                                          " make more than the ", limits.max_surface_faces,
                                          " faces this server builds; lower one of the two"));
   return true;
@@ -251,7 +260,7 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
   ReadEncode(from.encode(), &request.options.encode, &violations);
-  over_limit |= SurfaceTooLarge(request.options, limits, &violations);
+  over_limit |= SurfaceTooLarge(request, limits, &violations);
 
   if (violations.empty()) return request;
   CallError error = BadRequestError(std::move(violations));

@@ -14,12 +14,14 @@ inline constexpr int kMaxMessageBytes = 4 << 20;
 inline constexpr int64_t kMaxChunkBytes = 1 << 20;
 inline constexpr int kMaxControlFaces = 100000;
 
+// A job's memory grows with its points and with the faces of its surface; measured at the peak,
+// about 310 bytes a face. The defaults keep one job within some 5 GB.
 struct ServerOptions {
   // "host:port"; port 0: any free one. Plaintext.
   std::string listen = "127.0.0.1:50051";
-  int64_t max_points = 20'000'000;         // of one scan, >= 20
-  int64_t max_scan_bytes = 480'000'000;    // of one scan on the wire, > 0
-  int64_t max_surface_faces = 40'000'000;  // control faces times 4^max_level, > 0
+  int64_t max_points = 5'000'000;          // of one scan, >= 20
+  int64_t max_scan_bytes = 120'000'000;    // of one scan on the wire, > 0
+  int64_t max_surface_faces = 16'000'000;  // control faces times 4^max_level, > 0
   int max_concurrent_jobs = 2;             // worked on at a time, [1, 1024]
   int max_queued_jobs = 8;                 // admitted beside them, uploading or waiting, [0, 65536]
   int threads = 0;                         // a job gets at most; 0: all hardware threads. [0, 1024]
