@@ -12,26 +12,50 @@ namespace {
 
 constexpr int64_t kBlock = 4096;
 constexpr int kMostRing = 64;
-// A median over fewer neighbours says nothing.
-constexpr int kLeastRing = 3;
+// Fewer pairs of opposite neighbours say nothing.
+constexpr int kLeastPairs = 2;
 constexpr float kRingDepartures = 4.0f;
 constexpr float kDeviations = 5.0f;
 constexpr float kSpacings = 0.5f;
 
-// Median of `value` over the measured neighbours; false when there are too few.
-template <typename Value>
-bool RingMedian(const VertexRings& rings, const HeightSamples& samples, int64_t vertex,
-                const Value& value, float* median) {
+struct Departure {
+  float height = 0;  // of the vertex over `expected`
+  float expected = 0;
+  bool known = false;
+};
+
+Departure DepartureOf(const VertexRings& rings, const HeightSamples& samples, int64_t vertex) {
+  Departure least;
+  const int begin = rings.neighbor_begin[vertex];
+  const int valence = rings.neighbor_begin[vertex + 1] - begin;
+  const int half = valence / 2;
+  int pairs = 0;
+  for (int i = 0; half > 0 && i < (valence + 1) / 2; ++i) {
+    const int a = rings.neighbors[begin + i], b = rings.neighbors[begin + (i + half) % valence];
+    if (!samples.measured[a] || !samples.measured[b]) continue;
+    const float expected = 0.5f * (samples.height[a] + samples.height[b]);
+    const float height = samples.height[vertex] - expected;
+    if (pairs++ == 0 || std::abs(height) < std::abs(least.height)) {
+      least.height = height;
+      least.expected = expected;
+    }
+  }
+  least.known = pairs >= kLeastPairs;
+  return least;
+}
+
+// Median departure of the measured neighbours.
+float RingDeparture(const VertexRings& rings, const HeightSamples& samples,
+                    const std::vector<Departure>& departures, int64_t vertex) {
   std::array<float, kMostRing> values;
   int count = 0;
   for (int r = rings.neighbor_begin[vertex]; r < rings.neighbor_begin[vertex + 1]; ++r) {
     const int neighbor = rings.neighbors[r];
-    if (samples.measured[neighbor] && count < kMostRing) values[count++] = value(neighbor);
+    if (!samples.measured[neighbor] || count == kMostRing) continue;
+    values[count++] = std::abs(departures[neighbor].height);
   }
-  if (count < kLeastRing) return false;
   std::nth_element(values.begin(), values.begin() + count / 2, values.begin() + count);
-  *median = values[count / 2];
-  return true;
+  return count == 0 ? 0.0f : values[count / 2];
 }
 
 }  // namespace
@@ -40,35 +64,27 @@ absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context) {
   const int count = samples.size();
-  std::vector<float> departure(count, 0.0f), tolerance(count, 0.0f);
-  std::vector<uint8_t> is_spike(count, 0);
+  std::vector<Departure> departures(count);
+  std::vector<float> tolerance(count, 0.0f);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      float median = 0;
-      if (!samples.measured[v]) continue;
-      if (!RingMedian(
-              rings, samples, v, [&](int w) { return samples.height[w]; }, &median))
-        continue;
-      departure[v] = samples.height[v] - median;
+      if (samples.measured[v]) departures[v] = DepartureOf(rings, samples, v);
     }
   }));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      const float own = std::abs(departure[v]);
-      if (own <= kSpacings * samples.spacing[v]) continue;
-      float around = 0;
-      if (!RingMedian(
-              rings, samples, v, [&](int w) { return std::abs(departure[w]); }, &around)) {
-        continue;
-      }
-      tolerance[v] = std::max(kSpacings * samples.spacing[v],
-                              kRingDepartures * around + kDeviations * samples.deviation[v]);
-      is_spike[v] = own > tolerance[v];
+      const float least = kSpacings * samples.spacing[v];
+      const float own = std::abs(departures[v].height);
+      if (!departures[v].known || samples.crease[v] || own <= least) continue;
+      const float around = RingDeparture(rings, samples, departures, v);
+      const float most =
+          std::max(least, kRingDepartures * around + kDeviations * samples.deviation[v]);
+      if (own > most) tolerance[v] = most;
     }
   }));
   std::vector<Spike> spikes;
   for (int v = 0; v < count; ++v) {
-    if (is_spike[v]) spikes.push_back({v, samples.height[v] - departure[v], tolerance[v]});
+    if (tolerance[v] > 0) spikes.push_back({v, departures[v].expected, tolerance[v]});
   }
   return spikes;
 }

@@ -12,13 +12,15 @@ namespace rilievo {
 
 struct Spike {
   int vertex;
-  float expected;   // median height of its ring
+  float expected;   // height between the pair of opposite neighbours that it departs least from
   float tolerance;  // |height - expected| beyond this is a spike
 };
 
-// A vertex is a spike when it departs from the median of its ring by far more than its ring's own
-// vertices depart from theirs, than the noise, and than half a local spacing. Steps of the surface
-// are none: there the whole ring departs. Ascending by vertex.
+// A vertex departs from a pair of opposite neighbours by its height over their mean, and from its
+// ring by the least of those: 0 on slopes and along the crest of an edge. It is a spike when it
+// departs by far more than the vertices of its ring do from theirs, than the noise, and than half
+// a local spacing. Heights told by a crease (samples.crease) are none: all the points around
+// them agreed. Ascending by vertex.
 absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context);

@@ -9,8 +9,8 @@ namespace rilievo {
 namespace {
 
 // Ranges over which the slope and the height of a fill decay, in control edges.
-constexpr double kSlopeRange = 0.5;
-constexpr double kHeightRange = 2.0;
+constexpr double kSlopeRange = 1.0;
+constexpr double kHeightRange = 6.0;
 // Conjugate gradient steps: the finest level starts from the coarser one and needs few.
 constexpr int kFinestSteps = 20;
 constexpr int kMostSteps = 300;

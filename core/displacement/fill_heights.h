@@ -14,7 +14,7 @@ namespace rilievo {
 // of
 //   sum |L h|^2 + a sum |h_i - h_j|^2 + b sum h^2   (L: mean of the neighbours minus the vertex)
 // so that the fill continues value and slope of its rim (thin plate), lets the slope go within
-// about half a control edge (membrane), and returns to the domain surface over some two control
+// about one control edge (membrane), and returns to the domain surface over some six control
 // edges, for what lies far from all data is best told by the domain. Solved by conjugate gradients
 // level by level, coarse to fine (cascadic multigrid): the vertices nest. With nothing known all
 // heights become 0. Heights known stay as they are.

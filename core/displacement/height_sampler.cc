@@ -21,6 +21,7 @@ constexpr int kMostRestarts = 3;
 constexpr float kGroupSpacings = 1.5f;
 constexpr float kGroupAgreement = 0.95f;
 constexpr int kMostPatchPoints = 320;
+constexpr int kCoveredRanks = 5;
 
 // Points around the ray that a crease is fitted to.
 constexpr int kCreasePoints = 17;
@@ -85,9 +86,8 @@ bool HeightSampler::IsNoisy(int point) const {
   return at.noise > options_.plane_noise_ratio * at.spacing;
 }
 
-std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, const QueueGate& gate,
-                                                        int start) {
-  start = queue_.Walk(ray, gate, start);
+std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, int start, QueueGate gate) {
+  start = queue_.Walk(ray, start, &gate);
   TriangleRules rules;
   rules.max_spacings = static_cast<float>(options_.max_triangle_spacings);
   rules.reference_height = gate.reference_height;
@@ -107,7 +107,7 @@ std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, const Qu
   if (rules.noisy) {
     // Noise tilts a triangle of its own size at will: the middle of a few points is safer.
     const RayPoint& point = cloud_.points[queue[0].point];
-    return HeightEstimate{MedianHeight(queue), point.noise, point.spacing, queue[0].point};
+    return HeightEstimate{MedianHeight(queue), point.noise, point.spacing, queue[0].point, false};
   }
   const QueuedPoint& nearest = queue[triangle->corners[0]];
   const RayPoint& point = cloud_.points[nearest.point];
@@ -115,13 +115,13 @@ std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, const Qu
     const size_t most = std::min<size_t>(queue.size(), kCreasePoints);
     const auto crease = FitCrease(queue.first(most), cloud_, ray, point.noise);
     if (crease) {
-      return HeightEstimate{crease->height, crease->deviation, point.spacing, nearest.point};
+      return HeightEstimate{crease->height, crease->deviation, point.spacing, nearest.point, true};
     }
   }
   float square = 0;
   for (float weight : triangle->barycentric) square += weight * weight;
   return HeightEstimate{CurvedHeight(*triangle, queue, cloud_, ray),
-                        point.noise * std::sqrt(square), point.spacing, nearest.point};
+                        point.noise * std::sqrt(square), point.spacing, nearest.point, false};
 }
 
 std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, float reference) {
@@ -133,7 +133,7 @@ std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, f
   std::optional<HeightEstimate> estimate;
   for (int round = 0; round < kMostRestarts; ++round) {
     gate.reference_height = reference;
-    const auto next = PierceOnce(ray, gate, start);
+    const auto next = PierceOnce(ray, start, gate);
     if (!next) break;
     estimate = next;
     if (std::abs(estimate->height - reference) <= kRestartSpacings * estimate->spacing) break;
@@ -156,6 +156,7 @@ void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> 
   gate.min_normal_agreement = static_cast<float>(options_.min_normal_agreement);
   gate.reference_height = leader.estimate->height;
   gate.height_window = std::numeric_limits<float>::max();
+  gate.covered_ranks = kCoveredRanks;
   queue_.Start(leader.ray, gate, leader.estimate->foot);
   queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * spacing);
   fitter_.SetPatch(queue_.queued(), cloud_);

@@ -21,6 +21,7 @@ struct HeightEstimate {
   float deviation;  // expected standard deviation of `height`
   float spacing;    // of the points there
   int foot;         // cloud point nearest to where the ray meets the surface
+  bool crease;      // told by the planes of an edge or corner
 };
 
 struct RaySample {
@@ -47,7 +48,7 @@ class HeightSampler {
 
  private:
   bool IsNoisy(int point) const;
-  std::optional<HeightEstimate> PierceOnce(const Ray& ray, const QueueGate& gate, int start);
+  std::optional<HeightEstimate> PierceOnce(const Ray& ray, int start, QueueGate gate);
   bool NeedsFit(const RaySample& sample) const;
   void FitGroup(std::span<RaySample> samples, std::span<const int> group);
 

@@ -13,13 +13,15 @@ struct HeightSamples {
   std::vector<float> spacing;    // local distance between the points there
   std::vector<int> foot;         // cloud point nearest to where the ray meets the surface, or -1
   std::vector<uint8_t> measured;
+  std::vector<uint8_t> crease;  // the height is that of an edge or corner; see FitCrease
 
   explicit HeightSamples(size_t count)
       : height(count, 0.0f),
         deviation(count, 0.0f),
         spacing(count, 0.0f),
         foot(count, -1),
-        measured(count, 0) {}
+        measured(count, 0),
+        crease(count, 0) {}
   int size() const { return static_cast<int>(height.size()); }
 };
 

@@ -6,9 +6,10 @@
 namespace rilievo {
 namespace {
 
-// A point opened as a hub covers this many of its nearest neighbours: theirs are mostly its own.
-constexpr int kCoveredRanks = 5;
 constexpr int kMostWalkSteps = 256;
+constexpr int kMostWalkRounds = 8;
+// Off the reference height by more than this many spacings, the walk takes a new reference.
+constexpr float kFarSpacings = 2.0f;
 // Added to the key of points that face away while walking, in squared local spacings.
 constexpr float kFacingAwayPenalty = 16.0f;
 
@@ -39,7 +40,7 @@ NeighborQueue::NeighborQueue(const RayCloud& cloud, const NeighborGraph& graph)
   hubs_.reserve(kMostMarked);
 }
 
-int NeighborQueue::Walk(const Ray& ray, const QueueGate& gate, int start) const {
+int NeighborQueue::Descend(const Ray& ray, const QueueGate& gate, int start) const {
   const auto key_of = [&](int index) {
     const RayPoint& point = cloud_.points[index];
     const Projected at = Project(ray, point);
@@ -60,6 +61,18 @@ int NeighborQueue::Walk(const Ray& ray, const QueueGate& gate, int start) const 
     if (best == here) break;
   }
   return best;
+}
+
+int NeighborQueue::Walk(const Ray& ray, int start, QueueGate* gate) const {
+  for (int round = 0; round < kMostWalkRounds; ++round) {
+    start = Descend(ray, *gate, start);
+    const RayPoint& point = cloud_.points[start];
+    const Projected at = Project(ray, point);
+    const bool far = std::abs(at.height - gate->reference_height) > kFarSpacings * point.spacing;
+    if (!far || !(at.agreement > gate->min_normal_agreement)) break;
+    gate->reference_height = at.height;
+  }
+  return start;
 }
 
 NeighborQueue::Mark& NeighborQueue::Find(int point) {
@@ -91,7 +104,7 @@ void NeighborQueue::Open(int point) {
   for (int neighbor : graph_.neighbors(point)) {
     Mark& mark = Find(neighbor);
     if (mark.stamp != stamp_) Pull(neighbor, mark);
-    if (rank++ < kCoveredRanks) mark.covered = true;
+    if (rank++ < gate_.covered_ranks) mark.covered = true;
   }
 }
 

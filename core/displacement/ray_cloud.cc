@@ -28,12 +28,14 @@ float Quantile(float* values, int count, double share) {
   return values[rank];
 }
 
-// Signed distance of the point from the tangent planes of its neighbours, the median of them.
+// Signed distance of the point from the tangent planes of its neighbours, the median of them. Those
+// that face away belong to the other side of a thin wall and are not asked.
 float StandOff(const OrientedCloud& cloud, const NeighborGraph& graph, int point) {
   std::array<float, kMostNeighbors> distances;
   int count = 0;
   for (int neighbor : graph.neighbors(point)) {
     if (count == kMostNeighbors) break;
+    if (cloud.normals.col(point).dot(cloud.normals.col(neighbor)) < 0) continue;
     const Eigen::Vector3d across = cloud.points.col(point) - cloud.points.col(neighbor);
     distances[count++] = static_cast<float>(cloud.normals.col(neighbor).dot(across));
   }

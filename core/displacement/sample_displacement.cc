@@ -67,8 +67,9 @@ class Sampling {
         limit_(limit),
         options_(options),
         context_(context),
-        bounds_(
-            BoundHeights(refinement.levels.back(), limit, static_cast<float>(options.max_height))),
+        bounds_(BoundHeights(refinement.levels.back(), limit,
+                             // Rounded down, for the float may lie above the double.
+                             std::nextafter(static_cast<float>(options.max_height), 0.0f))),
         samples_(static_cast<size_t>(limit.positions.cols())) {}
 
   // Coarse to fine: the heights of a level tell the next one where to look.
@@ -131,6 +132,7 @@ class Sampling {
     samples_.deviation[vertex] = estimate ? estimate->deviation : 0.0f;
     samples_.spacing[vertex] = estimate ? estimate->spacing : 0.0f;
     samples_.foot[vertex] = estimate ? estimate->foot : -1;
+    samples_.crease[vertex] = estimate && estimate->crease;
   }
 
   // The nearest cloud point that faces along the ray within reach, or -1.

@@ -1,0 +1,369 @@
+#include "core/displacement/sample_displacement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <thread>
+
+#include "tests/unit/displacement/domain_fixtures.h"
+
+namespace rilievo {
+namespace {
+
+using namespace testing;
+
+constexpr double kRadius = 0.3;
+
+Scan SphereScan(int count) {
+  const Points points = SpherePoints(kRadius, count);
+  return MakeScan(points.Positions(), points.Normals(), 0);
+}
+
+TEST(SampleDisplacementTest, SphereOverASmallerDomainIsExactToTheFourthOrderOfTheSpacing) {
+  const Domain domain = MakeDomain(Octahedron(0.29, 2), 3);
+  const auto truth = [&](int v) {
+    return SphereHeight(domain.limit.positions.col(v), domain.limit.normals.col(v), kRadius);
+  };
+  double coarse_error = 0;
+  for (int count : {5000, 20000}) {
+    const Scan scan = SphereScan(count);
+    const DisplacementField field = Sample(scan, domain);
+    EXPECT_EQ(field.filled, 0);
+    const HeightError error = Compare(field, truth);
+    // A bare triangle errs by up to spacing^2 / (8 radius); the tangent planes take that away.
+    const double bare = scan.cloud.median_spacing * scan.cloud.median_spacing / (8 * kRadius);
+    EXPECT_LT(error.max, 0.1 * bare);
+    if (coarse_error > 0) {
+      EXPECT_LT(error.rms, 0.2 * coarse_error);
+    }
+    coarse_error = error.rms;
+  }
+}
+
+TEST(SampleDisplacementTest, WavySphereFollowsTheWaves) {
+  constexpr int kCount = 40000;
+  const auto radius_at = [](const Eigen::Vector3d& d) {
+    return kRadius + 0.01 * std::sin(12 * d[0]) * std::sin(12 * d[1]) * std::sin(12 * d[2]);
+  };
+  Points points;
+  for (int i = 0; i < kCount; ++i) {
+    const Eigen::Vector3d d = SpiralDirection(i, kCount);
+    const Eigen::Vector3d u = d.unitOrthogonal(), v = d.cross(u);
+    const auto at = [&](double a, double b) {
+      const Eigen::Vector3d moved = (d + a * u + b * v).normalized();
+      return Eigen::Vector3d(moved * radius_at(moved));
+    };
+    points.Add(at(0, 0), (at(1e-5, 0) - at(-1e-5, 0)).cross(at(0, 1e-5) - at(0, -1e-5)));
+  }
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  const Domain domain = MakeDomain(Octahedron(kRadius, 2), 4);
+  const DisplacementField field = Sample(scan, domain);
+  EXPECT_EQ(field.filled, 0);
+  // The distance of each sampled point from the waves, along the radius.
+  double worst = 0;
+  for (int v = 0; v < domain.size(); ++v) {
+    const Eigen::Vector3d p =
+        domain.limit.positions.col(v) + field.heights[v] * domain.limit.normals.col(v);
+    worst = std::max(worst, std::abs(p.norm() - radius_at(p.normalized())));
+  }
+  EXPECT_LT(worst, 0.1 * scan.cloud.median_spacing);
+}
+
+TEST(SampleDisplacementTest, SineReliefOverAPlane) {
+  Random random(1);
+  const auto relief = [](double x, double y) { return 0.01 * std::sin(30 * x) * std::cos(25 * y); };
+  const Points points = ReliefPoints(0.35, 22500, &random, relief);
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  const Domain domain = MakeDomain(Sheet(0.33, 8), 4);
+  const DisplacementField field = Sample(scan, domain);
+  EXPECT_EQ(field.filled, 0);
+  const HeightError error = Compare(field, [&](int v) {
+    return relief(domain.limit.positions(0, v), domain.limit.positions(1, v));
+  });
+  EXPECT_LT(error.rms, 0.01 * scan.cloud.median_spacing);
+  EXPECT_LT(error.max, 0.1 * scan.cloud.median_spacing);
+}
+
+class NoisySheetTest : public ::testing::TestWithParam<double> {};
+
+TEST_P(NoisySheetTest, NoiseIsAveragedAway) {
+  Random random(2);
+  Points points = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  const double sigma = GetParam() * 0.7 / 150 * 2 / std::sqrt(M_PI);  // times the spacing
+  for (Eigen::Vector3d& p : points.at) p[2] += sigma * Gauss(&random);
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), sigma);
+  const Domain domain = MakeDomain(Sheet(0.3, 8), 4);
+  const DisplacementField field = Sample(scan, domain);
+  EXPECT_LT(Compare(field, [](int) { return 0.0; }).rms, 0.3 * sigma);
+}
+
+INSTANTIATE_TEST_SUITE_P(NoiseOverSpacing, NoisySheetTest, ::testing::Values(0.25, 0.5, 1.0));
+
+TEST(SampleDisplacementTest, TwoSheetsOfAThinWallKeepTheirOwn) {
+  Random random(3);
+  Points points = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  const double thickness = 0.004;  // below the spacing of 0.0053
+  const Points back = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  for (size_t i = 0; i < back.at.size(); ++i) {
+    points.Add(back.at[i] - Eigen::Vector3d(0, 0, thickness), -back.normal[i]);
+  }
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  for (const double z : {0.001, -0.001, -0.003}) {
+    const Domain front = MakeDomain(Sheet(0.3, 8, z), 3);
+    const DisplacementField field = Sample(scan, front);
+    EXPECT_EQ(field.filled, 0);
+    EXPECT_LT(Compare(field, [&](int) { return -z; }).max, 1e-6);
+
+    ControlMesh reversed = Sheet(0.3, 8, z);
+    reversed.faces.row(1).swap(reversed.faces.row(2));
+    const Domain behind = MakeDomain(reversed, 3);
+    const DisplacementField other = Sample(scan, behind);
+    EXPECT_EQ(other.filled, 0);
+    EXPECT_LT(Compare(other, [&](int) { return thickness + z; }).max, 1e-6);
+  }
+}
+
+TEST(SampleDisplacementTest, OfNestedShellsTheNearerIsSampled) {
+  Points points = SpherePoints(kRadius, 20000);
+  const Points inner = SpherePoints(kRadius - 0.03, 20000);
+  for (size_t i = 0; i < inner.at.size(); ++i) points.Add(inner.at[i], inner.normal[i]);
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  for (const double start : {0.297, 0.274}) {
+    const Domain domain = MakeDomain(Octahedron(start, 3), 2);
+    const DisplacementField field = Sample(scan, domain);
+    EXPECT_EQ(field.filled, 0);
+    const double expected = start > 0.29 ? kRadius : kRadius - 0.03;
+    const HeightError error = Compare(field, [&](int v) {
+      return SphereHeight(domain.limit.positions.col(v), domain.limit.normals.col(v), expected);
+    });
+    EXPECT_LT(error.max, 1e-4);
+  }
+}
+
+TEST(SampleDisplacementTest, AMissingCapIsMarkedAndFilledSmoothly) {
+  constexpr double kCap = 0.9;  // z / radius above which nothing was scanned: 26 degrees
+  Points all = SpherePoints(kRadius, 20000), points;
+  for (size_t i = 0; i < all.at.size(); ++i) {
+    if (all.normal[i][2] < kCap) points.Add(all.at[i], all.normal[i]);
+  }
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  const Domain domain = MakeDomain(Octahedron(0.29, 2), 3);
+  const DisplacementField field = Sample(scan, domain);
+  const double spacing = scan.cloud.median_spacing;
+  for (int v = 0; v < domain.size(); ++v) {
+    const double truth =
+        SphereHeight(domain.limit.positions.col(v), domain.limit.normals.col(v), kRadius);
+    const Eigen::Vector3d hit = domain.limit.positions.col(v) + truth * domain.limit.normals.col(v);
+    const double beyond = hit[2] - kCap * kRadius;
+    if (std::abs(beyond) > 2 * spacing) {
+      EXPECT_EQ(field.source[v] == HeightSource::kFilled, beyond > 0) << v;
+    }
+    // The true height is about 0.01 all over: the fill keeps to it to a third.
+    EXPECT_NEAR(field.heights[v], truth, 0.0035) << v;
+  }
+  // No step at the rim: neighbours differ by no more than inside the fill.
+  const MeshTopology& finest = domain.refinement.levels.back();
+  for (const auto& edge : finest.edge_vertices.colwise()) {
+    EXPECT_LT(std::abs(field.heights[edge[0]] - field.heights[edge[1]]), 0.0012);
+  }
+  EXPECT_EQ(field.measured + field.smoothed + field.filled, domain.size());
+}
+
+TEST(SampleDisplacementTest, WithoutAnyDataAllIsFilledWithZero) {
+  const Scan scan = SphereScan(2000);
+  ControlMesh far = Octahedron(0.05, 1);  // beyond max_height of the cloud everywhere
+  const Domain domain = MakeDomain(far, 2);
+  const DisplacementField field = Sample(scan, domain);
+  EXPECT_EQ(field.filled, domain.size());
+  EXPECT_THAT(field.heights, ::testing::Each(0.0f));
+  EXPECT_THAT(field.source, ::testing::Each(HeightSource::kFilled));
+}
+
+// A roof of two planes that meet at 90 degrees along the y axis.
+TEST(SampleDisplacementTest, ASharpEdgeIsNotRounded) {
+  Random random(4);
+  const auto roof = [](double x, double) { return 0.02 - std::abs(x); };
+  const Points points = ReliefPoints(0.2, 14400, &random, roof);
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  const Domain domain = MakeDomain(Sheet(0.15, 8), 4);
+  DisplacementOptions options;
+  options.max_height = 0.2;
+  const DisplacementField field = Sample(scan, domain, options);
+  const auto truth = [&](int v) { return roof(domain.limit.positions(0, v), 0); };
+  EXPECT_LT(Compare(field, truth).max, 0.5 * scan.cloud.median_spacing);
+  EXPECT_LT(Compare(field, truth).rms, 0.01 * scan.cloud.median_spacing);
+}
+
+TEST(SampleDisplacementTest, ANoisySharpEdgeStaysWithinHalfASpacing) {
+  Random random(5);
+  const auto roof = [](double x, double) { return 0.02 - std::abs(x); };
+  Points points = ReliefPoints(0.2, 14400, &random, roof);
+  const double sigma = 0.001;  // about a quarter of the spacing
+  for (size_t i = 0; i < points.at.size(); ++i) {
+    points.at[i] += sigma * Gauss(&random) * points.normal[i];
+  }
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), sigma);
+  const Domain domain = MakeDomain(Sheet(0.15, 8), 4);
+  DisplacementOptions options;
+  options.max_height = 0.2;
+  const DisplacementField field = Sample(scan, domain, options);
+  const auto truth = [&](int v) { return roof(domain.limit.positions(0, v), 0); };
+  const auto near_edge = [&](int v) { return std::abs(domain.limit.positions(0, v)) < 0.004; };
+  EXPECT_LT(Compare(field, truth, near_edge).rms, 0.5 * scan.cloud.median_spacing);
+  EXPECT_LT(Compare(field, truth).rms, 0.7 * sigma);
+}
+
+TEST(SampleDisplacementTest, OutliersMakeNoSpikes) {
+  Points points = SpherePoints(kRadius, 20000);
+  Random random(6);
+  for (int i = 0; i < 400; ++i) {  // off the surface by 1 to 4 spacings, normals as around them
+    const Eigen::Vector3d direction = SpiralDirection(i, 400);
+    points.Add((kRadius + Uniform(&random, 0.01, 0.04)) * direction, direction);
+  }
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  const Domain domain = MakeDomain(Octahedron(0.295, 2), 4);
+  const DisplacementField field = Sample(scan, domain);
+  const HeightError error = Compare(field, [&](int v) {
+    return SphereHeight(domain.limit.positions.col(v), domain.limit.normals.col(v), kRadius);
+  });
+  EXPECT_LT(error.max, 0.5 * scan.cloud.median_spacing);
+}
+
+TEST(SampleDisplacementTest, TheOrderOfThePointsDoesNotMatter) {
+  const Points points = SpherePoints(kRadius, 6000);
+  std::vector<int> order(points.at.size());
+  std::iota(order.begin(), order.end(), 0);
+  Random random(7);
+  for (size_t i = order.size() - 1; i > 0; --i) std::swap(order[i], order[random() % (i + 1)]);
+  Points shuffled;
+  for (int i : order) shuffled.Add(points.at[i], points.normal[i]);
+  const Domain domain = MakeDomain(Octahedron(0.295, 2), 3);
+  const DisplacementField a = Sample(MakeScan(points.Positions(), points.Normals(), 0), domain);
+  const DisplacementField b = Sample(MakeScan(shuffled.Positions(), shuffled.Normals(), 0), domain);
+  EXPECT_EQ(a.source, b.source);
+  EXPECT_LT(Compare(a, [&](int v) { return b.heights[v]; }).max, 2e-5);
+}
+
+TEST(SampleDisplacementTest, SameBytesForAnyNumberOfThreads) {
+  Random random(8);
+  Points points = SpherePoints(kRadius, 8000);
+  for (Eigen::Vector3d& p : points.at) p += 0.002 * Gauss(&random) * p.normalized();
+  const Scan scan = MakeScan(points.Positions(), points.Normals(), 0.002);
+  const Domain domain = MakeDomain(Octahedron(0.295, 2), 4);
+  const DisplacementField one = Sample(scan, domain, DisplacementOptions(), 1);
+  const DisplacementField two = Sample(scan, domain, DisplacementOptions(), 2);
+  const DisplacementField five = Sample(scan, domain, DisplacementOptions(), 5);
+  EXPECT_EQ(one.heights, two.heights);
+  EXPECT_EQ(one.source, two.source);
+  EXPECT_EQ(one.heights, five.heights);
+}
+
+TEST(SampleDisplacementTest, HeightsStayFiniteAndBoundedOnAnyCloud) {
+  Random random(9);
+  Points points;
+  for (int i = 0; i < 5000; ++i) {
+    const auto anywhere = [&] {
+      return Eigen::Vector3d(Uniform(&random, -0.3, 0.3), Uniform(&random, -0.3, 0.3),
+                             Uniform(&random, -0.3, 0.3));
+    };
+    const Eigen::Vector3d at = anywhere();
+    points.Add(at, anywhere());
+  }
+  for (const double noise : {0.0, 0.02}) {
+    const Scan scan = MakeScan(points.Positions(), points.Normals(), noise);
+    const Domain domain = MakeDomain(Octahedron(0.25, 2), 3);
+    DisplacementOptions options;
+    options.min_normal_agreement = -1;
+    options.smoothing_rounds = 5;
+    const DisplacementField field = Sample(scan, domain, options);
+    for (float height : field.heights) {
+      ASSERT_TRUE(std::isfinite(height));
+      ASSERT_LE(std::abs(height), options.max_height);
+    }
+  }
+}
+
+TEST(SampleDisplacementTest, ReportsProgressFromTheCallingThreadAndEndsAtOne) {
+  const Scan scan = SphereScan(3000);
+  const Domain domain = MakeDomain(Octahedron(0.295, 2), 3);
+  RunContext context = Threads(2);
+  std::vector<double> fractions;
+  const auto caller = std::this_thread::get_id();
+  context.progress = [&](const Progress& progress) {
+    EXPECT_EQ(progress.stage, Stage::kDisplacement);
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    fractions.push_back(progress.fraction);
+  };
+  ASSERT_TRUE(SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
+                                 domain.limit, DisplacementOptions(), context)
+                  .ok());
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  ASSERT_GE(fractions.size(), 3u);
+  EXPECT_EQ(fractions.front(), 0.0);
+  EXPECT_EQ(fractions.back(), 1.0);
+}
+
+TEST(SampleDisplacementTest, StopsWhenAsked) {
+  const Scan scan = SphereScan(3000);
+  const Domain domain = MakeDomain(Octahedron(0.295, 2), 3);
+  std::stop_source stop;
+  RunContext context = Threads(2);
+  context.stop = stop.get_token();
+  int reports = 0;
+  context.progress = [&](const Progress&) {
+    if (++reports == 2) stop.request_stop();
+  };
+  const auto field = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
+                                        domain.limit, DisplacementOptions(), context);
+  EXPECT_EQ(field.status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(reports, 2);
+}
+
+TEST(SampleDisplacementTest, RefusesInputsThatDoNotBelongTogether) {
+  const Scan scan = SphereScan(500);
+  const Domain domain = MakeDomain(Octahedron(0.295, 1), 2);
+  const auto code = [&](const OrientedCloud& cloud, const LimitSurface& limit,
+                        const DisplacementOptions& options) {
+    return SampleDisplacement(cloud, scan.graph, scan.index, domain.refinement, limit, options,
+                              RunContext())
+        .status()
+        .code();
+  };
+  OrientedCloud short_of_normals = scan.cloud;
+  short_of_normals.normals.conservativeResize(3, 499);
+  EXPECT_EQ(code(short_of_normals, domain.limit, {}), absl::StatusCode::kInvalidArgument);
+  LimitSurface coarser = MakeDomain(Octahedron(0.295, 1), 1).limit;
+  EXPECT_EQ(code(scan.cloud, coarser, {}), absl::StatusCode::kInvalidArgument);
+  LimitSurface broken = domain.limit;
+  broken.normals(1, 3) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(code(scan.cloud, broken, {}), absl::StatusCode::kInvalidArgument);
+  DisplacementOptions options;
+  options.max_height = 0;
+  EXPECT_EQ(code(scan.cloud, domain.limit, options), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(DisplacementOptionsTest, EachFieldIsChecked) {
+  EXPECT_TRUE(DisplacementOptions().Validate().ok());
+  const auto message = [](const std::function<void(DisplacementOptions*)>& spoil) {
+    DisplacementOptions options;
+    spoil(&options);
+    return std::string(options.Validate().message());
+  };
+  using ::testing::HasSubstr;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(message([](auto* o) { o->max_height = 0.6; }), HasSubstr("max_height"));
+  EXPECT_THAT(message([](auto* o) { o->max_height = kNan; }), HasSubstr("max_height"));
+  EXPECT_THAT(message([](auto* o) { o->min_normal_agreement = 1; }), HasSubstr("agreement"));
+  EXPECT_THAT(message([](auto* o) { o->max_queue = 2; }), HasSubstr("max_queue"));
+  EXPECT_THAT(message([](auto* o) { o->max_triangle_spacings = 1; }), HasSubstr("spacings"));
+  EXPECT_THAT(message([](auto* o) { o->plane_noise_ratio = -1; }), HasSubstr("noise_ratio"));
+  EXPECT_THAT(message([](auto* o) { o->smoothing_rounds = 21; }), HasSubstr("rounds"));
+}
+
+}  // namespace
+}  // namespace rilievo
