@@ -88,6 +88,12 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
             << Row("% of A", 100 * error.rms / diagonal, 100 * error.mean / diagonal,
                    100 * error.p95 / diagonal, 100 * error.max / diagonal)
             << LabelledLine("diagonal", absl::StrCat(Short(diagonal), " (of A's bounding box)"));
+  for (const bool first : {true, false}) {
+    if ((first ? shape_a : shape_b).triangles.cols() > 0) continue;
+    std::cout << LabelledLine("note", absl::StrCat(first ? "A" : "B",
+                                                   " is a set of points: distances to it hold the "
+                                                   "gaps between them"));
+  }
   return absl::OkStatus();
 }
 

@@ -2,12 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/help_formatter.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/text_layout.h"
 
@@ -20,7 +22,7 @@ int RunProgram(int argc, const char* const* argv) {
   app.name("rilievo");
   app.set_version_flag("--version", std::string("rilievo ") + RILIEVO_VERSION);
   app.require_subcommand(1);
-  app.get_formatter()->column_width(28);
+  app.formatter(std::make_shared<HelpFormatter>());
   app.footer(
       absl::StrCat("Files are PLY, PCD, XYZ, PTS, TXT, OBJ (scans), PLY, OBJ, STL (meshes), .dss\n"
                    "(surfaces). 'rilievo COMMAND --help' explains a command.\n\n",

@@ -12,6 +12,7 @@ namespace rilievo {
 namespace {
 
 constexpr auto kRedraw = std::chrono::milliseconds(50);
+constexpr double kShortestStep = 0.005;  // seconds
 constexpr int kBarWidth = 34;
 
 }  // namespace
@@ -50,8 +51,11 @@ void ProgressDisplay::Finish() {
 void ProgressDisplay::EndStep() {
   if (name_.empty() || style_ != Style::kLines) return;
   const double seconds = std::chrono::duration<double>(Clock::now() - step_began_).count();
-  out_ << absl::StrFormat("[%d/%d] %-13s %7.2f s\n", step_, steps_, name_, seconds);
-  out_.flush();
+  // Steps that only announce themselves are not worth a line.
+  if (seconds >= kShortestStep) {
+    out_ << absl::StrFormat("[%d/%d] %-13s %7.2f s\n", step_, steps_, name_, seconds);
+    out_.flush();
+  }
   name_.clear();
 }
 

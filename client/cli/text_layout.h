@@ -16,7 +16,7 @@ std::string Wrap(std::string_view text, size_t indent, size_t width = kTextWidth
 // "  label     text...", the text wrapped in its own column, with a line end.
 std::string LabelledLine(std::string_view label, std::string_view text);
 
-// 1234567 as "1 234 567".
+// 1234567 as "1,234,567".
 std::string Grouped(int64_t value);
 
 // "1 face", "3 faces", "2 vertices": the count grouped.

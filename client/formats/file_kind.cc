@@ -100,7 +100,10 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
     }
   }
   if (StartsWith(head, "ply\n") || StartsWith(head, "ply\r")) return FileKind::kPly;
-  if (StartsWith(head, "DSS")) return FileKind::kDss;
+  if (StartsWith(head,
+                 "\x89"
+                 "DSS\r\n"))
+    return FileKind::kDss;
   const string_view line = FirstDataLine(head);
   const string_view word = FirstWord(line);
   if (IsPcd(head, word)) return FileKind::kPcd;

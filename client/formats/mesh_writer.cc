@@ -1,12 +1,11 @@
 #include "client/formats/mesh_writer.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 #include <string>
-
-#include <Eigen/Geometry>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/atomic_file.h"

@@ -287,7 +287,12 @@ std::vector<BadScan> BadScans() {
       {"none.obj", "vn 0 0 1\nf 1 2 3\n", kInvalid, {"no 'v' line"}},
       {"noise.obj", std::string("v 1 2 3\n\0\0\n", 11), kInvalid, {"binary"}},
       {"mystery", "hello world\n", kInvalid, {"neither content nor extension"}},
-      {"surface.dss", "DSSx", kInvalid, {".dss"}},
+      {"surface",
+       "\x89"
+       "DSS\r\n\x1a\n",
+       kInvalid,
+       {".dss"}},
+      {"named.dss", "xyz", kInvalid, {".dss"}},
   };
 }
 
