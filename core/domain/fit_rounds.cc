@@ -35,7 +35,8 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
   }
   if (!*taken) {
     state->control_points = before;
-    return absl::OkStatus();
+    RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, before, context, &state->surface));
+    return search->Update(state->surface, context, &state->feet);
   }
   state->rms.push_back(search->cloud_rms());
   state->largest_move =

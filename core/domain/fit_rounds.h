@@ -28,9 +28,9 @@ absl::Status StartRounds(const DomainSamples& samples, const Eigen::Matrix3Xd& c
                          const RunContext& context, FootPointSearch* search, FitState* state);
 
 // One round: `move` changes state->control_points; moves that fold the surface are taken back, and
-// surface and foot points are found anew. With `worst_ratio` > 0, a round after which the cloud is
-// farther off than that many times the distance before it is taken back whole: the control points
-// are those before it, `*taken` is false, and surface and foot points are stale.
+// surface and foot points are found anew. A round after which the cloud is farther off than
+// `worst_ratio` times the distance before it (0: no limit), or that is not finite, is taken back
+// whole, and `*taken` is false.
 absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>& move,
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken);

@@ -5,6 +5,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "core/base/status_macros.h"
@@ -101,6 +102,7 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
   AddResiduals(samples, targets, areas, &fairness, &state->control_points, &problem);
   StopCallback stop(context);
   const ceres::Solver::Options solver_options = SolverOptions(&stop);
+  double tangential_weight = options.tangential_weight;
   for (int round = 0; round < options.rounds; ++round) {
     context.Report(Stage::kDomainFit,
                    kLeastSquaresBegin + (1 - kLeastSquaresBegin) * round / options.rounds);
@@ -108,14 +110,14 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
     const std::vector<double> stiffness =
         SliverStiffness(samples, state->control_points, state->surface);
     RILIEVO_RETURN_IF_ERROR(AimSamples(samples, state->surface, state->feet, areas, stiffness,
-                                       options.tangential_weight, context, &targets));
+                                       tangential_weight, context, &targets));
     const auto solve = [&] {
       ceres::Solver::Summary summary;
       ceres::Solve(solver_options, &problem, &summary);
     };
     bool taken = false;
     RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, kWorse, context, search, state, &taken));
-    if (!taken) break;
+    if (!taken) tangential_weight = std::clamp(10 * tangential_weight, 0.1, 1.0);
   }
   return absl::OkStatus();
 }

@@ -48,6 +48,9 @@ TEST_F(Rounds, TakeBackWhatMakesThingsWorse) {
   EXPECT_EQ(state_.control_points, mesh_.vertices);
   EXPECT_EQ(state_.rms.size(), 1u);
   EXPECT_EQ(state_.largest_move, 0);
+  SampledSurface surface;
+  ASSERT_TRUE(SampleSurface(samples_, mesh_.vertices, RunContext(), &surface).ok());
+  EXPECT_EQ(state_.surface.positions, surface.positions);
   EXPECT_TRUE(Take([&] { state_.control_points *= 0.8; }, 0));
 }
 
