@@ -19,10 +19,10 @@ const char* StageName(Stage stage) {
       return "domain-fit";
     case Stage::kDisplacement:
       return "displacement";
-    case Stage::kEncode:
-      return "encode";
     case Stage::kMeasure:
       return "measure";
+    case Stage::kEncode:
+      return "encode";
   }
   return "unknown";
 }

@@ -11,14 +11,14 @@ namespace rilievo {
 
 // The stages of a reconstruction, in order.
 enum class Stage {
-  kCheck = 0,        // non-finite points, duplicates, degenerate sets
-  kNeighbors,        // the k-nearest-neighbour graph
-  kNormals,          // covariance normals, outliers, orientation
-  kControlMesh,      // one of the four roads
-  kDomainFit,        // Loop surface fitted to the points
-  kDisplacement,     // heights along the limit normals
-  kEncode,           // the .dss layers
-  kMeasure,          // the two-sided error against the points
+  kCheck = 0,     // non-finite points, duplicates, degenerate sets
+  kNeighbors,     // the k-nearest-neighbour graph
+  kNormals,       // covariance normals, outliers, orientation
+  kControlMesh,   // one of the four roads
+  kDomainFit,     // Loop surface fitted to the points
+  kDisplacement,  // heights along the limit normals
+  kMeasure,       // the two-sided error against the points
+  kEncode,        // the .dss layers
 };
 inline constexpr int kStageCount = 8;
 
@@ -33,10 +33,10 @@ struct Progress {
 // Passed by const reference as the last argument of each stage. Copyable; a stage may call
 // `progress` from the thread that called it, never from its workers.
 struct RunContext {
-  std::stop_token stop;                            // asked often; see CheckStop()
-  std::function<void(const Progress&)> progress;   // may be empty
-  int threads = 0;                                 // 0: all hardware threads
-  uint64_t seed = 0;                               // results depend on it and never on `threads`
+  std::stop_token stop;                           // asked often; see CheckStop()
+  std::function<void(const Progress&)> progress;  // may be empty
+  int threads = 0;                                // 0: all hardware threads
+  uint64_t seed = 0;                              // results depend on it and never on `threads`
 
   // CANCELLED once a stop was requested, else OK. Cheap: call it at least every 50 ms of work.
   absl::Status CheckStop() const;

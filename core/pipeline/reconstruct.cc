@@ -49,8 +49,18 @@ absl::StatusOr<CheckedScan> Check(const PointCloud& scan, const ReconstructOptio
 
 absl::StatusOr<ScanSurface> Analyze(const CheckedScan& checked, const ReconstructOptions& options,
                                     const RunContext& context, ReconstructReport* report) {
-  const StageTimer timer(Stage::kNormals, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeScan(checked, options.scan, context));
+  // One call for two stages: the clock passes from neighbours to normals at the first word of them.
+  std::optional<StageTimer> timer(std::in_place, Stage::kNeighbors, context, report);
+  bool at_normals = false;
+  RunContext watched = context;
+  watched.progress = [&](const Progress& progress) {
+    if (progress.stage == Stage::kNormals && !at_normals) {
+      at_normals = true;
+      timer.emplace(Stage::kNormals, context, report);
+    }
+    context.Report(progress.stage, progress.fraction);
+  };
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeScan(checked, options.scan, watched));
   report->outliers = scan.outliers;
   report->island_points = scan.island_points;
   report->points_used = scan.cloud.points.cols();

@@ -1,0 +1,129 @@
+#include "core/pipeline/reconstruct.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <limits>
+#include <vector>
+
+#include "core/codec/dss.h"
+#include "core/geometry/mesh_topology.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+PointCloud Scan(const AnalyticShape& shape, int points, double noise = 0) {
+  ScannerOptions options;
+  options.points = points;
+  options.views = 0;
+  options.noise = noise;
+  return SimulateScan(shape, options).value().cloud;
+}
+
+TEST(ReconstructTest, AllShapesComeBackWithTheirTopologyAndNear) {
+  for (const char* name : {"sphere", "torus", "genus2", "cutbox", "pair", "star"}) {
+    const ShapePtr shape = MakeShape(name).value();
+    const auto result = Reconstruct(Scan(*shape, 20000), ReconstructOptions{}, RunContext{});
+    ASSERT_TRUE(result.ok()) << name << ": " << result.status();
+    const ReconstructReport& report = result->report;
+    EXPECT_EQ(report.genus, shape->genus()) << name;
+    EXPECT_EQ(report.components, shape->components()) << name;
+    EXPECT_EQ(report.boundary_loops, 0) << name;
+    const TriangleMesh mesh =
+        Tessellate(result->surface, result->surface.max_level, RunContext{}).value();
+    const ShapeError error = MeasureAgainstShape(*shape, mesh.vertices);
+    EXPECT_LT(error.rms / shape->diagonal(), 0.001) << name;
+  }
+}
+
+TEST(ReconstructTest, TheFileHoldsTheSurface) {
+  const auto result = Reconstruct(Scan(*MakeTorus(), 10000), ReconstructOptions{}, RunContext{});
+  ASSERT_TRUE(result.ok());
+  const DecodedSurface decoded = DecodeDss(result->encoded.Concatenate(), RunContext{}).value();
+  EXPECT_EQ(decoded.surface.control_mesh.faces, result->surface.control_mesh.faces);
+  EXPECT_EQ(decoded.surface.control_mesh.vertices, result->surface.control_mesh.vertices);
+  ASSERT_EQ(decoded.surface.heights.size(), result->surface.heights.size());
+  for (size_t v = 0; v < decoded.surface.heights.size(); ++v) {
+    ASSERT_NEAR(decoded.surface.heights[v], result->surface.heights[v], 2e-5);
+  }
+  EXPECT_EQ(decoded.metadata.scan_points, 10000);
+}
+
+TEST(ReconstructTest, TheNumberOfThreadsDoesNotChangeAByte) {
+  const PointCloud scan = Scan(*MakeGenus2(), 15000, 0.0005);
+  const auto bytes = [&](int threads) {
+    RunContext context;
+    context.threads = threads;
+    return Reconstruct(scan, ReconstructOptions{}, context).value().encoded.Concatenate();
+  };
+  const std::vector<uint8_t> one = bytes(1);
+  EXPECT_EQ(one, bytes(2));
+  EXPECT_EQ(one, bytes(4));
+}
+
+TEST(ReconstructTest, LargeOffsetsCostNothing) {
+  const PointCloud near = Scan(*MakeTorus(), 8000);
+  PointCloud far = near;
+  const Eigen::Vector3d offset(500000, 4600000, 0);
+  far.points.colwise() += offset;
+  const Reconstruction a = Reconstruct(near, ReconstructOptions{}, RunContext{}).value();
+  const Reconstruction b = Reconstruct(far, ReconstructOptions{}, RunContext{}).value();
+  EXPECT_NEAR(b.report.error.rms, a.report.error.rms, 1e-6);
+  EXPECT_NEAR((b.surface.frame.center - a.surface.frame.center - offset).norm(), 0, 1e-8);
+}
+
+TEST(ReconstructTest, AControlMeshOfTheUserIsTakenInScanCoordinates) {
+  PointCloud scan = Scan(*MakeSphere(), 5000);
+  scan.points = (10 * scan.points).colwise() + Eigen::Vector3d(100, 0, 0);
+  ReconstructOptions options;
+  options.control.topology = Topology::kUser;
+  ControlMesh octahedron;
+  octahedron.vertices.resize(3, 6);
+  octahedron.vertices << 1, -1, 0, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0, 0, 0, 1, -1;
+  octahedron.vertices = (12 * octahedron.vertices).colwise() + Eigen::Vector3d(100, 0, 0);
+  octahedron.faces.resize(3, 8);
+  octahedron.faces << 0, 2, 1, 3, 2, 1, 3, 0, 2, 1, 3, 0, 0, 2, 1, 3, 4, 4, 4, 4, 5, 5, 5, 5;
+  options.control.user_mesh = octahedron;
+  options.max_level = 4;
+  const auto result = Reconstruct(scan, options, RunContext{});
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->report.road, "user");
+  EXPECT_EQ(result->report.control_faces, 8);
+  const TriangleMesh mesh = Tessellate(result->surface, 4, RunContext{}).value();
+  for (const auto vertex : mesh.vertices.colwise()) {
+    EXPECT_NEAR((vertex - Eigen::Vector3d(100, 0, 0)).norm(), 10, 0.2);
+  }
+}
+
+TEST(ReconstructTest, StopsWithinASecondInEveryStage) {
+  const PointCloud scan = Scan(*MakeGenus2(), 60000);
+  for (int stage = 0; stage < kStageCount; ++stage) {
+    std::stop_source stop;
+    std::chrono::steady_clock::time_point asked;
+    RunContext context;
+    context.stop = stop.get_token();
+    context.progress = [&](const Progress& progress) {
+      if (static_cast<int>(progress.stage) != stage || stop.stop_requested()) return;
+      asked = std::chrono::steady_clock::now();
+      stop.request_stop();
+    };
+    const auto result = Reconstruct(scan, ReconstructOptions{}, context);
+    const std::chrono::duration<double> waited = std::chrono::steady_clock::now() - asked;
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kCancelled)
+        << StageName(static_cast<Stage>(stage));
+    EXPECT_LT(waited.count(), 1.0) << StageName(static_cast<Stage>(stage));
+  }
+}
+
+TEST(ReconstructTest, OptionsOutOfRangeAreRefusedFirst) {
+  ReconstructOptions options;
+  options.max_level = 9;
+  const auto result = Reconstruct(PointCloud{}, options, RunContext{});
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(result.status().message().find("max_level = 9"), absl::string_view::npos);
+}
+
+}  // namespace
+}  // namespace rilievo

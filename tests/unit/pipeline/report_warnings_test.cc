@@ -1,0 +1,40 @@
+#include "core/pipeline/report_warnings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace rilievo {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+ReconstructReport Good() {
+  ReconstructReport report;
+  report.surface_vertices = 1000;
+  report.heights_measured = 990;
+  report.heights_filled = 10;
+  report.median_spacing = 0.004;
+  report.median_noise = 0.0004;
+  report.error.rms = 0.002;
+  return report;
+}
+
+TEST(WarningsTest, AGoodReconstructionHasNone) { EXPECT_THAT(WarningsOf(Good()), IsEmpty()); }
+
+TEST(WarningsTest, EachFaultHasASentence) {
+  ReconstructReport report = Good();
+  report.error.rms = 0.02;
+  report.normal_disagreement = 0.3;
+  report.heights_filled = 500;
+  report.median_noise = 0.01;
+  report.strays = 2;
+  report.non_finite = 7;
+  EXPECT_THAT(WarningsOf(report),
+              ElementsAre(HasSubstr("5.0 point spacings"), HasSubstr("30 %"), HasSubstr("50 %"),
+                          HasSubstr("1.00 %"), HasSubstr("2 point(s)"), HasSubstr("7 point(s)")));
+}
+
+}  // namespace
+}  // namespace rilievo
