@@ -43,9 +43,14 @@ std::string ErrorText(const v1::ReconstructReport& report) {
   const auto both = [&](double ratio) {
     return absl::StrCat(Short(ratio * report.diagonal()), " (", Percent(ratio), ")");
   };
-  return absl::StrCat("RMS ", both(report.error().rms()), ", 95 % below ",
-                      both(report.error().p95()), ", max ", both(report.error().max()),
-                      "; % of the diagonal, ", Short(report.diagonal()));
+  const v1::DistanceSummary& points = report.error().points_to_surface();
+  // The way back ends at a point, so it is never below about half the spacing of the points.
+  return absl::StrCat("points to surface: RMS ", both(points.rms()), ", 95 % below ",
+                      both(points.p95()), ", max ", both(points.max()), "; surface to points: RMS ",
+                      both(report.error().surface_to_points().rms()), ", max ",
+                      both(report.error().surface_to_points().max()), ", the points being ",
+                      both(report.median_spacing_ratio()), " apart; % of the diagonal, ",
+                      Short(report.diagonal()));
 }
 
 Json SummaryJson(const v1::DistanceSummary& summary) {
