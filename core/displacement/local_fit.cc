@@ -34,6 +34,19 @@ constexpr float kSteepest = 1.5f;
 constexpr float kSheetNoises = 5.0f;
 constexpr float kSheetSpacings = 0.5f;
 
+// An edge: points within this many spacings of the ray whose normals turn from the foot's by more
+// than 40 degrees, at least so many and such a share of all there.
+constexpr float kEdgeSpacings = 2.0f;
+constexpr float kEdgeCosine = 0.77f;
+constexpr float kLeastEdgePoints = 4;
+constexpr float kLeastEdgeShare = 0.2f;
+// The edge is taken for one if its squared residuals are below this share of either side's.
+constexpr float kEdgeCostShare = 0.5f;
+
+// A fit farther than this off the height it started from extrapolates.
+constexpr float kFarthestSpacings = 1.0f;
+constexpr float kFarthestNoises = 3.0f;
+
 int Padded(int count) { return (count + kLaneCount - 1) / kLaneCount * kLaneCount; }
 
 Lanes At(const std::vector<float>& values, int i) {
@@ -69,8 +82,9 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
     }
   }
   const int padded = Padded(patch_size_);
-  std::vector<float>* const scratch[] = {&far_u_, &far_v_, &far_height_, &far_weight_, &far_square_,
-                                         &u_,     &v_,     &height_,     &weight_};
+  std::vector<float>* const scratch[] = {&far_u_,      &far_v_,      &far_height_, &far_weight_,
+                                         &far_square_, &far_window_, &u_,          &v_,
+                                         &height_,     &weight_,     &kept_weight_};
   for (std::vector<float>* array : scratch) array->resize(padded + kLaneCount);
   inside_.resize(kWindowCount);
 }
@@ -78,7 +92,7 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
 void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
   const float scale = 1.0f / request.spacing;
   const Eigen::Vector3f& normal = request.foot_normal;
-  const float window = kSheetNoises * request.noise * scale + kSheetSpacings;
+  const float sheet = kSheetNoises * request.noise * scale + kSheetSpacings;
   for (int i = 0; i < Padded(patch_size_); i += kLaneCount) {
     const Lanes x = (At(patch_[0], i) - ray.origin[0]) * scale;
     const Lanes y = (At(patch_[1], i) - ray.origin[1]) * scale;
@@ -91,34 +105,29 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
                                At(patch_[5], i) * normal[2]);
     const Lanes keep = (1.0f - turn * (1.0f / kNormalCutoff)).max(0.0f);
     const Lanes square = u * u + v * v;
-    const Lanes excess = (height.abs() - window).max(0.0f);
+    const Lanes excess = (height.abs() - sheet).max(0.0f);
     const Lanes near_sheet = (excess * excess <= kSteepest * kSteepest * square).cast<float>();
     Put(&far_u_, i) = u;
     Put(&far_v_, i) = v;
     Put(&far_height_, i) = height;
     Put(&far_square_, i) = square;
-    Put(&far_weight_, i) = keep * keep * near_sheet;
+    const Lanes weight = keep * keep * near_sheet;
+    Put(&far_weight_, i) = weight;
+    Lanes window_of = Lanes::Zero();
+    for (const WindowSize& size : kWindows) {
+      window_of += (square >= 0.25f * size.points || weight <= 0.0f).cast<float>();
+    }
+    Put(&far_window_, i) = window_of;
   }
   // Sorted by the narrowest window that holds each point.
-  std::array<float, kWindowCount> square_radius;
-  for (int w = 0; w < kWindowCount; ++w) square_radius[w] = 0.25f * kWindows[w].points;
-  std::array<int, kWindowCount + 1> begin{};
-  const auto window_of = [&](int i) {
-    if (!(far_weight_[i] > 0)) return kWindowCount;
-    int w = 0;
-    while (w < kWindowCount && far_square_[i] >= square_radius[w]) ++w;
-    return w;
-  };
-  for (int i = 0; i < patch_size_; ++i) {
-    const int w = window_of(i);
-    if (w < kWindowCount) ++begin[w + 1];
-  }
+  std::array<int, kWindowCount + 2> begin{};
+  for (int i = 0; i < patch_size_; ++i) ++begin[static_cast<int>(far_window_[i]) + 1];
   for (int w = 0; w < kWindowCount; ++w) {
     begin[w + 1] += begin[w];
     inside_[w] = begin[w + 1];
   }
   for (int i = 0; i < patch_size_; ++i) {
-    const int w = window_of(i);
+    const int w = static_cast<int>(far_window_[i]);
     if (w == kWindowCount) continue;
     const int place = begin[w]++;
     u_[place] = far_u_[i];
@@ -131,87 +140,168 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
   }
 }
 
+// Clears the weights of points farther than `most` off the fit; false when there are none.
+template <int kTerms>
+bool LocalFitter::DropOutliers(float scale, int inside, float most,
+                               const Eigen::Matrix<double, kTerms, 1>& fit) {
+  Lanes coefficients[kTerms], basis[kTerms];
+  for (int a = 0; a < kTerms; ++a) coefficients[a] = Lanes::Constant(static_cast<float>(fit[a]));
+  bool dropped = false;
+  for (int i = 0; i < Padded(inside); i += kLaneCount) {
+    Basis<kTerms>(At(u_, i) * scale, At(v_, i) * scale, basis);
+    Lanes residual = At(height_, i);
+    for (int a = 0; a < kTerms; ++a) residual -= coefficients[a] * basis[a];
+    const Lanes weight = At(weight_, i);
+    const Lanes keep = (residual.abs() <= most).cast<float>();
+    const bool any = (weight * keep != weight).any();
+    Put(&kept_weight_, i) = weight * keep;
+    dropped |= any;
+  }
+  return dropped;
+}
+
+template <int kTerms>
+bool LocalFitter::Accumulate(float scale, int inside, const std::vector<float>& weights,
+                             NormalEquations<kTerms>* equations) const {
+  constexpr int kProducts = kTerms * (kTerms + 1) / 2;
+  Lanes products[kProducts], moments[kTerms], basis[kTerms];
+  for (Lanes& sum : products) sum = Lanes::Zero();
+  for (Lanes& sum : moments) sum = Lanes::Zero();
+  for (int i = 0; i < Padded(inside); i += kLaneCount) {
+    const Lanes u = At(u_, i) * scale, v = At(v_, i) * scale, height = At(height_, i);
+    const Lanes weight = (1.0f - u * u - v * v).max(0.0f) * At(weights, i);
+    Basis<kTerms>(u, v, basis);
+    for (int a = 0, place = 0; a < kTerms; ++a) {
+      const Lanes weighted = weight * basis[a];
+      moments[a] += weighted * height;
+      for (int b = 0; b <= a; ++b) products[place++] += weighted * basis[b];
+    }
+  }
+  for (int a = 0, place = 0; a < kTerms; ++a) {
+    equations->solution[a] = moments[a].sum();
+    for (int b = 0; b <= a; ++b) equations->matrix(a, b) = products[place++].sum();
+  }
+  // Half the points of a full plane window, weighed by the kernel's mean of 1/2.
+  return equations->matrix(0, 0) > 0.5 * kTerms && equations->Solve();
+}
+
 template <int kTerms>
 std::optional<LocalFitter::Window> LocalFitter::FitWindow(float radius, int inside,
                                                           float outlier_distance) {
-  constexpr int kProducts = kTerms * (kTerms + 1) / 2;
   const float scale = 1.0f / radius;
-  const int padded = Padded(inside);
-  const auto kernel = [&](int i, const Lanes& u, const Lanes& v) -> Lanes {
-    return (1.0f - u * u - v * v).max(0.0f) * At(weight_, i);
-  };
-  Lanes basis[kTerms];
-  Lanes coefficients[kTerms];
-  std::optional<Window> window;
-  for (int round = 0; round < 2; ++round) {
-    Lanes products[kProducts];
-    Lanes moments[kTerms];
-    for (Lanes& sum : products) sum = Lanes::Zero();
-    for (Lanes& sum : moments) sum = Lanes::Zero();
-    bool dropped = false;
-    for (int i = 0; i < padded; i += kLaneCount) {
-      const Lanes u = At(u_, i) * scale, v = At(v_, i) * scale, height = At(height_, i);
-      Lanes weight = kernel(i, u, v);
-      Basis<kTerms>(u, v, basis);
-      if (round == 1) {
-        Lanes residual = height;
-        for (int a = 0; a < kTerms; ++a) residual -= coefficients[a] * basis[a];
-        const Lanes keep = (residual.abs() <= outlier_distance).cast<float>();
-        dropped |= (keep * weight != weight).any();
-        weight *= keep;
-      }
-      for (int a = 0, place = 0; a < kTerms; ++a) {
-        const Lanes weighted = weight * basis[a];
-        moments[a] += weighted * height;
-        for (int b = 0; b <= a; ++b) products[place++] += weighted * basis[b];
-      }
-    }
-    if (round == 1 && !dropped) break;
-    NormalEquations<kTerms> equations;
-    for (int a = 0, place = 0; a < kTerms; ++a) {
-      equations.solution[a] = moments[a].sum();
-      for (int b = 0; b <= a; ++b) equations.matrix(a, b) = products[place++].sum();
-    }
-    // Half the points of a full plane window, weighed by the kernel's mean of 1/2.
-    if (!(equations.matrix(0, 0) > 0.5 * kTerms) || !equations.Solve()) break;
-    window = Window{static_cast<float>(equations.solution[0]),
-                    static_cast<float>(equations.inverse_first) * kKernelVariance};
-    for (int a = 0; a < kTerms; ++a) {
-      coefficients[a] = Lanes::Constant(static_cast<float>(equations.solution[a]));
-    }
+  NormalEquations<kTerms> equations;
+  if (!Accumulate<kTerms>(scale, inside, weight_, &equations)) return std::nullopt;
+  if (DropOutliers<kTerms>(scale, inside, outlier_distance, equations.solution)) {
+    NormalEquations<kTerms> again;
+    if (Accumulate<kTerms>(scale, inside, kept_weight_, &again)) equations = again;
   }
-  return window;
+  return Window{static_cast<float>(equations.solution[0]),
+                static_cast<float>(equations.solution[1]) * scale,
+                static_cast<float>(equations.solution[2]) * scale,
+                static_cast<float>(equations.inverse_first) * kKernelVariance};
+}
+
+std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
+    const LocalFitRequest& request) const {
+  const float reach = kEdgeSpacings + kSheetNoises * request.noise / request.spacing;
+  Eigen::Vector3f normals[2], centers[2];
+  float counts[2] = {0, 0};
+  for (int side = 0; side < 2; ++side) {
+    normals[side].setZero();
+    centers[side].setZero();
+  }
+  for (int i = 0; i < patch_size_; ++i) {
+    if (far_square_[i] > kEdgeSpacings * kEdgeSpacings) continue;
+    if (std::abs(far_height_[i]) > reach) continue;
+    const Eigen::Vector3f normal(patch_[3][i], patch_[4][i], patch_[5][i]);
+    const int side = normal.dot(request.foot_normal) < kEdgeCosine ? 1 : 0;
+    normals[side] += normal;
+    centers[side] += Eigen::Vector3f(patch_[0][i], patch_[1][i], patch_[2][i]);
+    counts[side] += 1;
+  }
+  const bool edge = counts[0] >= 1 && counts[1] >= kLeastEdgePoints &&
+                    counts[1] >= kLeastEdgeShare * (counts[0] + counts[1]);
+  // Normals that turn away in all directions are noise.
+  if (!edge || normals[1].norm() < kEdgeCosine * counts[1]) return std::nullopt;
+  for (int side = 0; side < 2; ++side) {
+    normals[side].normalize();
+    centers[side] /= counts[side];
+  }
+  const float opening = (normals[0] - normals[1]).dot(centers[0] - centers[1]);
+  return OtherSide{normals[1], opening > 0};
+}
+
+const LocalFitter::Window& LocalFitter::Choose(const Window& side, const Window& other, bool convex,
+                                               float noise) const {
+  const float most = kSheetNoises * noise;
+  float alone = 0, other_alone = 0, both = 0;
+  for (int i = 0; i < patch_size_; ++i) {
+    if (far_square_[i] > kEdgeSpacings * kEdgeSpacings) continue;
+    if (std::abs(far_height_[i]) > kEdgeSpacings + most) continue;
+    const float first = side.height + side.slope_u * far_u_[i] + side.slope_v * far_v_[i];
+    const float second = other.height + other.slope_u * far_u_[i] + other.slope_v * far_v_[i];
+    const float met = convex ? std::min(first, second) : std::max(first, second);
+    const auto cost = [&](float height) {
+      const float off = std::min(std::abs(far_height_[i] - height), most);
+      return off * off;
+    };
+    alone += cost(first);
+    other_alone += cost(second);
+    both += cost(met);
+  }
+  if (both > kEdgeCostShare * std::min(alone, other_alone)) {
+    return other_alone < kEdgeCostShare * alone ? other : side;
+  }
+  return (convex ? other.height < side.height : other.height > side.height) ? other : side;
 }
 
 std::optional<LocalFit> LocalFitter::Fit(const Ray& ray, const LocalFitRequest& request) {
+  auto window = FitSide(ray, request);
+  if (const auto other_side = FindOtherSide(request)) {
+    LocalFitRequest other_request = request;
+    other_request.foot_normal = other_side->normal;
+    const auto other = FitSide(ray, other_request);
+    if (!window) {
+      window = other;
+    } else if (other) {
+      window = Choose(*window, *other, other_side->convex, request.noise / request.spacing);
+    }
+  }
+  if (!window) return std::nullopt;
+  return LocalFit{request.height + window->height * request.spacing,
+                  request.noise * std::sqrt(window->variance_factor)};
+}
+
+std::optional<LocalFitter::Window> LocalFitter::FitSide(const Ray& ray,
+                                                        const LocalFitRequest& request) {
   Project(ray, request);
   // In spacings; noise off the surface is longer when measured along a slanted ray.
-  const float noise =
-      request.noise / request.spacing / std::max(0.3f, request.foot_normal.dot(ray.direction));
-  float height = 0, variance = 0;
-  bool fitted = false;
+  const float slant = 1.0f / std::max(0.3f, request.foot_normal.dot(ray.direction));
+  const float noise = slant * request.noise / request.spacing;
+  std::optional<Window> fit;
   for (int w = 0; w < kWindowCount; ++w) {
     const float radius = 0.5f * std::sqrt(kWindows[w].points);
     const float outlier = kOutlierNoises * noise;
     const auto window = kWindows[w].quadric ? FitWindow<6>(radius, inside_[w], outlier)
                                             : FitWindow<3>(radius, inside_[w], outlier);
-    // A window that knows less than a single point would has most of its points on one side.
+    // A window that knows less than a single point has most of its points on one side.
     if (!window || window->variance_factor > 1) continue;
-    if (!fitted) {
-      fitted = true;
-      height = window->height;
-      variance = window->variance_factor;
-    } else if (window->variance_factor < variance) {
-      const float off = (window->height - height) / noise;
-      const float blend = 1.0f - off * off / (kAgreement * variance);
-      if (blend <= 0) break;
-      height += blend * (window->height - height);
-      variance += blend * (window->variance_factor - variance);
+    if (std::abs(window->height) > kFarthestSpacings + kFarthestNoises * noise) continue;
+    if (!fit) {
+      fit = window;
+      continue;
     }
+    if (window->variance_factor >= fit->variance_factor) continue;
+    const float off = (window->height - fit->height) / noise;
+    const float blend = 1.0f - off * off / (kAgreement * fit->variance_factor);
+    if (blend <= 0) break;
+    fit->height += blend * (window->height - fit->height);
+    fit->slope_u += blend * (window->slope_u - fit->slope_u);
+    fit->slope_v += blend * (window->slope_v - fit->slope_v);
+    fit->variance_factor += blend * (window->variance_factor - fit->variance_factor);
   }
-  if (!fitted) return std::nullopt;
-  return LocalFit{request.height + height * request.spacing,
-                  noise * request.spacing * std::sqrt(variance)};
+  if (fit) fit->variance_factor *= slant * slant;
+  return fit;
 }
 
 }  // namespace rilievo

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/displacement/neighbor_queue.h"
+#include "core/displacement/normal_equations.h"
 
 namespace rilievo {
 
@@ -32,7 +33,9 @@ inline constexpr float kWidestFitSpacings = 6.32f;
 // aggregation, Belomestny and Spokoiny 2007, in the spirit of Lepski's rule): wide windows on
 // smooth parts, narrow ones on detail. Points whose normal turns away from the ray's foot count
 // less, so that a window does not reach around an edge; points that stand off a window's fit by
-// several times the noise are dropped and the window is fitted again.
+// several times the noise are dropped and the window is fitted again. Where many of the nearest
+// normals turn away there is an edge: its other side is fitted as well, and the ray meets the lower
+// of the two where they meet convexly, the higher where concavely.
 class LocalFitter {
  public:
   // The points that the next fits draw on: those within kWidestFitSpacings of their rays. Rays
@@ -43,21 +46,38 @@ class LocalFitter {
   std::optional<LocalFit> Fit(const Ray& ray, const LocalFitRequest& request);
 
  private:
+  // Lengths in spacings.
   struct Window {
-    float height;           // above the requested one
-    float variance_factor;  // of the height, in squared noises
+    float height;            // above the requested one
+    float slope_u, slope_v;  // of the surface at the ray
+    float variance_factor;   // of the height, in squared noises
   };
+  // The other side of an edge near the ray.
+  struct OtherSide {
+    Eigen::Vector3f normal;
+    bool convex;
+  };
+  std::optional<OtherSide> FindOtherSide(const LocalFitRequest& request) const;
+  std::optional<Window> FitSide(const Ray& ray, const LocalFitRequest& request);
+  // Of two sides and their meeting, the one that describes the points around the ray best.
+  const Window& Choose(const Window& side, const Window& other, bool convex, float noise) const;
   // The patch in the frame of the ray, nearest windows first. Lengths in spacings.
   void Project(const Ray& ray, const LocalFitRequest& request);
+  template <int kTerms>
+  bool DropOutliers(float scale, int inside, float most,
+                    const Eigen::Matrix<double, kTerms, 1>& fit);
+  template <int kTerms>
+  bool Accumulate(float scale, int inside, const std::vector<float>& weights,
+                  NormalEquations<kTerms>* equations) const;
   template <int kTerms>
   std::optional<Window> FitWindow(float radius, int inside, float outlier_distance);
 
   // Structures of arrays, padded to whole lanes with points of weight 0.
   std::vector<float> patch_[6];  // position, normal
   int patch_size_ = 0;
-  std::vector<float> far_u_, far_v_, far_height_, far_weight_, far_square_;  // order of the patch
-  std::vector<float> u_, v_, height_, weight_;                               // by window
-  std::vector<int> inside_;  // points within each window
+  std::vector<float> far_u_, far_v_, far_height_, far_weight_, far_square_, far_window_;
+  std::vector<float> u_, v_, height_, weight_, kept_weight_;  // by window
+  std::vector<int> inside_;                                   // points within each window
 };
 
 }  // namespace rilievo
