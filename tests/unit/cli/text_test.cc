@@ -126,6 +126,7 @@ v1::ReconstructReport Report() {
   report.set_heights_measured(990);
   report.set_heights_filled(10);
   report.mutable_error()->set_rms(0.0002);
+  report.mutable_error()->mutable_points_to_surface()->set_rms(0.0002);
   report.mutable_error()->set_max(0.004);
   report.set_encoded_bytes(34567);
   for (int stage = v1::STAGE_CHECK; stage <= v1::STAGE_MEASURE; ++stage) {
