@@ -77,21 +77,20 @@ float MedianHeight(std::span<const QueuedPoint> queue) {
 
 }  // namespace
 
+bool IsNoisy(const RayPoint& point, const DisplacementOptions& options) {
+  return point.noise > options.plane_noise_ratio * point.spacing;
+}
+
 HeightSampler::HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,
                              const DisplacementOptions& options)
     : cloud_(cloud), options_(options), queue_(cloud, graph) {}
-
-bool HeightSampler::IsNoisy(int point) const {
-  const RayPoint& at = cloud_.points[point];
-  return at.noise > options_.plane_noise_ratio * at.spacing;
-}
 
 std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, int start, QueueGate gate) {
   start = queue_.Walk(ray, start, &gate);
   TriangleRules rules;
   rules.max_spacings = static_cast<float>(options_.max_triangle_spacings);
   rules.reference_height = gate.reference_height;
-  rules.noisy = IsNoisy(start);
+  rules.noisy = IsNoisy(cloud_.points[start], options_);
   queue_.Start(ray, gate, start);
   std::span<const QueuedPoint> queue = queue_.Sorted();
   auto triangle = FindVirtualTriangle(queue, cloud_, ray, rules);
@@ -143,25 +142,20 @@ std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, f
   return estimate;
 }
 
-bool HeightSampler::NeedsFit(const RaySample& sample) const {
-  if (!sample.estimate) return false;
-  return sample.always_fit || IsNoisy(sample.estimate->foot);
-}
-
 void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> group) {
   const RaySample& leader = samples[group.front()];
-  const float spacing = leader.estimate->spacing;
+  const float spacing = leader.estimate.spacing;
   QueueGate gate;
   gate.max_height = std::numeric_limits<float>::max();
   gate.min_normal_agreement = static_cast<float>(options_.min_normal_agreement);
-  gate.reference_height = leader.estimate->height;
+  gate.reference_height = leader.estimate.height;
   gate.height_window = std::numeric_limits<float>::max();
   gate.covered_ranks = kCoveredRanks;
-  queue_.Start(leader.ray, gate, leader.estimate->foot);
+  queue_.Start(leader.ray, gate, leader.estimate.foot);
   queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * spacing);
   fitter_.SetPatch(queue_.queued(), cloud_);
   for (int member : group) {
-    HeightEstimate& estimate = *samples[member].estimate;
+    HeightEstimate& estimate = samples[member].estimate;
     const RayPoint& foot = cloud_.points[estimate.foot];
     constexpr float kLeastNoiseShare = 0.05f;  // of the spacing, where a fit is asked for
     const LocalFitRequest request = {
@@ -176,19 +170,16 @@ void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> 
 
 void HeightSampler::Refine(std::span<RaySample> samples) {
   waiting_.clear();
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (NeedsFit(samples[i])) waiting_.push_back(static_cast<int>(i));
-  }
+  for (size_t i = 0; i < samples.size(); ++i) waiting_.push_back(static_cast<int>(i));
   while (!waiting_.empty()) {
     const RaySample& leader = samples[waiting_.front()];
-    const Eigen::Vector3f at = leader.ray.origin + leader.estimate->height * leader.ray.direction;
-    const float reach = kGroupSpacings * leader.estimate->spacing;
+    const Eigen::Vector3f at = leader.ray.origin + leader.estimate.height * leader.ray.direction;
+    const float reach = kGroupSpacings * leader.estimate.spacing;
     group_.clear();
     size_t left = 0;
     for (int index : waiting_) {
       const RaySample& sample = samples[index];
-      const Eigen::Vector3f hit =
-          sample.ray.origin + sample.estimate->height * sample.ray.direction;
+      const Eigen::Vector3f hit = sample.ray.origin + sample.estimate.height * sample.ray.direction;
       const bool joins = (hit - at).squaredNorm() <= reach * reach &&
                          sample.ray.direction.dot(leader.ray.direction) > kGroupAgreement;
       if (joins) {
@@ -199,11 +190,6 @@ void HeightSampler::Refine(std::span<RaySample> samples) {
     }
     waiting_.resize(left);
     FitGroup(samples, group_);
-  }
-  for (RaySample& sample : samples) {
-    const bool inside = sample.estimate && sample.estimate->height >= sample.bounds.lowest &&
-                        sample.estimate->height <= sample.bounds.highest;
-    if (!inside) sample.estimate.reset();
   }
 }
 

@@ -12,10 +12,6 @@
 
 namespace rilievo {
 
-struct HeightBounds {
-  float lowest, highest;
-};
-
 struct HeightEstimate {
   float height;
   float deviation;  // expected standard deviation of `height`
@@ -26,10 +22,11 @@ struct HeightEstimate {
 
 struct RaySample {
   Ray ray;
-  HeightBounds bounds = {0, 0};
-  std::optional<HeightEstimate> estimate;
-  bool always_fit = false;  // the robust local fit whatever the noise
+  HeightEstimate estimate;
 };
+
+// Whether the local fit takes the place of the bare triangle there.
+bool IsNoisy(const RayPoint& point, const DisplacementOptions& options);
 
 // Not for use by two threads at once: holds the scratch of its queue and fits.
 class HeightSampler {
@@ -42,14 +39,12 @@ class HeightSampler {
   // pierces no virtual triangle.
   std::optional<HeightEstimate> Pierce(const Ray& ray, int start, float reference);
 
-  // Replaces the estimates on noisy parts by local fits, and drops those outside their bounds.
-  // Rays that lie close together share the points that one of them gathers.
+  // Replaces the estimates by local fits where that succeeds. Rays that lie close together share
+  // the points that one of them gathers.
   void Refine(std::span<RaySample> samples);
 
  private:
-  bool IsNoisy(int point) const;
   std::optional<HeightEstimate> PierceOnce(const Ray& ray, int start, QueueGate gate);
-  bool NeedsFit(const RaySample& sample) const;
   void FitGroup(std::span<RaySample> samples, std::span<const int> group);
 
   const RayCloud& cloud_;

@@ -1,207 +1,20 @@
 #include "core/displacement/sample_displacement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <optional>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/calibrate_noise.h"
-#include "core/displacement/despike_heights.h"
+#include "core/displacement/domain_sampling.h"
 #include "core/displacement/fill_heights.h"
-#include "core/displacement/height_sampler.h"
-#include "core/displacement/height_samples.h"
 #include "core/displacement/input_laplacian.h"
 #include "core/displacement/ray_cloud.h"
 
 namespace rilievo {
 namespace {
-
-constexpr int64_t kBlock = 256;
-// Vertices between two progress reports.
-constexpr int kChunk = 32768;
-// Nearest cloud points tried where no coarser vertex tells where to start.
-constexpr int kStartCandidates = 16;
-// An offset surface folds where 1 + height * curvature reaches 0; heights stop short of it.
-constexpr float kFoldMargin = 0.9f;
-// Share of the stage's time that the sampling takes, for the progress.
-constexpr double kSamplingShare = 0.85;
-
-// Bounds of each height: the option's, and the domain's radii of curvature on either side.
-std::vector<HeightBounds> BoundHeights(const MeshTopology& topology, const LimitSurface& limit,
-                                       float max_height) {
-  std::vector<float> most(topology.vertex_count, 0.0f), least(topology.vertex_count, 0.0f);
-  for (const auto& edge : topology.edge_vertices.colwise()) {
-    const Eigen::Vector3d along = limit.positions.col(edge[1]) - limit.positions.col(edge[0]);
-    const double square = along.squaredNorm();
-    if (!(square > 0)) continue;
-    const Eigen::Vector3d turn = limit.normals.col(edge[1]) - limit.normals.col(edge[0]);
-    const float curvature = static_cast<float>(turn.dot(along) / square);
-    for (int vertex : {edge[0], edge[1]}) {
-      most[vertex] = std::max(most[vertex], curvature);
-      least[vertex] = std::min(least[vertex], curvature);
-    }
-  }
-  std::vector<HeightBounds> bounds(topology.vertex_count);
-  for (int v = 0; v < topology.vertex_count; ++v) {
-    bounds[v].lowest = -std::min(max_height, kFoldMargin / std::max(most[v], 1e-6f));
-    bounds[v].highest = std::min(max_height, kFoldMargin / std::max(-least[v], 1e-6f));
-  }
-  return bounds;
-}
-
-// The stage at work on one cloud and one domain.
-class Sampling {
- public:
-  Sampling(const RayCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-           const LoopRefinement& refinement, const LimitSurface& limit,
-           const DisplacementOptions& options, const RunContext& context)
-      : cloud_(cloud),
-        graph_(graph),
-        index_(index),
-        refinement_(refinement),
-        limit_(limit),
-        options_(options),
-        context_(context),
-        bounds_(BoundHeights(refinement.levels.back(), limit,
-                             // Rounded down, for the float may lie above the double.
-                             std::nextafter(static_cast<float>(options.max_height), 0.0f))),
-        samples_(static_cast<size_t>(limit.positions.cols())) {}
-
-  // Coarse to fine: the heights of a level tell the next one where to look.
-  absl::Status SampleLevels() {
-    int sampled = 0;
-    for (int level = 0; level <= refinement_.max_level(); ++level) {
-      const int end = refinement_.levels[level].vertex_count;
-      const MeshTopology* coarser = level > 0 ? &refinement_.levels[level - 1] : nullptr;
-      while (sampled < end) {
-        const int chunk_end = std::min(end, sampled + kChunk);
-        const auto body = [&, first = sampled](int64_t block_begin, int64_t block_end) {
-          SampleBlock(static_cast<int>(first + block_begin), static_cast<int>(first + block_end),
-                      coarser);
-        };
-        RILIEVO_RETURN_IF_ERROR(ParallelFor(chunk_end - sampled, kBlock, context_, body));
-        sampled = chunk_end;
-        context_.Report(Stage::kDisplacement, kSamplingShare * sampled / samples_.size());
-      }
-    }
-    return absl::OkStatus();
-  }
-
-  // Measures spikes again by the robust fit near their ring's height; what still stands out is
-  // given to the filling.
-  absl::Status Despike(const VertexRings& rings) {
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes,
-                             FindSpikes(rings, samples_, context_));
-    return ParallelFor(
-        static_cast<int64_t>(spikes.size()), kBlock, context_, [&](int64_t begin, int64_t end) {
-          HeightSampler sampler(cloud_, graph_, options_);
-          std::vector<RaySample> block(end - begin);
-          for (int64_t i = begin; i < end; ++i) {
-            const Spike& spike = spikes[i];
-            RaySample& sample = block[i - begin];
-            sample = {RayOf(spike.vertex), bounds_[spike.vertex], std::nullopt, true};
-            sample.estimate =
-                sampler.Pierce(sample.ray, samples_.foot[spike.vertex], spike.expected);
-          }
-          sampler.Refine(block);
-          for (int64_t i = begin; i < end; ++i) {
-            const auto& again = block[i - begin].estimate;
-            const bool good =
-                again && std::abs(again->height - spikes[i].expected) <= spikes[i].tolerance;
-            Store(spikes[i].vertex, good ? again : std::nullopt);
-          }
-        });
-  }
-
-  const std::vector<HeightBounds>& bounds() const { return bounds_; }
-  HeightSamples& samples() { return samples_; }
-
- private:
-  Ray RayOf(int vertex) const {
-    return MakeRay(limit_.positions.col(vertex), limit_.normals.col(vertex));
-  }
-
-  void Store(int vertex, const std::optional<HeightEstimate>& estimate) {
-    samples_.measured[vertex] = estimate.has_value();
-    samples_.height[vertex] = estimate ? estimate->height : 0.0f;
-    samples_.deviation[vertex] = estimate ? estimate->deviation : 0.0f;
-    samples_.spacing[vertex] = estimate ? estimate->spacing : 0.0f;
-    samples_.foot[vertex] = estimate ? estimate->foot : -1;
-    samples_.crease[vertex] = estimate && estimate->crease;
-  }
-
-  // The nearest cloud point that faces along the ray within reach, or -1.
-  int StartFromIndex(const Ray& ray, int vertex, float reference) const {
-    std::array<int, kStartCandidates> candidates;
-    std::array<double, kStartCandidates> distances;
-    const Eigen::Vector3d at =
-        limit_.positions.col(vertex) + reference * limit_.normals.col(vertex);
-    const int found = index_.Nearest(at, std::min(kStartCandidates, index_.size()),
-                                     candidates.data(), distances.data());
-    for (int i = 0; i < found; ++i) {
-      const RayPoint& point = cloud_.points[candidates[i]];
-      const Eigen::Map<const Eigen::Vector3f> position(point.position), normal(point.normal);
-      const float height = (position - ray.origin).dot(ray.direction);
-      if (normal.dot(ray.direction) > options_.min_normal_agreement &&
-          std::abs(height) <= options_.max_height) {
-        return candidates[i];
-      }
-    }
-    return -1;
-  }
-
-  void SampleBlock(int begin, int end, const MeshTopology* coarser) {
-    HeightSampler sampler(cloud_, graph_, options_);
-    std::vector<RaySample> block(end - begin);
-    for (int vertex = begin; vertex < end; ++vertex) {
-      RaySample& sample = block[vertex - begin];
-      sample.ray = RayOf(vertex);
-      sample.bounds = bounds_[vertex];
-      sample.estimate = PierceVertex(sample.ray, vertex, coarser, &sampler);
-    }
-    sampler.Refine(block);
-    for (int vertex = begin; vertex < end; ++vertex) Store(vertex, block[vertex - begin].estimate);
-  }
-
-  // Starts from the coarser level's vertices on either side, or from the index.
-  std::optional<HeightEstimate> PierceVertex(const Ray& ray, int vertex,
-                                             const MeshTopology* coarser,
-                                             HeightSampler* sampler) const {
-    int start = -1;
-    float reference = 0;
-    if (coarser != nullptr) {
-      const auto ends = coarser->edge_vertices.col(vertex - coarser->vertex_count);
-      int parents = 0;
-      for (int end : {ends[0], ends[1]}) {
-        if (!samples_.measured[end]) continue;
-        reference += samples_.height[end];
-        start = samples_.foot[end];
-        ++parents;
-      }
-      if (parents == 2) reference *= 0.5f;
-    }
-    std::optional<HeightEstimate> estimate;
-    if (start >= 0) estimate = sampler->Pierce(ray, start, reference);
-    if (estimate) return estimate;
-    start = StartFromIndex(ray, vertex, reference);
-    return start >= 0 ? sampler->Pierce(ray, start, reference) : std::nullopt;
-  }
-
-  const RayCloud& cloud_;
-  const NeighborGraph& graph_;
-  const PointIndex& index_;
-  const LoopRefinement& refinement_;
-  const LimitSurface& limit_;
-  const DisplacementOptions& options_;
-  const RunContext& context_;
-  std::vector<HeightBounds> bounds_;
-  HeightSamples samples_;
-};
 
 absl::Status CheckInput(const OrientedCloud& cloud, const NeighborGraph& graph,
                         const PointIndex& index, const LoopRefinement& refinement,
@@ -291,8 +104,10 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       NoiseCalibration(ray_cloud, graph, static_cast<float>(options.plane_noise_ratio), context));
   for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
   const VertexRings rings = BuildVertexRings(refinement.levels.back());
-  Sampling sampling(ray_cloud, graph, index, refinement, limit, options, context);
-  RILIEVO_RETURN_IF_ERROR(sampling.SampleLevels());
+  DomainSampling sampling(ray_cloud, graph, index, refinement, limit, options, context);
+  RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));
+  RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());
+  context.Report(Stage::kDisplacement, 0.8);
   RILIEVO_RETURN_IF_ERROR(sampling.Despike(rings));
   HeightSamples& samples = sampling.samples();
   const std::vector<float> sampled = samples.height;

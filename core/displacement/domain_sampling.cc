@@ -1,0 +1,166 @@
+#include "core/displacement/domain_sampling.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/displacement/despike_heights.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 512;
+// Vertices between two progress reports.
+constexpr int kChunk = 32768;
+// Nearest cloud points tried where no coarser vertex tells where to start.
+constexpr int kStartCandidates = 16;
+
+}  // namespace
+
+DomainSampling::DomainSampling(const RayCloud& cloud, const NeighborGraph& graph,
+                               const PointIndex& index, const LoopRefinement& refinement,
+                               const LimitSurface& limit, const DisplacementOptions& options,
+                               const RunContext& context)
+    : cloud_(cloud),
+      graph_(graph),
+      index_(index),
+      refinement_(refinement),
+      limit_(limit),
+      options_(options),
+      context_(context),
+      bounds_(BoundHeights(refinement.levels.back(), limit, options.max_height)),
+      samples_(static_cast<size_t>(limit.positions.cols())) {}
+
+absl::Status DomainSampling::PierceLevels(double progress_end) {
+  int sampled = 0;
+  for (int level = 0; level <= refinement_.max_level(); ++level) {
+    const int end = refinement_.levels[level].vertex_count;
+    const MeshTopology* coarser = level > 0 ? &refinement_.levels[level - 1] : nullptr;
+    while (sampled < end) {
+      const int count = std::min(end - sampled, kChunk);
+      RILIEVO_RETURN_IF_ERROR(ParallelFor(
+          count, kBlock, context_, [&, first = sampled](int64_t block_begin, int64_t block_end) {
+            HeightSampler sampler(cloud_, graph_, options_);
+            for (int64_t i = block_begin; i < block_end; ++i) {
+              const int vertex = static_cast<int>(first + i);
+              Store(vertex, PierceVertex(vertex, coarser, &sampler));
+            }
+          }));
+      sampled += count;
+      context_.Report(Stage::kDisplacement, progress_end * sampled / samples_.size());
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status DomainSampling::RefineNoisy() {
+  // Ordered by their feet: the cloud is in Morton order, so that neighbours share a block, and in
+  // the block the points that they are fitted to.
+  std::vector<int> order;
+  for (int v = 0; v < samples_.size(); ++v) {
+    if (samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_)) {
+      order.push_back(v);
+    }
+  }
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return samples_.foot[a] != samples_.foot[b] ? samples_.foot[a] < samples_.foot[b] : a < b;
+  });
+  return ParallelFor(static_cast<int64_t>(order.size()), kBlock, context_,
+                     [&](int64_t begin, int64_t end) {
+                       HeightSampler sampler(cloud_, graph_, options_);
+                       std::vector<RaySample> block(end - begin);
+                       for (int64_t i = begin; i < end; ++i) {
+                         block[i - begin] = {RayOf(order[i]), EstimateOf(order[i])};
+                       }
+                       sampler.Refine(block);
+                       for (int64_t i = begin; i < end; ++i)
+                         Store(order[i], block[i - begin].estimate);
+                     });
+}
+
+absl::Status DomainSampling::Despike(const VertexRings& rings) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes, FindSpikes(rings, samples_, context_));
+  return ParallelFor(static_cast<int64_t>(spikes.size()), kBlock, context_,
+                     [&](int64_t begin, int64_t end) {
+                       HeightSampler sampler(cloud_, graph_, options_);
+                       for (int64_t i = begin; i < end; ++i) {
+                         const auto [vertex, expected, tolerance] = spikes[i];
+                         const Ray ray = RayOf(vertex);
+                         auto again = sampler.Pierce(ray, samples_.foot[vertex], expected);
+                         if (again) {
+                           RaySample sample = {ray, *again};
+                           sampler.Refine({&sample, 1});
+                           again = sample.estimate;
+                         }
+                         const bool good = again && std::abs(again->height - expected) <= tolerance;
+                         Store(vertex, good ? again : std::nullopt);
+                       }
+                     });
+}
+
+Ray DomainSampling::RayOf(int vertex) const {
+  return MakeRay(limit_.positions.col(vertex), limit_.normals.col(vertex));
+}
+
+HeightEstimate DomainSampling::EstimateOf(int vertex) const {
+  return {samples_.height[vertex], samples_.deviation[vertex], samples_.spacing[vertex],
+          samples_.foot[vertex], samples_.crease[vertex] != 0};
+}
+
+void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& estimate) {
+  const bool measured = estimate && estimate->height >= bounds_[vertex].lowest &&
+                        estimate->height <= bounds_[vertex].highest;
+  samples_.measured[vertex] = measured;
+  samples_.height[vertex] = measured ? estimate->height : 0.0f;
+  samples_.deviation[vertex] = measured ? estimate->deviation : 0.0f;
+  samples_.spacing[vertex] = measured ? estimate->spacing : 0.0f;
+  samples_.foot[vertex] = measured ? estimate->foot : -1;
+  samples_.crease[vertex] = measured && estimate->crease;
+}
+
+// The nearest cloud point that faces along the ray within reach, or -1.
+int DomainSampling::StartFromIndex(const Ray& ray, int vertex, float reference) const {
+  std::array<int, kStartCandidates> candidates;
+  std::array<double, kStartCandidates> distances;
+  const Eigen::Vector3d at = limit_.positions.col(vertex) + reference * limit_.normals.col(vertex);
+  const int found = index_.Nearest(at, std::min(kStartCandidates, index_.size()), candidates.data(),
+                                   distances.data());
+  for (int i = 0; i < found; ++i) {
+    const RayPoint& point = cloud_.points[candidates[i]];
+    const Eigen::Map<const Eigen::Vector3f> position(point.position), normal(point.normal);
+    const float height = (position - ray.origin).dot(ray.direction);
+    if (normal.dot(ray.direction) > options_.min_normal_agreement &&
+        std::abs(height) <= options_.max_height) {
+      return candidates[i];
+    }
+  }
+  return -1;
+}
+
+// Starts from the coarser level's vertices on either side, or from the index.
+std::optional<HeightEstimate> DomainSampling::PierceVertex(int vertex, const MeshTopology* coarser,
+                                                           HeightSampler* sampler) const {
+  const Ray ray = RayOf(vertex);
+  int start = -1;
+  float reference = 0;
+  if (coarser != nullptr) {
+    const auto ends = coarser->edge_vertices.col(vertex - coarser->vertex_count);
+    int parents = 0;
+    for (int end : {ends[0], ends[1]}) {
+      if (!samples_.measured[end]) continue;
+      reference += samples_.height[end];
+      start = samples_.foot[end];
+      ++parents;
+    }
+    if (parents == 2) reference *= 0.5f;
+  }
+  std::optional<HeightEstimate> estimate;
+  if (start >= 0) estimate = sampler->Pierce(ray, start, reference);
+  if (estimate) return estimate;
+  start = StartFromIndex(ray, vertex, reference);
+  return start >= 0 ? sampler->Pierce(ray, start, reference) : std::nullopt;
+}
+
+}  // namespace rilievo

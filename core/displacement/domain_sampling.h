@@ -1,0 +1,59 @@
+// The passes over the domain's vertices: pierce, refine, despike.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/run_context.h"
+#include "core/displacement/bound_heights.h"
+#include "core/displacement/height_sampler.h"
+#include "core/displacement/height_samples.h"
+#include "core/loop/refinement.h"
+#include "core/scan/neighbor_graph.h"
+
+namespace rilievo {
+
+// Keeps references to all it is given. Each pass runs on the context's threads, and its result does
+// not depend on their number.
+class DomainSampling {
+ public:
+  DomainSampling(const RayCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
+                 const LoopRefinement& refinement, const LimitSurface& limit,
+                 const DisplacementOptions& options, const RunContext& context);
+
+  // Virtual triangles and creases, coarse to fine: the heights of a level tell the next one where
+  // to look. Reports progress up to `progress_end`.
+  absl::Status PierceLevels(double progress_end);
+
+  // Local fits where the points are noisy.
+  absl::Status RefineNoisy();
+
+  // Measures spikes again by the local fit near their ring's height; what still stands out is
+  // given to the filling.
+  absl::Status Despike(const VertexRings& rings);
+
+  const std::vector<HeightBounds>& bounds() const { return bounds_; }
+  HeightSamples& samples() { return samples_; }
+
+ private:
+  Ray RayOf(int vertex) const;
+  HeightEstimate EstimateOf(int vertex) const;
+  // What lies outside its bounds was not measured.
+  void Store(int vertex, const std::optional<HeightEstimate>& estimate);
+  int StartFromIndex(const Ray& ray, int vertex, float reference) const;
+  std::optional<HeightEstimate> PierceVertex(int vertex, const MeshTopology* coarser,
+                                             HeightSampler* sampler) const;
+
+  const RayCloud& cloud_;
+  const NeighborGraph& graph_;
+  const PointIndex& index_;
+  const LoopRefinement& refinement_;
+  const LimitSurface& limit_;
+  const DisplacementOptions& options_;
+  const RunContext& context_;
+  std::vector<HeightBounds> bounds_;
+  HeightSamples samples_;
+};
+
+}  // namespace rilievo
