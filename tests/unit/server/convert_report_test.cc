@@ -82,7 +82,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   EXPECT_EQ(proto.encoded_bytes(), 29);
   ASSERT_EQ(proto.stage_times_size(), kStageCount);
   EXPECT_EQ(proto.stage_times(0).stage(), v1::STAGE_CHECK);
-  EXPECT_EQ(proto.stage_times(7).stage(), v1::STAGE_MEASURE);
+  EXPECT_EQ(proto.stage_times(7).stage(), v1::STAGE_ENCODE);
   EXPECT_EQ(proto.stage_times(7).seconds(), 107);
   EXPECT_EQ(proto.total_seconds(), 61);
   ASSERT_EQ(proto.warnings_size(), 2);

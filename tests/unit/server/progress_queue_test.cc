@@ -60,7 +60,7 @@ TEST(ProgressQueue, HoldsOneEventAStageForASlowReader) {
     last = event->stage();
   }
   EXPECT_EQ(held, kStageCount + 1);
-  EXPECT_EQ(queue.stage(), Stage::kMeasure);
+  EXPECT_EQ(queue.stage(), Stage::kEncode);
 }
 
 }  // namespace

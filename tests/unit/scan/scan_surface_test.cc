@@ -1,0 +1,57 @@
+#include "core/scan/scan_surface.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+ScanSurface AnalyzeWithOutliers() {
+  ScannerOptions options;
+  options.points = 10000;
+  options.outliers = 0.02;
+  options.views = 0;
+  const SimulatedScan scan = SimulateScan(*MakeTorus(), options).value();
+  const CheckedScan checked = CheckScan(scan.cloud, CheckOptions{}, RunContext{}).value();
+  return AnalyzeScan(checked, ScanOptions{}, RunContext{}).value();
+}
+
+TEST(ScanSurfaceTest, CloudGraphAndIndexSpeakOfTheSamePoints) {
+  const ScanSurface scan = AnalyzeWithOutliers();
+  const int count = static_cast<int>(scan.cloud.points.cols());
+  EXPECT_GT(scan.outliers, 100);
+  ASSERT_EQ(scan.graph.size(), count);
+  ASSERT_EQ(scan.index.size(), count);
+  ASSERT_EQ(scan.cloud.normals.cols(), count);
+  for (int i = 0; i < count; i += 37) {
+    int nearest[17];
+    double squared[17];
+    ASSERT_EQ(scan.index.Nearest(scan.cloud.points.col(i), scan.graph.k + 1, nearest, squared),
+              scan.graph.k + 1);
+    EXPECT_EQ(nearest[0], i);
+    for (int k = 0; k < scan.graph.k; ++k) {
+      EXPECT_NEAR(scan.graph.neighbor_distances(i)[k], std::sqrt(squared[k + 1]), 1e-6);
+    }
+  }
+}
+
+TEST(ScanSurfaceTest, TheFrameIsTheBoxOfWhatWasKept) {
+  const ScanSurface scan = AnalyzeWithOutliers();
+  const Eigen::Vector3d low = scan.cloud.points.rowwise().minCoeff();
+  const Eigen::Vector3d high = scan.cloud.points.rowwise().maxCoeff();
+  EXPECT_NEAR((high - low).norm(), 1, 1e-9);
+  EXPECT_NEAR((high + low).norm(), 0, 1e-9);
+}
+
+TEST(ScanSurfaceTest, SpacingCoversTheArea) {
+  const ScanSurface scan = AnalyzeWithOutliers();
+  double area = 0;
+  for (const float spacing : scan.cloud.spacing) area += M_PI / 4 * spacing * spacing;
+  const double truth = 4 * M_PI * M_PI * 0.7 * 0.28 / (scan.frame.diagonal * scan.frame.diagonal);
+  EXPECT_NEAR(area / truth, 1, 0.25);
+}
+
+}  // namespace
+}  // namespace rilievo
