@@ -46,7 +46,7 @@ TEST(OutwardSignTest, FindsTheOutsideOfASphereEitherWay) {
   EXPECT_EQ(OutwardSign(cloud, members), -1);
 }
 
-// Two parallel sheets two spacings apart: each link joins one to the other.
+// Two parallel sheets two spacings apart: each link joins one component to the other.
 TEST(ComponentBridgesTest, LinksRunFromSheetToSheet) {
   constexpr int kSide = 30;
   OrientedCloud cloud;
@@ -66,7 +66,7 @@ TEST(ComponentBridgesTest, LinksRunFromSheetToSheet) {
   ASSERT_TRUE(links.ok());
   ASSERT_FALSE(links->empty());
   for (const SignedLink& link : *links) {
-    EXPECT_EQ(component[link.a] + component[link.b], 1);
+    EXPECT_EQ(link.a + link.b, 1);  // components 0 and 1
     EXPECT_TRUE(std::isfinite(link.weight));
   }
 }
