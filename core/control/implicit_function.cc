@@ -29,7 +29,7 @@ constexpr double kThinShare = 0.002;
 // cells behind the point to as many before it.
 constexpr double kProbeCells = 0.75;
 constexpr double kOutvotedDrop = 0.15;
-constexpr int kTurningRounds = 3;
+constexpr int kTurningRounds = 1;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 
 struct GridLevel {

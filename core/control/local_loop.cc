@@ -15,6 +15,7 @@ LocalLoopFinder::LocalLoopFinder(const MeshTopology& topology, const Eigen::Matr
       distance_(topology.vertex_count),
       parent_edge_(topology.vertex_count),
       vertex_stamp_(topology.vertex_count, 0),
+      counted_stamp_(topology.vertex_count, 0),
       face_slot_(topology.face_count()),
       face_stamp_(topology.face_count(), 0),
       edge_stamp_(topology.edge_count(), 0),
@@ -151,15 +152,17 @@ int LocalLoopFinder::CapBoundary() {
   return loops;
 }
 
-int LocalLoopFinder::Handles(int boundary_loops) const {
-  std::vector<int> corners;
+int LocalLoopFinder::Handles(int boundary_loops) {
+  int vertices = 0;
   for (const int f : disc_faces_) {
-    for (int k = 0; k < 3; ++k) corners.push_back(topology_.faces(k, f));
+    for (int k = 0; k < 3; ++k) {
+      int& stamp = counted_stamp_[topology_.faces(k, f)];
+      vertices += stamp != stamp_;
+      stamp = stamp_;
+    }
   }
-  std::sort(corners.begin(), corners.end());
-  const auto vertices = std::unique(corners.begin(), corners.end()) - corners.begin();
-  const int euler = static_cast<int>(vertices) - static_cast<int>(disc_edges_.size()) +
-                    static_cast<int>(disc_faces_.size());
+  const int euler =
+      vertices - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
   return (2 - boundary_loops - euler) / 2;
 }
 

@@ -28,7 +28,7 @@ class LocalLoopFinder {
   void GrowDisc(int root, double radius);
   void CollectFaces();
   int CapBoundary();  // numbers the boundary loops; returns how many
-  int Handles(int boundary_loops) const;
+  int Handles(int boundary_loops);
   std::vector<int> ShortestTreeLoop();
   int FindSet(int element);
 
@@ -36,7 +36,7 @@ class LocalLoopFinder {
   const Eigen::Matrix3Xd& vertices_;
   std::vector<int> edge_begin_, vertex_edges_;  // edges at each vertex
   std::vector<double> distance_;                // per vertex, valid where stamped
-  std::vector<int> parent_edge_, vertex_stamp_;
+  std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
   std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
   std::vector<int> edge_stamp_;
   std::vector<int> disc_vertices_, disc_faces_, disc_edges_;

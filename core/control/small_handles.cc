@@ -7,7 +7,6 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/local_loop.h"
-#include "core/control/trim_surface.h"
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
@@ -30,9 +29,12 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
   return loop;
 }
 
-// Loops short enough to be cut at once: no two share a face, none touches the boundary.
+// Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
+// around the vertices flagged in `search`; out: flagged where the next search has to look, near the
+// loops, as two handles may lie side by side.
 std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
-                                        const Eigen::Matrix3Xd& vertices, double max_length) {
+                                        const Eigen::Matrix3Xd& vertices, double max_length,
+                                        std::vector<uint8_t>* search) {
   LocalLoopFinder finder(topology, vertices);
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
@@ -40,7 +42,7 @@ std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
   std::vector<uint8_t> visited(topology.vertex_count, 0), taken(topology.vertex_count, 0);
   std::vector<std::vector<int>> loops;
   for (int seed = 0; seed < topology.vertex_count; ++seed) {
-    if (visited[seed] != 0) continue;
+    if (visited[seed] != 0 || (*search)[seed] == 0) continue;
     std::vector<int> loop = finder.LoopAround(seed, radius);
     const std::vector<int> disc = finder.disc();
     for (const int v : disc) {
@@ -59,6 +61,7 @@ std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
     for (const int v : loop) taken[v] = 1;
     loops.push_back(std::move(loop));
   }
+  *search = std::move(taken);
   return loops;
 }
 
@@ -141,16 +144,21 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
                                                      double max_loop_length,
                                                      const RunContext& context) {
   SmallHandleResult result{mesh, 0};
+  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  if (SummarizeTopology(mesh.faces, topology.vertex_count).genus == 0) return result;
+  std::vector<uint8_t> search;
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const int vertex_count = static_cast<int>(result.mesh.vertices.cols());
-    if (SummarizeTopology(result.mesh.faces, vertex_count).genus == 0) break;
-    RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
-                             BuildMeshTopology(result.mesh.faces, vertex_count));
+    search.resize(topology.vertex_count, 1);
     const std::vector<std::vector<int>> loops =
-        FindLoops(topology, result.mesh.vertices, max_loop_length);
+        FindLoops(topology, result.mesh.vertices, max_loop_length, &search);
     if (loops.empty()) break;
-    result.mesh = SplitPinchedVertices(CutAndCap(result.mesh, topology, loops));
+    ControlMesh cut = CutAndCap(result.mesh, topology, loops);
+    auto cut_topology = BuildMeshTopology(cut.faces, static_cast<int>(cut.vertices.cols()));
+    if (!cut_topology.ok()) break;  // a handle too many is better than no surface
+    result.mesh = std::move(cut);
+    topology = *std::move(cut_topology);
     result.removed += static_cast<int>(loops.size());
   }
   return result;
