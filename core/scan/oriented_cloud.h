@@ -9,10 +9,12 @@ namespace rilievo {
 struct OrientedCloud {
   Eigen::Matrix3Xd points;     // unit frame, Morton order
   Eigen::Matrix3Xd normals;    // unit, pointing outward after OrientNormals
-  std::vector<float> spacing;  // local distance between samples, unit frame: the radius at which
-                               // one point's share of the surface is pi/4 * spacing^2 on average
-  std::vector<float>
-      noise;  // RMS distance of the neighbours to the local quadric/plane, unit frame
+  // Local distance between samples, unit frame: a point's share of the surface is
+  // pi/4 * spacing^2 on average.
+  std::vector<float> spacing;
+  // RMS distance of the neighbours to the local surface, unit frame; bounded by the noise around,
+  // so that edges and curvature do not count.
+  std::vector<float> noise;
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };
