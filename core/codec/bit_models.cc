@@ -1,5 +1,7 @@
 #include "core/codec/bit_models.h"
 
+#include <cmath>
+
 namespace rilievo {
 namespace {
 
@@ -14,7 +16,19 @@ constexpr std::array<uint16_t, 1024> kSteps = MakeSteps();
 
 constexpr uint64_t kExpStep = 4278222805u;  // e^(-1/256) in 1/2^32
 
+// Bits of an event of probability (i + 1/2) / 4096.
+std::array<float, 4096> MakeCosts() {
+  std::array<float, 4096> costs{};
+  for (int i = 0; i < 4096; ++i) costs[i] = static_cast<float>(-std::log2((i + 0.5) / 4096));
+  return costs;
+}
+
 }  // namespace
+
+double BitCost(bool bit, int one_probability) {
+  static const std::array<float, 4096> costs = MakeCosts();
+  return costs[(bit ? one_probability : 65535 - one_probability) >> 4];
+}
 
 void BitModel::Update(bool bit, int limit) {
   const uint32_t count = state_ & 1023;

@@ -41,23 +41,26 @@ class LogisticTables {
   std::array<uint16_t, 4095> squash_;
 };
 
+// Bits that coding `bit` takes when a 1 has this probability in 1/65536.
+double BitCost(bool bit, int one_probability);
+
 // Weights of `kInputs` predictions, in 1/65536.
 template <int kInputs>
 class BitMixer {
  public:
   BitMixer() { weights_.fill(kFirstWeight); }
 
+  // Probability of a 1 in 1/65536, as Code would use it.
+  int Probability(const std::array<BitModel*, kInputs>& models) const {
+    int stretched[kInputs];
+    return Mix(models, stretched);
+  }
+
   // Codes one bit predicted by `models` and teaches them and the weights.
   template <typename Coder>
   bool Code(Coder& coder, bool bit, const std::array<BitModel*, kInputs>& models, int limit) {
-    const LogisticTables& tables = LogisticTables::Get();
     int stretched[kInputs];
-    int64_t sum = 0;
-    for (int i = 0; i < kInputs; ++i) {
-      stretched[i] = tables.Stretch(models[i]->probability12());
-      sum += static_cast<int64_t>(weights_[i]) * stretched[i];
-    }
-    const int probability = tables.Squash(sum >> 16);
+    const int probability = Mix(models, stretched);
     bit = coder.Code(bit, static_cast<uint32_t>(probability));
     const int64_t error = (bit ? 65536 : 0) - probability;
     const int rate = kLastRate + kExtraRate / ++count_;
@@ -71,6 +74,16 @@ class BitMixer {
 
  private:
   static constexpr int32_t kFirstWeight = 65536 * 5 / (4 * kInputs);
+  int Mix(const std::array<BitModel*, kInputs>& models, int* stretched) const {
+    const LogisticTables& tables = LogisticTables::Get();
+    int64_t sum = 0;
+    for (int i = 0; i < kInputs; ++i) {
+      stretched[i] = tables.Stretch(models[i]->probability12());
+      sum += static_cast<int64_t>(weights_[i]) * stretched[i];
+    }
+    return tables.Squash(sum >> 16);
+  }
+
   static constexpr int kLastRate = 2, kExtraRate = 64, kMaxCount = 255;
   std::array<int32_t, kInputs> weights_;
   int count_ = 0;

@@ -19,6 +19,14 @@ class ByteWriter {
   }
   void U32(uint32_t value) { Fixed(value, 4); }
   void F64(double value) { Fixed(std::bit_cast<uint64_t>(value), 8); }
+  // A double as a count n and its n highest bytes, highest first; those left off are zero.
+  void ShortF64(double value) {
+    const uint64_t bits = std::bit_cast<uint64_t>(value);
+    int count = 8;
+    while (count > 0 && (bits >> (8 * (8 - count)) & 0xff) == 0) --count;
+    Byte(static_cast<uint8_t>(count));
+    for (int i = 0; i < count; ++i) Byte(static_cast<uint8_t>(bits >> (56 - 8 * i)));
+  }
   // LEB128: seven bits a byte, low ones first, the top bit set on all but the last byte.
   void Varint(uint64_t value) {
     for (; value >= 0x80; value >>= 7) Byte(static_cast<uint8_t>(value | 0x80));
@@ -44,6 +52,13 @@ class ByteReader {
   uint8_t Byte() { return static_cast<uint8_t>(Fixed(1)); }
   uint32_t U32() { return static_cast<uint32_t>(Fixed(4)); }
   double F64() { return std::bit_cast<double>(Fixed(8)); }
+  double ShortF64() {
+    const int count = Byte();
+    if (count > 8) ok_ = false;
+    uint64_t bits = 0;
+    for (int i = 0; ok_ && i < count; ++i) bits |= uint64_t{Byte()} << (56 - 8 * i);
+    return std::bit_cast<double>(bits);
+  }
   // At most 63 bits, in at most nine bytes.
   uint64_t Varint() {
     uint64_t value = 0;

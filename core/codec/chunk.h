@@ -10,7 +10,7 @@
 
 namespace rilievo {
 
-inline constexpr int kDssVersion = 1;
+inline constexpr int kDssVersion = 2;
 
 // A capital letter is a chunk that a decoder must understand, a small one may be skipped.
 enum ChunkTag : uint8_t {

@@ -1,6 +1,7 @@
 #include "core/codec/control_mesh_coder.h"
 
-#include <deque>
+#include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -8,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/gate_models.h"
 #include "core/codec/mesh_border.h"
+#include "core/codec/point_models.h"
 #include "core/codec/range_coder.h"
 #include "core/geometry/half_edges.h"
 
@@ -132,14 +134,15 @@ class NoGuide {
 };
 
 // The walk that encoder and decoder have in common.
-template <typename Coder, typename Guide>
+template <typename Coder, typename Guide, typename Points>
 class MeshWalk {
  public:
   // `points`: in coding order; empty when decoding.
-  MeshWalk(Coder& coder, Guide& guide, const std::vector<GridPoint>& points, int vertex_count,
-           int face_count, bool has_boundary)
+  MeshWalk(Coder& coder, Guide& guide, Points& point_model, const std::vector<GridPoint>& points,
+           int vertex_count, int face_count, bool has_boundary)
       : coder_(coder),
         guide_(guide),
+        point_model_(point_model),
         points_(points),
         vertex_count_(vertex_count),
         face_count_(face_count),
@@ -167,10 +170,11 @@ class MeshWalk {
   absl::Status StartComponent() {
     const int tag = guide_.Seed();
     const int first = static_cast<int>(mesh_.points.size());
-    GridPoint predicted = first > 0 ? mesh_.points.back() : GridPoint{0, 0, 0};
+    PointGate gate;
+    gate.seed = true;
     for (int k = 0; k < 3; ++k) {
-      RILIEVO_RETURN_IF_ERROR(AddVertex(predicted, kSeedScale));
-      predicted = mesh_.points.back();
+      if (!mesh_.points.empty()) gate.start = mesh_.points.back();
+      RILIEVO_RETURN_IF_ERROR(AddVertex(gate));
     }
     mesh_.AddFace(first, first + 1, first + 2);
     const int tags[3] = {tag, tag + 1, tag + 2};
@@ -212,10 +216,8 @@ class MeshWalk {
       }
       case GateStep::kNewVertex: {
         const int apex = static_cast<int>(mesh_.points.size());
-        const GridPoint& a = mesh_.points[start];
-        const GridPoint& b = mesh_.points[end];
-        RILIEVO_RETURN_IF_ERROR(
-            AddVertex(Parallelogram(a, b, mesh_.points[border_[gate].apex]), EdgeBits(a, b)));
+        RILIEVO_RETURN_IF_ERROR(AddVertex(
+            {false, mesh_.points[start], mesh_.points[end], mesh_.points[border_[gate].apex]}));
         mesh_.AddFace(end, start, apex);
         turning_ = border_.GlueNewVertex(gate, apex, known.left_tag, known.right_tag);
         return absl::OkStatus();
@@ -235,14 +237,14 @@ class MeshWalk {
     return absl::OkStatus();
   }
 
-  absl::Status AddVertex(const GridPoint& predicted, int scale_bits) {
+  absl::Status AddVertex(const PointGate& gate) {
     const size_t number = mesh_.points.size();
     if (static_cast<int>(number) == vertex_count_) {
       return absl::DataLossError(
           absl::StrCat("the control mesh has more vertices than its header says, ", vertex_count_));
     }
     const GridPoint known = coder_.kDecodes ? GridPoint{} : points_[number];
-    const GridPoint point = models_.CodePoint(coder_, known, predicted, scale_bits);
+    const GridPoint point = point_model_.Code(coder_, known, gate);
     for (int32_t coordinate : point) {
       if (coordinate < -kMaxCoordinate || coordinate > kMaxCoordinate) {
         return absl::DataLossError("a control point lies outside the range of the format");
@@ -252,10 +254,9 @@ class MeshWalk {
     return absl::OkStatus();
   }
 
-  static constexpr int kSeedScale = 31;
-
   Coder& coder_;
   Guide& guide_;
+  Points& point_model_;
   const std::vector<GridPoint>& points_;
   int vertex_count_, face_count_;
   GateModels models_;
@@ -270,8 +271,35 @@ struct BitSink {
   bool Code(bool bit, uint32_t /*one_probability*/) { return bit; }
 };
 
+// For the order alone.
+struct NoPoints {
+  template <typename Coder>
+  GridPoint Code(Coder&, const GridPoint& point, const PointGate&) {
+    return point;
+  }
+};
+
 bool HasBoundary(const MeshTopology& topology) {
   return topology.face_neighbors.cols() > 0 && topology.face_neighbors.minCoeff() < 0;
+}
+
+template <typename Points>
+absl::StatusOr<GridMesh> Decode(std::span<const uint8_t> bytes, Points& point_model,
+                                int vertex_count, int face_count, bool has_boundary) {
+  NoGuide guide;
+  RangeDecoder coder(bytes);
+  const std::vector<GridPoint> none;
+  MeshWalk walk(coder, guide, point_model, none, vertex_count, face_count, has_boundary);
+  RILIEVO_RETURN_IF_ERROR(walk.Run());
+  if (coder.overrun()) return absl::DataLossError("the control mesh ends before its last face");
+  CodedMesh coded = walk.TakeMesh();
+  GridMesh mesh;
+  mesh.points = std::move(coded.points);
+  mesh.faces.resize(3, static_cast<Eigen::Index>(coded.faces.size()));
+  for (size_t f = 0; f < coded.faces.size(); ++f) {
+    for (int k = 0; k < 3; ++k) mesh.faces(k, static_cast<Eigen::Index>(f)) = coded.faces[f][k];
+  }
+  return mesh;
 }
 
 }  // namespace
@@ -280,16 +308,24 @@ CodingOrder FindCodingOrder(const MeshTopology& topology) {
   MeshGuide guide(topology);
   BitSink sink;
   const std::vector<GridPoint> nowhere(topology.vertex_count, GridPoint{0, 0, 0});
-  MeshWalk walk(sink, guide, nowhere, topology.vertex_count, topology.face_count(),
+  NoPoints points;
+  MeshWalk walk(sink, guide, points, nowhere, topology.vertex_count, topology.face_count(),
                 HasBoundary(topology));
   return walk.Run().ok() ? guide.TakeOrder() : CodingOrder();
 }
 
+int SeedBits(double step) {
+  const double steps = std::clamp(0.5 / step, 1.0, static_cast<double>(1 << 27));
+  return std::bit_width(static_cast<uint32_t>(steps));
+}
+
 absl::StatusOr<std::vector<uint8_t>> EncodeControlMesh(const MeshTopology& topology,
-                                                       const std::vector<GridPoint>& points) {
+                                                       const std::vector<GridPoint>& points,
+                                                       int seed_bits) {
   MeshGuide guide(topology);
   RangeEncoder coder;
-  MeshWalk walk(coder, guide, points, topology.vertex_count, topology.face_count(),
+  PointModel point_model(seed_bits);
+  MeshWalk walk(coder, guide, point_model, points, topology.vertex_count, topology.face_count(),
                 HasBoundary(topology));
   RILIEVO_RETURN_IF_ERROR(walk.Run());
   const CodingOrder order = guide.TakeOrder();
@@ -309,21 +345,15 @@ absl::StatusOr<std::vector<uint8_t>> EncodeControlMesh(const MeshTopology& topol
 }
 
 absl::StatusOr<GridMesh> DecodeControlMesh(std::span<const uint8_t> bytes, int vertex_count,
-                                           int face_count, bool has_boundary) {
-  NoGuide guide;
-  RangeDecoder coder(bytes);
-  const std::vector<GridPoint> none;
-  MeshWalk walk(coder, guide, none, vertex_count, face_count, has_boundary);
-  RILIEVO_RETURN_IF_ERROR(walk.Run());
-  if (coder.overrun()) return absl::DataLossError("the control mesh ends before its last face");
-  CodedMesh coded = walk.TakeMesh();
-  GridMesh mesh;
-  mesh.points = std::move(coded.points);
-  mesh.faces.resize(3, static_cast<Eigen::Index>(coded.faces.size()));
-  for (size_t f = 0; f < coded.faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) mesh.faces(k, static_cast<Eigen::Index>(f)) = coded.faces[f][k];
-  }
-  return mesh;
+                                           int face_count, bool has_boundary, int seed_bits) {
+  PointModel points(seed_bits);
+  return Decode(bytes, points, vertex_count, face_count, has_boundary);
+}
+
+absl::StatusOr<GridMesh> DecodeControlMeshV1(std::span<const uint8_t> bytes, int vertex_count,
+                                             int face_count, bool has_boundary) {
+  PointModelV1 points;
+  return Decode(bytes, points, vertex_count, face_count, has_boundary);
 }
 
 }  // namespace rilievo

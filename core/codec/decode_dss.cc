@@ -10,6 +10,7 @@
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
+#include "core/codec/height_decoder.h"
 #include "core/codec/height_layer.h"
 #include "core/loop/refinement.h"
 
@@ -28,10 +29,13 @@ absl::Status CheckLaw(int64_t items, int64_t items_per_byte, const Chunk& chunk,
 // Control points as multiples of the step; INVALID_ARGUMENT of a mesh that is no manifold becomes
 // DATA_LOSS.
 absl::StatusOr<std::pair<ControlMesh, MeshTopology>> DecodeControl(std::span<const uint8_t> bytes,
-                                                                   const DssHeader& header) {
+                                                                   const DssHeader& header,
+                                                                   int version) {
+  const int vertices = header.vertex_count, faces = header.face_count;
   RILIEVO_ASSIGN_OR_RETURN(
-      GridMesh grid,
-      DecodeControlMesh(bytes, header.vertex_count, header.face_count, header.has_boundary));
+      GridMesh grid, version == 1 ? DecodeControlMeshV1(bytes, vertices, faces, header.has_boundary)
+                                  : DecodeControlMesh(bytes, vertices, faces, header.has_boundary,
+                                                      SeedBits(header.position_step)));
   absl::StatusOr<MeshTopology> topology = BuildMeshTopology(grid.faces, header.vertex_count);
   if (!topology.ok()) {
     return absl::DataLossError(
@@ -68,29 +72,59 @@ std::vector<int64_t> NewVertexCounts(const MeshTopology& control, int level_coun
   return counts;
 }
 
-absl::Status DecodeHeights(const std::vector<Chunk>& layers, const MeshTopology& control,
-                           const DssHeader& header, const RunContext& context,
-                           DisplacedSurface& surface) {
-  const int level_count = static_cast<int>(layers.size());
-  const std::vector<int64_t> counts = NewVertexCounts(control, level_count);
-  for (int level = 0; level < level_count; ++level) {
-    RILIEVO_RETURN_IF_ERROR(CheckLaw(counts[level], kHeightsPerByte, layers[level], "heights"));
+absl::Status CheckHeightLaw(const std::vector<Chunk>& layers, const std::vector<int64_t>& counts,
+                            int version) {
+  int64_t bytes = 0, vertices = 0;
+  for (size_t level = 0; level < layers.size(); ++level) {
+    bytes += static_cast<int64_t>(layers[level].payload.size());
+    vertices += counts[level];
+    if (version == 1) {
+      RILIEVO_RETURN_IF_ERROR(CheckLaw(counts[level], kHeightsPerByte, layers[level], "heights"));
+    } else if (HeightBytesByLaw(vertices) > bytes) {
+      return absl::DataLossError(absl::StrCat("layers of ", bytes, " bytes claim ", vertices,
+                                              " heights, at most ", kFreeHeights, " and ",
+                                              kHeightsPerByte, " a byte are possible"));
+    }
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      const LoopRefinement refinement,
-      RefineTopology(surface.control_mesh, std::max(0, level_count - 2), context));
+  return absl::OkStatus();
+}
+
+absl::Status DecodeHeightsV1(const std::vector<Chunk>& layers, const LoopRefinement& refinement,
+                             double step, const RunContext& context, DisplacedSurface& surface) {
   GridHeights field;
-  for (int level = 0; level < level_count; ++level) {
+  for (int level = 0; level < static_cast<int>(layers.size()); ++level) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_RETURN_IF_ERROR(DecodeHeightLayer(
         layers[level].payload, refinement.levels[std::max(0, level - 1)], level == 0, field));
   }
-  surface.max_level = level_count - 1;
-  surface.heights.reserve(field.heights.size());
-  for (int32_t steps : field.heights) {
-    surface.heights.push_back(static_cast<float>(steps * header.height_step));
-  }
+  for (int32_t steps : field.heights) surface.heights.push_back(static_cast<float>(steps * step));
   surface.sources = std::move(field.sources);
+  return absl::OkStatus();
+}
+
+absl::Status DecodeHeights(const std::vector<Chunk>& layers, const MeshTopology& control,
+                           const DssHeader& header, int version, const RunContext& context,
+                           DisplacedSurface& surface) {
+  const int level_count = static_cast<int>(layers.size());
+  RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(layers, NewVertexCounts(control, level_count), version));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LoopRefinement refinement,
+      RefineTopology(surface.control_mesh, std::max(0, level_count - 2), context));
+  surface.max_level = level_count - 1;
+  if (version == 1) {
+    return DecodeHeightsV1(layers, refinement, header.height_unit, context, surface);
+  }
+  std::vector<std::span<const uint8_t>> payloads;
+  for (const Chunk& layer : layers) payloads.push_back(layer.payload);
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedHeights decoded,
+                           DecodeHeightLayers(payloads, refinement, header.has_filled, context));
+  surface.heights.reserve(decoded.heights.size());
+  surface.sources.reserve(decoded.heights.size());
+  for (size_t v = 0; v < decoded.heights.size(); ++v) {
+    surface.heights.push_back(static_cast<float>(decoded.heights[v] * header.height_unit));
+    surface.sources.push_back(decoded.filled[v] != 0 ? HeightSource::kFilled
+                                                     : HeightSource::kMeasured);
+  }
   return absl::OkStatus();
 }
 
@@ -126,7 +160,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
   ByteReader reader(control.payload);
   const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
   if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its header");
-  RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head));
+  RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head, list.version));
   if (static_cast<int>(layers.size()) > header.max_level + 1) {
     return absl::DataLossError(absl::StrCat("there are ", layers.size(),
                                             " height layers, max_level ", header.max_level, " has ",
@@ -137,7 +171,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
   RILIEVO_RETURN_IF_ERROR(
       CheckLaw(header.face_count, kControlFacesPerByte, control, "control faces"));
   RILIEVO_ASSIGN_OR_RETURN(auto mesh_and_topology,
-                           DecodeControl(reader.Bytes(reader.remaining()), header));
+                           DecodeControl(reader.Bytes(reader.remaining()), header, list.version));
   DecodedSurface decoded;
   decoded.surface.frame = header.frame;
   decoded.surface.control_mesh = std::move(mesh_and_topology.first);
@@ -145,8 +179,8 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
     decoded.surface.heights.assign(header.vertex_count, 0.0f);
     decoded.surface.sources.assign(header.vertex_count, HeightSource::kFilled);
   } else {
-    RILIEVO_RETURN_IF_ERROR(
-        DecodeHeights(layers, mesh_and_topology.second, header, context, decoded.surface));
+    RILIEVO_RETURN_IF_ERROR(DecodeHeights(layers, mesh_and_topology.second, header, list.version,
+                                          context, decoded.surface));
   }
   decoded.metadata = std::move(header.metadata);
   decoded.format_version = list.version;

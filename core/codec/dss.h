@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,39 +14,78 @@
 namespace rilievo {
 
 struct EncodeOptions {
-  // Step of the height quantiser at the finest level, fraction of the diagonal. (0, 0.01].
+  // Step of the height quantiser at the finest level, fraction of the diagonal. (0, 0.01]. Coarser
+  // levels get steps that cost the same error (HeightEncoder). The RMS error of the heights stays
+  // below about a third of it on rough surfaces, a tenth on smooth ones. Not used with max_error or
+  // max_bytes.
   double height_step = 2e-5;
-  // Step of the control-point quantiser, fraction of the diagonal. (0, 0.01]. It costs no accuracy,
-  // because heights are sampled over the quantised mesh (see PrepareControlMesh), and next to no
-  // height bytes: from 1e-6 to 1e-4 the heights of a rabbit with 823 control points stayed at
-  // 108.8 KB while its control mesh fell from 5.4 to 3.3 KB.
+  // Step of the control-point quantiser, fraction of the diagonal. (0, 0.01]. It costs hardly any
+  // accuracy, because heights are sampled over the quantised mesh (see PrepareControlMesh): from
+  // 1e-4 to 1.5e-3 the heights of an owl with 210 control points grew by 1 %, while its control
+  // mesh fell by half. Rounded to 12 binary digits.
   double position_step = 1e-4;
+  // RMS distance of decoded and given heights, by area and without the filled ones, fraction of the
+  // diagonal: the coarsest quantiser that keeps it is searched for. [1e-7, 0.1]. Errors of
+  // different origin add up as squares: for a surface that is to be within E and is within e before
+  // coding, ask for sqrt(E^2 - e^2).
+  std::optional<double> max_error;
+  // Bytes of the whole stream: the finest quantiser that keeps them is searched for. > 0. Not
+  // together with max_error.
+  std::optional<int64_t> max_bytes;
+  // Standard error of the heights themselves, fraction of the diagonal, 0 when unknown. [0, 0.1].
+  // No bytes are spent on an RMS error below half of it: together they err by 1.12 of it.
+  double noise_floor = 0;
+  // Filled heights in patches of fewer vertices of the finest level than this count as measured:
+  // they lie between measured neighbours. 1 keeps all of them. [1, 2^20].
+  int smallest_hole = 16;
   absl::Status Validate() const;
 };
 
-// What was known of the surface when it was made; travels in the header, all optional.
+// One direction of a measured distance, fractions of the diagonal; -1: unknown.
+struct DssDistance {
+  double rms = -1, mean = -1, p95 = -1, max = -1;
+};
+
+// What was known of the surface when it was made; travels in the header, all optional. Figures are
+// kept to 20 binary digits.
 struct DssMetadata {
   std::string generator;  // program and version
   double error_rms = -1;  // two-sided against the scan, fraction of the diagonal; -1: unknown
+  double error_mean = -1;
+  double error_p95 = -1;
   double error_max = -1;
+  DssDistance surface_to_scan, scan_to_surface;
+  double measured_share = -1, smoothed_share = -1,
+         filled_share = -1;  // of the heights; -1: unknown
+  int64_t folds = -1;        // triangles turned over
   int64_t scan_points = 0;
-  std::string road;  // "planar", "spherical", "arbitrary", "user"
+  std::string road;        // "planar", "spherical", "arbitrary", "user"
+  std::string input_hash;  // of the scan's bytes, at most 64 bytes
+  std::string options;     // what the surface was asked for
 };
 
 // Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds. Their concatenation
 // is the file, and any prefix of whole chunks decodes, to a surface with fewer levels.
 struct EncodedSurface {
   std::vector<std::vector<uint8_t>> chunks;
+  double height_step = 0;  // of the quantiser, as asked for or found
+  double height_rms = 0;   // decoded against given heights, by area, without the filled ones
+  double height_max = 0;
   std::vector<uint8_t> Concatenate() const;
 };
 
 // Nothing of the control mesh is lost, so it must be as PrepareControlMesh (prepare_control_mesh.h)
 // makes it with this position_step: INVALID_ARGUMENT when its order is another, when a control
-// point is off the grid, when a height is not finite or beyond 2^22 steps, or when the number of
-// heights does not fit. A height comes back within height_step / 2, its source exactly.
+// point is off the grid, when a height is not finite or beyond 0.5 + 2^20 steps, or when the number
+// of heights does not fit. RESOURCE_EXHAUSTED when max_bytes is too small for the control mesh and
+// the coarsest heights. Sources come back as measured or filled (see smallest_hole).
 absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
                                          const DssMetadata& metadata, const EncodeOptions& options,
                                          const RunContext& context);
+
+// Puts other metadata into chunk 0, for figures that are known only once the bytes are decoded.
+// INVALID_ARGUMENT for chunks that EncodeDss has not made.
+absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encoded);
 
 struct DecodedSurface {
   DisplacedSurface surface;

@@ -18,14 +18,21 @@ struct DssHeader {
   int max_level = 0;
   SpatialFrame frame;
   double position_step = 0;  // fraction of the diagonal
-  double height_step = 0;    // same
+  double height_unit = 0;    // of the heights as integers, same; version 1: the quantiser's step
+  bool has_filled = false;   // whether any height counts as filled in; version 1: true
+  bool has_creases = false;
   DssMetadata metadata;
 };
 
+// Steps are written with 12 binary digits after the first: the nearest such number, which a
+// position step has to be to come back as it was.
+double StoredStep(double step);
+
+// Always of the newest version.
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header);
 
 // DATA_LOSS when a field is missing or out of range. The counts are checked for themselves here,
 // and against the chunk's size by the caller.
-absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes);
+absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int version);
 
 }  // namespace rilievo

@@ -11,13 +11,19 @@
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
-#include "core/codec/height_layer.h"
+#include "core/codec/height_encoder.h"
+#include "core/codec/rate_control.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
 namespace {
 
 constexpr double kMaxStep = 0.01;
+constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
+// The RMS error on which bits are still spent, in standard errors of the heights.
+constexpr double kNoiseShare = 0.5;
+constexpr int64_t kLayerOverhead = 8;  // of a chunk's tag, length and checksum, at most
+constexpr int64_t kStepSlack = 8;      // by which the header grows when the unit is known
 
 absl::Status CheckStep(double step, const char* name) {
   if (step > 0 && step <= kMaxStep) return absl::OkStatus();
@@ -42,25 +48,19 @@ absl::StatusOr<std::vector<GridPoint>> GridPoints(const ControlMesh& mesh, doubl
   return points;
 }
 
-absl::StatusOr<GridHeights> QuantizeHeights(const DisplacedSurface& surface, double step) {
-  GridHeights field;
-  field.heights.reserve(surface.heights.size());
-  field.residuals.reserve(surface.heights.size());
-  field.sources = surface.sources;
+absl::Status CheckHeights(const DisplacedSurface& surface, double step) {
+  const double limit = kMaxHeight + kMaxHeightSteps * step;
   for (size_t v = 0; v < surface.heights.size(); ++v) {
-    const double steps = std::nearbyint(static_cast<double>(surface.heights[v]) / step);
-    if (!(std::abs(steps) <= kMaxHeightSteps)) {
-      return absl::InvalidArgumentError(absl::StrCat("height ", v, " is ", surface.heights[v],
-                                                     ", must be within ", kMaxHeightSteps,
-                                                     " height steps of ", step));
+    if (!(std::abs(surface.heights[v]) <= limit)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("height ", v, " is ", surface.heights[v], ", must be within ", limit));
     }
-    field.heights.push_back(static_cast<int32_t>(steps));
     if (surface.sources[v] > HeightSource::kFilled) {
       return absl::InvalidArgumentError(absl::StrCat(
           "source ", v, " is ", static_cast<int>(surface.sources[v]), ", must be 0 to 2"));
     }
   }
-  return field;
+  return absl::OkStatus();
 }
 
 absl::Status CheckHeightCount(const DisplacedSurface& surface, const LoopRefinement& refinement) {
@@ -80,43 +80,101 @@ void PadTo(int64_t size, std::vector<uint8_t>& payload) {
   if (static_cast<int64_t>(payload.size()) < size) payload.resize(size, 0);
 }
 
-absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DisplacedSurface& surface,
-                                                  const MeshTopology& topology,
-                                                  const DssMetadata& metadata,
-                                                  const EncodeOptions& options) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GridPoint> points,
-                           GridPoints(surface.control_mesh, options.position_step));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> coded, EncodeControlMesh(topology, points));
-  DssHeader header;
-  header.vertex_count = topology.vertex_count;
-  header.face_count = topology.face_count();
-  header.has_boundary = topology.face_neighbors.minCoeff() < 0;
-  header.max_level = surface.max_level;
-  header.frame = surface.frame;
-  header.position_step = options.position_step;
-  header.height_step = options.height_step;
-  header.metadata = metadata;
+absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DssHeader& header,
+                                                  std::span<const uint8_t> coded_mesh) {
   const std::vector<uint8_t> head = EncodeDssHeader(header);
   // The reader's own checks of the frame and the counts, as an error of the caller's.
-  if (absl::Status status = DecodeDssHeader(head).status(); !status.ok()) {
+  if (absl::Status status = DecodeDssHeader(head, kDssVersion).status(); !status.ok()) {
     return absl::InvalidArgumentError(status.message());
   }
   std::vector<uint8_t> payload;
   ByteWriter writer(payload);
   writer.Varint(head.size());
   writer.Bytes(head);
-  writer.Bytes(coded);
+  writer.Bytes(coded_mesh);
   PadTo(std::max(BytesByLaw(header.vertex_count, kControlVerticesPerByte),
                  BytesByLaw(header.face_count, kControlFacesPerByte)),
         payload);
   return WrapChunk(kControlTag, payload, true);
 }
 
+DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology,
+                   const DssMetadata& metadata, const EncodeOptions& options) {
+  DssHeader header;
+  header.vertex_count = topology.vertex_count;
+  header.face_count = topology.face_count();
+  header.has_boundary = topology.face_neighbors.minCoeff() < 0;
+  header.max_level = surface.max_level;
+  header.frame = surface.frame;
+  header.position_step = StoredStep(options.position_step);
+  header.height_unit = header.position_step;  // until the heights are coded
+  header.metadata = metadata;
+  return header;
+}
+
+// Heights as the options ask for them. `bytes_left`: of max_bytes, after chunk 0.
+absl::StatusOr<EncodedHeights> EncodeHeights(const HeightEncoder& encoder,
+                                             const EncodeOptions& options, int64_t bytes_left,
+                                             const RunContext& context) {
+  const double floor = kNoiseShare * options.noise_floor;
+  if (options.max_error) {
+    return EncodeWithinError(encoder, std::max(*options.max_error, floor), 0, context);
+  }
+  if (options.max_bytes) {
+    double least_step = 0;
+    if (floor > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights finest,
+                               EncodeWithinError(encoder, floor, 0, context));
+      least_step = finest.step;
+    }
+    return EncodeWithinBytes(encoder, bytes_left, kLayerOverhead, least_step, context);
+  }
+  if (floor > 0) return EncodeWithinError(encoder, floor, options.height_step, context);
+  return encoder.Encode(options.height_step, context);
+}
+
+void WrapLayers(const LoopRefinement& refinement, std::vector<std::vector<uint8_t>>& layers,
+                EncodedSurface& encoded) {
+  int64_t bytes = 0;
+  for (size_t level = 0; level < layers.size(); ++level) {
+    PadTo(HeightBytesByLaw(refinement.vertex_count(static_cast<int>(level))) - bytes,
+          layers[level]);
+    bytes += static_cast<int64_t>(layers[level].size());
+    encoded.chunks.push_back(WrapChunk(kHeightsTag, layers[level], false));
+  }
+}
+
+absl::StatusOr<EncodedSurface> CheckSize(EncodedSurface encoded, const EncodeOptions& options) {
+  int64_t bytes = 0;
+  for (const auto& chunk : encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
+  if (!options.max_bytes || bytes <= *options.max_bytes) return encoded;
+  return absl::ResourceExhaustedError(absl::StrCat(
+      "the coarsest stream takes ", bytes, " bytes, encode.max_bytes is ", *options.max_bytes));
+}
+
 }  // namespace
 
 absl::Status EncodeOptions::Validate() const {
+  const auto refuse = [](const char* name, auto value, const char* range) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("encode.", name, " is ", value, ", must be in ", range));
+  };
   RILIEVO_RETURN_IF_ERROR(CheckStep(height_step, "height_step"));
-  return CheckStep(position_step, "position_step");
+  RILIEVO_RETURN_IF_ERROR(CheckStep(position_step, "position_step"));
+  if (max_error && !(*max_error >= 1e-7 && *max_error <= 0.1)) {
+    return refuse("max_error", *max_error, "[1e-7, 0.1]");
+  }
+  if (max_bytes && *max_bytes <= 0) return refuse("max_bytes", *max_bytes, "[1, inf)");
+  if (max_error && max_bytes) {
+    return absl::InvalidArgumentError("encode.max_error and encode.max_bytes exclude each other");
+  }
+  if (!(noise_floor >= 0 && noise_floor <= 0.1)) {
+    return refuse("noise_floor", noise_floor, "[0, 0.1]");
+  }
+  if (smallest_hole < 1 || smallest_hole > 1 << 20) {
+    return refuse("smallest_hole", smallest_hole, "[1, 2^20]");
+  }
+  return absl::OkStatus();
 }
 
 std::vector<uint8_t> EncodedSurface::Concatenate() const {
@@ -140,22 +198,45 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
       const LoopRefinement refinement,
       RefineTopology(surface.control_mesh, std::max(0, surface.max_level - 1), context));
   RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, refinement));
-  RILIEVO_ASSIGN_OR_RETURN(GridHeights field, QuantizeHeights(surface, options.height_step));
+  RILIEVO_RETURN_IF_ERROR(CheckHeights(surface, options.height_step));
+  const MeshTopology& control = refinement.levels[0];
+  DssHeader header = HeaderOf(surface, control, metadata, options);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GridPoint> points,
+                           GridPoints(surface.control_mesh, header.position_step));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> coded_mesh,
+                           EncodeControlMesh(control, points, SeedBits(header.position_step)));
+  const HeightEncoder encoder(surface, refinement, options.smallest_hole);
+  header.has_filled = encoder.has_filled();
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> chunk, ControlChunk(header, coded_mesh));
+  const int64_t bytes_left =
+      options.max_bytes.value_or(0) - static_cast<int64_t>(chunk.size()) - kStepSlack;
+  RILIEVO_ASSIGN_OR_RETURN(EncodedHeights heights,
+                           EncodeHeights(encoder, options, bytes_left, context));
+  header.height_unit = heights.unit;
   EncodedSurface encoded;
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> control,
-                           ControlChunk(surface, refinement.levels[0], metadata, options));
-  encoded.chunks.push_back(std::move(control));
-  for (int level = 0; level <= surface.max_level; ++level) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    context.Report(Stage::kEncode, (1.0 + level) / (2.0 + surface.max_level));
-    const MeshTopology& topology = refinement.levels[std::max(0, level - 1)];
-    std::vector<uint8_t> payload = EncodeHeightLayer(topology, level == 0, field);
-    PadTo(BytesByLaw(level == 0 ? topology.vertex_count : topology.edge_count(), kHeightsPerByte),
-          payload);
-    encoded.chunks.push_back(WrapChunk(kHeightsTag, payload, false));
-  }
+  encoded.height_step = heights.step;
+  encoded.height_rms = heights.rms;
+  encoded.height_max = heights.max;
+  RILIEVO_ASSIGN_OR_RETURN(chunk, ControlChunk(header, coded_mesh));
+  encoded.chunks.push_back(std::move(chunk));
+  WrapLayers(refinement, heights.layers, encoded);
   context.Report(Stage::kEncode, 1);
-  return encoded;
+  return CheckSize(std::move(encoded), options);
+}
+
+absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encoded) {
+  if (encoded.chunks.empty()) return absl::InvalidArgumentError("there is no chunk 0");
+  RILIEVO_ASSIGN_OR_RETURN(const ChunkList list, ListChunks(encoded.chunks[0]));
+  ByteReader reader(list.chunks[0].payload);
+  const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
+  if (!reader.ok() || list.version != kDssVersion) {
+    return absl::InvalidArgumentError("chunk 0 is not as this version writes it");
+  }
+  RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head, list.version));
+  header.metadata = metadata;
+  RILIEVO_ASSIGN_OR_RETURN(encoded.chunks[0],
+                           ControlChunk(header, reader.Bytes(reader.remaining())));
+  return absl::OkStatus();
 }
 
 }  // namespace rilievo

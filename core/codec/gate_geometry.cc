@@ -73,6 +73,11 @@ GridPoint Parallelogram(const GridPoint& a, const GridPoint& b, const GridPoint&
   return {a[0] + b[0] - apex[0], a[1] + b[1] - apex[1], a[2] + b[2] - apex[2]};
 }
 
+std::array<int64_t, 3> GateNormal(const GridPoint& a, const GridPoint& b, const GridPoint& apex) {
+  const Direction u = WithBits(Difference(b, a), 14), v = WithBits(Difference(apex, a), 14);
+  return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+}
+
 int EdgeBits(const GridPoint& a, const GridPoint& b) { return BitsOf(Difference(a, b)); }
 
 }  // namespace rilievo

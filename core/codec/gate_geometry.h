@@ -23,6 +23,9 @@ int RelativeDistance(const GridPoint& p, const GridPoint& q, const GridPoint& a,
 // The fourth corner of the parallelogram over edge a, b that turns its back on `apex`.
 GridPoint Parallelogram(const GridPoint& a, const GridPoint& b, const GridPoint& apex);
 
+// Direction of the normal of triangle a, b, apex, its longest coordinate of at most 29 bits.
+std::array<int64_t, 3> GateNormal(const GridPoint& a, const GridPoint& b, const GridPoint& apex);
+
 // Bits of the longest coordinate difference of a and b.
 int EdgeBits(const GridPoint& a, const GridPoint& b);
 

@@ -1,4 +1,4 @@
-// The probabilities of the control mesh: what lies across a gate, and where a new vertex stands.
+// The probabilities of what lies across a gate of the control mesh.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,6 @@
 #include "core/codec/bit_models.h"
 #include "core/codec/gate_geometry.h"
 #include "core/codec/mesh_border.h"
-#include "core/codec/residual_model.h"
 
 namespace rilievo {
 
@@ -93,24 +92,6 @@ class GateModels {
     return low;
   }
 
-  // A control point, given its prediction and the bits of the length by which it may well be off.
-  template <typename Coder>
-  GridPoint CodePoint(Coder& coder, const GridPoint& point, const GridPoint& predicted,
-                      int scale_bits) {
-    GridPoint coded;
-    int previous_bits = 0, first_bits = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int32_t residual =
-          points_.Code(coder, coder.kDecodes ? 0 : point[axis] - predicted[axis],
-                       {axis * 32 + scale_bits, axis * 32 + previous_bits, first_bits});
-      coded[axis] = predicted[axis] + residual;
-      const int bits = std::bit_width(static_cast<uint32_t>(std::abs(residual)));
-      if (axis == 0) first_bits = bits;
-      previous_bits = std::max(bits, previous_bits);
-    }
-    return coded;
-  }
-
  private:
   static constexpr int kContexts = 256, kInputs = 4, kLimit = 255;
 
@@ -157,7 +138,6 @@ class GateModels {
   bool has_boundary_;
   std::array<std::array<std::vector<BitModel>, kInputs>, 4> models_;
   std::array<BitMixer<kInputs>, 4> mixers_;
-  ResidualModel<3> points_{{96, 96, 32}, kLimit};
 };
 
 }  // namespace rilievo

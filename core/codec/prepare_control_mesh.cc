@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/control_mesh_coder.h"
+#include "core/codec/dss_header.h"
 #include "core/codec/gate_geometry.h"
 
 namespace rilievo {
@@ -41,16 +42,17 @@ absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double 
     return absl::InvalidArgumentError(
         absl::StrCat("position_step is ", step, ", must be positive and finite"));
   }
+  const double stored = StoredStep(step);
   ControlMesh quantized = mesh;
   for (Eigen::Index v = 0; v < quantized.vertices.cols(); ++v) {
     for (int axis = 0; axis < 3; ++axis) {
-      const double steps = std::nearbyint(mesh.vertices(axis, v) / step);
+      const double steps = std::nearbyint(mesh.vertices(axis, v) / stored);
       if (!(std::abs(steps) <= kMaxCoordinate)) {
         return absl::InvalidArgumentError(absl::StrCat(
             "coordinate ", axis, " of control point ", v, " is ", mesh.vertices(axis, v),
             ", must be within ", kMaxCoordinate, " position steps of ", step));
       }
-      quantized.vertices(axis, v) = steps * step;
+      quantized.vertices(axis, v) = steps * stored;
     }
   }
   return quantized;

@@ -13,7 +13,8 @@ namespace rilievo {
 // points may move afterwards. Idempotent. INVALID_ARGUMENT when the mesh is not a manifold.
 absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh);
 
-// Control points rounded to multiples of `step` (unit frame, > 0). Idempotent. INVALID_ARGUMENT
+// Control points rounded to multiples of StoredStep(`step`) (unit frame, > 0; dss_header.h).
+// Idempotent. INVALID_ARGUMENT
 // when a coordinate is not finite or beyond 2^27 steps.
 absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step);
 

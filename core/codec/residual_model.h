@@ -46,17 +46,43 @@ class ResidualModel {
     return negative ? -static_cast<int32_t>(magnitude) : static_cast<int32_t>(magnitude);
   }
 
+  // What Code would take for it, in bits.
+  double Bits(int32_t value, const Contexts& contexts) {
+    double sum = NodeBits(value != 0, kNonZero, contexts);
+    if (value == 0) return sum;
+    sum += NodeBits(value < 0, kSign, contexts);
+    const uint32_t magnitude = static_cast<uint32_t>(value < 0 ? -value : value);
+    const int bits = std::bit_width(magnitude);
+    for (int b = 1; b <= bits && b < kMaxBits; ++b) {
+      sum += NodeBits(bits > b, kLength + b, contexts);
+    }
+    const auto bit_at = [&](int place) { return ((magnitude >> place) & 1) != 0; };
+    if (bits > 1) sum += NodeBits(bit_at(bits - 2), kFirst + bits, contexts);
+    if (bits > 2) {
+      sum += NodeBits(bit_at(bits - 3), kSecond + 2 * bits + (bit_at(bits - 2) ? 1 : 0), contexts);
+    }
+    return sum + (bits > 3 ? bits - 3 : 0);
+  }
+
  private:
   static constexpr int kNonZero = 0, kSign = 1, kLength = 1, kFirst = kLength + kMaxBits,
                        kSecond = kFirst + kMaxBits + 1, kNodes = kSecond + 2 * kMaxBits + 2;
 
-  template <typename Coder>
-  bool CodeNode(Coder& coder, bool bit, int node, const Contexts& contexts) {
+  std::array<BitModel*, kInputs> InputsOf(int node, const Contexts& contexts) {
     std::array<BitModel*, kInputs> inputs;
     for (int i = 0; i < kInputs; ++i) {
       inputs[i] = &models_[i][static_cast<size_t>(contexts[i]) * kNodes + node];
     }
-    return mixers_[node].Code(coder, bit, inputs, limit_);
+    return inputs;
+  }
+
+  template <typename Coder>
+  bool CodeNode(Coder& coder, bool bit, int node, const Contexts& contexts) {
+    return mixers_[node].Code(coder, bit, InputsOf(node, contexts), limit_);
+  }
+
+  double NodeBits(bool bit, int node, const Contexts& contexts) {
+    return BitCost(bit, mixers_[node].Probability(InputsOf(node, contexts)));
   }
 
   std::array<std::vector<BitModel>, kInputs> models_;

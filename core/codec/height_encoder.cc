@@ -1,0 +1,206 @@
+#include "core/codec/height_encoder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/codec/dss_header.h"
+#include "core/codec/holes.h"
+#include "core/codec/range_coder.h"
+#include "core/codec/rate_distortion_chooser.h"
+
+namespace rilievo {
+namespace {
+
+// Units per step of the level with the smallest step, at least: integers round finer than that.
+constexpr int kUnitsPerStep = 32;
+// Heights take at most this share of the decoder's range.
+constexpr double kRangeShare = 0.25;
+
+// Bits are worth this many squared steps. At high rates an error of step^2 / 12 falls by
+// step^2 ln 2 / 6 = 0.1155 step^2 with one more bit.
+constexpr double kLambda = 0.11;
+
+// Rounds of quantisation, and how much of what is wrong after one is put right in the next: the
+// basis functions overlap, so the whole would be too much.
+constexpr int kRounds = 2;
+constexpr double kCorrection = 0.75;
+// A coefficient over little measured surface counts as having this share of the level's mean gain.
+constexpr double kLeastGainShare = 0.4;
+
+std::vector<uint8_t> FilledFlags(const DisplacedSurface& surface) {
+  std::vector<uint8_t> filled;
+  filled.reserve(surface.sources.size());
+  for (HeightSource source : surface.sources) filled.push_back(source == HeightSource::kFilled);
+  return filled;
+}
+
+// How far towards zero the mean of what was coded as 1 (as more than 1) lies, in 1/256 of the step.
+std::array<int, 2> MeanDraw(const std::vector<double>& targets, const std::vector<int32_t>& coded,
+                            int begin, int end, int32_t step) {
+  constexpr int kFewest = 8;
+  std::array<double, 2> sum{};
+  std::array<int, 2> count{}, draw{};
+  for (int v = begin; v < end; ++v) {
+    if (coded[v] == 0) continue;
+    const int magnitude = std::abs(coded[v]), kind = magnitude > 1 ? 1 : 0;
+    sum[kind] += magnitude - std::abs(targets[v]) / step;
+    ++count[kind];
+  }
+  for (int kind = 0; kind < 2; ++kind) {
+    if (count[kind] < kFewest) continue;
+    draw[kind] = std::clamp(static_cast<int>(std::lround(256 * sum[kind] / count[kind])), 0, 127);
+  }
+  return draw;
+}
+
+}  // namespace
+
+int64_t EncodedHeights::bytes() const {
+  int64_t sum = 0;
+  for (const auto& layer : layers) sum += static_cast<int64_t>(layer.size());
+  return sum;
+}
+
+// One run over all levels.
+struct HeightEncoder::Pass {
+  double unit = 0;
+  std::vector<Dequantizer> dequantizers;  // per level
+  HeightState state;
+  std::vector<int32_t> coefficients;  // as decoded, in units
+  std::vector<std::vector<uint8_t>> layers;
+};
+
+HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
+                             int smallest_hole)
+    : refinement_(refinement),
+      max_level_(surface.max_level),
+      heights_(surface.heights.begin(), surface.heights.end()),
+      filled_(FilledFlags(surface)),
+      lifting_(refinement, surface.max_level),
+      weights_(HeightWeights(surface.control_mesh, refinement, surface.max_level, filled_)) {
+  // Small holes cost no flags; their heights stay free all the same, they have no weight.
+  DropSmallHoles(refinement, max_level_, smallest_hole, filled_);
+  has_filled_ = std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
+  targets_ = heights_;
+  lifting_.AnalyzeAndChoose(weights_, targets_);
+  gains_ = GainsOf(lifting_, refinement_, weights_);
+  for (int l = 0; l <= max_level_; ++l) {
+    double sum = 0;
+    int count = 0;
+    for (int v = lifting_.begin(l); v < lifting_.end(l); ++v) {
+      if (filled_[v] != 0) continue;
+      sum += gains_.of_vertex[v];
+      ++count;
+    }
+    mean_gains_.push_back(count > 0 ? sum / count : 0);
+  }
+}
+
+std::vector<double> HeightEncoder::StepsOfLevels(double step) const {
+  const double finest = gains_.of_level.back();
+  std::vector<double> steps;
+  for (double gain : gains_.of_level) {
+    steps.push_back(gain > 0 && finest > 0 ? step * std::sqrt(finest / gain) : step);
+  }
+  return steps;
+}
+
+void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_units,
+                              HeightModels& models, Pass& pass) const {
+  Dequantizer& dequantizer = pass.dequantizers[level];
+  const int begin = lifting_.begin(level), end = lifting_.end(level);
+  RangeEncoder coder;
+  RateDistortionChooser chooser(refinement_, level, dequantizer, kLambda, targets_in_units,
+                                gains_.of_vertex, mean_gains_[level], filled_);
+  LevelCoder<RangeEncoder, RateDistortionChooser> coded(
+      coder, chooser, refinement_, level, dequantizer.step, has_filled_, models, pass.state);
+  coded.Run();
+  // The choice was made with the draw of the round before; the bytes say the one that fits best.
+  dequantizer.draw =
+      MeanDraw(targets_in_units, pass.state.coefficients, begin, end, dequantizer.step);
+  const LiftingStep lifting = level > 0 ? lifting_.step(level) : LiftingStep{0, 0};
+  std::vector<uint8_t> payload = WriteHeightLayout(lifting, dequantizer);
+  const std::vector<uint8_t> bits = coder.Finish();
+  payload.insert(payload.end(), bits.begin(), bits.end());
+  pass.layers.push_back(std::move(payload));
+  std::vector<int32_t>& heights = pass.state.heights;
+  heights.resize(end, 0);
+  for (int v = begin; v < end; ++v) {
+    heights[v] = static_cast<int32_t>(dequantizer.Value(pass.state.coefficients[v]));
+  }
+  pass.coefficients.insert(pass.coefficients.end(), heights.begin() + begin, heights.end());
+  if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], lifting, heights);
+}
+
+void HeightEncoder::RunPass(double step, const std::vector<double>& targets, Pass& pass) const {
+  const std::vector<double> steps = StepsOfLevels(step);
+  double largest = 0;
+  for (double height : heights_) largest = std::max(largest, std::abs(height));
+  const double least_unit = largest / (kRangeShare * kMaxHeightUnits);
+  const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
+  pass.unit = StoredStep(std::max(wanted, least_unit));
+  pass.dequantizers.resize(max_level_ + 1);
+  std::vector<double> in_units = targets;
+  for (double& target : in_units) target /= pass.unit;
+  pass.state = HeightState();
+  pass.state.filled = filled_;
+  pass.coefficients.clear();
+  pass.layers.clear();
+  HeightModels models;
+  for (int l = 0; l <= max_level_; ++l) {
+    const double units = std::clamp(std::round(steps[l] / pass.unit), 1.0, double{kMaxHeightStep});
+    pass.dequantizers[l].step = static_cast<int32_t>(units);
+    CodeLevel(l, in_units, models, pass);
+  }
+}
+
+// What is still wrong is told by the basis functions of each coefficient: they are not quite
+// orthogonal, so errors of one can be mended by others.
+std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
+  std::vector<double> error(heights_.size());
+  for (size_t v = 0; v < error.size(); ++v) {
+    error[v] = weights_[v] * (heights_[v] - pass.state.heights[v] * pass.unit);
+  }
+  lifting_.Adjoint(error);
+  for (int l = 0; l <= max_level_; ++l) {
+    const double least = kLeastGainShare * mean_gains_[l];
+    for (int v = lifting_.begin(l); v < lifting_.end(l); ++v) {
+      const double gain = std::max(gains_.of_vertex[v], least);
+      const double change = gain > 0 ? kCorrection * error[v] / gain : 0;
+      error[v] = pass.coefficients[v] * pass.unit + change;
+    }
+  }
+  return error;
+}
+
+EncodedHeights HeightEncoder::Finish(double step, Pass pass) const {
+  EncodedHeights encoded;
+  encoded.step = step;
+  encoded.unit = pass.unit;
+  encoded.layers = std::move(pass.layers);
+  double sum = 0;
+  for (size_t v = 0; v < heights_.size(); ++v) {
+    if (weights_[v] == 0) continue;
+    const double error = heights_[v] - pass.state.heights[v] * pass.unit;
+    sum += weights_[v] * error * error;
+    encoded.max = std::max(encoded.max, std::abs(error));
+  }
+  encoded.rms = std::sqrt(sum);
+  return encoded;
+}
+
+absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunContext& context) const {
+  Pass pass;
+  std::vector<double> targets = targets_;
+  for (int round = 0; round < kRounds; ++round) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (round > 0) targets = CorrectedTargets(pass);
+    RunPass(step, targets, pass);
+  }
+  return Finish(step, std::move(pass));
+}
+
+}  // namespace rilievo

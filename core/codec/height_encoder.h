@@ -1,0 +1,63 @@
+// Heights to bytes at a quantiser step of one's choice: transform, rate-distortion optimised
+// quantisation, entropy coding.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/height_coder.h"
+#include "core/codec/height_layout.h"
+#include "core/codec/height_lifting.h"
+#include "core/codec/height_weights.h"
+#include "core/surface/displaced_surface.h"
+
+namespace rilievo {
+
+struct EncodedHeights {
+  double step = 0;                           // as asked for
+  double unit = 0;                           // of the decoder's integers, fraction of the diagonal
+  std::vector<std::vector<uint8_t>> layers;  // payloads of the H chunks
+  double rms = 0;                            // decoded against given heights, by area, filled ones
+  double max = 0;                            // left out
+  int64_t bytes() const;
+};
+
+// Holds what does not depend on the step, so that many steps can be tried.
+class HeightEncoder {
+ public:
+  // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
+  // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
+  HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
+                int smallest_hole);
+
+  bool has_filled() const { return has_filled_; }
+
+  // `step`: of the quantiser at the finest level, fraction of the diagonal. Level l's is larger by
+  // the square root of what its coefficients' errors cost less (CoefficientGains), smaller where
+  // they cost more, so that the slope of error over bits is the same everywhere.
+  absl::StatusOr<EncodedHeights> Encode(double step, const RunContext& context) const;
+
+ private:
+  struct Pass;
+  std::vector<double> StepsOfLevels(double step) const;
+  void RunPass(double step, const std::vector<double>& targets, Pass& pass) const;
+  void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
+                 Pass& pass) const;
+  std::vector<double> CorrectedTargets(const Pass& pass) const;
+  EncodedHeights Finish(double step, Pass pass) const;
+
+  const LoopRefinement& refinement_;
+  int max_level_;
+  std::vector<double> heights_;
+  std::vector<uint8_t> filled_;
+  bool has_filled_ = false;
+  HeightLifting lifting_;
+  std::vector<double> weights_;  // of the heights, sum 1
+  CoefficientGains gains_;
+  std::vector<double> mean_gains_;  // of each level's coefficients that are coded
+  std::vector<double> targets_;     // coefficients before quantisation
+};
+
+}  // namespace rilievo

@@ -1,0 +1,46 @@
+#include "core/codec/holes.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rilievo {
+
+void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smallest,
+                    std::vector<uint8_t>& filled) {
+  std::vector<int> parent(filled.size()), count(filled.size(), 1);
+  for (size_t v = 0; v < parent.size(); ++v) parent[v] = static_cast<int>(v);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  const auto join = [&](int u, int v) {
+    if (filled[u] == 0 || filled[v] == 0) return;
+    u = root(u);
+    v = root(v);
+    if (u == v) return;
+    if (count[u] < count[v]) std::swap(u, v);
+    parent[v] = u;
+    count[u] += count[v];
+  };
+  const MeshTopology& topology = refinement.levels[std::max(0, max_level - 1)];
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const Eigen::Vector3i corner = topology.faces.col(f);
+    const Eigen::Vector3i middle = topology.face_edges.col(f).array() + topology.vertex_count;
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if (max_level == 0) {
+        join(corner[k], corner[next]);
+        continue;
+      }
+      join(corner[k], middle[k]);
+      join(middle[k], corner[next]);
+      join(middle[k], middle[next]);
+    }
+  }
+  const std::vector<uint8_t> all = filled;
+  for (size_t v = 0; v < filled.size(); ++v) {
+    if (all[v] != 0 && count[root(static_cast<int>(v))] < smallest) filled[v] = 0;
+  }
+}
+
+}  // namespace rilievo

@@ -1,0 +1,24 @@
+// The quantiser step that keeps a given error or number of bytes.
+#pragma once
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/height_encoder.h"
+
+namespace rilievo {
+
+// The coarsest quantiser whose RMS error of the heights is at most `rms`, within 3 %, but none
+// finer than `least_step`: the error may then be larger.
+absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
+                                                 double least_step, const RunContext& context);
+
+// The finest quantiser whose layers take at most `bytes`, within 3 %, but none finer than
+// `least_step`. `overhead` is added for every layer. RESOURCE_EXHAUSTED when even the coarsest one
+// takes more.
+absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightEncoder& encoder, int64_t bytes,
+                                                 int64_t overhead, double least_step,
+                                                 const RunContext& context);
+
+}  // namespace rilievo
