@@ -31,6 +31,7 @@ check() {
   fi
 }
 no() { ! "$@"; }
+quietly() { "$@" >/dev/null; }
 # within VALUE LOW HIGH: decimal numbers.
 within() { awk -v v="$1" -v low="$2" -v high="$3" 'BEGIN {exit !(v != "" && v >= low && v <= high)}'; }
 # field FILE A.B: a member of a JSON object.
@@ -90,6 +91,7 @@ check_confinement() {
   check "no new privileges" test "$(process_says NoNewPrivs)" = 1
   check "system calls filtered" test "$(process_says Seccomp)" = 2
   check "root file system read-only" grep -qE '^[0-9]+ [0-9]+ [^ ]+ / / ro' "/proc/$pid/mountinfo"
+  # shellcheck disable=SC2016  # awk's own $
   check "nothing else writable" no awk '$6 !~ /^ro(,|$)/ && $5 !~ "^/(proc|dev|sys)(/|$)" {
     print
     found = 1
@@ -109,9 +111,8 @@ reconstruct_torus() {
   local scan=$work/scan.ply surface=$work/torus.dss
   "$bin/rilievo" simulate torus -o "$scan" --points 20000 --noise 0.0005 --seed 1 >/dev/null
   "$bin/rilievo" simulate torus -o "$work/true.ply" --points 200000 --views 0 --seed 2 >/dev/null
-  check "reconstruction from outside" timeout 120 \
-    "$bin/rilievo" reconstruct "$scan" -o "$surface" --server "127.0.0.1:$port" --quiet \
-    >/dev/null
+  check "reconstruction from outside" quietly timeout 120 \
+    "$bin/rilievo" reconstruct "$scan" -o "$surface" --server "127.0.0.1:$port" --quiet
   [ -s "$surface" ] || return 0
   "$bin/rilievo" info "$surface" --json >"$work/info"
   "$bin/rilievo" compare "$surface" "$scan" --json >"$work/to_scan"
@@ -158,7 +159,6 @@ drain() {
   check "told to drain during the job, ended after it" test "$(
     grep -oE 'draining|job=2 status=[A-Z_]+|ended' "$work/server.log" | xargs
   )" = "draining job=2 status=OK ended"
-  check "not out of memory" test "$(container_says '{{.State.OOMKilled}}')" = false
 }
 
 if [ "${engine[0]}" != docker ] && [ "$(id -u)" -ne 0 ]; then
