@@ -50,10 +50,21 @@ class HeightModels {
                                              &flags_[question][1][second]};
     return flag_mixers_[question].Code(coder, answer, inputs, kFlagLimit);
   }
+  // Contexts of a sign, three of them.
+  using SignContexts = std::array<int, 3>;
+  template <typename Coder>
+  bool AskSign(Coder& coder, bool negative, const SignContexts& contexts) {
+    const std::array<BitModel*, 3> inputs = {&signs_[0][contexts[0]], &signs_[1][contexts[1]],
+                                             &signs_[2][contexts[2]]};
+    return sign_mixer_.Code(coder, negative, inputs, kLimit);
+  }
+
   enum Question { kActive, kUniform, kUniformState, kFilled, kControlFilled, kQuestions };
 
  private:
   static constexpr int kFlagContexts = 64;
+  std::array<std::array<BitModel, kFlagContexts>, 3> signs_;
+  BitMixer<3> sign_mixer_;
   std::array<std::array<std::array<BitModel, kFlagContexts>, 2>, kQuestions> flags_;
   std::array<BitMixer<2>, kQuestions> flag_mixers_;
 };
@@ -75,9 +86,10 @@ class LevelCoder {
         models_(models),
         state_(state) {}
 
-  // False when a coefficient lies outside the range of the format.
-  bool Run() {
-    if (level_ == 0) return CodeControlVertices();
+  // `empty`: only the flags of filled heights are coded, all coefficients are zero. False when a
+  // coefficient lies outside the range of the format.
+  bool Run(bool empty) {
+    if (level_ == 0) return CodeControlVertices(empty);
     const int count = topology_.vertex_count + topology_.edge_count();
     Reach(count);
     CountEdges();
@@ -89,7 +101,7 @@ class LevelCoder {
     for (int j = 0; j < static_cast<int>(active_.size()); ++j) {
       active_[j].assign(refinement_.levels[j].face_count(), 0);
     }
-    for (int f = 0; f < roots; ++f) CodeBlock(0, f, false);
+    for (int f = 0; f < roots && !empty; ++f) CodeBlock(0, f, false);
     state_.active = std::move(active_);
     return in_range_;
   }
@@ -121,7 +133,7 @@ class LevelCoder {
   }
 
   // ---- level 0
-  bool CodeControlVertices() {
+  bool CodeControlVertices(bool empty) {
     const VertexRings rings = BuildVertexRings(topology_);
     const int count = topology_.vertex_count;
     Reach(count);
@@ -140,9 +152,10 @@ class LevelCoder {
         state_.filled[v] = models_.Ask(coder_, state_.filled[v] != 0, HeightModels::kControlFilled,
                                        std::min(filled, 7) * 8 + std::min(known, 7), 0);
       }
+      if (empty) continue;
       const int near = known > 0 ? MagnitudeClass(4 * magnitudes / known, 15) : 15;
       const int lean = sum > 0 ? 2 : sum < 0 ? 0 : 1;
-      Put(v, models_.control, {near * 3 + lean, 0, 0, 0});
+      Put(v, models_.control, {near * 3 + lean, 0, 0, 0}, {63, 63, 63 - 3 + lean});
     }
     return in_range_;
   }
@@ -258,31 +271,43 @@ class LevelCoder {
       lean_sum += q[u];
       ++known;
     });
+    const int64_t ends_sum = int64_t{q[stencil.ends[0]]} + q[stencil.ends[1]];
+    int64_t opposite_sum = 0;
     int64_t coarse_sum = 2 * (int64_t{std::abs(q[stencil.ends[0]])} + std::abs(q[stencil.ends[1]]));
     int64_t rough = 0;
     if (stencil.interior()) {
       coarse_sum += int64_t{std::abs(q[stencil.opposite[0]])} + std::abs(q[stencil.opposite[1]]);
+      opposite_sum = int64_t{q[stencil.opposite[0]]} + q[stencil.opposite[1]];
       const std::vector<int32_t>& h = state_.heights;
-      rough = std::abs(int64_t{h[stencil.ends[0]]} + h[stencil.ends[1]] - h[stencil.opposite[0]] -
-                       h[stencil.opposite[1]]);
+      rough = int64_t{h[stencil.ends[0]]} + h[stencil.ends[1]] - h[stencil.opposite[0]] -
+              h[stencil.opposite[1]];
     }
     const int coarse = MagnitudeClass(coarse_sum, 15);
     const int near = known > 0 ? MagnitudeClass(4 * near_sum / known, 15) : coarse;
-    const int lean = lean_sum > 0 ? 2 : lean_sum < 0 ? 0 : 1;
+    const int lean = Sign(lean_sum);
     const int coarser_count =
         level_ > 1 ? refinement_.levels[level_ - 2].vertex_count : topology_.vertex_count;
     const int inner = stencil.ends[0] >= coarser_count ? 1 : 0;
-    const int bend = MagnitudeClass(4 * rough / step_, 15);
+    const int bend = MagnitudeClass(4 * std::abs(rough) / step_, 15);
     const int recent = MagnitudeClass(recent_ >> 4, 15);
     Put(v, models_.edges,
         {(near * 3 + lean) * 2 + inner, coarse * 16 + near, bend * 8 + std::min(coarse / 2, 7),
-         recent * 4 + std::min(near / 2, 3)});
+         recent * 4 + std::min(near / 2, 3)},
+        {(lean * 3 + Sign(ends_sum)) * 3 + Sign(opposite_sum),
+         (Sign(rough) * 3 + std::min(bend / 3, 2)) * 3 + lean,
+         Sign(lean_sum + ends_sum + opposite_sum)});
     recent_ += (64 * std::abs(q[v]) - recent_) / 8;
   }
 
-  void Put(int v, HeightModels::Coefficients& model, const Contexts& contexts) {
+  // 0, 1, 2 for negative, none, positive.
+  static int Sign(int64_t sum) { return sum > 0 ? 2 : sum < 0 ? 0 : 1; }
+
+  void Put(int v, HeightModels::Coefficients& model, const Contexts& contexts,
+           const HeightModels::SignContexts& sign_contexts) {
     const int32_t chosen = chooser_.Choose(v, model, contexts);
-    const int32_t coded = model.Code(coder_, chosen, contexts);
+    const int32_t coded = model.CodeWithSign(coder_, chosen, contexts, [&](bool negative) {
+      return models_.AskSign(coder_, negative, sign_contexts);
+    });
     in_range_ = in_range_ && std::abs(coded) <= kMaxCoefficient;
     state_.coefficients[v] = in_range_ ? coded : 0;
   }

@@ -45,7 +45,8 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     RangeDecoder coder(layout.coded);
     LevelCoder<RangeDecoder, NoChoice> coded(coder, chooser, refinement, level,
                                              layout.dequantizer.step, has_filled, models, state);
-    if (!coded.Run() || !Dequantize(layout.dequantizer, state.coefficients, state.heights)) {
+    if (!coded.Run(layout.empty) ||
+        !Dequantize(layout.dequantizer, state.coefficients, state.heights)) {
       return absl::DataLossError("a height lies outside the range of the format");
     }
     if (coder.overrun()) {

@@ -25,7 +25,7 @@ constexpr double kLambda = 0.11;
 
 // Rounds of quantisation, and how much of what is wrong after one is put right in the next: the
 // basis functions overlap, so the whole would be too much.
-constexpr int kRounds = 2;
+constexpr int kRounds = 3;
 constexpr double kCorrection = 0.75;
 // A coefficient over little measured surface counts as having this share of the level's mean gain.
 constexpr double kLeastGainShare = 0.4;
@@ -117,12 +117,15 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
                                 gains_.of_vertex, mean_gains_[level], filled_);
   LevelCoder<RangeEncoder, RateDistortionChooser> coded(
       coder, chooser, refinement_, level, dequantizer.step, has_filled_, models, pass.state);
-  coded.Run();
+  HeightLayout layout;
+  layout.empty = chooser.Empty(begin, end);
+  coded.Run(layout.empty);
   // The choice was made with the draw of the round before; the bytes say the one that fits best.
   dequantizer.draw =
       MeanDraw(targets_in_units, pass.state.coefficients, begin, end, dequantizer.step);
-  const LiftingStep lifting = level > 0 ? lifting_.step(level) : LiftingStep{0, 0};
-  std::vector<uint8_t> payload = WriteHeightLayout(lifting, dequantizer);
+  layout.dequantizer = dequantizer;
+  layout.lifting = level > 0 ? lifting_.step(level) : LiftingStep{0, 0};
+  std::vector<uint8_t> payload = WriteHeightLayout(layout);
   const std::vector<uint8_t> bits = coder.Finish();
   payload.insert(payload.end(), bits.begin(), bits.end());
   pass.layers.push_back(std::move(payload));
@@ -132,7 +135,7 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
     heights[v] = static_cast<int32_t>(dequantizer.Value(pass.state.coefficients[v]));
   }
   pass.coefficients.insert(pass.coefficients.end(), heights.begin() + begin, heights.end());
-  if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], lifting, heights);
+  if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], layout.lifting, heights);
 }
 
 void HeightEncoder::RunPass(double step, const std::vector<double>& targets, Pass& pass) const {

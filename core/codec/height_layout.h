@@ -29,11 +29,13 @@ inline constexpr int32_t kMaxHeightStep = 1 << 24;  // units
 
 struct HeightLayout {
   LiftingStep lifting;  // level 0: unused
+  bool empty = false;   // no coefficients: all zero
   Dequantizer dequantizer;
   std::span<const uint8_t> coded;  // the rest of the payload
 };
 
-std::vector<uint8_t> WriteHeightLayout(const LiftingStep& lifting, const Dequantizer& dequantizer);
+// Everything but what is coded.
+std::vector<uint8_t> WriteHeightLayout(const HeightLayout& layout);
 
 // DATA_LOSS when a field is missing or out of range.
 absl::StatusOr<HeightLayout> ReadHeightLayout(std::span<const uint8_t> payload, int level);

@@ -31,6 +31,16 @@ class RateDistortionChooser {
     if (level >= 2) FindActive(refinement, level);
   }
 
+  // Whether no coefficient of vertices [begin, end) is worth its bits.
+  bool Empty(int begin, int end) const {
+    if (!active_.empty()) {
+      return std::find(active_[0].begin(), active_[0].end(), 1) == active_[0].end();
+    }
+    return std::all_of(targets_.begin() + begin, targets_.begin() + end, [&](double target) {
+      return std::abs(target) < kLeastWorth * dequantizer_.step;
+    });
+  }
+
   bool Active(int j, int f) const { return active_[j][f] != 0; }
 
   int32_t Choose(int v, HeightModels::Coefficients& model,
@@ -43,7 +53,8 @@ class RateDistortionChooser {
       if (candidate == low + 1 && y - low < 0.4) continue;
       if (candidate == 0 && low > 2) continue;
       const double cost = Error(v, y, candidate) +
-                          lambda_ * model.Bits(targets_[v] < 0 ? -candidate : candidate, contexts);
+                          lambda_ * (model.Bits(static_cast<uint32_t>(candidate), contexts) +
+                                     (candidate != 0 ? 1 : 0));
       if (cost < best_cost) {
         best_cost = cost;
         best = candidate;
@@ -67,7 +78,7 @@ class RateDistortionChooser {
       const int v = topology.vertex_count + e;
       if (filled_[v] != 0) continue;
       const double y = std::abs(targets_[v]) / dequantizer_.step;
-      if (y < 0.6) continue;
+      if (y < kLeastWorth) continue;
       const int32_t magnitude = static_cast<int32_t>(std::min<double>(y + 0.4, kMaxCoefficient));
       const double bits = 3.5 + 2 * std::log2(magnitude);
       const double gain = Error(v, y, 0) - Error(v, y, magnitude) - lambda_ * bits;
@@ -91,6 +102,8 @@ class RateDistortionChooser {
       }
     }
   }
+
+  static constexpr double kLeastWorth = 0.6;  // steps; what is smaller becomes zero
 
   Dequantizer dequantizer_;
   double lambda_;

@@ -26,8 +26,15 @@ class ResidualModel {
   // Encoders return `value`; decoders ignore it and return what they read.
   template <typename Coder>
   int32_t Code(Coder& coder, int32_t value, const Contexts& contexts) {
+    return CodeWithSign(coder, value, contexts,
+                        [&](bool negative) { return CodeNode(coder, negative, kSign, contexts); });
+  }
+
+  // The same with the sign coded by `sign`: told the sign (by an encoder) it returns the sign.
+  template <typename Coder, typename Sign>
+  int32_t CodeWithSign(Coder& coder, int32_t value, const Contexts& contexts, const Sign& sign) {
     if (!CodeNode(coder, value != 0, kNonZero, contexts)) return 0;
-    const bool negative = CodeNode(coder, value < 0, kSign, contexts);
+    const bool negative = sign(value < 0);
     const uint32_t given = value < 0 ? -static_cast<uint32_t>(value) : static_cast<uint32_t>(value);
     const int given_bits = std::bit_width(given);
     int bits = 1;
@@ -46,12 +53,10 @@ class ResidualModel {
     return negative ? -static_cast<int32_t>(magnitude) : static_cast<int32_t>(magnitude);
   }
 
-  // What Code would take for it, in bits.
-  double Bits(int32_t value, const Contexts& contexts) {
-    double sum = NodeBits(value != 0, kNonZero, contexts);
-    if (value == 0) return sum;
-    sum += NodeBits(value < 0, kSign, contexts);
-    const uint32_t magnitude = static_cast<uint32_t>(value < 0 ? -value : value);
+  // What the magnitude would take, in bits.
+  double Bits(uint32_t magnitude, const Contexts& contexts) {
+    double sum = NodeBits(magnitude != 0, kNonZero, contexts);
+    if (magnitude == 0) return sum;
     const int bits = std::bit_width(magnitude);
     for (int b = 1; b <= bits && b < kMaxBits; ++b) {
       sum += NodeBits(bits > b, kLength + b, contexts);
