@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/loop/crease_topology.h"
 #include "core/loop/edge_star.h"
 #include "core/loop/subdivision_rules.h"
 
@@ -161,6 +162,9 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
   refinement.levels.reserve(static_cast<size_t>(max_level) + 1);
   RILIEVO_ASSIGN_OR_RETURN(MeshTopology control,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  if (!mesh.creases.empty() || !mesh.corners.empty()) {
+    RILIEVO_RETURN_IF_ERROR(BuildCreaseTopology(mesh, control).status());
+  }
   refinement.levels.push_back(std::move(control));
   for (int level = 0; level < max_level; ++level) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());

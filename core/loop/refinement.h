@@ -31,6 +31,7 @@ struct LoopRefinement {
   }
 };
 
+// INVALID_ARGUMENT for faces that BuildMeshTopology or tags that BuildCreaseTopology refuses,
 // RESOURCE_EXHAUSTED when the finest level would have more than kMaxLoopFaces.
 absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_level,
                                               const RunContext& context);
