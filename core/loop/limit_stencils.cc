@@ -1,8 +1,10 @@
 #include "core/loop/limit_stencils.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -141,7 +143,16 @@ class StencilPropagation {
     const VertexRings rings = BuildVertexRings(control);
     const auto make = [&](RowAccumulator<4>& row, int begin, int end, Block& block) {
       Reserve(end - begin, 0, block);
+      const std::vector<SharpControlVertex>& sharp = refinement_.sharp.control;
+      auto next_sharp = std::lower_bound(
+          sharp.begin(), sharp.end(), begin,
+          [](const SharpControlVertex& vertex, int first) { return vertex.vertex < first; });
       for (int v = begin; v < end; ++v) {
+        if (next_sharp != sharp.end() && next_sharp->vertex == v) {
+          AddSharpVertex(row, v, next_sharp->neighbors, next_sharp->limit, 0, block);
+          ++next_sharp;
+          continue;
+        }
         const int valence = control.valence[v];
         const bool boundary = control.boundary_vertex[v];
         const LoopLimitMask mask =
@@ -162,14 +173,20 @@ class StencilPropagation {
     const MeshTopology& parent = refinement_.levels[level];
     const auto make = [&](RowAccumulator<1>& row, int begin, int end, SparseRows<1>& rows) {
       rows.Reserve(end - begin);
+      const std::span<const SharpEdge> sharp = SharpEdges(level);
+      auto next_sharp = FirstFrom(sharp, begin);
       for (int e = begin; e < end; ++e) {
         const EdgeStar star = StarOfEdge(parent, e);
-        const double end_weight = star.boundary() ? 0.5 : 0.375;
-        row.AddRow(vertices_, star.from, {end_weight});
-        row.AddRow(vertices_, star.to, {end_weight});
-        if (!star.boundary()) {
-          row.AddRow(vertices_, star.opposite_first, {0.125});
-          row.AddRow(vertices_, star.opposite_second, {0.125});
+        SharpEdgeWeights weights = {0.375, 0.125};
+        if (star.boundary()) weights = {0.5, 0.0};
+        if (next_sharp != sharp.end() && next_sharp->edge == e) {
+          weights = WeightsOfSharpEdge(*next_sharp++);
+        }
+        row.AddRow(vertices_, star.from, {weights.end});
+        row.AddRow(vertices_, star.to, {weights.end});
+        if (weights.opposite != 0.0) {
+          row.AddRow(vertices_, star.opposite_first, {weights.opposite});
+          row.AddRow(vertices_, star.opposite_second, {weights.opposite});
         }
         row.Flush([&](int control_vertex, const std::array<double, 1>& weight) {
           rows.Push(control_vertex, weight);
@@ -186,17 +203,50 @@ class StencilPropagation {
 
   absl::Status MoveOldVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
-    return ParallelFor(parent.vertex_count, kVerticesPerBlock, context_,
-                       [&](int64_t begin, int64_t end) {
-                         for (int64_t v = begin; v < end; ++v) {
-                           const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
-                           for (int i = vertices_.begin[v]; i < vertices_.begin[v + 1]; ++i) {
-                             const auto [self, ring] = vertices_.weights[i];
-                             vertices_.weights[i] = {rule.self * self + rule.ring * ring,
-                                                     rule.sum_self * self + rule.sum_ring * ring};
-                           }
-                         }
-                       });
+    const SparseRows<1> sharp_rows = MovedSharpVertices(level);
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(
+        parent.vertex_count, kVerticesPerBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t v = begin; v < end; ++v) {
+            const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
+            for (int i = vertices_.begin[v]; i < vertices_.begin[v + 1]; ++i) {
+              const auto [self, ring] = vertices_.weights[i];
+              vertices_.weights[i] = {rule.self * self + rule.ring * ring,
+                                      rule.sum_self * self + rule.sum_ring * ring};
+            }
+          }
+        }));
+    for (int i = 0; i + 1 < static_cast<int>(sharp_rows.begin.size()); ++i) {
+      OverwriteVertex(refinement_.sharp.levels[level].vertices[i], sharp_rows, i);
+    }
+    return absl::OkStatus();
+  }
+
+  SparseRows<1> MovedSharpVertices(int level) const {
+    SparseRows<1> rows;
+    if (refinement_.sharp.empty()) return rows;
+    const SharpLevel& sharp = refinement_.sharp.levels[level];
+    RowAccumulator<1> row(ControlVertexCount());
+    for (size_t i = 0; i < sharp.vertices.size(); ++i) {
+      for (int n = sharp.begin[i]; n < sharp.begin[i + 1]; ++n) {
+        row.AddRow(vertices_, sharp.neighbors[n], {sharp.weights[n]});
+      }
+      row.Flush([&](int control_vertex, const std::array<double, 1>& weight) {
+        rows.Push(control_vertex, weight);
+      });
+      rows.EndRow();
+    }
+    return rows;
+  }
+
+  // The row of a vertex reaches as far as its ring did at the level that first held it, and where
+  // the vertex goes depends on that ring alone: the new row fits into the old one.
+  void OverwriteVertex(int vertex, const SparseRows<1>& rows, int row) {
+    int from = rows.begin[row];
+    for (int i = vertices_.begin[vertex]; i < vertices_.begin[vertex + 1]; ++i) {
+      const bool reached = from < rows.begin[row + 1] &&
+                           rows.control_vertices[from] == vertices_.control_vertices[i];
+      vertices_.weights[i] = {reached ? rows.weights[from++][0] : 0.0, 0.0};
+    }
   }
 
   absl::Status LimitsOfEdgeVertices(int level) {
@@ -204,24 +254,88 @@ class StencilPropagation {
     const LoopLimitMask regular = InteriorLimitMask(6), border = BoundaryLimitMask(4);
     const auto make = [&](RowAccumulator<4>& row, int begin, int end, Block& block) {
       Reserve(end - begin, level + 1, block);
+      const std::span<const SharpEdge> sharp = SharpEdges(level);
+      auto next_sharp = FirstFrom(sharp, begin);
+      SharpEdgeLimits limits;
       for (int e = begin; e < end; ++e) {
         const EdgeStar star = StarOfEdge(parent, e);
         const std::array<int, 6> ring = RingOfEdgeVertex(star, parent.vertex_count);
+        if (next_sharp != sharp.end() && next_sharp->edge == e) {
+          const SharpEdge& edge = *next_sharp++;
+          if (StartsSharp(edge)) {
+            AddSharpVertex(row, parent.vertex_count + e, ring, limits.Of(edge), level + 1, block);
+            continue;
+          }
+        }
         const LoopLimitMask& mask = star.boundary() ? border : regular;
         row.AddRow(edge_vertices_, e, {1.0, 0.0, mask.tangent_u_self, mask.tangent_v_self});
         for (size_t i = 0; i < mask.position.size(); ++i) {
           const std::array<double, 4> factors = {0.0, mask.position[i] != 0.0 ? 1.0 : 0.0,
                                                  mask.tangent_u[i], mask.tangent_v[i]};
-          if (ring[i] < parent.vertex_count) {
-            row.AddRow(vertices_, ring[i], factors);
-          } else {
-            row.AddRow(edge_vertices_, ring[i] - parent.vertex_count, factors);
-          }
+          AddRowOf(ring[i], parent.vertex_count, factors, row);
         }
         Flush(row, mask.position_self, mask.position.front(), level + 1, block);
       }
     };
     return Append(InBlocks<4, Block>(parent.edge_count(), make));
+  }
+
+  // The row of a vertex among the first `old_count`, or of one on an edge.
+  void AddRowOf(int vertex, int old_count, const std::array<double, 4>& factors,
+                RowAccumulator<4>& row) const {
+    if (vertex < old_count) {
+      row.AddRow(vertices_, vertex, factors);
+    } else {
+      row.AddRow(edge_vertices_, vertex - old_count, factors);
+    }
+  }
+
+  std::span<const SharpEdge> SharpEdges(int level) const {
+    if (refinement_.sharp.empty()) return {};
+    return refinement_.sharp.levels[level].edges;
+  }
+
+  static std::span<const SharpEdge>::iterator FirstFrom(std::span<const SharpEdge> sharp,
+                                                        int edge) {
+    return std::lower_bound(sharp.begin(), sharp.end(), edge,
+                            [](const SharpEdge& x, int first) { return x.edge < first; });
+  }
+
+  // The stencil and the sectors of a sharp vertex born at `level`. No later level needs its ring
+  // sum, but its row must reach the whole ring (OverwriteVertex).
+  template <typename Ring>
+  void AddSharpVertex(RowAccumulator<4>& row, int vertex, const Ring& ring,
+                      const SharpLimitMask& mask, int level, Block& block) const {
+    const auto add = [&](const SharpSector& sector) {
+      for (size_t i = 0; i < mask.position.size(); ++i) {
+        const int at = i == 0 ? vertex : ring[i - 1];
+        const std::array<double, 4> factors = {i == 0 ? 1.0 : 0.0, mask.position[i],
+                                               sector.tangent_u[i], sector.tangent_v[i]};
+        if (level == 0) {
+          row.Add(at, 1.0, factors);
+        } else {
+          AddRowOf(at, refinement_.levels[level - 1].vertex_count, factors, row);
+        }
+      }
+    };
+    for (const SharpSector& sector : mask.sectors) {
+      if (mask.sectors.size() == 1) break;
+      add(sector);
+      FlushSector(row, vertex, block.limits.sectors);
+    }
+    add(mask.whole);
+    Flush(row, 0.0, 1.0, level, block);  // the second channel is the limit position
+  }
+
+  static void FlushSector(RowAccumulator<4>& row, int vertex, SectorStencils& sectors) {
+    row.Flush([&](int control_vertex, const std::array<double, 4>& sums) {
+      if (sums[kTangentU] == 0.0 && sums[kTangentV] == 0.0) return;
+      sectors.control_vertices.push_back(control_vertex);
+      sectors.tangent_u.push_back(sums[kTangentU]);
+      sectors.tangent_v.push_back(sums[kTangentV]);
+    });
+    sectors.vertices.push_back(vertex);
+    sectors.begin.push_back(static_cast<int>(sectors.control_vertices.size()));
   }
 
   // Room for `rows` rows of vertices born at `level`.
@@ -264,8 +378,17 @@ class StencilPropagation {
       AppendAll(block.limits.position, limits_.position);
       AppendAll(block.limits.tangent_u, limits_.tangent_u);
       AppendAll(block.limits.tangent_v, limits_.tangent_v);
+      AppendSectors(block.limits.sectors);
     }
     return absl::OkStatus();
+  }
+
+  void AppendSectors(const SectorStencils& more) {
+    AppendAll(more.vertices, limits_.sectors.vertices);
+    AppendBegins(more.begin, limits_.sectors.begin);
+    AppendAll(more.control_vertices, limits_.sectors.control_vertices);
+    AppendAll(more.tangent_u, limits_.sectors.tangent_u);
+    AppendAll(more.tangent_v, limits_.sectors.tangent_v);
   }
 
   const LoopRefinement& refinement_;
@@ -311,6 +434,25 @@ absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinemen
                                                  const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckLimitLevel(refinement, level));
   return StencilPropagation(refinement, level, context).Run();
+}
+
+void SetSharpNormals(const LimitStencils& stencils, const Eigen::Matrix3Xd& control_points,
+                     Eigen::Matrix3Xd& normals) {
+  const SectorStencils& sectors = stencils.sectors;
+  for (int s = 0; s < sectors.size();) {
+    const int vertex = sectors.vertices[s];
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (; s < sectors.size() && sectors.vertices[s] == vertex; ++s) {
+      Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero(), tangent_v = Eigen::Vector3d::Zero();
+      for (int i = sectors.begin[s]; i < sectors.begin[s + 1]; ++i) {
+        const Eigen::Vector3d point = control_points.col(sectors.control_vertices[i]);
+        tangent_u += sectors.tangent_u[i] * point;
+        tangent_v += sectors.tangent_v[i] * point;
+      }
+      sum += tangent_u.cross(tangent_v).normalized();
+    }
+    if (sum.norm() > 0.0) normals.col(vertex) = sum.normalized();
+  }
 }
 
 FaceSamples SamplesOfControlFaces(const LoopRefinement& refinement, int level) {

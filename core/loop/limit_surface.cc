@@ -65,22 +65,30 @@ class LimitEvaluation {
       RILIEVO_RETURN_IF_ERROR(MoveOldVertices(level));
       RILIEVO_RETURN_IF_ERROR(LimitsOfEdgeVertices(level));
     }
+    FinishSectorNormals();
     return std::move(limit_);
   }
 
  private:
+  // Sharp edges and vertices are few: each step below first treats all alike, and then sets right
+  // the sharp ones, so that a smooth surface costs nothing more.
   absl::Status StartWith(const Eigen::Matrix3Xd& control_points) {
     const MeshTopology& control = refinement_.levels.front();
     const VertexRings rings = BuildVertexRings(control);
     positions_.leftCols(control.vertex_count) = control_points;
     const double noise = kMinTangentRatio * control_points.cwiseAbs().maxCoeff();
     squared_noise_ = noise * noise;
-    return ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) {
-        LimitOfControlVertex(control, static_cast<int>(v),
-                             rings.neighbors.data() + rings.neighbor_begin[v]);
-      }
-    });
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t v = begin; v < end; ++v) {
+            LimitOfControlVertex(control, static_cast<int>(v),
+                                 rings.neighbors.data() + rings.neighbor_begin[v]);
+          }
+        }));
+    for (const SharpControlVertex& sharp : refinement_.sharp.control) {
+      LimitOfSharpVertex(sharp.vertex, sharp.neighbors.data(), sharp.limit);
+    }
+    return absl::OkStatus();
   }
 
   void LimitOfControlVertex(const MeshTopology& control, int v, const int* ring) {
@@ -109,40 +117,72 @@ class LimitEvaluation {
 
   absl::Status AddEdgeVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
-    return ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t e = begin; e < end; ++e) {
-        positions_.col(parent.vertex_count + e) =
-            EdgePoint(StarOfEdge(parent, static_cast<int>(e)), positions_);
-      }
-    });
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t e = begin; e < end; ++e) {
+            positions_.col(parent.vertex_count + e) =
+                EdgePoint(StarOfEdge(parent, static_cast<int>(e)), positions_);
+          }
+        }));
+    if (refinement_.sharp.empty()) return absl::OkStatus();
+    for (const SharpEdge& sharp : refinement_.sharp.levels[level].edges) {
+      positions_.col(parent.vertex_count + sharp.edge) = SharpEdgePoint(parent, sharp, positions_);
+    }
+    return absl::OkStatus();
   }
 
   absl::Status MoveOldVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
-    return ParallelFor(parent.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) {
-        const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
-        const Eigen::Vector3d position = positions_.col(v), sum = ring_sums_.col(v);
-        positions_.col(v) = rule.self * position + rule.ring * sum;
-        ring_sums_.col(v) = rule.sum_self * position + rule.sum_ring * sum;
-      }
-    });
+    const Eigen::Matrix3Xd sharp_points = MovedSharpVertices(level);
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(parent.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t v = begin; v < end; ++v) {
+            const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
+            const Eigen::Vector3d position = positions_.col(v), sum = ring_sums_.col(v);
+            positions_.col(v) = rule.self * position + rule.ring * sum;
+            ring_sums_.col(v) = rule.sum_self * position + rule.sum_ring * sum;
+          }
+        }));
+    for (Eigen::Index i = 0; i < sharp_points.cols(); ++i) {
+      positions_.col(refinement_.sharp.levels[level].vertices[i]) = sharp_points.col(i);
+    }
+    return absl::OkStatus();
+  }
+
+  Eigen::Matrix3Xd MovedSharpVertices(int level) const {
+    if (refinement_.sharp.empty()) return {};
+    const SharpLevel& sharp = refinement_.sharp.levels[level];
+    Eigen::Matrix3Xd points(3, sharp.vertices.size());
+    for (size_t i = 0; i < sharp.vertices.size(); ++i) {
+      points.col(i) = SharpVertexPoint(sharp, i, positions_);
+    }
+    return points;
   }
 
   absl::Status LimitsOfEdgeVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
-    return ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t e = begin; e < end; ++e) {
-        const EdgeStar star = StarOfEdge(parent, static_cast<int>(e));
-        const int vertex = parent.vertex_count + static_cast<int>(e);
-        const std::array<int, 6> ring = RingOfEdgeVertex(star, parent.vertex_count);
-        if (star.boundary()) {
-          LimitOfBoundaryVertex(vertex, ring);
-        } else {
-          LimitOfRegularVertex(vertex, ring);
-        }
-      }
-    });
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t e = begin; e < end; ++e) {
+            const EdgeStar star = StarOfEdge(parent, static_cast<int>(e));
+            const int vertex = parent.vertex_count + static_cast<int>(e);
+            const std::array<int, 6> ring = RingOfEdgeVertex(star, parent.vertex_count);
+            if (star.boundary()) {
+              LimitOfBoundaryVertex(vertex, ring);
+            } else {
+              LimitOfRegularVertex(vertex, ring);
+            }
+          }
+        }));
+    if (refinement_.sharp.empty()) return absl::OkStatus();
+    SharpEdgeLimits limits;
+    for (const SharpEdge& sharp : refinement_.sharp.levels[level].edges) {
+      if (!StartsSharp(sharp)) continue;
+      const std::array<int, 6> ring =
+          RingOfEdgeVertex(StarOfEdge(parent, sharp.edge), parent.vertex_count);
+      LimitOfSharpVertex(parent.vertex_count + sharp.edge, ring.data(), limits.Of(sharp));
+    }
+    return absl::OkStatus();
   }
 
   void LimitOfRegularVertex(int vertex, const std::array<int, 6>& ring) {
@@ -167,6 +207,43 @@ class LimitEvaluation {
           sum, ring, 4);
   }
 
+  // The ring sum of a sharp vertex serves no one.
+  void LimitOfSharpVertex(int vertex, const int* ring, const SharpLimitMask& mask) {
+    const int valence = static_cast<int>(mask.position.size()) - 1;
+    const auto apply = [&](const std::vector<double>& weights) {
+      Eigen::Vector3d sum = weights[0] * positions_.col(vertex);
+      for (int i = 0; i < valence; ++i) {
+        if (weights[1 + i] != 0.0) sum += weights[1 + i] * positions_.col(ring[i]);
+      }
+      return sum;
+    };
+    limit_.positions.col(vertex) = apply(mask.position);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const SharpSector& sector : mask.sectors) {
+      Eigen::Vector3d normal;
+      if (!NormalFromTangents(apply(sector.tangent_u), apply(sector.tangent_v), squared_noise_,
+                              normal)) {
+        // A closed ring's last face lies between its last and its first neighbour.
+        normal = FanNormal(positions_.col(vertex), sector.face_count + 1, false,
+                           [&](int i) -> Eigen::Vector3d {
+                             return positions_.col(ring[(sector.first + i) % valence]);
+                           });
+      }
+      sum += normal;
+      if (mask.sectors.size() > 1) sector_normals_.push_back(normal);
+    }
+    const double length = sum.norm();
+    limit_.normals.col(vertex) =
+        length > kMinTangentSine ? Eigen::Vector3d(sum / length) : Eigen::Vector3d::UnitZ();
+  }
+
+  void FinishSectorNormals() {
+    limit_.sector_normals.resize(3, static_cast<Eigen::Index>(sector_normals_.size()));
+    for (size_t s = 0; s < sector_normals_.size(); ++s) {
+      limit_.sector_normals.col(static_cast<Eigen::Index>(s)) = sector_normals_[s];
+    }
+  }
+
   void Store(int vertex, const Eigen::Vector3d& position, const Eigen::Vector3d& tangent_u,
              const Eigen::Vector3d& tangent_v, const Eigen::Vector3d& sum,
              const std::array<int, 6>& ring, int valence) {
@@ -186,6 +263,7 @@ class LimitEvaluation {
   double squared_noise_ = 0.0;
   Eigen::Matrix3Xd positions_;  // at the level reached so far; room for the last
   Eigen::Matrix3Xd ring_sums_;  // of all vertices but those the last level adds
+  std::vector<Eigen::Vector3d> sector_normals_;
   LimitSurface limit_;
 };
 

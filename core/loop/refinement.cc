@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/loop/crease_topology.h"
 #include "core/loop/edge_star.h"
 #include "core/loop/subdivision_rules.h"
 
@@ -162,15 +161,13 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
   refinement.levels.reserve(static_cast<size_t>(max_level) + 1);
   RILIEVO_ASSIGN_OR_RETURN(MeshTopology control,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
-  if (!mesh.creases.empty() || !mesh.corners.empty()) {
-    RILIEVO_RETURN_IF_ERROR(BuildCreaseTopology(mesh, control).status());
-  }
   refinement.levels.push_back(std::move(control));
   for (int level = 0; level < max_level; ++level) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(MeshTopology fine, RefineOnce(refinement.levels.back(), context));
     refinement.levels.push_back(std::move(fine));
   }
+  RILIEVO_ASSIGN_OR_RETURN(refinement.sharp, RefineCreases(mesh, refinement.levels));
   return refinement;
 }
 
@@ -204,6 +201,14 @@ Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
   for (int v = 0; v < vertex_count; ++v) {
     const VertexRule rule = RuleOfVertex(topology, v);
     fine.col(v) = rule.self * values.col(v) + rule.ring * ring_sums.col(v);
+  }
+  if (refinement.sharp.empty()) return fine;
+  const SharpLevel& sharp = refinement.sharp.levels[static_cast<size_t>(level)];
+  for (const SharpEdge& edge : sharp.edges) {
+    fine.col(vertex_count + edge.edge) = SharpEdgePoint(topology, edge, values);
+  }
+  for (size_t i = 0; i < sharp.vertices.size(); ++i) {
+    fine.col(sharp.vertices[i]) = SharpVertexPoint(sharp, i, values);
   }
   return fine;
 }

@@ -9,6 +9,7 @@
 #include "core/base/run_context.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/loop/sharp_refinement.h"
 
 namespace rilievo {
 
@@ -23,6 +24,7 @@ inline constexpr int64_t kMaxLoopFaces = int64_t{1} << 30;  // of the finest lev
 // what BuildMeshTopology makes of its faces.
 struct LoopRefinement {
   std::vector<MeshTopology> levels;
+  SharpRefinement sharp;  // what creases and corners change; empty for a smooth mesh
   int max_level() const { return static_cast<int>(levels.size()) - 1; }
   // Vertices of level 0 to max_level() + 1: the next level's are known from the last one's edges.
   int vertex_count(int level) const {
@@ -49,9 +51,14 @@ Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
 // holds it. Where the limit tangents span no plane the normal falls back to the area-weighted
 // normal of the faces around the vertex at the level that first holds it, and to +z if that is zero
 // as well; never NaN for finite control points.
+//
+// On a crease and at a corner the surface has a normal on each side (crease_masks.h): `normals`
+// holds their normalised sum there, the direction in which such a vertex is displaced. Sides count
+// alike, however many faces they have.
 struct LimitSurface {
-  Eigen::Matrix3Xd positions;  // column = limit position
-  Eigen::Matrix3Xd normals;    // column = unit limit normal
+  Eigen::Matrix3Xd positions;       // column = limit position
+  Eigen::Matrix3Xd normals;         // column = unit limit normal
+  Eigen::Matrix3Xd sector_normals;  // column = unit normal of a side, see split_normals.h
 };
 // INVALID_ARGUMENT for another level, or unless control_points has a column a control vertex.
 absl::StatusOr<LimitSurface> EvaluateLimit(const LoopRefinement& refinement,

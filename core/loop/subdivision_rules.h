@@ -1,8 +1,11 @@
 // One step of Loop subdivision for single vertices, shared by positions and stencils.
 #pragma once
 
+#include <algorithm>
+
 #include "core/loop/edge_star.h"
 #include "core/loop/loop_masks.h"
+#include "core/loop/sharp_refinement.h"
 
 namespace rilievo {
 
@@ -33,6 +36,33 @@ inline auto EdgePoint(const EdgeStar& star, const Matrix& values) ->
   if (star.boundary()) return 0.5 * (values.col(star.from) + values.col(star.to));
   return 0.375 * (values.col(star.from) + values.col(star.to)) +
          0.125 * (values.col(star.opposite_first) + values.col(star.opposite_second));
+}
+
+// The new vertex of a sharp edge, with its own weights of the edge's ends and opposite corners.
+struct SharpEdgeWeights {
+  double end, opposite;
+};
+inline SharpEdgeWeights WeightsOfSharpEdge(const SharpEdge& sharp) {
+  const double crease = std::min(sharp.sharpness, 1.0f);
+  return {0.375 + 0.125 * crease, 0.125 * (1.0 - crease)};
+}
+
+inline Eigen::Vector3d SharpEdgePoint(const MeshTopology& topology, const SharpEdge& sharp,
+                                      const Eigen::Matrix3Xd& values) {
+  const EdgeStar star = StarOfEdge(topology, sharp.edge);
+  const SharpEdgeWeights weights = WeightsOfSharpEdge(sharp);
+  return weights.end * (values.col(star.from) + values.col(star.to)) +
+         weights.opposite * (values.col(star.opposite_first) + values.col(star.opposite_second));
+}
+
+// Where sharp.vertices[i] goes.
+inline Eigen::Vector3d SharpVertexPoint(const SharpLevel& sharp, size_t i,
+                                        const Eigen::Matrix3Xd& values) {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  for (int n = sharp.begin[i]; n < sharp.begin[i + 1]; ++n) {
+    point += sharp.weights[n] * values.col(sharp.neighbors[n]);
+  }
+  return point;
 }
 
 }  // namespace rilievo

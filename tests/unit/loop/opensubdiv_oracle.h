@@ -13,10 +13,12 @@ namespace rilievo::testing {
 struct OracleLevel {
   Eigen::Matrix3Xd positions;  // after subdivision
   Eigen::Matrix3Xd limit_positions;
-  Eigen::Matrix3Xd limit_normals;  // unit, first tangent x second tangent
+  Eigen::Matrix3Xd limit_normals;                           // unit, first tangent x second tangent
+  Eigen::Matrix<double, 6, Eigen::Dynamic> limit_tangents;  // first above second
 };
 
-// All levels of `refinement`, boundaries by VTX_BOUNDARY_EDGE_ONLY.
+// All levels of `refinement` with the mesh's creases and corners, boundaries by
+// VTX_BOUNDARY_EDGE_ONLY.
 std::vector<OracleLevel> EvaluateWithOpenSubdiv(const ControlMesh& mesh,
                                                 const LoopRefinement& refinement);
 

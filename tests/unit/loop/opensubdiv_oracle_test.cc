@@ -29,6 +29,19 @@ std::unique_ptr<Far::TopologyRefiner> RefineUniformly(const ControlMesh& mesh, i
   descriptor.numFaces = static_cast<int>(mesh.faces.cols());
   descriptor.numVertsPerFace = vertices_per_face.data();
   descriptor.vertIndicesPerFace = mesh.faces.data();
+  std::vector<int> crease_ends;
+  std::vector<float> crease_sharpness;
+  for (const Crease& crease : mesh.creases) {
+    crease_ends.insert(crease_ends.end(), {crease.a, crease.b});
+    crease_sharpness.push_back(crease.sharpness);
+  }
+  descriptor.numCreases = static_cast<int>(crease_sharpness.size());
+  descriptor.creaseVertexIndexPairs = crease_ends.data();
+  descriptor.creaseWeights = crease_sharpness.data();
+  const std::vector<float> corner_sharpness(mesh.corners.size(), kInfiniteSharpness);
+  descriptor.numCorners = static_cast<int>(mesh.corners.size());
+  descriptor.cornerVertexIndices = mesh.corners.data();
+  descriptor.cornerWeights = corner_sharpness.data();
   Sdc::Options options;
   options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
@@ -69,8 +82,10 @@ OracleLevel LimitOfLastLevel(const Far::TopologyRefiner& refiner, const std::vec
   result.positions.resize(3, count);
   result.limit_positions.resize(3, count);
   result.limit_normals.resize(3, count);
+  result.limit_tangents.resize(6, count);
   for (Eigen::Index v = 0; v < count; ++v) {
     const size_t i = static_cast<size_t>(numbers[static_cast<size_t>(v)]);
+    result.limit_tangents.col(v) << first[i].value, second[i].value;
     result.positions.col(v) = values[i].value;
     result.limit_positions.col(v) = position[i].value;
     result.limit_normals.col(v) = first[i].value.cross(second[i].value).normalized();
