@@ -24,8 +24,10 @@ constexpr double kRangeShare = 0.25;
 constexpr double kLambda = 0.11;
 
 // Rounds of quantisation, and how much of what is wrong after one is put right in the next: the
-// basis functions overlap, so the whole would be too much.
-constexpr int kRounds = 3;
+// basis functions overlap, so the whole would be too much. Fine steps beside filled heights, whose
+// coefficients are left out, take more rounds to get below this share of the step.
+constexpr int kRounds = 3, kMostRounds = 8;
+constexpr double kEnough = 0.35;
 constexpr double kCorrection = 0.75;
 // A coefficient over little measured surface counts as having this share of the level's mean gain.
 constexpr double kLeastGainShare = 0.4;
@@ -86,6 +88,7 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
   has_filled_ = std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
   targets_ = heights_;
   lifting_.AnalyzeAndChoose(weights_, targets_);
+  if (has_filled_) FreeFilledHeights();
   gains_ = GainsOf(lifting_, refinement_, weights_);
   for (int l = 0; l <= max_level_; ++l) {
     double sum = 0;
@@ -96,6 +99,24 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
       ++count;
     }
     mean_gains_.push_back(count > 0 ? sum / count : 0);
+  }
+}
+
+// Filled heights are free, and their coefficients are left out: they take the values that need
+// none, and the targets of the others follow.
+void HeightEncoder::FreeFilledHeights() {
+  constexpr int kFreeRounds = 4;
+  for (int round = 0; round < kFreeRounds; ++round) {
+    for (int l = 1; l <= max_level_; ++l) {
+      for (int v = lifting_.begin(l); v < lifting_.end(l); ++v) {
+        if (filled_[v] != 0) targets_[v] = 0;
+      }
+    }
+    lifting_.Synthesize(targets_);
+    for (size_t v = 0; v < targets_.size(); ++v) {
+      if (filled_[v] == 0) targets_[v] = heights_[v];
+    }
+    lifting_.Analyze(targets_);
   }
 }
 
@@ -179,11 +200,11 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
   return error;
 }
 
-EncodedHeights HeightEncoder::Finish(double step, Pass pass) const {
+EncodedHeights HeightEncoder::Finish(double step, const Pass& pass) const {
   EncodedHeights encoded;
   encoded.step = step;
   encoded.unit = pass.unit;
-  encoded.layers = std::move(pass.layers);
+  encoded.layers = pass.layers;
   double sum = 0;
   for (size_t v = 0; v < heights_.size(); ++v) {
     if (weights_[v] == 0) continue;
@@ -198,12 +219,18 @@ EncodedHeights HeightEncoder::Finish(double step, Pass pass) const {
 absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunContext& context) const {
   Pass pass;
   std::vector<double> targets = targets_;
-  for (int round = 0; round < kRounds; ++round) {
+  EncodedHeights encoded;
+  for (int round = 0; round < kMostRounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     if (round > 0) targets = CorrectedTargets(pass);
     RunPass(step, targets, pass);
+    if (round + 1 < kRounds) continue;
+    EncodedHeights next = Finish(step, pass);
+    if (round + 1 > kRounds && next.rms >= encoded.rms) break;
+    encoded = std::move(next);
+    if (encoded.rms < kEnough * step) break;
   }
-  return Finish(step, std::move(pass));
+  return encoded;
 }
 
 }  // namespace rilievo

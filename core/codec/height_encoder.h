@@ -41,12 +41,13 @@ class HeightEncoder {
 
  private:
   struct Pass;
+  void FreeFilledHeights();
   std::vector<double> StepsOfLevels(double step) const;
   void RunPass(double step, const std::vector<double>& targets, Pass& pass) const;
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
-  EncodedHeights Finish(double step, Pass pass) const;
+  EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;
   int max_level_;

@@ -9,13 +9,13 @@
 
 namespace rilievo {
 
-// The coarsest quantiser whose RMS error of the heights is at most `rms`, within 3 %, but none
-// finer than `least_step`: the error may then be larger.
+// The coarsest quantiser found whose RMS error of the heights is at most `rms`: the search ends
+// within 3 % of it, or after a dozen trials where the error is no smooth function of the step. None
+// is finer than `least_step`, or 1e-8: the error may then be larger.
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
                                                  double least_step, const RunContext& context);
 
-// The finest quantiser whose layers take at most `bytes`, within 3 %, but none finer than
-// `least_step`. `overhead` is added for every layer. RESOURCE_EXHAUSTED when even the coarsest one
+// The finest quantiser found whose layers take at most `bytes`, in the same way. `overhead` is added for every layer. RESOURCE_EXHAUSTED when even the coarsest one
 // takes more.
 absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightEncoder& encoder, int64_t bytes,
                                                  int64_t overhead, double least_step,

@@ -56,5 +56,12 @@ TEST(BitMixerTest, TrustsTheContextThatKnows) {
   EXPECT_LT(8.0 * encoder.Finish().size(), 0.01 * count);
 }
 
+TEST(BitModelsTest, CostIsTheLogOfTheProbability) {
+  for (int probability : {100, 5000, 32768, 60000}) {
+    EXPECT_NEAR(BitCost(true, probability), -std::log2(probability / 65536.0), 0.12);
+    EXPECT_NEAR(BitCost(false, probability), -std::log2(1 - probability / 65536.0), 0.02);
+  }
+}
+
 }  // namespace
 }  // namespace rilievo

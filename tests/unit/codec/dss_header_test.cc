@@ -16,8 +16,10 @@ DssHeader Sample() {
   header.max_level = 5;
   header.frame.center = {500000.125, 4600000.5, -3};
   header.frame.diagonal = 812.75;
-  header.position_step = 1e-4;
-  header.height_step = 2e-5;
+  header.position_step = StoredStep(1e-4);
+  header.height_unit = StoredStep(2e-5);
+  header.has_filled = true;
+  header.has_creases = true;
   header.metadata.generator = "rilievo \xc3\xa9";
   header.metadata.error_rms = 0;
   header.metadata.error_max = 1.5e-3;
@@ -28,16 +30,18 @@ DssHeader Sample() {
 
 TEST(DssHeaderTest, RoundTrips) {
   const DssHeader header = Sample();
-  const auto decoded = DecodeDssHeader(EncodeDssHeader(header));
+  const auto decoded = DecodeDssHeader(EncodeDssHeader(header), 2);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(decoded->vertex_count, header.vertex_count);
   EXPECT_EQ(decoded->face_count, header.face_count);
   EXPECT_EQ(decoded->has_boundary, header.has_boundary);
+  EXPECT_EQ(decoded->has_filled, header.has_filled);
+  EXPECT_EQ(decoded->has_creases, header.has_creases);
   EXPECT_EQ(decoded->max_level, header.max_level);
   EXPECT_EQ(decoded->frame.center, header.frame.center);
   EXPECT_EQ(decoded->frame.diagonal, header.frame.diagonal);
   EXPECT_EQ(decoded->position_step, header.position_step);
-  EXPECT_EQ(decoded->height_step, header.height_step);
+  EXPECT_EQ(decoded->height_unit, header.height_unit);
   EXPECT_EQ(decoded->metadata.generator, header.metadata.generator);
   EXPECT_EQ(decoded->metadata.error_rms, header.metadata.error_rms);
   EXPECT_EQ(decoded->metadata.error_max, header.metadata.error_max);
@@ -45,12 +49,34 @@ TEST(DssHeaderTest, RoundTrips) {
   EXPECT_EQ(decoded->metadata.road, header.metadata.road);
 }
 
+TEST(DssHeaderTest, StoredStepsHaveTwelveBinaryDigits) {
+  for (double step : {1e-9, 1.5e-3, 0.01, 1.0, 0.25}) {
+    const double stored = StoredStep(step);
+    EXPECT_NEAR(stored / step, 1, 0x1p-13);
+    EXPECT_EQ(StoredStep(stored), stored);
+  }
+  EXPECT_EQ(StoredStep(0.25), 0.25);
+  EXPECT_EQ(StoredStep(1 + 0x1p-12), 1 + 0x1p-12);
+}
+
+// 4 bytes for what a small file needs: counts, level, frame of a unit cube, two steps.
+TEST(DssHeaderTest, SmallNumbersTakeFewBytes) {
+  DssHeader header;
+  header.vertex_count = 100;
+  header.face_count = 120;
+  header.position_step = 1e-3;
+  header.height_unit = 1e-6;
+  // flags, two counts, level; three zeros of one byte; 1.0 in two and its count; two steps of
+  // three and theirs; the end of the metadata.
+  EXPECT_EQ(EncodeDssHeader(header).size(), 4u + 3u + 3u + 8u + 1u);
+}
+
 TEST(DssHeaderTest, UnknownMetadataIsSkipped) {
   std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
   ASSERT_EQ(bytes.back(), 0);  // the end of the metadata
   bytes.back() = 99;
   for (uint8_t byte : {2, 0xde, 0xad, 0}) bytes.push_back(byte);
-  const auto decoded = DecodeDssHeader(bytes);
+  const auto decoded = DecodeDssHeader(bytes, 2);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(decoded->metadata.road, "planar");
 }
@@ -58,7 +84,7 @@ TEST(DssHeaderTest, UnknownMetadataIsSkipped) {
 TEST(DssHeaderTest, EveryPrefixIsDataLoss) {
   const std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
   for (size_t size = 0; size < bytes.size(); ++size) {
-    EXPECT_EQ(DecodeDssHeader(std::span(bytes).first(size)).status().code(),
+    EXPECT_EQ(DecodeDssHeader(std::span(bytes).first(size), 2).status().code(),
               absl::StatusCode::kDataLoss);
   }
 }
@@ -67,7 +93,8 @@ TEST(DssHeaderTest, ImpossibleValuesAreDataLoss) {
   const auto refused = [](void (*change)(DssHeader&)) {
     DssHeader header = Sample();
     change(header);
-    return DecodeDssHeader(EncodeDssHeader(header)).status().code() == absl::StatusCode::kDataLoss;
+    return DecodeDssHeader(EncodeDssHeader(header), 2).status().code() ==
+           absl::StatusCode::kDataLoss;
   };
   EXPECT_TRUE(refused([](DssHeader& h) { h.vertex_count = 2; }));
   EXPECT_TRUE(refused([](DssHeader& h) { h.face_count = 0; }));
@@ -77,7 +104,7 @@ TEST(DssHeaderTest, ImpossibleValuesAreDataLoss) {
   EXPECT_TRUE(refused([](DssHeader& h) { h.frame.center[1] = std::nan(""); }));
   EXPECT_TRUE(refused([](DssHeader& h) { h.position_step = -1; }));
   EXPECT_TRUE(
-      refused([](DssHeader& h) { h.height_step = std::numeric_limits<double>::infinity(); }));
+      refused([](DssHeader& h) { h.height_unit = std::numeric_limits<double>::infinity(); }));
   EXPECT_FALSE(refused([](DssHeader&) {}));
 }
 

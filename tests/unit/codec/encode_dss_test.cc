@@ -1,5 +1,8 @@
 // Round trips: everything that goes into a .dss comes out, over every kind of control mesh.
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/codec/dss.h"
 #include "gmock/gmock.h"
@@ -34,16 +37,38 @@ std::vector<Case> Cases() {
   };
 }
 
+// Sources as they come back when small holes are kept.
+std::vector<HeightSource> MeasuredOrFilled(std::vector<HeightSource> sources) {
+  for (HeightSource& source : sources) {
+    if (source == HeightSource::kSmoothed) source = HeightSource::kMeasured;
+  }
+  return sources;
+}
+
+// Root mean square and largest error of the heights that are not filled in.
+std::pair<double, double> HeightErrors(const DisplacedSurface& decoded,
+                                       const DisplacedSurface& given) {
+  double sum = 0, largest = 0;
+  int count = 0;
+  for (size_t v = 0; v < given.heights.size(); ++v) {
+    if (given.sources[v] == HeightSource::kFilled) continue;
+    const double error = std::abs(decoded.heights[v] - given.heights[v]);
+    sum += error * error;
+    largest = std::max(largest, error);
+    ++count;
+  }
+  return {count > 0 ? std::sqrt(sum / count) : 0, largest};
+}
+
 TEST(EncodeDssTest, RoundTripsEveryTopology) {
-  const EncodeOptions options;
+  EncodeOptions options;
+  options.smallest_hole = 1;
   for (const Case& c : Cases()) {
     SCOPED_TRACE(c.name);
     const DisplacedSurface surface =
         SurfaceOver(Shuffled(c.mesh, 5), c.max_level, options.position_step, 1e-4);
     DssMetadata metadata;
     metadata.generator = "codec test";
-    metadata.error_rms = 1.25e-4;
-    metadata.scan_points = 123456789;
     metadata.road = "spherical";
     const auto encoded = EncodeDss(surface, metadata, options, RunContext());
     ASSERT_TRUE(encoded.ok()) << encoded.status();
@@ -58,19 +83,13 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
     EXPECT_EQ(decoded->surface.frame.diagonal, surface.frame.diagonal);
     EXPECT_EQ(decoded->surface.max_level, c.max_level);
     EXPECT_EQ(decoded->declared_max_level, c.max_level);
-    EXPECT_EQ(decoded->surface.sources, surface.sources);
+    EXPECT_EQ(decoded->surface.sources, MeasuredOrFilled(surface.sources));
     ASSERT_EQ(decoded->surface.heights.size(), surface.heights.size());
-    for (size_t v = 0; v < surface.heights.size(); ++v) {
-      // Half a step, and the rounding of the height to float.
-      ASSERT_NEAR(decoded->surface.heights[v], surface.heights[v],
-                  options.height_step / 2 + 1e-7 * std::abs(surface.heights[v]))
-          << v;
-    }
-    EXPECT_EQ(decoded->format_version, 1);
+    const auto [rms, largest] = HeightErrors(decoded->surface, surface);
+    EXPECT_LT(rms, 0.5 * options.height_step);
+    EXPECT_LT(largest, 6 * options.height_step);
+    EXPECT_EQ(decoded->format_version, 2);
     EXPECT_EQ(decoded->metadata.generator, metadata.generator);
-    EXPECT_EQ(decoded->metadata.error_rms, metadata.error_rms);
-    EXPECT_EQ(decoded->metadata.error_max, -1);
-    EXPECT_EQ(decoded->metadata.scan_points, metadata.scan_points);
     EXPECT_EQ(decoded->metadata.road, metadata.road);
     ASSERT_EQ(decoded->chunk_bytes.size(), encoded->chunks.size());
     for (size_t i = 0; i < encoded->chunks.size(); ++i) {
@@ -79,16 +98,89 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
   }
 }
 
-TEST(EncodeDssTest, WhatWasDecodedEncodesToTheSameBytes) {
-  const EncodeOptions options;
-  for (const Case& c : Cases()) {
-    SCOPED_TRACE(c.name);
-    const DisplacedSurface surface = SurfaceOver(c.mesh, c.max_level, options.position_step, 1e-4);
-    const auto bytes = EncodeDss(surface, {}, options, RunContext())->Concatenate();
-    const auto decoded = DecodeDss(bytes, RunContext());
-    ASSERT_TRUE(decoded.ok()) << decoded.status();
-    EXPECT_EQ(EncodeDss(decoded->surface, {}, options, RunContext())->Concatenate(), bytes);
+TEST(EncodeDssTest, SaysTheErrorThatADecoderFinds) {
+  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, 1e-4, 1e-4);
+  for (double step : {1e-5, 1e-4, 1e-3}) {
+    EncodeOptions options;
+    options.height_step = step;
+    const auto encoded = EncodeDss(surface, {}, options, RunContext());
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    const auto decoded = DecodeDss(encoded->Concatenate(), RunContext());
+    const auto [rms, largest] = HeightErrors(decoded->surface, surface);
+    // By area there, by vertex here: the torus' faces are up to twice as large outside as inside.
+    EXPECT_NEAR(encoded->height_rms / rms, 1, 0.2);
+    EXPECT_NEAR(encoded->height_max, largest, 1e-6);
+    EXPECT_EQ(encoded->height_step, step);
   }
+}
+
+TEST(EncodeDssTest, KeepsTheErrorOrTheBytesAskedFor) {
+  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, 1e-3, 2e-4);
+  EncodeOptions options;
+  options.position_step = 1e-3;
+  int64_t last = 0;
+  for (double error : {1e-3, 3e-4, 1e-4, 3e-5, 1e-5}) {
+    options.max_error = error;
+    const auto encoded = EncodeDss(surface, {}, options, RunContext());
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    EXPECT_LE(encoded->height_rms, error);
+    EXPECT_GE(encoded->height_rms, 0.9 * error);
+    const int64_t bytes = static_cast<int64_t>(encoded->Concatenate().size());
+    EXPECT_GT(bytes, last);
+    last = bytes;
+  }
+  options.max_error.reset();
+  double last_error = 1;
+  for (int64_t bytes : {1000, 2000, 5000, 10000}) {
+    options.max_bytes = bytes;
+    const auto encoded = EncodeDss(surface, {}, options, RunContext());
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    const int64_t size = static_cast<int64_t>(encoded->Concatenate().size());
+    EXPECT_LE(size, bytes);
+    EXPECT_GE(size, 0.9 * bytes);
+    EXPECT_LT(encoded->height_rms, last_error);
+    last_error = encoded->height_rms;
+  }
+  options.max_bytes = 100;
+  EXPECT_EQ(EncodeDss(surface, {}, options, RunContext()).status().code(),
+            absl::StatusCode::kResourceExhausted);
+}
+
+TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
+  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, 1e-4, 2e-4);
+  EncodeOptions options;
+  const int64_t plain = EncodeDss(surface, {}, options, RunContext())->Concatenate().size();
+  options.noise_floor = 1e-4;
+  const auto floored = EncodeDss(surface, {}, options, RunContext());
+  EXPECT_LE(floored->height_rms, 5e-5);
+  EXPECT_GE(floored->height_rms, 4.5e-5);
+  EXPECT_LT(static_cast<int64_t>(floored->Concatenate().size()), plain / 2);
+  // A coarser step asked for stays, and so does a tight limit of bytes.
+  options.height_step = 1e-3;
+  EXPECT_EQ(EncodeDss(surface, {}, options, RunContext())->height_step, 1e-3);
+  options.max_bytes = 1000000;
+  EXPECT_GE(EncodeDss(surface, {}, options, RunContext())->height_rms, 4.5e-5);
+  options.max_bytes.reset();
+  options.max_error = 1e-6;
+  EXPECT_GE(EncodeDss(surface, {}, options, RunContext())->height_rms, 4.5e-5);
+}
+
+TEST(EncodeDssTest, MetadataCanComeLater) {
+  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, 1e-4, 1e-4);
+  EncodedSurface encoded = *EncodeDss(surface, {}, {}, RunContext());
+  const auto before = *DecodeDss(encoded.Concatenate(), RunContext());
+  EXPECT_EQ(before.metadata.error_rms, -1);
+  DssMetadata metadata;
+  metadata.error_rms = 1.25e-4;
+  metadata.input_hash = std::string(32, '\x80');
+  ASSERT_TRUE(ReplaceMetadata(metadata, encoded).ok());
+  const auto after = *DecodeDss(encoded.Concatenate(), RunContext());
+  EXPECT_EQ(after.metadata.error_rms, metadata.error_rms);
+  EXPECT_EQ(after.metadata.input_hash, metadata.input_hash);
+  EXPECT_EQ(after.surface.heights, before.surface.heights);
+  EXPECT_EQ(after.surface.control_mesh.vertices, before.surface.control_mesh.vertices);
+  EncodedSurface none;
+  EXPECT_EQ(ReplaceMetadata(metadata, none).code(), absl::StatusCode::kInvalidArgument);
 }
 
 TEST(EncodeDssTest, ThreadsDoNotChangeTheBytes) {
@@ -101,20 +193,25 @@ TEST(EncodeDssTest, ThreadsDoNotChangeTheBytes) {
             EncodeDss(surface, {}, options, two)->Concatenate());
 }
 
-// A flat surface would code into almost nothing; the decoder's law must hold all the same.
+// A flat surface codes into almost nothing; beyond the free heights the law must hold all the same.
 TEST(EncodeDssTest, PadsWhatIsTooSmallForTheLaw) {
   const EncodeOptions options;
-  DisplacedSurface surface = SurfaceOver(Torus(40, 24), 4, options.position_step, 0);
-  std::fill(surface.heights.begin(), surface.heights.end(), 0.0f);
-  std::fill(surface.sources.begin(), surface.sources.end(), HeightSource::kMeasured);
-  const auto encoded = EncodeDss(surface, {}, options, RunContext());
-  ASSERT_TRUE(encoded.ok());
-  const int64_t new_heights = 3 * 960 * 64;  // a torus has three edges a vertex, at level 3
-  EXPECT_GE(static_cast<int64_t>(encoded->chunks.back().size()), new_heights / 256);
-  EXPECT_LE(static_cast<int64_t>(encoded->chunks.back().size()), new_heights / 256 + 100);
-  const auto decoded = DecodeDss(encoded->Concatenate(), RunContext());
-  ASSERT_TRUE(decoded.ok()) << decoded.status();
-  EXPECT_EQ(decoded->surface.heights, surface.heights);
+  for (int level : {4, 5}) {
+    DisplacedSurface surface = SurfaceOver(Torus(40, 24), level, options.position_step, 0);
+    std::fill(surface.heights.begin(), surface.heights.end(), 0.0f);
+    std::fill(surface.sources.begin(), surface.sources.end(), HeightSource::kMeasured);
+    const auto encoded = EncodeDss(surface, {}, options, RunContext());
+    ASSERT_TRUE(encoded.ok());
+    int64_t bytes = 0;
+    for (size_t i = 1; i < encoded->chunks.size(); ++i) bytes += encoded->chunks[i].size();
+    const int64_t vertices = 960 << 2 * level;
+    const int64_t by_law = std::max<int64_t>(0, vertices - (1 << 18)) / 256;
+    EXPECT_GE(bytes, by_law);
+    EXPECT_LE(bytes, by_law + 8 * (level + 1));
+    const auto decoded = DecodeDss(encoded->Concatenate(), RunContext());
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(decoded->surface.heights, surface.heights);
+  }
 }
 
 TEST(EncodeDssTest, NamesWhatIsWrong) {
@@ -153,6 +250,21 @@ TEST(EncodeDssTest, NamesWhatIsWrong) {
   steps = EncodeOptions();
   steps.position_step = 0.02;
   EXPECT_THAT(message(good, steps), HasSubstr("encode.position_step is 0.02"));
+  EncodeOptions goals;
+  goals.max_error = 0.2;
+  EXPECT_THAT(message(good, goals), HasSubstr("encode.max_error is 0.2"));
+  goals.max_error = 1e-3;
+  goals.max_bytes = 1000;
+  EXPECT_THAT(message(good, goals), HasSubstr("exclude each other"));
+  goals.max_error.reset();
+  goals.max_bytes = 0;
+  EXPECT_THAT(message(good, goals), HasSubstr("encode.max_bytes is 0"));
+  goals = EncodeOptions();
+  goals.noise_floor = -1;
+  EXPECT_THAT(message(good, goals), HasSubstr("encode.noise_floor is -1"));
+  goals = EncodeOptions();
+  goals.smallest_hole = 0;
+  EXPECT_THAT(message(good, goals), HasSubstr("encode.smallest_hole is 0"));
 }
 
 TEST(EncodeDssTest, StopsWhenAsked) {

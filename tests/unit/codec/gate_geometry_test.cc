@@ -50,5 +50,19 @@ TEST(GateGeometryTest, TakesTheWholeRange) {
   }
 }
 
+TEST(GateGeometryTest, NormalIsThatOfTheTriangle) {
+  for (int32_t size : {1, 100, kMaxCoordinate}) {
+    const std::array<int64_t, 3> up = GateNormal({0, 0, 0}, {size, 0, 0}, {0, size, 0});
+    EXPECT_EQ(up[0], 0);
+    EXPECT_EQ(up[1], 0);
+    EXPECT_GT(up[2], 0);
+    const std::array<int64_t, 3> tilted = GateNormal({0, 0, 0}, {size, 0, size}, {0, size, 0});
+    EXPECT_EQ(tilted[0], -tilted[2]);
+    EXPECT_LT(tilted[2], int64_t{1} << 29);
+  }
+  const std::array<int64_t, 3> none = GateNormal({5, 5, 5}, {5, 5, 5}, {7, 7, 7});
+  EXPECT_EQ(none, (std::array<int64_t, 3>{0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace rilievo

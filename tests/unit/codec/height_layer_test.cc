@@ -53,7 +53,8 @@ TEST(HeightLayerTest, RoundTripsEveryAmplitude) {
 }
 
 // White noise in [-50, 50] has log2(101) bits a height, its sources log2(3). Predicting it from the
-// mean of two neighbours makes the variance half as large again: half a bit, and learning costs too.
+// mean of two neighbours makes the variance half as large again: half a bit, and learning costs
+// too.
 TEST(HeightLayerTest, NoiseCostsLittleMoreThanItsEntropy) {
   const LoopRefinement refinement = Refinement(Torus(16, 12));
   GridHeights field = Field(refinement, 50);

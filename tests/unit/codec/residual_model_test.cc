@@ -32,6 +32,21 @@ TEST(ResidualModelTest, RoundTripsEveryMagnitude) {
   }
 }
 
+// Bits is what Code goes on to take, the sign apart.
+TEST(ResidualModelTest, KnowsWhatItWillTake) {
+  RangeEncoder encoder;
+  ResidualModel<2> model({2, 3}, 255);
+  double predicted = 0;
+  constexpr int kCount = 4000;
+  for (int i = 0; i < kCount; ++i) {
+    const int32_t value = static_cast<int32_t>(MixedBits(i) % (i % 2 == 0 ? 3 : 40));
+    predicted += model.Bits(static_cast<uint32_t>(value), {i % 2, i % 3});
+    // A sign that is always known costs nothing.
+    model.CodeWithSign(encoder, value, {i % 2, i % 3}, [](bool negative) { return negative; });
+  }
+  EXPECT_NEAR(8.0 * encoder.Finish().size() / predicted, 1, 0.01);
+}
+
 // A geometric distribution costs its entropy within a few per cent.
 TEST(ResidualModelTest, CostsLittleMoreThanTheEntropy) {
   RangeEncoder encoder;

@@ -1,0 +1,103 @@
+#include "core/codec/dss_metadata.h"
+
+#include <cmath>
+
+#include "gtest/gtest.h"
+
+namespace rilievo {
+namespace {
+
+DssMetadata Certificate() {
+  DssMetadata metadata;
+  metadata.generator = "rilievo 0.2";
+  metadata.error_rms = 2.15e-4;
+  metadata.error_mean = 1.6e-4;
+  metadata.error_p95 = 4.5e-4;
+  metadata.error_max = 7e-3;
+  metadata.surface_to_scan = {2.1e-4, 1.5e-4, 4.4e-4, 6e-3};
+  metadata.scan_to_surface = {2.2e-4, 1.7e-4, 4.6e-4, 7e-3};
+  metadata.measured_share = 0.97;
+  metadata.smoothed_share = 0.02;
+  metadata.filled_share = 0.01;
+  metadata.folds = 3;
+  metadata.scan_points = 100000;
+  metadata.road = "arbitrary";
+  for (int i = 0; i < 32; ++i) metadata.input_hash.push_back(static_cast<char>(8 * i));
+  metadata.options = "--max-error 0.0003";
+  return metadata;
+}
+
+std::vector<uint8_t> Write(const DssMetadata& metadata) {
+  std::vector<uint8_t> bytes;
+  ByteWriter writer(bytes);
+  WriteMetadata(metadata, writer);
+  return bytes;
+}
+
+void ExpectNear(const DssDistance& read, const DssDistance& written) {
+  EXPECT_NEAR(read.rms / written.rms, 1, 1e-6);
+  EXPECT_NEAR(read.mean / written.mean, 1, 1e-6);
+  EXPECT_NEAR(read.p95 / written.p95, 1, 1e-6);
+  EXPECT_NEAR(read.max / written.max, 1, 1e-6);
+}
+
+TEST(DssMetadataTest, EveryFieldComesBack) {
+  const DssMetadata written = Certificate();
+  const std::vector<uint8_t> bytes = Write(written);
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_TRUE(reader.ok());
+  EXPECT_EQ(reader.remaining(), 0u);
+  EXPECT_EQ(read.generator, written.generator);
+  EXPECT_EQ(read.error_rms, written.error_rms);
+  EXPECT_EQ(read.error_max, written.error_max);
+  EXPECT_NEAR(read.error_mean / written.error_mean, 1, 1e-6);
+  EXPECT_NEAR(read.error_p95 / written.error_p95, 1, 1e-6);
+  ExpectNear(read.surface_to_scan, written.surface_to_scan);
+  ExpectNear(read.scan_to_surface, written.scan_to_surface);
+  EXPECT_NEAR(read.measured_share, written.measured_share, 1e-6);
+  EXPECT_NEAR(read.smoothed_share, written.smoothed_share, 1e-6);
+  EXPECT_NEAR(read.filled_share, written.filled_share, 1e-6);
+  EXPECT_EQ(read.folds, written.folds);
+  EXPECT_EQ(read.scan_points, written.scan_points);
+  EXPECT_EQ(read.road, written.road);
+  EXPECT_EQ(read.input_hash, written.input_hash);
+  EXPECT_EQ(read.options, written.options);
+}
+
+TEST(DssMetadataTest, NothingKnownTakesOneByte) {
+  const std::vector<uint8_t> bytes = Write({});
+  EXPECT_EQ(bytes, std::vector<uint8_t>{0});
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_EQ(read.error_rms, -1);
+  EXPECT_EQ(read.error_mean, -1);
+  EXPECT_EQ(read.surface_to_scan.p95, -1);
+  EXPECT_EQ(read.filled_share, -1);
+  EXPECT_EQ(read.folds, -1);
+}
+
+TEST(DssMetadataTest, FiguresThatAreNoneAreUnknown) {
+  DssMetadata metadata;
+  metadata.error_mean = std::nan("");
+  metadata.error_p95 = 0.5;
+  metadata.folds = 0;
+  const std::vector<uint8_t> bytes = Write(metadata);
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_EQ(read.error_mean, -1);
+  EXPECT_EQ(read.error_p95, 0.5);
+  EXPECT_EQ(read.folds, 0);
+}
+
+TEST(DssMetadataTest, CutMetadataIsNoticed) {
+  const std::vector<uint8_t> bytes = Write(Certificate());
+  for (size_t size = 0; size < bytes.size(); ++size) {
+    ByteReader reader{std::span(bytes).first(size)};
+    ReadMetadata(reader);
+    EXPECT_FALSE(reader.ok()) << size;
+  }
+}
+
+}  // namespace
+}  // namespace rilievo

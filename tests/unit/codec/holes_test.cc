@@ -1,0 +1,48 @@
+#include "core/codec/holes.h"
+
+#include <algorithm>
+
+#include "gtest/gtest.h"
+#include "tests/unit/codec/test_surfaces.h"
+
+namespace rilievo {
+namespace {
+
+int Count(const std::vector<uint8_t>& flags) {
+  return static_cast<int>(std::count(flags.begin(), flags.end(), 1));
+}
+
+TEST(HolesTest, KeepsPatchesOfTheGivenSize) {
+  constexpr int kLevel = 3;
+  const LoopRefinement refinement = *RefineTopology(Torus(8, 6), kLevel, RunContext());
+  const MeshTopology& finest = refinement.levels[kLevel];
+  const VertexRings rings = BuildVertexRings(finest);
+  // One vertex alone, and one far away with its ring of six.
+  std::vector<uint8_t> filled(finest.vertex_count, 0);
+  filled[10] = 1;
+  const int center = finest.vertex_count - 1;
+  filled[center] = 1;
+  for (int i = rings.neighbor_begin[center]; i < rings.neighbor_begin[center + 1]; ++i) {
+    filled[rings.neighbors[i]] = 1;
+  }
+  ASSERT_EQ(Count(filled), 8);
+  for (const auto& [smallest, left] : {std::pair(1, 8), {2, 7}, {7, 7}, {8, 0}}) {
+    std::vector<uint8_t> flags = filled;
+    DropSmallHoles(refinement, kLevel, smallest, flags);
+    EXPECT_EQ(Count(flags), left) << smallest;
+    EXPECT_EQ(flags[10], smallest == 1);
+  }
+}
+
+TEST(HolesTest, WorksOnTheControlMeshAlone) {
+  const LoopRefinement refinement = *RefineTopology(Octahedron(), 0, RunContext());
+  std::vector<uint8_t> flags = {1, 0, 0, 0, 1, 0};  // neighbours
+  DropSmallHoles(refinement, 0, 2, flags);
+  EXPECT_EQ(Count(flags), 2);
+  flags = {1, 1, 0, 0, 0, 0};  // opposite corners
+  DropSmallHoles(refinement, 0, 2, flags);
+  EXPECT_EQ(Count(flags), 0);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,54 @@
+#include "core/codec/rate_control.h"
+
+#include "gtest/gtest.h"
+#include "tests/unit/codec/test_surfaces.h"
+
+namespace rilievo {
+namespace {
+
+class RateControlTest : public ::testing::Test {
+ protected:
+  const DisplacedSurface surface_ = SurfaceOver(Torus(12, 8), 4, 1e-4, 1e-4);
+  const LoopRefinement refinement_ = *RefineTopology(surface_.control_mesh, 3, RunContext());
+  const HeightEncoder encoder_{surface_, refinement_, 16};
+};
+
+TEST_F(RateControlTest, ErrorIsKeptAndUsed) {
+  for (double rms : {1e-5, 3e-5, 1e-4, 3e-4}) {
+    const auto encoded = EncodeWithinError(encoder_, rms, 0, RunContext());
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    EXPECT_LE(encoded->rms, rms);
+    EXPECT_GE(encoded->rms, 0.9 * rms);
+  }
+}
+
+// Heights vanish when the error allowed is larger than they are.
+TEST_F(RateControlTest, AnyLargeErrorIsKept) {
+  const auto encoded = EncodeWithinError(encoder_, 0.1, 0, RunContext());
+  ASSERT_TRUE(encoded.ok()) << encoded.status();
+  EXPECT_LT(encoded->bytes(), 200);
+}
+
+TEST_F(RateControlTest, LeastStepGoesBeforeTheError) {
+  const auto encoded = EncodeWithinError(encoder_, 1e-7, 1e-4, RunContext());
+  ASSERT_TRUE(encoded.ok()) << encoded.status();
+  EXPECT_EQ(encoded->step, 1e-4);
+}
+
+TEST_F(RateControlTest, BytesAreKeptAndUsed) {
+  for (int64_t bytes : {300, 1000, 3000, 20000}) {
+    const auto encoded = EncodeWithinBytes(encoder_, bytes, 8, 0, RunContext());
+    ASSERT_TRUE(encoded.ok()) << encoded.status();
+    const int64_t total = encoded->bytes() + 8 * 5;
+    EXPECT_LE(total, bytes);
+    EXPECT_GE(total, 0.9 * bytes);
+  }
+  EXPECT_EQ(EncodeWithinBytes(encoder_, 10, 8, 0, RunContext()).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  const auto floored = EncodeWithinBytes(encoder_, 1000000, 8, 1e-3, RunContext());
+  ASSERT_TRUE(floored.ok()) << floored.status();
+  EXPECT_EQ(floored->step, 1e-3);
+}
+
+}  // namespace
+}  // namespace rilievo
