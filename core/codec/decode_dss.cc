@@ -7,6 +7,7 @@
 #include "core/codec/byte_stream.h"
 #include "core/codec/chunk.h"
 #include "core/codec/control_mesh_coder.h"
+#include "core/codec/crease_coder.h"
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
@@ -31,6 +32,13 @@ absl::Status CheckLaw(int64_t items, int64_t items_per_byte, const Chunk& chunk,
 absl::StatusOr<std::pair<ControlMesh, MeshTopology>> DecodeControl(std::span<const uint8_t> bytes,
                                                                    const DssHeader& header,
                                                                    int version) {
+  std::span<const uint8_t> tags;
+  if (header.has_creases) {
+    ByteReader reader(bytes);
+    tags = reader.Bytes(reader.Varint());
+    if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its crease tags");
+    bytes = reader.Bytes(reader.remaining());
+  }
   const int vertices = header.vertex_count, faces = header.face_count;
   RILIEVO_ASSIGN_OR_RETURN(
       GridMesh grid, version == 1 ? DecodeControlMeshV1(bytes, vertices, faces, header.has_boundary)
@@ -52,6 +60,9 @@ absl::StatusOr<std::pair<ControlMesh, MeshTopology>> DecodeControl(std::span<con
     }
   }
   mesh.faces = std::move(grid.faces);
+  if (header.has_creases) {
+    RILIEVO_RETURN_IF_ERROR(DecodeCreases(tags, *topology, grid.points, mesh));
+  }
   return std::make_pair(std::move(mesh), *std::move(topology));
 }
 

@@ -8,6 +8,7 @@
 #include "core/codec/byte_stream.h"
 #include "core/codec/chunk.h"
 #include "core/codec/control_mesh_coder.h"
+#include "core/codec/crease_coder.h"
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
@@ -97,6 +98,8 @@ absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DssHeader& header,
         payload);
   return WrapChunk(kControlTag, payload, true);
 }
+
+bool HasTags(const ControlMesh& mesh) { return !mesh.creases.empty() || !mesh.corners.empty(); }
 
 DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology,
                    const DssMetadata& metadata, const EncodeOptions& options) {
@@ -203,10 +206,21 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   DssHeader header = HeaderOf(surface, control, metadata, options);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GridPoint> points,
                            GridPoints(surface.control_mesh, header.position_step));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> coded_mesh,
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> coded_mesh,
                            EncodeControlMesh(control, points, SeedBits(header.position_step)));
   const HeightEncoder encoder(surface, refinement, options.smallest_hole);
   header.has_filled = encoder.has_filled();
+  header.has_creases = HasTags(surface.control_mesh);
+  if (header.has_creases) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> tags,
+                             EncodeCreases(surface.control_mesh, control, points));
+    std::vector<uint8_t> both;
+    ByteWriter writer(both);
+    writer.Varint(tags.size());
+    writer.Bytes(tags);
+    writer.Bytes(coded_mesh);
+    coded_mesh = std::move(both);
+  }
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> chunk, ControlChunk(header, coded_mesh));
   const int64_t bytes_left =
       options.max_bytes.value_or(0) - static_cast<int64_t>(chunk.size()) - kStepSlack;

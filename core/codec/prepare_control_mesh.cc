@@ -1,16 +1,36 @@
 #include "core/codec/prepare_control_mesh.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/control_mesh_coder.h"
+#include "core/codec/crease_coder.h"
 #include "core/codec/dss_header.h"
 #include "core/codec/gate_geometry.h"
 
 namespace rilievo {
+namespace {
+
+void RenumberTags(const ControlMesh& mesh, const std::vector<int>& number, ControlMesh& canonical) {
+  const int count = static_cast<int>(number.size());
+  const auto renumbered = [&](int v) { return v >= 0 && v < count ? number[v] : v; };
+  for (const Crease& crease : mesh.creases) {
+    const int a = renumbered(crease.a), b = renumbered(crease.b);
+    canonical.creases.push_back({std::min(a, b), std::max(a, b), crease.sharpness});
+  }
+  std::sort(
+      canonical.creases.begin(), canonical.creases.end(),
+      [](const Crease& p, const Crease& q) { return std::pair(p.a, p.b) < std::pair(q.a, q.b); });
+  for (int corner : mesh.corners) canonical.corners.push_back(renumbered(corner));
+  std::sort(canonical.corners.begin(), canonical.corners.end());
+}
+
+}  // namespace
 
 absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
@@ -34,6 +54,7 @@ absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh) {
       canonical.faces(k, static_cast<Eigen::Index>(f)) = number[mesh.faces((first + k) % 3, face)];
     }
   }
+  RenumberTags(mesh, number, canonical);
   return canonical;
 }
 
@@ -44,6 +65,9 @@ absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double 
   }
   const double stored = StoredStep(step);
   ControlMesh quantized = mesh;
+  for (Crease& crease : quantized.creases) {
+    if (crease.sharpness > 0) crease.sharpness = StoredSharpness(crease.sharpness);
+  }
   for (Eigen::Index v = 0; v < quantized.vertices.cols(); ++v) {
     for (int axis = 0; axis < 3; ++axis) {
       const double steps = std::nearbyint(mesh.vertices(axis, v) / stored);

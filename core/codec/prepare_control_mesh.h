@@ -10,12 +10,13 @@ namespace rilievo {
 
 // The same mesh with vertices and faces in the order in which the codec visits them, faces turned
 // so that their first corner is the codec's. The order depends on the faces alone, so control
-// points may move afterwards. Idempotent. INVALID_ARGUMENT when the mesh is not a manifold.
+// points may move afterwards. Crease and corner tags follow. Idempotent. INVALID_ARGUMENT when the
+// mesh is not a manifold.
 absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh);
 
-// Control points rounded to multiples of StoredStep(`step`) (unit frame, > 0; dss_header.h).
-// Idempotent. INVALID_ARGUMENT
-// when a coordinate is not finite or beyond 2^27 steps.
+// Control points rounded to multiples of StoredStep(`step`) (unit frame, > 0; dss_header.h), the
+// sharpness of creases to what crease_coder.h stores. Idempotent. INVALID_ARGUMENT when a
+// coordinate is not finite or beyond 2^27 steps.
 absl::StatusOr<ControlMesh> QuantizeControlMesh(const ControlMesh& mesh, double step);
 
 // Both. To be called after the fit and before the heights are sampled: then the heights belong to

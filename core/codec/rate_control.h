@@ -15,8 +15,8 @@ namespace rilievo {
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
                                                  double least_step, const RunContext& context);
 
-// The finest quantiser found whose layers take at most `bytes`, in the same way. `overhead` is added for every layer. RESOURCE_EXHAUSTED when even the coarsest one
-// takes more.
+// The finest quantiser found whose layers take at most `bytes`, in the same way. `overhead` is
+// added for every layer. RESOURCE_EXHAUSTED when even the coarsest one takes more.
 absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightEncoder& encoder, int64_t bytes,
                                                  int64_t overhead, double least_step,
                                                  const RunContext& context);
