@@ -7,8 +7,9 @@
 #include <cmath>
 #include <set>
 
+#include "core/loop/split_normals.h"
 #include "tests/unit/geometry/test_meshes.h"
-#include "tests/unit/loop/loop_meshes.h"
+#include "tests/unit/loop/crease_meshes.h"
 
 namespace rilievo {
 namespace {
@@ -154,6 +155,81 @@ TEST_P(LimitStencilsTest, SamplesLieWhereTheyAreSaidTo) {
 
 INSTANTIATE_TEST_SUITE_P(Meshes, LimitStencilsTest, ::testing::ValuesIn(testing::LoopMeshes()),
                          [](const auto& mesh) { return mesh.param.name; });
+
+class CreaseStencilsTest : public ::testing::TestWithParam<testing::NamedMesh> {
+ protected:
+  const ControlMesh& mesh() const { return GetParam().mesh; }
+};
+
+TEST_P(CreaseStencilsTest, GiveTheLimitSurfaceAndItsSides) {
+  const LoopRefinement refinement = Refine(mesh(), 3);
+  for (int level = 0; level <= 3; ++level) {
+    const LimitStencils stencils = Build(refinement, level);
+    ASSERT_EQ(stencils.size(), refinement.levels[level].vertex_count);
+    const auto limit = EvaluateLimit(refinement, mesh().vertices, level, RunContext());
+    const auto sectors = SectorsOfLevel(refinement, level);
+    ASSERT_TRUE(limit.ok() && sectors.ok());
+    EXPECT_LT((Apply(stencils, stencils.position, mesh().vertices) - limit->positions)
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-12);
+    const Eigen::Matrix3Xd u = Apply(stencils, stencils.tangent_u, mesh().vertices);
+    const Eigen::Matrix3Xd v = Apply(stencils, stencils.tangent_v, mesh().vertices);
+    Eigen::Matrix3Xd normals(3, stencils.size());
+    for (int s = 0; s < stencils.size(); ++s) {
+      normals.col(s) = u.col(s).cross(v.col(s)).normalized();
+    }
+    SetSharpNormals(stencils, mesh().vertices, normals);
+    EXPECT_LT((normals - limit->normals).cwiseAbs().maxCoeff(), 1e-9);
+    EXPECT_EQ(stencils.sectors.vertices, sectors->vertices);
+    for (int s = 0; s < stencils.sectors.size(); ++s) {
+      Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero(), tangent_v = Eigen::Vector3d::Zero();
+      for (int i = stencils.sectors.begin[s]; i < stencils.sectors.begin[s + 1]; ++i) {
+        const Eigen::Vector3d point = mesh().vertices.col(stencils.sectors.control_vertices[i]);
+        tangent_u += stencils.sectors.tangent_u[i] * point;
+        tangent_v += stencils.sectors.tangent_v[i] * point;
+      }
+      EXPECT_LT((tangent_u.cross(tangent_v).normalized() - limit->sector_normals.col(s)).norm(),
+                1e-9);
+    }
+  }
+}
+
+TEST_P(CreaseStencilsTest, AreSortedAndBalanced) {
+  const LimitStencils stencils = Build(Refine(mesh(), 2), 3);
+  for (int s = 0; s < stencils.size(); ++s) {
+    double position = 0.0, tangents = 0.0;
+    for (int i = stencils.begin[s]; i < stencils.begin[s + 1]; ++i) {
+      if (i > stencils.begin[s]) {
+        EXPECT_LT(stencils.control_vertices[i - 1], stencils.control_vertices[i]);
+      }
+      EXPECT_GE(stencils.position[i], -1e-16);
+      position += stencils.position[i];
+      tangents += stencils.tangent_u[i] + stencils.tangent_v[i];
+    }
+    EXPECT_NEAR(position, 1.0, 1e-13);
+    EXPECT_NEAR(tangents, 0.0, 1e-11);
+  }
+}
+
+TEST_P(CreaseStencilsTest, SameForAnyThreadCount) {
+  const LoopRefinement refinement = Refine(mesh(), 2);
+  const LimitStencils one = Build(refinement, 3, 1), two = Build(refinement, 3, 2);
+  EXPECT_EQ(one.begin, two.begin);
+  EXPECT_EQ(one.position, two.position);
+  EXPECT_EQ(one.tangent_u, two.tangent_u);
+  EXPECT_EQ(one.sectors.vertices, two.sectors.vertices);
+  EXPECT_EQ(one.sectors.begin, two.sectors.begin);
+  EXPECT_EQ(one.sectors.tangent_u, two.sectors.tangent_u);
+  EXPECT_EQ(one.sectors.tangent_v, two.sectors.tangent_v);
+}
+
+INSTANTIATE_TEST_SUITE_P(Meshes, CreaseStencilsTest, ::testing::ValuesIn(testing::CreaseMeshes()),
+                         [](const auto& mesh) { return mesh.param.name; });
+
+TEST(BuildLimitStencilsTest, SmoothMeshesHaveNoSectors) {
+  EXPECT_EQ(Build(Refine(testing::Icosahedron(), 2), 2).sectors.size(), 0);
+}
 
 TEST(BuildLimitStencilsTest, RegularVertexHasTheTextbookWeights) {
   const LimitStencils stencils = Build(Refine(testing::Torus(8, 6), 0), 0);
