@@ -87,5 +87,42 @@ TEST(GoldenTest, Version1) {
   EXPECT_EQ(HeightsFingerprint(surface), 861849492u);
 }
 
+// The same meshes with creases and a corner, three levels beyond the control mesh, a certificate.
+TEST(GoldenTest, Version2) {
+  const std::vector<uint8_t> bytes = Golden("sheet_and_octahedron_v2.dss");
+  ASSERT_EQ(bytes.size(), 939u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 2);
+  EXPECT_EQ(decoded->declared_max_level, 3);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{282, 58, 83, 157, 359}));
+  const DssMetadata& metadata = decoded->metadata;
+  EXPECT_EQ(metadata.generator, "rilievo 0.2.0");
+  EXPECT_EQ(metadata.error_rms, 1.5e-4);
+  EXPECT_EQ(metadata.error_mean, 0x1p-13);
+  EXPECT_EQ(metadata.error_p95, 0x1p-11);
+  EXPECT_EQ(metadata.error_max, 2e-3);
+  EXPECT_EQ(metadata.surface_to_scan.p95, 0.5);
+  EXPECT_EQ(metadata.scan_to_surface.max, 2);
+  EXPECT_EQ(metadata.measured_share, 0.875);
+  EXPECT_EQ(metadata.filled_share, 0.0625);
+  EXPECT_EQ(metadata.folds, 1);
+  EXPECT_EQ(metadata.scan_points, 9218);
+  EXPECT_EQ(metadata.road, "arbitrary");
+  EXPECT_EQ(metadata.input_hash, "0123456789abcdef");
+  EXPECT_EQ(metadata.options, "--max-error 0.0002");
+  const DisplacedSurface& surface = decoded->surface;
+  EXPECT_EQ(surface.frame.center, Eigen::Vector3d(512345.25, 4612345.5, 210.75));
+  EXPECT_EQ(surface.frame.diagonal, 123.456);
+  const std::vector<Crease> creases = {
+      {0, 5, 2.5f}, {30, 31, kInfiniteSharpness}, {30, 32, kInfiniteSharpness}};
+  EXPECT_EQ(surface.control_mesh.creases, creases);
+  EXPECT_EQ(surface.control_mesh.corners, std::vector<int>{30});
+  EXPECT_EQ(FacesFingerprint(surface.control_mesh), 3506611630u);
+  EXPECT_EQ(PointsFingerprint(surface.control_mesh), 3417436706u);
+  EXPECT_EQ(surface.heights.size(), 1562u);
+  EXPECT_EQ(HeightsFingerprint(surface), 2989723861u);
+}
+
 }  // namespace
 }  // namespace rilievo
