@@ -1,7 +1,9 @@
 // Connectivity, refinement, limit evaluation and stencils. Counters: items are faces or vertices.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/limit_stencils.h"
@@ -31,6 +33,25 @@ ControlMesh BumpyTorus(int face_count) {
       mesh.faces.col(2 * a + 1) << (turned ? b : a), c, d;
     }
   }
+  return mesh;
+}
+
+// The same torus with every fourth ring and every fourth meridian sharp: corners where they cross,
+// and about one edge in six tagged. `sharpness` as in Crease.
+ControlMesh CreasedTorus(int face_count, float sharpness) {
+  ControlMesh mesh = BumpyTorus(face_count);
+  const int across = static_cast<int>(std::sqrt(face_count / 4.0)), around = 2 * across;
+  for (int i = 0; i < around; ++i) {
+    for (int j = 0; j < across; ++j) {
+      const int a = i * across + j;
+      const int b = (i + 1) % around * across + j, d = i * across + (j + 1) % across;
+      if (j % 4 == 0) mesh.creases.push_back({std::min(a, b), std::max(a, b), sharpness});
+      if (i % 4 == 0) mesh.creases.push_back({std::min(a, d), std::max(a, d), sharpness});
+    }
+  }
+  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& x, const Crease& y) {
+    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+  });
   return mesh;
 }
 
@@ -116,6 +137,42 @@ BENCHMARK(BuildLimitStencils)
     ->Args({3000, 3, 2})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+
+// The same work on a mesh with creases. Arguments: control faces, level, sharpness.
+void RefineCreased(benchmark::State& state) {
+  const ControlMesh mesh =
+      CreasedTorus(static_cast<int>(state.range(0)), static_cast<float>(state.range(2)));
+  const int level = static_cast<int>(state.range(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(rilievo::RefineTopology(mesh, level, Threads(1)));
+  }
+  state.SetItemsProcessed(state.iterations() * (mesh.faces.cols() << (2 * level)));
+}
+BENCHMARK(RefineCreased)->Args({5000, 4, 10})->Args({5000, 4, 3})->Unit(benchmark::kMillisecond);
+
+void EvaluateCreased(benchmark::State& state) {
+  const ControlMesh mesh =
+      CreasedTorus(static_cast<int>(state.range(0)), static_cast<float>(state.range(2)));
+  const int level = static_cast<int>(state.range(1));
+  const auto refinement = rilievo::RefineTopology(mesh, level, Threads(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(rilievo::EvaluateLimit(*refinement, mesh.vertices, level, Threads(1)));
+  }
+  state.SetItemsProcessed(state.iterations() * refinement->levels.back().vertex_count);
+}
+BENCHMARK(EvaluateCreased)->Args({5000, 4, 10})->Args({5000, 4, 3})->Unit(benchmark::kMillisecond);
+
+void CreasedStencils(benchmark::State& state) {
+  const ControlMesh mesh =
+      CreasedTorus(static_cast<int>(state.range(0)), static_cast<float>(state.range(2)));
+  const int level = static_cast<int>(state.range(1));
+  const auto refinement = rilievo::RefineTopology(mesh, level, Threads(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(rilievo::BuildLimitStencils(*refinement, level, Threads(1)));
+  }
+  state.SetItemsProcessed(state.iterations() * refinement->levels.back().vertex_count);
+}
+BENCHMARK(CreasedStencils)->Args({3000, 3, 10})->Args({3000, 3, 3})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace rilievo
