@@ -132,8 +132,8 @@ DartMode DartModeAt(int valence, double theta) {
   return mode;
 }
 
-// Bisection: between 1.2 and 2.9 times pi / n the secular function has the one sign change below
-// the further eigenvalues, for valences 2 to 1000 (crease_masks_test.cc).
+// Bisection: between 1.2 and 2.9 times pi / n the secular function changes sign once, at the
+// subdominant eigenvalue; crease_masks_test.cc compares with a general eigensolver.
 double DartAngle(int valence) {
   double low = 1.2 * std::numbers::pi / valence;
   double high = std::min(2.9 * std::numbers::pi / valence, 0.999 * std::numbers::pi);
