@@ -38,7 +38,7 @@ class HeightModels {
  public:
   static constexpr int kInputs = 4, kLimit = 255, kFlagLimit = 255;
   using Coefficients = ResidualModel<kInputs>;
-  static constexpr Coefficients::Contexts kSizes = {16 * 6, 16 * 16, 16 * 8, 16 * 4};
+  static constexpr Coefficients::Contexts kSizes = {16 * 6 + 1, 16 * 16, 16 * 8 + 1, 16 * 4 + 1};
 
   Coefficients control{{16 * 3, 1, 1, 1}, kLimit};
   Coefficients edges{kSizes, kLimit};
@@ -261,7 +261,6 @@ class LevelCoder {
   // ---- coefficients
   void CodeEdge(int edge) {
     const int v = topology_.vertex_count + edge;
-    if (state_.filled[v] != 0) return;
     const EdgeStencil stencil = StencilOfEdge(topology_, edge);
     const std::vector<int32_t>& q = state_.coefficients;
     int64_t near_sum = 0, lean_sum = 0;
@@ -290,9 +289,11 @@ class LevelCoder {
     const int inner = stencil.ends[0] >= coarser_count ? 1 : 0;
     const int bend = MagnitudeClass(4 * std::abs(rough) / step_, 15);
     const int recent = MagnitudeClass(recent_ >> 4, 15);
-    Put(v, models_.edges,
-        {(near * 3 + lean) * 2 + inner, coarse * 16 + near, bend * 8 + std::min(coarse / 2, 7),
-         recent * 4 + std::min(near / 2, 3)},
+    Contexts contexts = {(near * 3 + lean) * 2 + inner, coarse * 16 + near,
+                         bend * 8 + std::min(coarse / 2, 7), recent * 4 + std::min(near / 2, 3)};
+    // A filled height hardly ever needs a coefficient, only where it bears on measured ones.
+    if (state_.filled[v] != 0) contexts = {16 * 6, contexts[1], 16 * 8, 16 * 4};
+    Put(v, models_.edges, contexts,
         {(lean * 3 + Sign(ends_sum)) * 3 + Sign(opposite_sum),
          (Sign(rough) * 3 + std::min(bend / 3, 2)) * 3 + lean,
          Sign(lean_sum + ends_sum + opposite_sum)});

@@ -24,8 +24,8 @@ constexpr double kRangeShare = 0.25;
 constexpr double kLambda = 0.11;
 
 // Rounds of quantisation, and how much of what is wrong after one is put right in the next: the
-// basis functions overlap, so the whole would be too much. Fine steps beside filled heights, whose
-// coefficients are left out, take more rounds to get below this share of the step.
+// basis functions overlap, so the whole would be too much. Fine steps beside filled heights take
+// more rounds to get below this share of the step.
 constexpr int kRounds = 3, kMostRounds = 8;
 constexpr double kEnough = 0.35;
 constexpr double kCorrection = 0.75;
@@ -102,8 +102,8 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
   }
 }
 
-// Filled heights are free, and their coefficients are left out: they take the values that need
-// none, and the targets of the others follow.
+// Filled heights are free: they take the values that need no coefficients, and the targets of the
+// others follow.
 void HeightEncoder::FreeFilledHeights() {
   constexpr int kFreeRounds = 4;
   for (int round = 0; round < kFreeRounds; ++round) {
@@ -135,7 +135,7 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
   const int begin = lifting_.begin(level), end = lifting_.end(level);
   RangeEncoder coder;
   RateDistortionChooser chooser(refinement_, level, dequantizer, kLambda, targets_in_units,
-                                gains_.of_vertex, mean_gains_[level], filled_);
+                                gains_.of_vertex, mean_gains_[level]);
   LevelCoder<RangeEncoder, RateDistortionChooser> coded(
       coder, chooser, refinement_, level, dequantizer.step, has_filled_, models, pass.state);
   HeightLayout layout;

@@ -20,14 +20,12 @@ class RateDistortionChooser {
  public:
   RateDistortionChooser(const LoopRefinement& refinement, int level, const Dequantizer& dequantizer,
                         double lambda, const std::vector<double>& targets,
-                        const std::vector<double>& gains, double mean_gain,
-                        const std::vector<uint8_t>& filled)
+                        const std::vector<double>& gains, double mean_gain)
       : dequantizer_(dequantizer),
         lambda_(lambda),
         targets_(targets),
         gains_(gains),
-        gain_scale_(mean_gain > 0 ? 1 / mean_gain : 0),
-        filled_(filled) {
+        gain_scale_(mean_gain > 0 ? 1 / mean_gain : 0) {
     if (level >= 2) FindActive(refinement, level);
   }
 
@@ -76,7 +74,6 @@ class RateDistortionChooser {
     std::vector<double> saved(refinement.levels[leaf].face_count(), 0);
     for (int e = 0; e < topology.edge_count(); ++e) {
       const int v = topology.vertex_count + e;
-      if (filled_[v] != 0) continue;
       const double y = std::abs(targets_[v]) / dequantizer_.step;
       if (y < kLeastWorth) continue;
       const int32_t magnitude = static_cast<int32_t>(std::min<double>(y + 0.4, kMaxCoefficient));
@@ -110,7 +107,6 @@ class RateDistortionChooser {
   const std::vector<double>& targets_;
   const std::vector<double>& gains_;
   double gain_scale_;
-  const std::vector<uint8_t>& filled_;
   std::vector<std::vector<uint8_t>> active_;
 };
 
