@@ -6,6 +6,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/geometry/half_edges.h"
+#include "core/loop/edge_star.h"
 
 namespace rilievo {
 namespace {

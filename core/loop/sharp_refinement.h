@@ -8,7 +8,6 @@
 #include "core/geometry/triangle_mesh.h"
 #include "core/loop/crease_masks.h"
 #include "core/loop/crease_topology.h"
-#include "core/loop/edge_star.h"
 
 namespace rilievo {
 
