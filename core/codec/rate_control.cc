@@ -15,67 +15,81 @@ namespace {
 
 constexpr double kCoarsestStep = 0.25, kFinestStep = 1e-8;
 constexpr double kClose = 0.03;
+constexpr double kNarrow = 1.01;  // bracket that is not divided further
+constexpr double kStuck = 0.95;   // of the error, left by a third of the step
 constexpr int kMostTrials = 12;
 
-// Search over log(step) for measure(step) = 1, where it is about a power of the step: bisection,
-// with the chord of the bracket in logarithms as the guess.
+// Search over log(step) for measure(step) = 1, where it is about a power of the step: the chord of
+// the bracket in logarithms is the next guess.
 class StepSearch {
  public:
-  // `measure`: of an encoding, rising with the step if `rising`. Kept are encodings on the allowed
-  // side: at most 1.
+  // `measure`: of an encoding, rising with the step if `rising`. Allowed is at most 1.
   StepSearch(const HeightEncoder& encoder, std::function<double(const EncodedHeights&)> measure,
              bool rising)
       : encoder_(encoder), measure_(std::move(measure)), rising_(rising) {}
 
   absl::Status Run(double guess, double least_step, const RunContext& context) {
-    double low = std::max(kFinestStep, least_step), high = std::max(low, kCoarsestStep);
-    double low_value = 0, high_value = 0;  // log of the measure, known once tried
-    bool low_known = false, high_known = false;
-    double step = std::clamp(guess, low, high);
+    low_.step = std::max(kFinestStep, least_step);
+    high_.step = std::max(low_.step, kCoarsestStep);
+    double step = std::clamp(guess, low_.step, high_.step);
     for (int trial = 0; trial < kMostTrials; ++trial) {
       RILIEVO_ASSIGN_OR_RETURN(EncodedHeights encoded, encoder_.Encode(step, context));
       const double value = measure_(encoded);
       const bool allowed = value <= 1;
-      if (allowed) Keep(std::move(encoded));
-      if (allowed && value >= 1 - kClose) break;
+      if (!Keep(std::move(encoded), value) || (allowed && value >= 1 - kClose)) break;
       // Too small an error, or too many bytes: the step has to grow; else to shrink.
       const bool grow = allowed == rising_;
-      if ((grow && step >= high) || (!grow && step <= low)) break;
-      (grow ? low : high) = step;
-      (grow ? low_value : high_value) = std::log(std::max(value, 1e-12));
-      (grow ? low_known : high_known) = true;
-      if (std::log(high / low) < 0.01) break;
-      step = Next(low, low_value, low_known, high, high_value, high_known, step, grow);
+      if (step == (grow ? high_.step : low_.step)) break;
+      (grow ? low_ : high_) = {step, std::log(std::max(value, 1e-12)), true};
+      if (high_.step < kNarrow * low_.step) break;
+      step = Next(step, grow);
     }
     return absl::OkStatus();
   }
 
+  // Of those allowed.
   std::optional<EncodedHeights>& best() { return best_; }
+  // Where none is: the last one that came much nearer.
+  std::optional<EncodedHeights>& closest() { return closest_; }
 
  private:
-  // The chord aims at the middle of what is close enough, and keeps away from the bracket's ends.
-  double Next(double low, double low_value, bool low_known, double high, double high_value,
-              bool high_known, double step, bool grow) const {
-    if (!low_known || !high_known) {
-      const double factor = 3;
-      return std::clamp(grow ? step * factor : step / factor, low, high);
+  struct End {
+    double step = 0, log_value = 0;
+    bool tried = false;
+  };
+
+  // Aims at the middle of what is close enough, and keeps away from the bracket's ends.
+  double Next(double step, bool grow) const {
+    constexpr double kFactor = 3;
+    if (!low_.tried || !high_.tried) {
+      return std::clamp(grow ? step * kFactor : step / kFactor, low_.step, high_.step);
     }
-    const double span = std::log(high / low), aim = -kClose / 2;
-    double part = high_value != low_value ? (aim - low_value) / (high_value - low_value) : 0.5;
-    part = std::clamp(part, 0.1, 0.9);
-    return low * std::exp(part * span);
+    const double rise = high_.log_value - low_.log_value, aim = -kClose / 2;
+    const double part = rise != 0 ? std::clamp((aim - low_.log_value) / rise, 0.1, 0.9) : 0.5;
+    return low_.step * std::pow(high_.step / low_.step, part);
   }
 
-  void Keep(EncodedHeights encoded) {
-    const bool better =
-        !best_ || (rising_ ? encoded.step > best_->step : encoded.step < best_->step);
-    if (better) best_ = std::move(encoded);
+  // False when a finer step has not helped: none will be allowed then.
+  bool Keep(EncodedHeights encoded, double value) {
+    if (value <= 1) {
+      const bool better =
+          !best_ || (rising_ ? encoded.step > best_->step : encoded.step < best_->step);
+      if (better) best_ = std::move(encoded);
+      return true;
+    }
+    if (!rising_ || best_) return true;
+    if (closest_ && value > kStuck * closest_value_) return false;
+    closest_ = std::move(encoded);
+    closest_value_ = value;
+    return true;
   }
 
   const HeightEncoder& encoder_;
   std::function<double(const EncodedHeights&)> measure_;
   bool rising_;
-  std::optional<EncodedHeights> best_;
+  End low_, high_;
+  std::optional<EncodedHeights> best_, closest_;
+  double closest_value_ = 0;
 };
 
 }  // namespace
@@ -86,7 +100,7 @@ absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, d
       encoder, [rms](const EncodedHeights& encoded) { return encoded.rms / rms; }, true);
   RILIEVO_RETURN_IF_ERROR(search.Run(10 * rms, least_step, context));
   if (search.best()) return *std::move(search.best());
-  return encoder.Encode(std::max(kFinestStep, least_step), context);
+  return *std::move(search.closest());
 }
 
 absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightEncoder& encoder, int64_t bytes,

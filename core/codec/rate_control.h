@@ -11,7 +11,7 @@ namespace rilievo {
 
 // The coarsest quantiser found whose RMS error of the heights is at most `rms`: the search ends
 // within 3 % of it, or after a dozen trials where the error is no smooth function of the step. None
-// is finer than `least_step`, or 1e-8: the error may then be larger.
+// is finer than `least_step`, or 1e-8, or than what still helps: the error may then be larger.
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
                                                  double least_step, const RunContext& context);
 

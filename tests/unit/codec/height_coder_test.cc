@@ -92,7 +92,7 @@ TEST(HeightCoderTest, RoundTripsSparseAndDenseNumbers) {
         std::vector<uint8_t> filled(count, 0);
         for (int v = 0; v < count; ++v) {
           filled[v] = v % 40 < 8 && one_in < 100;
-            if (MixedBits(3 * v) % one_in == 0) {
+          if (MixedBits(3 * v) % one_in == 0) {
             numbers[v] = static_cast<int32_t>(largest * MixedUnit(3 * v + 1));
           }
         }

@@ -35,6 +35,14 @@ TEST_F(RateControlTest, LeastStepGoesBeforeTheError) {
   EXPECT_EQ(encoded->step, 1e-4);
 }
 
+// An error that no step reaches is not paid for: the integers of the format end somewhere.
+TEST_F(RateControlTest, GivesUpWhereFinerStepsDoNotHelp) {
+  const auto encoded = EncodeWithinError(encoder_, 1e-12, 0, RunContext());
+  ASSERT_TRUE(encoded.ok()) << encoded.status();
+  const auto finer = encoder_.Encode(encoded->step / 3, RunContext());
+  EXPECT_GT(finer->rms, 0.9 * encoded->rms);
+}
+
 TEST_F(RateControlTest, BytesAreKeptAndUsed) {
   for (int64_t bytes : {300, 1000, 3000, 20000}) {
     const auto encoded = EncodeWithinBytes(encoder_, bytes, 8, 0, RunContext());
