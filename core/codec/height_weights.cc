@@ -8,6 +8,9 @@ namespace rilievo {
 namespace {
 
 constexpr int kProbes = 2;
+// Small faces have details of their own: with weights below this share of the mean their largest
+// errors doubled, for 1 % fewer bytes.
+constexpr double kLeastShare = 0.25;
 
 // Signs from a counter (SplitMix64): the same on every machine.
 double RandomSign(uint64_t counter) {
@@ -61,9 +64,10 @@ std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement&
       if (max_level > 0) weights[topology.vertex_count + topology.face_edges(k, f)] += 3 * area;
     }
   }
-  double sum = 0;
+  double mean = 0, sum = 0;
+  for (double weight : weights) mean += weight / static_cast<double>(weights.size());
   for (size_t v = 0; v < weights.size(); ++v) {
-    if (filled[v] != 0) weights[v] = 0;
+    weights[v] = filled[v] != 0 ? 0 : std::max(weights[v], kLeastShare * mean);
     sum += weights[v];
   }
   if (sum > 0) {

@@ -11,8 +11,9 @@
 namespace rilievo {
 
 // Area of the surface around each vertex of level `max_level`: a third of its faces, each control
-// face split evenly among its descendants. Vertices with an entry in `filled` have none: their
-// heights are nobody's measurement. Scaled to a sum of 1 (all zero when all are filled).
+// face split evenly among its descendants, but at least a quarter of the mean. Vertices with an
+// entry in `filled` have none: their heights are nobody's measurement. Scaled to a sum of 1 (all
+// zero when all are filled).
 std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement& refinement,
                                   int max_level, const std::vector<uint8_t>& filled);
 

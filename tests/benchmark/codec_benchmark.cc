@@ -62,6 +62,19 @@ void BM_Encode(benchmark::State& state) {
 }
 BENCHMARK(BM_Encode)->Arg(0)->Arg(100)->Arg(1000)->Unit(benchmark::kMillisecond);
 
+// Argument: RMS error asked for, in millionths of the diagonal; over noise of 0.01 %.
+void BM_EncodeWithinError(benchmark::State& state) {
+  const DisplacedSurface surface = WavyTorus(1e-4);
+  EncodeOptions options;
+  options.max_error = 1e-6 * static_cast<double>(state.range(0));
+  EncodedSurface encoded;
+  for (auto _ : state) encoded = *EncodeDss(surface, {}, options, RunContext());
+  state.counters["bytes"] = static_cast<double>(encoded.Concatenate().size());
+  state.counters["rms"] = encoded.height_rms;
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(surface.heights.size()));
+}
+BENCHMARK(BM_EncodeWithinError)->Arg(30)->Arg(100)->Arg(300)->Unit(benchmark::kMillisecond);
+
 void BM_Decode(benchmark::State& state) {
   const DisplacedSurface surface = WavyTorus(1e-6 * static_cast<double>(state.range(0)));
   const std::vector<uint8_t> bytes = EncodeDss(surface, {}, {}, RunContext())->Concatenate();

@@ -31,7 +31,7 @@ TEST(HeightWeightsTest, ShareTheArea) {
   EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);
 }
 
-// Two triangles, one of three times the area: each vertex has a third of its faces.
+// Two triangles: each vertex has a third of its faces, or a quarter of the mean.
 TEST(HeightWeightsTest, LevelZeroIsAThirdOfTheFaces) {
   ControlMesh mesh;
   mesh.vertices.resize(3, 4);
@@ -39,11 +39,16 @@ TEST(HeightWeightsTest, LevelZeroIsAThirdOfTheFaces) {
   mesh.faces.resize(3, 2);
   mesh.faces << 0, 1, 1, 3, 2, 2;
   const LoopRefinement refinement = *RefineTopology(mesh, 0, RunContext());
-  const std::vector<double> weights = HeightWeights(mesh, refinement, 0, {0, 0, 0, 0});
-  const double small = 0.5, large = 2.5, sum = 3 * (small + large);
-  EXPECT_NEAR(weights[0], small / sum, 1e-12);
-  EXPECT_NEAR(weights[1], (small + large) / sum, 1e-12);
-  EXPECT_NEAR(weights[3], large / sum, 1e-12);
+  const auto expect = [&](double far, double small, double large, double least) {
+    mesh.vertices.col(3) << far, far, 0;
+    const std::vector<double> weights = HeightWeights(mesh, refinement, 0, {0, 0, 0, 0});
+    const double sum = std::max(small, least) + 2 * (small + large) + large;
+    EXPECT_NEAR(weights[0], std::max(small, least) / sum, 1e-12);
+    EXPECT_NEAR(weights[1], (small + large) / sum, 1e-12);
+    EXPECT_NEAR(weights[3], large / sum, 1e-12);
+  };
+  expect(2, 0.5, 1.5, 0);                     // areas 1/2 and (2 far - 1) / 2
+  expect(20, 0.5, 19.5, (3 * 20.0) / 4 / 4);  // mean of 0.5, 20, 20, 19.5
 }
 
 // The gain of a level is the mean squared norm of its basis functions, here counted one by one.
