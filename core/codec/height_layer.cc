@@ -2,50 +2,23 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdlib>
 
 #include "core/base/status_macros.h"
 #include "core/codec/bit_models.h"
+#include "core/codec/edge_rules.h"
+#include "core/codec/magnitude_class.h"
 #include "core/codec/range_coder.h"
 #include "core/codec/residual_model.h"
-#include "core/surface/edge_stencil.h"
 
 namespace rilievo {
 namespace {
 
-// Weights of a prediction of an edge's new vertex, in 1/32: for each of the two ends, the two
-// opposite vertices, the four wings. An encoder takes the best for the level.
-struct Predictor {
-  int ends, opposite, wings;
-};
-constexpr std::array<Predictor, 4> kPredictors = {{
-    {16, 0, 0},   // the middle of the ends
-    {16, 4, -2},  // the butterfly scheme
-    {16, 2, -1},  // halfway between these two
-    {12, 4, 0},   // Loop's own edge rule
-}};
+constexpr int kLastClass = 23;  // of magnitudes
 
-int32_t Predict(const Predictor& predictor, const EdgeStencil& stencil,
+int32_t Predict(const EdgeRule& rule, const EdgeStencil& stencil,
                 const std::vector<int32_t>& heights) {
-  const int32_t ends = heights[stencil.ends[0]] + heights[stencil.ends[1]];
-  if (!stencil.interior() || (predictor.wings != 0 && !stencil.complete())) {
-    return (16 * ends + 16) >> 5;
-  }
-  const int32_t opposite = heights[stencil.opposite[0]] + heights[stencil.opposite[1]];
-  int32_t sum = predictor.ends * ends + predictor.opposite * opposite;
-  if (predictor.wings != 0) {
-    for (int v : stencil.wings) sum += predictor.wings * heights[v];
-  }
-  return (sum + 16) >> 5;
-}
-
-// Logarithmic class of a mean magnitude given in 1/4: two classes an octave, [0, 23].
-int MagnitudeClass(int64_t quarters) {
-  if (quarters < 4) return static_cast<int>(quarters);
-  const int octave = std::bit_width(static_cast<uint64_t>(quarters)) - 1;
-  const int upper_half = static_cast<int>((quarters >> (octave - 1)) & 1);
-  return std::min(23, 2 * octave + upper_half);
+  return (WeightedSum(RuleAt(rule, stencil), stencil, heights) + 16) >> 5;
 }
 
 // The neighbourhood that one height is coded in.
@@ -72,11 +45,13 @@ class LayerCoder {
   absl::Status CodeHeight(int v, const Surroundings& around) {
     const bool decodes = Coder::kDecodes;
     const int source = CodeSource(decodes ? 0 : static_cast<int>(field_.sources[v]), around);
-    const int coarse =
-        around.coarse_count > 0 ? MagnitudeClass(4 * around.coarse_sum / around.coarse_count) : 0;
-    const int near =
-        around.near_count > 0 ? MagnitudeClass(4 * around.near_sum / around.near_count) : coarse;
-    const int rough = MagnitudeClass(4 * around.roughness);
+    const int coarse = around.coarse_count > 0
+                           ? MagnitudeClass(4 * around.coarse_sum / around.coarse_count, kLastClass)
+                           : 0;
+    const int near = around.near_count > 0
+                         ? MagnitudeClass(4 * around.near_sum / around.near_count, kLastClass)
+                         : coarse;
+    const int rough = MagnitudeClass(4 * around.roughness, kLastClass);
     const int lean = around.signed_sum > 0 ? 2 : around.signed_sum < 0 ? 0 : 1;
     const int32_t given = decodes ? 0 : field_.heights[v] - around.predicted;
     const int32_t residual = residuals_.Code(
@@ -141,7 +116,7 @@ Surroundings AroundControlVertex(const VertexRings& rings, int v, const GridHeig
   return around;
 }
 
-Surroundings AroundEdge(const MeshTopology& topology, const Predictor& predictor, int edge,
+Surroundings AroundEdge(const MeshTopology& topology, const EdgeRule& predictor, int edge,
                         const GridHeights& field) {
   Surroundings around;
   const EdgeStencil stencil = StencilOfEdge(topology, edge);
@@ -176,7 +151,7 @@ Surroundings AroundEdge(const MeshTopology& topology, const Predictor& predictor
 
 template <typename Coder>
 absl::Status CodeLayer(Coder& coder, const MeshTopology& topology, bool level_zero,
-                       const Predictor& predictor, GridHeights& field) {
+                       const EdgeRule& predictor, GridHeights& field) {
   LayerCoder<Coder> layer(coder, field);
   if (level_zero) {
     const VertexRings rings = BuildVertexRings(topology);
@@ -194,12 +169,12 @@ absl::Status CodeLayer(Coder& coder, const MeshTopology& topology, bool level_ze
 
 // The predictor whose residuals have the fewest bits in all.
 int BestPredictor(const MeshTopology& topology, const std::vector<int32_t>& heights) {
-  std::array<int64_t, kPredictors.size()> bits{};
+  std::array<int64_t, kEdgeRules.size()> bits{};
   for (int edge = 0; edge < topology.edge_count(); ++edge) {
     const EdgeStencil stencil = StencilOfEdge(topology, edge);
     const int32_t height = heights[topology.vertex_count + edge];
-    for (size_t p = 0; p < kPredictors.size(); ++p) {
-      bits[p] += std::abs(int64_t{height} - Predict(kPredictors[p], stencil, heights));
+    for (size_t p = 0; p < kEdgeRules.size(); ++p) {
+      bits[p] += std::abs(int64_t{height} - Predict(kEdgeRules[p], stencil, heights));
     }
   }
   return static_cast<int>(std::min_element(bits.begin(), bits.end()) - bits.begin());
@@ -212,7 +187,7 @@ std::vector<uint8_t> EncodeHeightLayer(const MeshTopology& topology, bool level_
   const int predictor = level_zero ? 0 : BestPredictor(topology, field.heights);
   RangeEncoder coder;
   // An encoder's own heights are within range: its caller has checked them.
-  CodeLayer(coder, topology, level_zero, kPredictors[predictor], field).IgnoreError();
+  CodeLayer(coder, topology, level_zero, kEdgeRules[predictor], field).IgnoreError();
   std::vector<uint8_t> bytes = {static_cast<uint8_t>(predictor)};
   const std::vector<uint8_t> coded = coder.Finish();
   bytes.insert(bytes.end(), coded.begin(), coded.end());
@@ -221,11 +196,11 @@ std::vector<uint8_t> EncodeHeightLayer(const MeshTopology& topology, bool level_
 
 absl::Status DecodeHeightLayer(std::span<const uint8_t> bytes, const MeshTopology& topology,
                                bool level_zero, GridHeights& field) {
-  if (bytes.empty() || bytes[0] >= kPredictors.size()) {
+  if (bytes.empty() || bytes[0] >= kEdgeRules.size()) {
     return absl::DataLossError("a height layer names no predictor of the format");
   }
   RangeDecoder coder(bytes.subspan(1));
-  RILIEVO_RETURN_IF_ERROR(CodeLayer(coder, topology, level_zero, kPredictors[bytes[0]], field));
+  RILIEVO_RETURN_IF_ERROR(CodeLayer(coder, topology, level_zero, kEdgeRules[bytes[0]], field));
   if (coder.overrun()) return absl::DataLossError("a height layer ends before its last height");
   return absl::OkStatus();
 }
