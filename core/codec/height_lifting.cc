@@ -10,6 +10,44 @@ double Prediction(int rule, const EdgeStencil& stencil, std::span<const double> 
   return WeightedSum(RuleAt(kEdgeRules[rule], stencil), stencil, values) / 32;
 }
 
+// 32 times each edge's prediction less that of its ends, for a closed mesh: face by face, since a
+// face gives all three of its edges an opposite vertex and two wings.
+std::vector<int32_t> SumOverFaces(const MeshTopology& topology, const EdgeRule& rule,
+                                  std::span<const int32_t> heights) {
+  std::vector<int32_t> sums(topology.edge_count(), 0);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const Eigen::Vector3i corners = topology.faces.col(f);
+    std::array<int32_t, 3> beyond;  // height beyond the edge from corner k
+    for (int k = 0; k < 3; ++k) {
+      const int across = topology.faces.col(topology.face_neighbors(k, f)).sum();
+      beyond[k] = heights[across - corners[k] - corners[(k + 1) % 3]];
+    }
+    for (int k = 0; k < 3; ++k) {
+      sums[topology.face_edges(k, f)] += rule.opposite * heights[corners[(k + 2) % 3]] +
+                                         rule.wings * (beyond[(k + 1) % 3] + beyond[(k + 2) % 3]);
+    }
+  }
+  return sums;
+}
+
+void AddPredictions(const MeshTopology& topology, const EdgeRule& rule, std::span<int32_t> values) {
+  const int coarse_count = topology.vertex_count;
+  const bool closed = topology.face_neighbors.minCoeff() >= 0;
+  if (!closed) {
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      const EdgeStencil stencil = StencilOfEdge(topology, e);
+      values[coarse_count + e] += (WeightedSum(RuleAt(rule, stencil), stencil, values) + 16) >> 5;
+    }
+    return;
+  }
+  const std::vector<int32_t> sums = SumOverFaces(topology, rule, values.first(coarse_count));
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const int32_t ends =
+        values[topology.edge_vertices(0, e)] + values[topology.edge_vertices(1, e)];
+    values[coarse_count + e] += (rule.ends * ends + sums[e] + 16) >> 5;
+  }
+}
+
 }  // namespace
 
 int64_t UpdateWeight(int strength, int valence) {
@@ -33,11 +71,7 @@ void SynthesizeLevel(const MeshTopology& topology, const LiftingStep& step,
       values[v] -= static_cast<int32_t>((update + 32768) >> 16);
     }
   }
-  const EdgeRule& rule = kEdgeRules[step.rule];
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    const EdgeStencil stencil = StencilOfEdge(topology, e);
-    values[coarse_count + e] += (WeightedSum(RuleAt(rule, stencil), stencil, values) + 16) >> 5;
-  }
+  AddPredictions(topology, kEdgeRules[step.rule], values);
 }
 
 HeightLifting::HeightLifting(const LoopRefinement& refinement, int max_level) {
