@@ -92,7 +92,7 @@ double Confidence(const Pair& pair) {
   if (size < kParallelCosine) return 0;
   const double worth = kBentWorth + (1 - kBentWorth) * (std::min(size, 1.0) - kParallelCosine) /
                                         (1 - kParallelCosine);
-  const double usual_step = pair.slack + 0.1 * pair.chord.norm();
+  const double usual_step = 0.67 * pair.slack + 0.1 * pair.chord.norm();
   const double even =
       usual_step > 0 ? std::clamp(1.5 - StepHeight(pair) / usual_step, 0.0, 1.0) : 1.0;
   return std::copysign(worth * even, cosine);

@@ -10,67 +10,13 @@
 #include "core/base/status_macros.h"
 #include "core/scan/component_bridges.h"
 #include "core/scan/normal_relations.h"
+#include "core/scan/orientation_patches.h"
 #include "core/scan/outward_sign.h"
-#include "core/scan/parity_sets.h"
 #include "core/scan/signed_graph.h"
 #include "core/scan/winding_number.h"
 
 namespace rilievo {
 namespace {
-
-// Points that surely belong together, and their signs within.
-struct Patches {
-  std::vector<int> patch;       // by point
-  std::vector<uint8_t> parity;  // by point: 1 when opposite to the first of the patch
-  int count = 0;
-};
-
-// Joined along the spanning forest of ascending 1 - |relation| (Hoppe et al. 1992, with a better
-// weight) as long as patches stay small, so that one wrong edge spoils little.
-Patches SurePatches(const NeighborGraph& graph, const std::vector<float>& relations) {
-  constexpr int kLargestPatch = 48;
-  constexpr double kSure = 0.7;
-  constexpr int kLevels = 1024;
-  std::vector<std::vector<int>> buckets(kLevels);
-  for (size_t edge = 0; edge < relations.size(); ++edge) {
-    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-    if (doubt >= 1) continue;
-    buckets[static_cast<size_t>(std::max(doubt, 0.0) * kLevels)].push_back(static_cast<int>(edge));
-  }
-  ParitySets sets(graph.size());
-  for (const std::vector<int>& bucket : buckets) {
-    for (const int edge : bucket) {
-      const int a = edge / graph.k, b = graph.indices[edge];
-      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) continue;
-      sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
-    }
-  }
-  Patches result;
-  result.patch.resize(static_cast<size_t>(graph.size()));
-  result.parity.resize(result.patch.size());
-  std::vector<int> number(result.patch.size(), -1);
-  for (int i = 0; i < graph.size(); ++i) {
-    const int root = sets.Find(i);
-    if (number[root] < 0) number[root] = result.count++;
-    result.patch[i] = number[root];
-    result.parity[i] = sets.parity(i);
-  }
-  return result;
-}
-
-std::vector<SignedLink> LinksBetween(const Patches& patches, const NeighborGraph& graph,
-                                     const std::vector<float>& relations) {
-  std::vector<SignedLink> links;
-  for (size_t edge = 0; edge < relations.size(); ++edge) {
-    const int a = static_cast<int>(edge / graph.k);
-    const int b = graph.indices[edge];
-    if (patches.patch[a] == patches.patch[b]) continue;
-    const double vote = relations[edge];
-    links.push_back({patches.patch[a], patches.patch[b],
-                     patches.parity[a] == patches.parity[b] ? vote : -vote});
-  }
-  return links;
-}
 
 std::vector<std::vector<int>> MembersOf(const std::vector<int>& group, int groups) {
   std::vector<std::vector<int>> members(static_cast<size_t>(groups));
@@ -82,25 +28,6 @@ void Flip(const std::vector<int>& points, OrientedCloud* cloud) {
   for (const int i : points) cloud->normals.col(i) *= -1;
 }
 
-// Each patch as one dipole, from the normals as they are.
-std::vector<SurfacePatch> SurfacePatches(const OrientedCloud& cloud, const Patches& patches) {
-  std::vector<SurfacePatch> surface(static_cast<size_t>(patches.count));
-  std::vector<double> weight(surface.size(), 0.0);
-  for (size_t i = 0; i < patches.patch.size(); ++i) {
-    const auto point = static_cast<int64_t>(i);
-    SurfacePatch& patch = surface[patches.patch[i]];
-    const double area = std::numbers::pi / 4 * cloud.spacing[i] * cloud.spacing[i];
-    patch.center += area * cloud.points.col(point);
-    patch.area += area * cloud.normals.col(point);
-    weight[patches.patch[i]] += area;
-  }
-  for (size_t p = 0; p < surface.size(); ++p) {
-    if (weight[p] > 0) surface[p].center /= weight[p];
-    surface[p].blur = weight[p] / (2 * std::numbers::pi);
-  }
-  return surface;
-}
-
 // A sample of at most `most`, evenly along the list.
 std::vector<int> Sample(const std::vector<int>& list, size_t most) {
   if (list.size() <= most) return list;
@@ -109,76 +36,25 @@ std::vector<int> Sample(const std::vector<int>& list, size_t most) {
   return sample;
 }
 
-// How far the winding number on the surface of a group is from one half, where it is on the
-// surface of any solid (Xu et al. 2023), as things are and with the group flipped.
-struct WindingMisfit {
-  double as_is = 0, flipped = 0;  // mean squares
-};
-
-WindingMisfit MisfitOf(const std::vector<int>& group, const std::vector<SurfacePatch>& surface) {
-  constexpr size_t kSamples = 48;
-  std::vector<SurfacePatch> own;
-  for (const int patch : group) own.push_back(surface[patch]);
-  WindingMisfit misfit;
-  const std::vector<int> sample = Sample(group, kSamples);
-  for (const int patch : sample) {
-    const double all = WindingNumber(surface, surface[patch].center);
-    const double of_group = WindingNumber(own, surface[patch].center);
-    const double as_is = all - 0.5, flipped = all - 2 * of_group - 0.5;
-    misfit.as_is += as_is * as_is / static_cast<double>(sample.size());
-    misfit.flipped += flipped * flipped / static_cast<double>(sample.size());
-  }
-  return misfit;
-}
-
-// The patches of a group that are as far off as the inside of a solid is from its surface, or more.
-std::vector<int> MisfitPatches(const std::vector<int>& group,
-                               const std::vector<SurfacePatch>& surface) {
-  constexpr double kFarOff = 0.5;
-  std::vector<int> misfits;
-  for (const int patch : group) {
-    const double winding = WindingNumber(surface, surface[patch].center);
-    if (std::abs(winding - 0.5) > kFarOff) misfits.push_back(patch);
-  }
-  return misfits;
-}
-
-bool BetterFlipped(const std::vector<int>& group, const std::vector<SurfacePatch>& surface) {
-  constexpr double kPoor = 0.1;
-  constexpr double kBetter = 0.5;
-  const WindingMisfit misfit = MisfitOf(group, surface);
-  return misfit.as_is > kPoor && misfit.flipped < kBetter * misfit.as_is;
-}
-
-// Groups that a good part of their links contradict, as where a wall is thinner than the noise,
-// are held against the winding number of the whole, and flipped where that is clearly better: the
-// group, or those of its patches that fit worst.
-absl::Status FlipContested(const SignedLabels& labels, const std::vector<SignedLink>& links,
-                           const Patches& patches, OrientedCloud* cloud,
-                           const RunContext& context) {
-  constexpr double kAgainst = 0.08;
-  constexpr int kFewestPatches = 3;
-  constexpr int kMostGroups = 32;
-  constexpr double kMostTerms = 4e6;  // of the sums over all patches for one group
-  const std::vector<ContestedGroup> contested =
-      ContestedGroups(labels, links, kAgainst, kFewestPatches, kMostGroups);
-  if (contested.empty()) return absl::OkStatus();
-  std::vector<SurfacePatch> surface = SurfacePatches(*cloud, patches);
-  const std::vector<std::vector<int>> members = MembersOf(patches.patch, patches.count);
-  for (const ContestedGroup& group : contested) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    std::vector<int> flip = group.nodes;
-    if (!BetterFlipped(flip, surface)) {
-      if (static_cast<double>(flip.size()) * patches.count > kMostTerms) continue;
-      flip = MisfitPatches(flip, surface);
-      if (static_cast<int>(flip.size()) < kFewestPatches || !BetterFlipped(flip, surface)) continue;
-    }
-    for (const int patch : flip) {
-      surface[patch].area *= -1;
-      Flip(members[patch], cloud);
+// Points of patches a good part of whose links, by weight, contradict the signs found.
+std::vector<uint8_t> Contested(const OrientationPatches& patches,
+                               const std::vector<SignedLink>& links,
+                               const std::vector<int>& signs) {
+  constexpr double kContested = 0.2;
+  std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
+  for (const SignedLink& link : links) {
+    const double net = link.weight * signs[link.a] * signs[link.b];
+    for (const int patch : {link.a, link.b}) {
+      against[patch] += std::max(0.0, -net);
+      total[patch] += std::abs(net);
     }
   }
-  return absl::OkStatus();
+  std::vector<uint8_t> contested;
+  contested.reserve(patches.patch.size());
+  for (const int patch : patches.patch) {
+    contested.push_back(against[patch] > kContested * total[patch]);
+  }
+  return contested;
 }
 
 // Turns each group outward, and those inside an odd number of others, as the wall of a cavity is,
@@ -242,9 +118,9 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
                            NormalRelations(graph, *cloud, context));
   const Eigen::Matrix3Xd unoriented = cloud->normals;
-  const Patches patches = SurePatches(graph, relations);
+  const OrientationPatches patches = SurePatches(graph, relations);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  const std::vector<SignedLink> links = LinksBetween(patches, graph, relations);
+  const std::vector<SignedLink> links = LinksBetween(patches, graph, relations, *cloud);
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
   std::vector<int> component(static_cast<size_t>(graph.size()));
@@ -253,6 +129,8 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
     component[i] = labels.component[patch];
     if (patches.parity[i] != (labels.sign[patch] < 0 ? 1 : 0)) cloud->normals.col(i) *= -1;
   }
+
+  cloud->contested = Contested(patches, links, labels.sign);
 
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> bridges,
                            BridgeComponents(*cloud, component, labels.components, context));
@@ -263,7 +141,6 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
     component[i] = bridged.component[component[i]];
   }
   RILIEVO_RETURN_IF_ERROR(OrientGroups(MembersOf(component, bridged.components), cloud, context));
-  RILIEVO_RETURN_IF_ERROR(FlipContested(labels, links, patches, cloud, context));
 
   OrientationResult result;
   result.components = labels.components;

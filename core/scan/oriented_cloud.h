@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 namespace rilievo {
@@ -15,6 +16,9 @@ struct OrientedCloud {
   // RMS distance of the neighbours to the local surface, unit frame; bounded by the noise around,
   // so that edges and curvature do not count.
   std::vector<float> noise;
+  // 1 where what the neighbours say of the side of a point contradicts itself, as between the sheets
+  // of a wall about as thin as its points are apart; empty before OrientNormals.
+  std::vector<uint8_t> contested;
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };

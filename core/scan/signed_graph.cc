@@ -1,5 +1,6 @@
 #include "core/scan/signed_graph.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <queue>
@@ -23,18 +24,22 @@ std::vector<SignedLink> Sorted(std::vector<SignedLink> links) {
   return links;
 }
 
+struct Labels {
+  std::vector<int> group;  // by node
+  std::vector<int> sign;   // by node: +1 or -1, relative within the group
+  int groups = 0;
+};
+
 // The graph under contraction. Weights are relative to the present signs of the groups' heads.
 class Contraction {
  public:
-  Contraction(int nodes, const std::vector<SignedLink>& links)
-      : links_of_(nodes), group_(nodes), sets_(nodes) {
-    for (int i = 0; i < nodes; ++i) group_[i] = i;
+  Contraction(int nodes, const std::vector<SignedLink>& links) : links_of_(nodes), sets_(nodes) {
     for (const SignedLink& link : Sorted(links)) {
       if (link.a == link.b) continue;
-      const Bundle bundle{link.b, link.weight, std::abs(link.weight)};
+      const Bundle bundle{link.b, link.weight};
       std::vector<Bundle>& list = links_of_[link.a];
       if (!list.empty() && list.back().to == link.b) {
-        list.back().Add(bundle);
+        list.back().net += bundle.net;
       } else {
         list.push_back(bundle);
       }
@@ -43,36 +48,49 @@ class Contraction {
     std::vector<std::vector<Bundle>> forward = links_of_;
     for (int a = 0; a < nodes; ++a) {
       for (const Bundle& bundle : forward[a]) {
-        links_of_[bundle.to].push_back({a, bundle.net, bundle.total});
+        links_of_[bundle.to].push_back({a, bundle.net});
         Push(a, bundle.to, bundle.net);
       }
     }
   }
 
-  absl::Status Run(const RunContext& context) {
+  // Joins groups as long as none gets more than `largest` nodes.
+  absl::Status Run(int largest, const RunContext& context) {
+    std::vector<Candidate> too_large;
     for (int64_t step = 0; !queue_.empty(); ++step) {
       if (step % 4096 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       const Candidate best = queue_.top();
       queue_.pop();
       const Bundle* current = Find(best.a, best.b);
       if (current == nullptr || current->net != best.net) continue;  // joined or changed since
-      Join(best.a, best.b, *current);
+      if (sets_.size(sets_.Find(best.a)) + sets_.size(sets_.Find(best.b)) > largest) {
+        too_large.push_back(best);
+      } else {
+        Join(best.a, best.b, *current);
+      }
     }
+    for (const Candidate& candidate : too_large) queue_.push(candidate);
     return absl::OkStatus();
   }
 
-  ParitySets& sets() { return sets_; }
-  std::vector<SignedMerge> TakeMerges() { return std::move(merges_); }
+  // The groups as they are, numbered by lowest node.
+  Labels TakeLabels() {
+    Labels labels;
+    std::vector<int> number(links_of_.size(), -1);
+    for (int i = 0; i < static_cast<int>(links_of_.size()); ++i) {
+      const int root = sets_.Find(i);
+      if (number[root] < 0) number[root] = labels.groups++;
+      labels.group.push_back(number[root]);
+      labels.sign.push_back(sets_.parity(i) != 0 ? -1 : 1);
+    }
+    return labels;
+  }
 
  private:
   // All links to one other head.
   struct Bundle {
     int to;
-    double net, total;
-    void Add(const Bundle& other) {
-      net += other.net;
-      total += other.total;
-    }
+    double net;
   };
   struct Candidate {
     double confidence;
@@ -100,15 +118,13 @@ class Contraction {
     if (links_of_[keep].size() < links_of_[gone].size()) std::swap(keep, gone);
     const bool opposite = between.net < 0;
     sets_.Join(keep, gone, opposite ? 1 : 0);
-    merges_.push_back({group_[keep], group_[gone], std::abs(between.net), between.total});
-    group_[keep] = static_cast<int>(links_of_.size() + merges_.size()) - 1;
     Erase(keep, gone);
     for (const Bundle& bundle : links_of_[gone]) {
       if (bundle.to == keep) continue;
       Erase(bundle.to, gone);
       const double net = opposite ? -bundle.net : bundle.net;
-      Push(keep, bundle.to, AddTo(keep, {bundle.to, net, bundle.total}));
-      AddTo(bundle.to, {keep, net, bundle.total});
+      Push(keep, bundle.to, AddTo(keep, {bundle.to, net}));
+      AddTo(bundle.to, {keep, net});
     }
     links_of_[gone].clear();
     links_of_[gone].shrink_to_fit();
@@ -118,7 +134,7 @@ class Contraction {
   double AddTo(int from, const Bundle& added) {
     for (Bundle& bundle : links_of_[from]) {
       if (bundle.to != added.to) continue;
-      bundle.Add(added);
+      bundle.net += added.net;
       return bundle.net;
     }
     links_of_[from].push_back(added);
@@ -136,111 +152,124 @@ class Contraction {
   }
 
   std::vector<std::vector<Bundle>> links_of_;  // by head
-  std::vector<int> group_;                     // by head: its name among the merges
   ParitySets sets_;
-  std::vector<SignedMerge> merges_;
   std::priority_queue<Candidate> queue_;
 };
+
+// The sums of the weights between groups of nodes under the present signs: symmetric, diagonal 0.
+Eigen::MatrixXd WeightsBetween(const std::vector<int>& group_of, int groups,
+                               const std::vector<SignedLink>& links,
+                               const std::vector<int>& signs) {
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(groups, groups);
+  for (const SignedLink& link : links) {
+    const int a = group_of[link.a], b = group_of[link.b];
+    if (a == b) continue;
+    const double net = link.weight * signs[link.a] * signs[link.b];
+    weights(a, b) += net;
+    weights(b, a) += net;
+  }
+  return weights;
+}
+
+// One pass of Kernighan and Lin 1970: turns each group once, always the one that gains most or
+// loses least, and keeps the best of the states on the way. Returns what was gained.
+double KernighanLinPass(const Eigen::MatrixXd& weights, Eigen::VectorXd* signs) {
+  const int64_t count = weights.rows();
+  Eigen::VectorXd turned = *signs, best = *signs;
+  Eigen::VectorXd against = -(weights * turned).cwiseProduct(turned);  // half the gain of a turn
+  std::vector<uint8_t> locked(static_cast<size_t>(count), 0);
+  double gain = 0, best_gain = 0;
+  for (int64_t step = 0; step < count; ++step) {
+    int64_t next = -1;
+    for (int64_t i = 0; i < count; ++i) {
+      if (locked[i] == 0 && (next < 0 || against[i] > against[next])) next = i;
+    }
+    gain += against[next];
+    locked[next] = 1;
+    turned[next] = -turned[next];
+    against += 2 * turned[next] * weights.col(next).cwiseProduct(-turned);
+    against[next] = -(weights.col(next).dot(turned)) * turned[next];
+    if (gain > best_gain) {
+      best_gain = gain;
+      best = turned;
+    }
+  }
+  *signs = best;
+  return best_gain;
+}
+
+// Which of the groups to turn, searched for among all of them at once.
+absl::Status TurnGroups(const std::vector<int>& group_of, int groups,
+                        const std::vector<SignedLink>& links, const RunContext& context,
+                        std::vector<int>* signs) {
+  constexpr int kMostGroups = 1500;  // the weights between them are held in a square
+  constexpr int kMostPasses = 8;
+  constexpr double kRounding = 1e-9;
+  if (groups > kMostGroups) return absl::OkStatus();
+  const Eigen::MatrixXd weights = WeightsBetween(group_of, groups, links, *signs);
+  Eigen::VectorXd turns = Eigen::VectorXd::Ones(groups);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (KernighanLinPass(weights, &turns) <= kRounding * weights.cwiseAbs().sum()) break;
+  }
+  for (size_t i = 0; i < signs->size(); ++i) {
+    if (turns[group_of[i]] < 0) (*signs)[i] = -(*signs)[i];
+  }
+  return absl::OkStatus();
+}
+
+// Grown in groups of equal size first, then searched for the best signs of these: right in the
+// large, where the surest merges in turn may hang a wall on the wrong side for good.
+absl::StatusOr<std::vector<int>> SignsOfEvenGroups(int nodes, const std::vector<SignedLink>& links,
+                                                   const RunContext& context) {
+  constexpr int kGroups = 100;
+  constexpr int kFewestNodes = 4;  // of the largest group
+  Contraction contraction(nodes, links);
+  RILIEVO_RETURN_IF_ERROR(contraction.Run(std::max(kFewestNodes, nodes / kGroups), context));
+  const Labels even = contraction.TakeLabels();
+  RILIEVO_RETURN_IF_ERROR(contraction.Run(nodes, context));
+  std::vector<int> signs = contraction.TakeLabels().sign;
+  RILIEVO_RETURN_IF_ERROR(TurnGroups(even.group, even.groups, links, context, &signs));
+  return signs;
+}
+
+double Agreement(const std::vector<SignedLink>& links, const std::vector<int>& signs) {
+  double sum = 0;
+  for (const SignedLink& link : links) sum += link.weight * signs[link.a] * signs[link.b];
+  return sum;
+}
+
+// The better of the two, and of every part in which they differ the better sign.
+absl::StatusOr<std::vector<int>> Fuse(const std::vector<int>& first, const std::vector<int>& second,
+                                      const std::vector<SignedLink>& links,
+                                      const RunContext& context) {
+  ParitySets parts(static_cast<int>(first.size()));
+  for (const SignedLink& link : links) {
+    const bool same_a = first[link.a] == second[link.a], same_b = first[link.b] == second[link.b];
+    if (same_a == same_b) parts.Join(link.a, link.b, 0);
+  }
+  std::vector<int> number(first.size(), -1), part_of(first.size());
+  int count = 0;
+  for (size_t i = 0; i < first.size(); ++i) {
+    int& name = number[parts.Find(static_cast<int>(i))];
+    if (name < 0) name = count++;
+    part_of[i] = name;
+  }
+  std::vector<int> signs = Agreement(links, first) >= Agreement(links, second) ? first : second;
+  RILIEVO_RETURN_IF_ERROR(TurnGroups(part_of, count, links, context, &signs));
+  return signs;
+}
 
 }  // namespace
 
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const RunContext& context) {
   Contraction contraction(nodes, links);
-  RILIEVO_RETURN_IF_ERROR(contraction.Run(context));
-  SignedLabels labels;
-  labels.component.resize(static_cast<size_t>(nodes));
-  labels.sign.resize(static_cast<size_t>(nodes));
-  labels.merges = contraction.TakeMerges();
-  std::vector<int> number(static_cast<size_t>(nodes), -1);
-  for (int i = 0; i < nodes; ++i) {
-    const int root = contraction.sets().Find(i);
-    if (number[root] < 0) number[root] = labels.components++;
-    labels.component[i] = number[root];
-    labels.sign[i] = contraction.sets().parity(i) ? -1 : 1;
-  }
-  return labels;
-}
-
-namespace {
-
-// What a group's links to the rest weigh. What lies within is what its merges joined, so it is
-// that of the nodes less twice that of the merges.
-struct GroupWeight {
-  double net = 0, total = 0;
-  int size = 1;
-  double against() const { return total > 0 ? (total - net) / (2 * total) : 0; }
-};
-
-// By name of the group.
-std::vector<GroupWeight> WeighGroups(const SignedLabels& labels,
-                                     const std::vector<SignedLink>& links) {
-  const size_t nodes = labels.sign.size();
-  std::vector<GroupWeight> groups(nodes + labels.merges.size());
-  for (const SignedLink& link : links) {
-    if (link.a == link.b) continue;
-    const double net = link.weight * labels.sign[link.a] * labels.sign[link.b];
-    for (const int node : {link.a, link.b}) {
-      groups[node].net += net;
-      groups[node].total += std::abs(link.weight);
-    }
-  }
-  for (size_t m = 0; m < labels.merges.size(); ++m) {
-    const SignedMerge& merge = labels.merges[m];
-    const GroupWeight& first = groups[merge.first];
-    const GroupWeight& second = groups[merge.second];
-    groups[nodes + m] = {first.net + second.net - 2 * merge.net,
-                         first.total + second.total - 2 * merge.total, first.size + second.size};
-  }
-  return groups;
-}
-
-std::vector<int> NodesOf(const SignedLabels& labels, int name) {
-  const int nodes = static_cast<int>(labels.sign.size());
-  std::vector<int> found, open = {name};
-  while (!open.empty()) {
-    const int at = open.back();
-    open.pop_back();
-    if (at < nodes) {
-      found.push_back(at);
-      continue;
-    }
-    open.push_back(labels.merges[at - nodes].first);
-    open.push_back(labels.merges[at - nodes].second);
-  }
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
-}  // namespace
-
-std::vector<ContestedGroup> ContestedGroups(const SignedLabels& labels,
-                                            const std::vector<SignedLink>& links, double share,
-                                            int fewest, int most) {
-  constexpr double kClearlySmaller = 0.75;
-  const int nodes = static_cast<int>(labels.sign.size());
-  const std::vector<GroupWeight> groups = WeighGroups(labels, links);
-  // Downwards, so that each group knows the size of the smallest chosen one around it; at the top
-  // that bound admits half of the component.
-  std::vector<double> bound(groups.size(), 0.0);
-  std::vector<int> chosen;
-  for (int name = static_cast<int>(groups.size()) - 1; name >= nodes; --name) {
-    const GroupWeight& group = groups[name];
-    if (bound[name] == 0) bound[name] = group.size / 2.0 / kClearlySmaller;
-    if (group.size >= fewest && group.against() > share &&
-        group.size <= kClearlySmaller * bound[name]) {
-      chosen.push_back(name);
-      bound[name] = group.size;
-    }
-    const SignedMerge& merge = labels.merges[name - nodes];
-    for (const int part : {merge.first, merge.second}) bound[part] = bound[name];
-  }
-  std::stable_sort(chosen.begin(), chosen.end(),
-                   [&](int a, int b) { return groups[a].size > groups[b].size; });
-  if (chosen.size() > static_cast<size_t>(most)) chosen.resize(static_cast<size_t>(most));
-  std::vector<ContestedGroup> result;
-  for (const int name : chosen) result.push_back({NodesOf(labels, name), groups[name].against()});
-  return result;
+  RILIEVO_RETURN_IF_ERROR(contraction.Run(nodes, context));
+  Labels surest = contraction.TakeLabels();
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> even, SignsOfEvenGroups(nodes, links, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<int> signs, Fuse(surest.sign, even, links, context));
+  return SignedLabels{std::move(surest.group), std::move(signs), surest.groups};
 }
 
 }  // namespace rilievo

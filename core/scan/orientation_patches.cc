@@ -1,0 +1,128 @@
+#include "core/scan/orientation_patches.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "core/scan/parity_sets.h"
+
+namespace rilievo {
+namespace {
+
+// A patch as a disc; the normal is that of its first point's side.
+struct Disc {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  double radius = 0;     // RMS distance of its points from the centre
+  double thickness = 0;  // RMS distance of its points from its plane
+  double spacing = 0;    // mean of its points'
+  int points = 0;
+};
+
+std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud& cloud) {
+  std::vector<Disc> discs(static_cast<size_t>(patches.count));
+  std::vector<Eigen::Vector3d> first(discs.size());
+  for (size_t i = 0; i < patches.patch.size(); ++i) {
+    const auto point = static_cast<int64_t>(i);
+    Disc& disc = discs[patches.patch[i]];
+    if (disc.points++ == 0) first[patches.patch[i]] = cloud.points.col(point);
+    const Eigen::Vector3d offset = cloud.points.col(point) - first[patches.patch[i]];
+    disc.center += offset;
+    disc.radius += offset.squaredNorm();
+    disc.normal += (patches.parity[i] != 0 ? -1 : 1) * cloud.normals.col(point);
+    disc.spacing += cloud.spacing[i];
+  }
+  for (size_t p = 0; p < discs.size(); ++p) {
+    Disc& disc = discs[p];
+    disc.center /= disc.points;
+    disc.radius = std::sqrt(std::max(0.0, disc.radius / disc.points - disc.center.squaredNorm()));
+    disc.center += first[p];
+    disc.spacing /= disc.points;
+    disc.normal.normalize();
+  }
+  for (size_t i = 0; i < patches.patch.size(); ++i) {
+    Disc& disc = discs[patches.patch[i]];
+    const double height = disc.normal.dot(cloud.points.col(static_cast<int64_t>(i)) - disc.center);
+    disc.thickness += height * height / disc.points;
+  }
+  for (Disc& disc : discs) disc.thickness = std::sqrt(disc.thickness);
+  return discs;
+}
+
+// Whether one disc lies over the other: their planes are parallel, apart by more than noise and
+// spacing explain, and their centres closer along the planes than their radii together.
+bool FaceEachOther(const Disc& a, const Disc& b) {
+  constexpr int kFewestPoints = 6;
+  constexpr double kParallelCosine = 0.9;
+  constexpr double kThicknesses = 1.5;
+  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
+  constexpr double kOverlap = 0.6;       // of the radii together
+  if (std::min(a.points, b.points) < kFewestPoints) return false;
+  const double cosine = a.normal.dot(b.normal);
+  if (std::abs(cosine) < kParallelCosine) return false;
+  const Eigen::Vector3d chord = b.center - a.center;
+  const double height_a = chord.dot(a.normal);
+  const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
+  // Zero on an arc, and between planes their distance.
+  const double step = std::abs(height_a + height_b) / 2;
+  const double spacing = std::min(a.spacing, b.spacing);
+  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSpacingShare * spacing)) {
+    return false;
+  }
+  const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));
+  return along < kOverlap * (a.radius + b.radius);
+}
+
+}  // namespace
+
+OrientationPatches SurePatches(const NeighborGraph& graph, const std::vector<float>& relations) {
+  constexpr int kLargestPatch = 48;
+  constexpr double kSure = 0.7;
+  constexpr int kLevels = 1024;
+  std::vector<std::vector<int>> buckets(kLevels);
+  for (size_t edge = 0; edge < relations.size(); ++edge) {
+    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
+    if (doubt >= 1) continue;
+    buckets[static_cast<size_t>(std::max(doubt, 0.0) * kLevels)].push_back(static_cast<int>(edge));
+  }
+  ParitySets sets(graph.size());
+  for (const std::vector<int>& bucket : buckets) {
+    for (const int edge : bucket) {
+      const int a = edge / graph.k, b = graph.indices[edge];
+      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) continue;
+      sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
+    }
+  }
+  OrientationPatches result;
+  result.patch.resize(static_cast<size_t>(graph.size()));
+  result.parity.resize(result.patch.size());
+  std::vector<int> number(result.patch.size(), -1);
+  for (int i = 0; i < graph.size(); ++i) {
+    const int root = sets.Find(i);
+    if (number[root] < 0) number[root] = result.count++;
+    result.patch[i] = number[root];
+    result.parity[i] = sets.parity(i);
+  }
+  return result;
+}
+
+std::vector<SignedLink> LinksBetween(const OrientationPatches& patches, const NeighborGraph& graph,
+                                     const std::vector<float>& relations,
+                                     const OrientedCloud& cloud) {
+  constexpr double kFacingWorth = 0.8;
+  const std::vector<Disc> discs = DiscsOf(patches, cloud);
+  std::vector<SignedLink> links;
+  for (size_t edge = 0; edge < relations.size(); ++edge) {
+    const size_t a = edge / graph.k, b = static_cast<size_t>(graph.indices[edge]);
+    const int patch_a = patches.patch[a], patch_b = patches.patch[b];
+    if (patch_a == patch_b) continue;
+    double vote = patches.parity[a] == patches.parity[b] ? relations[edge] : -relations[edge];
+    if (FaceEachOther(discs[patch_a], discs[patch_b])) {
+      vote = -kFacingWorth * discs[patch_a].normal.dot(discs[patch_b].normal);
+    }
+    links.push_back({patch_a, patch_b, vote});
+  }
+  return links;
+}
+
+}  // namespace rilievo
