@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
@@ -24,14 +25,16 @@ constexpr double kFlatDihedralDegrees = 40;
 
 }  // namespace
 
-absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
-                                                 const NeighborGraph& graph,
-                                                 const PointIndex& index, BoundaryRule boundary,
-                                                 int target_faces, const RunContext& context) {
+absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
+                                                   const NeighborGraph& graph,
+                                                   const PointIndex& index, BoundaryRule boundary,
+                                                   int target_faces, const RunContext& context) {
   ImplicitOptions implicit;
   implicit.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
-                           FitImplicitFunction(cloud, graph, implicit, context));
+                           FitImplicitFunction(given, graph, implicit, context));
+  OrientedCloud cloud = given;
+  cloud.normals = function.normals;
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
   context.Report(Stage::kControlMesh, 0.5);
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh trimmed,
@@ -58,7 +61,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const OrientedCloud& cloud,
     ImproveValence(&control, kFlatDihedralDegrees);
     RelaxTangentially(&control, 3);
   }
-  return control;
+  return ArbitraryRoad{std::move(control), std::move(cloud.normals)};
 }
 
 }  // namespace rilievo

@@ -26,7 +26,8 @@ TopologyChoice Choose(const OrientedCloud& cloud, const ControlOptions& options)
 
 absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
                                      const NeighborGraph& graph, const PointIndex& index,
-                                     const ControlOptions& options, const RunContext& context) {
+                                     const ControlOptions& options, const RunContext& context,
+                                     Eigen::Matrix3Xd* normals) {
   const int target_faces =
       options.target_faces > 0 ? options.target_faces : DefaultControlFaces(cloud);
   switch (road) {
@@ -40,7 +41,11 @@ absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
     case Topology::kArbitrary:
       break;
   }
-  return ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces, context);
+  RILIEVO_ASSIGN_OR_RETURN(
+      ArbitraryRoad found,
+      ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces, context));
+  *normals = std::move(found.normals);
+  return std::move(found.mesh);
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {
@@ -106,14 +111,14 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
   ControlMeshResult result;
   result.road = choice.road;
   result.reason = choice.reason;
-  auto mesh = TakeRoad(result.road, cloud, graph, index, options, context);
+  auto mesh = TakeRoad(result.road, cloud, graph, index, options, context, &result.normals);
   const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh &&
                              result.road != Topology::kArbitrary;
   if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
     result.reason = absl::StrCat("arbitrary after ", TopologyName(result.road),
                                  " was tried: ", mesh.status().message());
     result.road = Topology::kArbitrary;
-    mesh = TakeRoad(result.road, cloud, graph, index, options, context);
+    mesh = TakeRoad(result.road, cloud, graph, index, options, context, &result.normals);
   }
   RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));

@@ -1,6 +1,7 @@
 // The control mesh by one of four roads: planar, spherical, arbitrary topology, given by the user.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -35,6 +36,9 @@ struct ControlMeshResult {
   ControlMesh mesh;    // unit frame
   Topology road;       // never kAuto
   std::string reason;  // one sentence: why this road
+  // The cloud's normals, turned where the surface found runs the other way; empty where the road
+  // does not look at their sides.
+  Eigen::Matrix3Xd normals;
   int components = 0;
   int boundary_loops = 0;
   int genus = 0;

@@ -157,28 +157,46 @@ double ValueAt(const GridLevel& level, const Eigen::Vector3d& origin,
 }
 
 // Turns the normals that point down the function: their neighbours outvoted them (in the spirit of
-// Hou et al. 2022, iterative Poisson reconstruction). Returns how many.
+// Hou et al. 2022, iterative Poisson reconstruction). Contested normals, which have had no say yet,
+// take the side the function gives them. Returns how many changed.
 absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud,
                                             const std::vector<int>& members, const GridLevel& level,
                                             const Eigen::Vector3d& origin,
                                             const RunContext& context, Eigen::Matrix3Xd* normals) {
-  std::vector<uint8_t> turn(members.size(), 0);
+  std::vector<uint8_t> changed(members.size(), 0);
   const int64_t count = static_cast<int64_t>(members.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
     for (int64_t m = begin; m < end; ++m) {
+      auto normal = normals->col(members[m]);
+      const bool silent = normal.isZero(0);
+      if (silent) normal = cloud.normals.col(members[m]);
       const Eigen::Vector3d point = cloud.points.col(members[m]);
-      const Eigen::Vector3d step = kProbeCells * level.cell * normals->col(members[m]);
-      turn[m] = ValueAt(level, origin, point + step) - ValueAt(level, origin, point - step) <
-                -kOutvotedDrop;
+      const Eigen::Vector3d step = kProbeCells * level.cell * normal;
+      const double rise =
+          ValueAt(level, origin, point + step) - ValueAt(level, origin, point - step);
+      const bool turn = rise < (silent ? 0 : -kOutvotedDrop);
+      if (turn) normal *= -1;
+      changed[m] = turn || silent;
     }
   }));
-  int64_t turned = 0;
-  for (size_t m = 0; m < members.size(); ++m) {
-    if (turn[m] == 0) continue;
-    normals->col(members[m]) *= -1;
-    ++turned;
+  return std::count(changed.begin(), changed.end(), 1);
+}
+
+// The normals that have a say from the start: contested ones are zero.
+Eigen::Matrix3Xd SureNormals(const OrientedCloud& cloud) {
+  Eigen::Matrix3Xd normals = cloud.normals;
+  for (size_t i = 0; i < cloud.contested.size(); ++i) {
+    if (cloud.contested[i] != 0) normals.col(static_cast<int64_t>(i)).setZero();
   }
-  return turned;
+  return normals;
+}
+
+// Contested normals of points too sparse for the finest level never got a say: as they were.
+Eigen::Matrix3Xd SpokenNormals(const OrientedCloud& cloud, Eigen::Matrix3Xd normals) {
+  for (int64_t i = 0; i < normals.cols(); ++i) {
+    if (normals.col(i).isZero(0)) normals.col(i) = cloud.normals.col(i);
+  }
+  return normals;
 }
 
 // Points whose spacing a grid of this cell can follow.
@@ -260,7 +278,7 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   const double coarsest_cell = finest_cell * (1 << (level_count - 1));
   const Eigen::Vector3d origin = cloud.points.rowwise().minCoeff();
 
-  Eigen::Matrix3Xd normals = cloud.normals;
+  Eigen::Matrix3Xd normals = SureNormals(cloud);
   GridLevel level = CoarsestLevel(cloud, origin, coarsest_cell);
   for (int depth = 0;; ++depth) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -298,7 +316,8 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   return ImplicitFunction{.grid = std::move(level.grid),
                           .values = std::move(level.values),
                           .origin = origin,
-                          .cell = level.cell};
+                          .cell = level.cell,
+                          .normals = SpokenNormals(cloud, std::move(normals))};
 }
 
 }  // namespace rilievo

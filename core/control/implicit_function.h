@@ -40,6 +40,8 @@ struct ImplicitFunction {
   std::vector<float> values;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // unit frame
   double cell = 0;                                   // unit frame
+  // Of the cloud's points, with the sides that the function gave to those it outvoted.
+  Eigen::Matrix3Xd normals;
 };
 
 // Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where

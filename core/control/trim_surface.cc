@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -15,7 +16,9 @@
 namespace rilievo {
 namespace {
 
-constexpr int kSupportNeighbors = 6;
+constexpr int kSupportNeighbors = 8;
+// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
+constexpr double kSupportAgreement = 0.4;
 constexpr double kNoiseReach = 4;  // a point supports what lies within this many of its noise
 constexpr int kMajorityRounds = 3;
 
@@ -47,6 +50,39 @@ struct Support {
   std::vector<float> spacing;  // per vertex, of its nearest point
 };
 
+// What the points around a place on the surface say of it.
+class SupportSum {
+ public:
+  SupportSum(const Eigen::Vector3d& position, const Eigen::Vector3d& normal)
+      : position_(position), normal_(normal) {}
+
+  // A point in reach whose normal agrees.
+  void Add(const Eigen::Vector3d& point) {
+    const Eigen::Vector3d offset = point - position_;
+    const Eigen::Vector3d aside = offset - normal_ * normal_.dot(offset);
+    sum_ += aside;
+    nearest_ = std::min(nearest_, aside.norm());
+    farthest_ = std::max(farthest_, aside.norm());
+    ++count_;
+  }
+
+  bool empty() const { return count_ == 0; }
+
+  // Whether all points lie to one side, farther off than points are from each other: beyond the
+  // border of a scan.
+  bool BeyondBorder(double spacing) const {
+    constexpr double kNearestSpacings = 0.6;
+    constexpr double kOneSided = 0.5;
+    return nearest_ > kNearestSpacings * spacing && sum_.norm() > kOneSided * count_ * farthest_;
+  }
+
+ private:
+  const Eigen::Vector3d position_, normal_;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
+  double nearest_ = std::numeric_limits<double>::infinity(), farthest_ = 0;
+  int count_ = 0;
+};
+
 absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud& cloud,
                                     const PointIndex& index, double support_spacings,
                                     const RunContext& context) {
@@ -60,12 +96,16 @@ absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud
       const int n = index.Nearest(mesh.vertices.col(v), std::min(kSupportNeighbors, index.size()),
                                   found, squared);
       support.spacing[v] = cloud.spacing[found[0]];
-      for (int i = 0; i < n && support.holds[v] == 0; ++i) {
+      SupportSum sum(mesh.vertices.col(v), normals.col(v));
+      for (int i = 0; i < n; ++i) {
         const double reach = std::max(support_spacings * cloud.spacing[found[i]],
                                       kNoiseReach * cloud.noise[found[i]]);
-        support.holds[v] =
-            squared[i] <= reach * reach && cloud.normals.col(found[i]).dot(normals.col(v)) > 0;
+        if (squared[i] <= reach * reach &&
+            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
+          sum.Add(cloud.points.col(found[i]));
+        }
       }
+      support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
     }
   }));
   return support;

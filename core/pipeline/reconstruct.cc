@@ -71,8 +71,10 @@ absl::StatusOr<ScanSurface> Analyze(const CheckedScan& checked, const Reconstruc
   return scan;
 }
 
-absl::StatusOr<ControlMesh> Control(const ScanSurface& scan, const ReconstructOptions& options,
-                                    const RunContext& context, ReconstructReport* report) {
+// The control mesh; the scan's normals take the sides that its road found.
+absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const RunContext& context,
+                                    ScanSurface* cleaned, ReconstructReport* report) {
+  ScanSurface& scan = *cleaned;
   const StageTimer timer(Stage::kControlMesh, context, report);
   ControlOptions control = options.control;
   if (control.user_mesh) {
@@ -89,6 +91,7 @@ absl::StatusOr<ControlMesh> Control(const ScanSurface& scan, const ReconstructOp
   report->genus = result.genus;
   report->control_vertices = static_cast<int>(result.mesh.vertices.cols());
   report->control_faces = static_cast<int>(result.mesh.faces.cols());
+  if (result.normals.cols() > 0) scan.cloud.normals = std::move(result.normals);
   return std::move(result.mesh);
 }
 
@@ -201,8 +204,8 @@ absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
   ReconstructReport* report = &result.report;
 
   RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, Check(scan, options, context, report));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface cleaned, Analyze(checked, options, context, report));
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(cleaned, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, Analyze(checked, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh domain,
                            FitDomain(cleaned, coarse, options, context, report));
   RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(cleaned, domain, options, context, report));

@@ -21,7 +21,8 @@ TEST(ArbitraryControlMeshTest, KeepsGenusAndComponents) {
     const OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
     const ControlMesh mesh = ArbitraryControlMesh(shape.cloud, shape.graph, shape.index,
                                                   BoundaryRule::kKeep, 1000, RunContext{})
-                                 .value();
+                                 .value()
+                                 .mesh;
     const TopologySummary topology =
         SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
     EXPECT_TRUE(topology.manifold()) << test.shape->name();
@@ -39,7 +40,8 @@ TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
     context.threads = threads;
     return ArbitraryControlMesh(shape.cloud, shape.graph, shape.index, BoundaryRule::kKeep, 400,
                                 context)
-        .value();
+        .value()
+        .mesh;
   };
   const ControlMesh one = run(1), three = run(3);
   EXPECT_EQ(one.faces, three.faces);
