@@ -15,7 +15,7 @@ namespace rilievo {
 
 struct ImplicitOptions {
   // Finest cell, in median spacings of the points. [0.25, 8].
-  double cell_spacings = 1.2;
+  double cell_spacings = 1.7;
   // Where sheets lie back to back the cell shrinks to this share of their distance, but never
   // below `thin_cell_spacings`. (0, 1].
   double cell_thicknesses = 0.45;

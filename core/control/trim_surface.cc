@@ -71,7 +71,7 @@ class SupportSum {
   // Whether all points lie to one side, farther off than points are from each other: beyond the
   // border of a scan.
   bool BeyondBorder(double spacing) const {
-    constexpr double kNearestSpacings = 0.6;
+    constexpr double kNearestSpacings = 0.9;
     constexpr double kOneSided = 0.5;
     return nearest_ > kNearestSpacings * spacing && sum_.norm() > kOneSided * count_ * farthest_;
   }
