@@ -21,6 +21,9 @@ constexpr int kPaddingCells = 5;
 constexpr int kMaxLevels = 9;
 // A point speaks at a level when its own spacing is at most this many cells.
 constexpr double kSpacingPerCell = 2.5;
+// So many points are enough for the face of a cell.
+constexpr double kPointsPerCell = 5;
+constexpr double kMostStride = 1024;
 // What makes a neighbour one of another sheet: an opposite normal, and more across than along.
 constexpr double kOppositeNormals = -0.7;
 constexpr double kAcrossShare = 0.6;
@@ -30,7 +33,8 @@ constexpr double kThinShare = 0.002;
 constexpr double kProbeCells = 0.75;
 constexpr double kOutvotedDrop = 0.15;
 constexpr int kTurningRounds = 1;
-constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
+constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
+constexpr double kEvenShare = 0.6;   // of the even spacing, the least the cell follows
 
 struct GridLevel {
   ImplicitGrid grid;
@@ -159,24 +163,23 @@ double ValueAt(const GridLevel& level, const Eigen::Vector3d& origin,
 // Turns the normals that point down the function: their neighbours outvoted them (in the spirit of
 // Hou et al. 2022, iterative Poisson reconstruction). Contested normals, which have had no say yet,
 // take the side the function gives them. Returns how many changed.
-absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud,
-                                            const std::vector<int>& members, const GridLevel& level,
+absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud, const GridLevel& level,
                                             const Eigen::Vector3d& origin,
                                             const RunContext& context, Eigen::Matrix3Xd* normals) {
-  std::vector<uint8_t> changed(members.size(), 0);
-  const int64_t count = static_cast<int64_t>(members.size());
+  const int64_t count = normals->cols();
+  std::vector<uint8_t> changed(static_cast<size_t>(count), 0);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
-    for (int64_t m = begin; m < end; ++m) {
-      auto normal = normals->col(members[m]);
+    for (int64_t i = begin; i < end; ++i) {
+      auto normal = normals->col(i);
       const bool silent = normal.isZero(0);
-      if (silent) normal = cloud.normals.col(members[m]);
-      const Eigen::Vector3d point = cloud.points.col(members[m]);
+      if (silent) normal = cloud.normals.col(i);
+      const Eigen::Vector3d point = cloud.points.col(i);
       const Eigen::Vector3d step = kProbeCells * level.cell * normal;
       const double rise =
           ValueAt(level, origin, point + step) - ValueAt(level, origin, point - step);
       const bool turn = rise < (silent ? 0 : -kOutvotedDrop);
       if (turn) normal *= -1;
-      changed[m] = turn || silent;
+      changed[i] = turn || silent;
     }
   }));
   return std::count(changed.begin(), changed.end(), 1);
@@ -191,21 +194,21 @@ Eigen::Matrix3Xd SureNormals(const OrientedCloud& cloud) {
   return normals;
 }
 
-// Contested normals of points too sparse for the finest level never got a say: as they were.
-Eigen::Matrix3Xd SpokenNormals(const OrientedCloud& cloud, Eigen::Matrix3Xd normals) {
-  for (int64_t i = 0; i < normals.cols(); ++i) {
-    if (normals.col(i).isZero(0)) normals.col(i) = cloud.normals.col(i);
-  }
-  return normals;
-}
-
-// Points whose spacing a grid of this cell can follow.
-std::vector<int> PointsFor(const OrientedCloud& cloud, double cell, bool all) {
-  std::vector<int> members;
+// Points whose spacing a grid of this cell can follow; where they are many times denser, an even
+// share of them.
+Speakers SpeakersFor(const OrientedCloud& cloud, double cell, bool all) {
+  Speakers speakers;
   for (int i = 0; i < cloud.points.cols(); ++i) {
-    if (all || cloud.spacing[i] <= kSpacingPerCell * cell) members.push_back(i);
+    const double spacing = cloud.spacing[i];
+    if (!all && spacing > kSpacingPerCell * cell) continue;
+    const double points_per_cell = 4 / std::numbers::pi * cell * cell / (spacing * spacing);
+    const int stride =
+        std::max(1, static_cast<int>(std::min(points_per_cell / kPointsPerCell, kMostStride)));
+    if (i % stride != 0) continue;
+    speakers.points.push_back(i);
+    speakers.spacing.push_back(static_cast<float>(spacing * std::sqrt(stride)));
   }
-  return members;
+  return speakers;
 }
 
 // Distance below which kThinShare of all points have a neighbour of another sheet at their back or
@@ -282,10 +285,10 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   GridLevel level = CoarsestLevel(cloud, origin, coarsest_cell);
   for (int depth = 0;; ++depth) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const std::vector<int> members = PointsFor(cloud, level.cell, depth == 0);
+    const Speakers speakers = SpeakersFor(cloud, level.cell, depth == 0);
     ScreenedPoisson system{.cloud = cloud,
                            .normals = normals,
-                           .members = members,
+                           .speakers = speakers,
                            .grid = level.grid,
                            .origin = origin,
                            .cell = level.cell,
@@ -294,17 +297,16 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                            .iterations = depth == 0 ? 80 : 24};
     RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
     for (int round = 0; depth + 1 == level_count && round < kTurningRounds; ++round) {
-      RILIEVO_ASSIGN_OR_RETURN(
-          const int64_t turned,
-          TurnOutvotedNormals(cloud, members, level, origin, context, &normals));
-      if (turned == 0) break;
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t turned,
+                               TurnOutvotedNormals(cloud, level, origin, context, &normals));
+      if (static_cast<double>(turned) < kFewTurned * static_cast<double>(normals.cols())) break;
       RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
     }
     context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / level_count);
     if (depth + 1 == level_count) break;
     ImplicitGrid candidates;
-    AddBandAroundPoints(cloud, PointsFor(cloud, level.cell / 2, false), origin, level.cell / 2,
-                        options.band_cells, &candidates);
+    AddBandAroundPoints(cloud, SpeakersFor(cloud, level.cell / 2, false).points, origin,
+                        level.cell / 2, options.band_cells, &candidates);
     if (!options.closed) {
       const ImplicitGrid reach = NodesInReach(cloud, origin, level.cell, options.reach_spacings);
       AddBandAroundZeroSet(level, &reach, &candidates);
@@ -317,7 +319,7 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                           .values = std::move(level.values),
                           .origin = origin,
                           .cell = level.cell,
-                          .normals = SpokenNormals(cloud, std::move(normals))};
+                          .normals = std::move(normals)};
 }
 
 }  // namespace rilievo

@@ -35,9 +35,10 @@ struct Trilinear {
 // Offsets that cover the disc of this radius (in cells) across `normal`, about one a cell: a point
 // that stands for more than a cell spreads over the surface and not across it, so that sheets
 // closer than the spacing of their points stay apart.
-std::vector<Eigen::Vector3d> TangentDisc(const Eigen::Vector3d& normal, double radius) {
-  std::vector<Eigen::Vector3d> offsets{Eigen::Vector3d::Zero()};
-  if (radius < kSmallestDisc) return offsets;
+void TangentDisc(const Eigen::Vector3d& normal, double radius, std::vector<Eigen::Vector3d>* disc) {
+  std::vector<Eigen::Vector3d>& offsets = *disc;
+  offsets.assign(1, Eigen::Vector3d::Zero());
+  if (radius < kSmallestDisc) return;
   const Eigen::Vector3d u = normal.unitOrthogonal();
   const Eigen::Vector3d v = normal.cross(u);
   const int rings = static_cast<int>(std::ceil(radius - 0.25));
@@ -48,7 +49,6 @@ std::vector<Eigen::Vector3d> TangentDisc(const Eigen::Vector3d& normal, double r
       offsets.push_back(r * (std::cos(angle) * u + std::sin(angle) * v));
     }
   }
-  return offsets;
 }
 
 // The matrix: the graph Laplacian of the grid, plus the screening as its two factors.
@@ -153,16 +153,17 @@ class PoissonOperator {
       }
     }
     const double inverse_cell = 1 / system.cell;
-    std::vector<float> coherence(system.members.size());
+    const std::vector<int>& points = system.speakers.points;
+    std::vector<float> coherence(points.size());
     Run(static_cast<int64_t>(coherence.size()), [&](int64_t begin, int64_t end) {
       for (int64_t m = begin; m < end; ++m) {
-        coherence[m] = Coherence(system, spread, system.members[m]);
+        coherence[m] = Coherence(system, spread, points[m]);
       }
     });
-    for (size_t m = 0; m < system.members.size(); ++m) {
-      const int i = system.members[m];
-      const Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
-      const double spacing = system.cloud.spacing[i] * inverse_cell;
+    for (size_t m = 0; m < points.size(); ++m) {
+      const Eigen::Vector3d at =
+          (system.cloud.points.col(points[m]) - system.origin) * inverse_cell;
+      const double spacing = system.speakers.spacing[m] * inverse_cell;
       AddScreeningRow(system, at,
                       system.screening * coherence[m] * std::numbers::pi / 4 * spacing * spacing);
     }
@@ -197,12 +198,14 @@ class PoissonOperator {
   void Spread(const ScreenedPoisson& system, int part, std::vector<float>* field) const {
     const double inverse_cell = 1 / system.cell;
     std::array<int, 8> nodes;
-    for (const int i : system.members) {
+    std::vector<Eigen::Vector3d> disc;
+    for (size_t m = 0; m < system.speakers.points.size(); ++m) {
+      const int i = system.speakers.points[m];
       const Eigen::Vector3d normal = system.normals.col(i);
       Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
       if (part < 3) at[part] -= 0.5;
-      const double spacing = system.cloud.spacing[i] * inverse_cell;
-      const std::vector<Eigen::Vector3d> disc = TangentDisc(normal, kDiscRadius * spacing);
+      const double spacing = system.speakers.spacing[m] * inverse_cell;
+      TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing, &disc);
       const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
       const float amount = static_cast<float>(area * (part < 3 ? normal[part] : 1.0) /
                                               static_cast<double>(disc.size()));

@@ -11,10 +11,16 @@
 
 namespace rilievo {
 
+// Points that speak at a level, and the spacing of as many of them, unit frame.
+struct Speakers {
+  std::vector<int> points;
+  std::vector<float> spacing;
+};
+
 struct ScreenedPoisson {
-  const OrientedCloud& cloud;       // points and spacing
-  const Eigen::Matrix3Xd& normals;  // of the cloud's points, as this level believes them
-  const std::vector<int>& members;  // points that speak at this level
+  const OrientedCloud& cloud;       // points, and the planes they lie on
+  const Eigen::Matrix3Xd& normals;  // of the cloud's points; zero: the point does not know its side
+  const Speakers& speakers;
   const ImplicitGrid& grid;
   Eigen::Vector3d origin;  // unit frame, position of node (0, 0, 0)
   double cell;             // unit frame

@@ -111,16 +111,36 @@ std::vector<SignedLink> LinksBetween(const OrientationPatches& patches, const Ne
                                      const OrientedCloud& cloud) {
   constexpr double kFacingWorth = 0.8;
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
+  std::vector<std::vector<int>> members(discs.size());
+  for (int i = 0; i < graph.size(); ++i) members[patches.patch[i]].push_back(i);
+  struct Votes {
+    double sum = 0;
+    int count = 0;
+  };
+  std::vector<Votes> votes(discs.size());  // of the neighbours of one patch
+  std::vector<int> neighbors;
   std::vector<SignedLink> links;
-  for (size_t edge = 0; edge < relations.size(); ++edge) {
-    const size_t a = edge / graph.k, b = static_cast<size_t>(graph.indices[edge]);
-    const int patch_a = patches.patch[a], patch_b = patches.patch[b];
-    if (patch_a == patch_b) continue;
-    double vote = patches.parity[a] == patches.parity[b] ? relations[edge] : -relations[edge];
-    if (FaceEachOther(discs[patch_a], discs[patch_b])) {
-      vote = -kFacingWorth * discs[patch_a].normal.dot(discs[patch_b].normal);
+  for (int patch = 0; patch < patches.count; ++patch) {
+    for (const int i : members[patch]) {
+      for (int k = 0; k < graph.k; ++k) {
+        const size_t edge = static_cast<size_t>(i) * graph.k + k;
+        const int other = graph.indices[edge];
+        const int to = patches.patch[other];
+        if (to == patch) continue;
+        Votes& bundle = votes[to];
+        if (bundle.count++ == 0) neighbors.push_back(to);
+        bundle.sum +=
+            patches.parity[i] == patches.parity[other] ? relations[edge] : -relations[edge];
+      }
     }
-    links.push_back({patch_a, patch_b, vote});
+    for (const int to : neighbors) {
+      if (FaceEachOther(discs[patch], discs[to])) {
+        votes[to].sum = -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
+      }
+      links.push_back({patch, to, votes[to].sum});
+      votes[to] = {};
+    }
+    neighbors.clear();
   }
   return links;
 }

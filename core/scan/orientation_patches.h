@@ -21,7 +21,8 @@ struct OrientationPatches {
 // NormalRelations.
 OrientationPatches SurePatches(const NeighborGraph& graph, const std::vector<float>& relations);
 
-// Links between patches whose points are neighbours, each with the vote of one edge. Where two
+// Links between patches whose points are neighbours, with the sum of the votes of the edges from
+// the one to the other. Where two
 // patches lie on top of each other, farther apart than the noise of their means explains, they are
 // the two sides of a wall or of a gap and take opposite signs, whatever their edges say: means of
 // many points tell sheets apart that single points do not.

@@ -7,26 +7,33 @@
 namespace rilievo {
 namespace {
 
+Speakers Everyone(const OrientedCloud& cloud) {
+  Speakers speakers{.points = {}, .spacing = cloud.spacing};
+  for (int i = 0; i < cloud.points.cols(); ++i) speakers.points.push_back(i);
+  return speakers;
+}
+
 // On a plane the solution steps from one value below to its negative above, and is 0 on the plane.
 TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
   constexpr int kSide = 40;
   OrientedCloud cloud;
   cloud.points.resize(3, kSide * kSide);
   cloud.normals.resize(3, kSide * kSide);
-  std::vector<int> members;
+  Speakers speakers;
   for (int i = 0; i < kSide * kSide; ++i) {
     cloud.points.col(i) << (i % kSide + 0.5) / kSide, (i / kSide + 0.5) / kSide, 0.513;
     cloud.normals.col(i) = Eigen::Vector3d::UnitZ();
-    members.push_back(i);
+    speakers.points.push_back(i);
   }
-  cloud.spacing.assign(members.size(), static_cast<float>(std::sqrt(4 / std::numbers::pi) / kSide));
+  const float spacing = static_cast<float>(std::sqrt(4 / std::numbers::pi) / kSide);
+  speakers.spacing.assign(speakers.points.size(), spacing);
   ImplicitGrid grid;
   grid.AddBox({0, 0, 0}, {20, 20, 20});
   grid.Seal();
   std::vector<float> values(grid.size(), 0.0f);
   const ScreenedPoisson system{.cloud = cloud,
                                .normals = cloud.normals,
-                               .members = members,
+                               .speakers = speakers,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
                                .cell = 0.05,
@@ -45,14 +52,13 @@ TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
 
 TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 5000, kTorusArea);
-  std::vector<int> members(5000);
-  for (int i = 0; i < 5000; ++i) members[i] = i;
+  const Speakers speakers = Everyone(shape.cloud);
   ImplicitGrid grid;
   grid.AddBox(Eigen::Vector3i::Constant(-35), Eigen::Vector3i::Constant(35));
   grid.Seal();
   const ScreenedPoisson system{.cloud = shape.cloud,
                                .normals = shape.cloud.normals,
-                               .members = members,
+                               .speakers = speakers,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
                                .cell = 0.02,
@@ -70,7 +76,7 @@ TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
 
 TEST(ImplicitSolverTest, StopsWhenAsked) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 2000, kTorusArea);
-  std::vector<int> members{0, 1, 2};
+  const Speakers speakers = Everyone(shape.cloud);
   ImplicitGrid grid;
   grid.AddBox(Eigen::Vector3i::Constant(-5), Eigen::Vector3i::Constant(5));
   grid.Seal();
@@ -80,7 +86,7 @@ TEST(ImplicitSolverTest, StopsWhenAsked) {
   context.stop = stop.get_token();
   std::vector<float> values(grid.size(), 0.0f);
   const ScreenedPoisson system{
-      shape.cloud, shape.cloud.normals, members, grid, Eigen::Vector3d::Zero(), 0.1, 2, true, 9};
+      shape.cloud, shape.cloud.normals, speakers, grid, Eigen::Vector3d::Zero(), 0.1, 2, true, 9};
   EXPECT_EQ(SolveScreenedPoisson(system, context, &values).code(), absl::StatusCode::kCancelled);
 }
 
