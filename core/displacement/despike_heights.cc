@@ -17,6 +17,7 @@ constexpr int kLeastPairs = 2;
 constexpr float kRingDepartures = 4.0f;
 constexpr float kDeviations = 5.0f;
 constexpr float kSpacings = 0.5f;
+constexpr float kCreaseSpacings = 1.5f;  // the same where a crease told the height
 
 struct Departure {
   float height = 0;  // of the vertex over `expected`
@@ -44,15 +45,17 @@ Departure DepartureOf(const VertexRings& rings, const HeightSamples& samples, in
   return least;
 }
 
-// Median departure of the measured neighbours.
-float RingDeparture(const VertexRings& rings, const HeightSamples& samples,
+// Median over the measured neighbours of what may be expected of a departure there. The vertex's
+// own deviation is no excuse: a poor fit is what makes a spike.
+float RingTolerance(const VertexRings& rings, const HeightSamples& samples,
                     const std::vector<Departure>& departures, int64_t vertex) {
   std::array<float, kMostRing> values;
   int count = 0;
   for (int r = rings.neighbor_begin[vertex]; r < rings.neighbor_begin[vertex + 1]; ++r) {
     const int neighbor = rings.neighbors[r];
     if (!samples.measured[neighbor] || count == kMostRing) continue;
-    values[count++] = std::abs(departures[neighbor].height);
+    values[count++] = kRingDepartures * std::abs(departures[neighbor].height) +
+                      kDeviations * samples.deviation[neighbor];
   }
   std::nth_element(values.begin(), values.begin() + count / 2, values.begin() + count);
   return count == 0 ? 0.0f : values[count / 2];
@@ -73,12 +76,10 @@ absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
   }));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      const float least = kSpacings * samples.spacing[v];
+      const float least = (samples.crease[v] ? kCreaseSpacings : kSpacings) * samples.spacing[v];
       const float own = std::abs(departures[v].height);
-      if (!departures[v].known || samples.crease[v] || own <= least) continue;
-      const float around = RingDeparture(rings, samples, departures, v);
-      const float most =
-          std::max(least, kRingDepartures * around + kDeviations * samples.deviation[v]);
+      if (!departures[v].known || own <= least) continue;
+      const float most = std::max(least, RingTolerance(rings, samples, departures, v));
       if (own > most) tolerance[v] = most;
     }
   }));

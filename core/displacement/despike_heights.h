@@ -18,9 +18,9 @@ struct Spike {
 
 // A vertex departs from a pair of opposite neighbours by its height over their mean, and from its
 // ring by the least of those: 0 on slopes and along the crest of an edge. It is a spike when it
-// departs by far more than the vertices of its ring do from theirs, than the noise, and than half
-// a local spacing. Heights told by a crease (samples.crease) are none: all the points around
-// them agreed. Ascending by vertex.
+// departs by far more than the vertices of its ring do from theirs, than their noise, and than half
+// a local spacing; three times that where a crease told the height (samples.crease). Ascending by
+// vertex.
 absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context);

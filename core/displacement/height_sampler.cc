@@ -162,7 +162,8 @@ void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> 
         Eigen::Map<const Eigen::Vector3f>(foot.normal), estimate.height,
         std::max(foot.noise, kLeastNoiseShare * foot.spacing), foot.spacing};
     const auto fit = fitter_.Fit(samples[member].ray, request);
-    if (!fit) continue;
+    // A fit less certain than the points it is made of reaches beyond them.
+    if (!fit || fit->deviation > request.noise) continue;
     estimate.height = fit->height;
     estimate.deviation = fit->deviation;
   }
