@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -33,6 +34,28 @@ std::vector<Part> MakeParts(const OrientedCloud& cloud, const std::vector<int>& 
   return parts;
 }
 
+// What pairs of points with a step between them say, each with the points of `many` around it.
+// Evenly chosen ones speak for the rest.
+void AskAcrossSteps(const OrientedCloud& cloud, const Part& many,
+                    const std::vector<std::pair<int, int>>& steps, SignedLink link,
+                    std::vector<SignedLink>* links) {
+  constexpr int kMostAsked = 2048;
+  constexpr int kAround = 8;
+  const size_t stride = (steps.size() + kMostAsked - 1) / kMostAsked;
+  const int k = std::min(kAround, many.index->size());
+  std::array<int, kAround> around;
+  std::array<double, kAround> squared_distances;
+  for (size_t i = 0; i < steps.size(); i += stride) {
+    const auto [a, b] = steps[i];
+    const int found =
+        many.index->Nearest(cloud.points.col(a), k, around.data(), squared_distances.data());
+    for (int j = 0; j < found; ++j) around[j] = many.members[around[j]];
+    link.weight = static_cast<double>(stride) *
+                  WallRelation(cloud, a, b, {around.data(), static_cast<size_t>(found)});
+    links->push_back(link);
+  }
+}
+
 // From each point of `few` to the nearest of `many`.
 absl::StatusOr<std::vector<SignedLink>> Bridges(const OrientedCloud& cloud, int few_name,
                                                 const Part& few, int many_name, Part* many,
@@ -42,13 +65,19 @@ absl::StatusOr<std::vector<SignedLink>> Bridges(const OrientedCloud& cloud, int 
       const std::vector<int> nearest,
       many->index->NearestOfEach(cloud.points(Eigen::all, few.members), context));
   std::vector<SignedLink> links;
+  std::vector<std::pair<int, int>> steps;
   for (size_t i = 0; i < nearest.size(); ++i) {
     const int a = few.members[i];
     const int b = many->members[nearest[i]];
     const double gap = (cloud.points.col(a) - cloud.points.col(b)).norm();
     if (gap > kReach * std::max(cloud.spacing[a], cloud.spacing[b])) continue;
-    links.push_back({few_name, many_name, NormalRelation(cloud, a, b)});
+    if (StepBetween(cloud, a, b)) {
+      steps.emplace_back(a, b);
+    } else {
+      links.push_back({few_name, many_name, NormalRelation(cloud, a, b)});
+    }
   }
+  AskAcrossSteps(cloud, *many, steps, {few_name, many_name, 0}, &links);
   return links;
 }
 

@@ -11,7 +11,8 @@
 namespace rilievo {
 
 // Links between components whose gap is below three spacings (of the coarser side), from all
-// their pairs of nearest points: the other wall of a thin shell, a sheet cut off by a shadow.
+// their pairs of nearest points: the other wall of a thin shell, a sheet cut off by a shadow. Walls
+// are told from the floors of a stair by the points around.
 // `component`: by point, in [0, components).
 absl::StatusOr<std::vector<SignedLink>> BridgeComponents(const OrientedCloud& cloud,
                                                          const std::vector<int>& component,

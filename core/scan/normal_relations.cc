@@ -51,12 +51,12 @@ double PairSpacing(const OrientedCloud& cloud, int a, int b) {
 
 // In [0, 1]: 1 when the points beyond a step lie all around, as the far side of a thin wall does,
 // near 0 when on one side only, as behind the edge of a stair, or when there are next to none.
-float Overlap(const NeighborGraph& graph, const OrientedCloud& cloud, int a) {
+float Overlap(const OrientedCloud& cloud, int a, std::span<const int> around) {
   constexpr int kFewest = 3;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   const Eigen::Vector3d normal = cloud.normals.col(a);
-  for (const int b : graph.neighbors(a)) {
+  for (const int b : around) {
     const Pair pair = PairOf(cloud, a, b);
     if (!IsStep(pair, PairSpacing(cloud, a, b))) continue;
     sum += (pair.chord - pair.height_a * normal).normalized();
@@ -98,9 +98,10 @@ double Confidence(const Pair& pair) {
   return std::copysign(worth * even, cosine);
 }
 
+constexpr float kAllAround = 0.5f;
+constexpr double kWallWorth = 0.8;
+
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr float kAllAround = 0.5f;
-  constexpr double kWallWorth = 0.8;
   constexpr double kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
@@ -118,7 +119,7 @@ absl::StatusOr<std::vector<float>> NormalRelations(const NeighborGraph& graph,
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
-          overlap[i] = Overlap(graph, cloud, static_cast<int>(i));
+          overlap[i] = Overlap(cloud, static_cast<int>(i), graph.neighbors(static_cast<int>(i)));
         }
       }));
   std::vector<float> relations(graph.indices.size());
@@ -135,6 +136,15 @@ absl::StatusOr<std::vector<float>> NormalRelations(const NeighborGraph& graph,
 
 double NormalRelation(const OrientedCloud& cloud, int a, int b) {
   return Confidence(PairOf(cloud, a, b));
+}
+
+bool StepBetween(const OrientedCloud& cloud, int a, int b) {
+  return IsStep(PairOf(cloud, a, b), PairSpacing(cloud, a, b));
+}
+
+double WallRelation(const OrientedCloud& cloud, int a, int b, std::span<const int> around) {
+  if (Overlap(cloud, a, around) <= kAllAround) return 0;
+  return -kWallWorth * cloud.normals.col(a).dot(cloud.normals.col(b));
 }
 
 }  // namespace rilievo

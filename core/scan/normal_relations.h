@@ -1,6 +1,7 @@
 // What each edge of the neighbour graph says of the signs of its two normals.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -18,7 +19,16 @@ absl::StatusOr<std::vector<float>> NormalRelations(const NeighborGraph& graph,
                                                    const OrientedCloud& cloud,
                                                    const RunContext& context);
 
-// The same for any two points, from these two alone.
+// The same for any two points, from these two alone: near 0 where StepBetween, for the wall of a
+// shell and the floors of a stair look the same then.
 double NormalRelation(const OrientedCloud& cloud, int a, int b);
+
+// Whether the planes of two points are parallel and apart by more than noise and spacing explain.
+bool StepBetween(const OrientedCloud& cloud, int a, int b);
+
+// The same as NormalRelation for two points with a step between them. `around`: points of b's
+// sheet, those nearest to a. Where they lie all around a, the sheets face each other; where on one
+// side only, or fewer than three, nothing is said (0).
+double WallRelation(const OrientedCloud& cloud, int a, int b, std::span<const int> around);
 
 }  // namespace rilievo

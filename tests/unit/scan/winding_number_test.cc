@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/scan/component_bridges.h"
 #include "core/scan/outward_sign.h"
 
 namespace rilievo {
@@ -44,31 +43,6 @@ TEST(OutwardSignTest, FindsTheOutsideOfASphereEitherWay) {
   EXPECT_EQ(OutwardSign(cloud, members), 1);
   cloud.normals = -cloud.points;
   EXPECT_EQ(OutwardSign(cloud, members), -1);
-}
-
-// Two parallel sheets two spacings apart: each link joins one component to the other.
-TEST(ComponentBridgesTest, LinksRunFromSheetToSheet) {
-  constexpr int kSide = 30;
-  OrientedCloud cloud;
-  cloud.points.resize(3, 2 * kSide * kSide);
-  cloud.normals.resize(3, 2 * kSide * kSide);
-  std::vector<int> component;
-  for (int i = 0; i < 2 * kSide * kSide; ++i) {
-    const int sheet = i / (kSide * kSide), at = i % (kSide * kSide);
-    cloud.points.col(i) << 0.01 * (at % kSide), 0.01 * (at / kSide), 0.02 * sheet;
-    cloud.normals.col(i) << 0, 0, sheet == 0 ? -1 : 1;
-    component.push_back(sheet);
-  }
-  cloud.spacing.assign(component.size(), 0.0113f);
-  cloud.noise.assign(component.size(), 0.0f);
-  cloud.median_spacing = 0.0113;
-  const auto links = BridgeComponents(cloud, component, 2, RunContext{});
-  ASSERT_TRUE(links.ok());
-  ASSERT_FALSE(links->empty());
-  for (const SignedLink& link : *links) {
-    EXPECT_EQ(link.a + link.b, 1);  // components 0 and 1
-    EXPECT_TRUE(std::isfinite(link.weight));
-  }
 }
 
 }  // namespace
