@@ -19,6 +19,13 @@
 namespace rilievo {
 namespace {
 
+// Of the heights, where nothing else was asked for.
+constexpr double kHeightStep = 2e-5;
+
+double StepOf(const EncodeOptions& options) {
+  return options.height_step > 0 ? options.height_step : kHeightStep;
+}
+
 constexpr double kMaxStep = 0.01;
 constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
 // The RMS error on which bits are still spent, in standard errors of the heights.
@@ -132,8 +139,8 @@ absl::StatusOr<EncodedHeights> EncodeHeights(const HeightEncoder& encoder,
     }
     return EncodeWithinBytes(encoder, bytes_left, kLayerOverhead, least_step, context);
   }
-  if (floor > 0) return EncodeWithinError(encoder, floor, options.height_step, context);
-  return encoder.Encode(options.height_step, context);
+  if (floor > 0) return EncodeWithinError(encoder, floor, StepOf(options), context);
+  return encoder.Encode(StepOf(options), context);
 }
 
 void WrapLayers(const LoopRefinement& refinement, std::vector<std::vector<uint8_t>>& layers,
@@ -162,7 +169,7 @@ absl::Status EncodeOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("encode.", name, " is ", value, ", must be in ", range));
   };
-  RILIEVO_RETURN_IF_ERROR(CheckStep(height_step, "height_step"));
+  if (height_step != 0) RILIEVO_RETURN_IF_ERROR(CheckStep(height_step, "height_step"));
   RILIEVO_RETURN_IF_ERROR(CheckStep(position_step, "position_step"));
   if (max_error && !(*max_error >= 1e-7 && *max_error <= 0.1)) {
     return refuse("max_error", *max_error, "[1e-7, 0.1]");
@@ -201,7 +208,7 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
       const LoopRefinement refinement,
       RefineTopology(surface.control_mesh, std::max(0, surface.max_level - 1), context));
   RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, refinement));
-  RILIEVO_RETURN_IF_ERROR(CheckHeights(surface, options.height_step));
+  RILIEVO_RETURN_IF_ERROR(CheckHeights(surface, StepOf(options)));
   const MeshTopology& control = refinement.levels[0];
   DssHeader header = HeaderOf(surface, control, metadata, options);
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GridPoint> points,

@@ -62,6 +62,7 @@ std::pair<double, double> HeightErrors(const DisplacedSurface& decoded,
 
 TEST(EncodeDssTest, RoundTripsEveryTopology) {
   EncodeOptions options;
+  options.height_step = 2e-5;
   options.smallest_hole = 1;
   for (const Case& c : Cases()) {
     SCOPED_TRACE(c.name);
@@ -99,7 +100,8 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
 }
 
 TEST(EncodeDssTest, SaysTheErrorThatADecoderFinds) {
-  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, 1e-4, 1e-4);
+  const DisplacedSurface surface =
+      SurfaceOver(Torus(12, 8), 4, EncodeOptions().position_step, 1e-4);
   for (double step : {1e-5, 1e-4, 1e-3}) {
     EncodeOptions options;
     options.height_step = step;
@@ -147,7 +149,8 @@ TEST(EncodeDssTest, KeepsTheErrorOrTheBytesAskedFor) {
 }
 
 TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
-  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, 1e-4, 2e-4);
+  const DisplacedSurface surface =
+      SurfaceOver(Torus(12, 8), 4, EncodeOptions().position_step, 2e-4);
   EncodeOptions options;
   const int64_t plain = EncodeDss(surface, {}, options, RunContext())->Concatenate().size();
   options.noise_floor = 1e-4;
@@ -166,7 +169,7 @@ TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
 }
 
 TEST(EncodeDssTest, MetadataCanComeLater) {
-  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, 1e-4, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, EncodeOptions().position_step, 1e-4);
   EncodedSurface encoded = *EncodeDss(surface, {}, {}, RunContext());
   const auto before = *DecodeDss(encoded.Concatenate(), RunContext());
   EXPECT_EQ(before.metadata.error_rms, -1);
@@ -245,8 +248,8 @@ TEST(EncodeDssTest, NamesWhatIsWrong) {
   EXPECT_EQ(EncodeDss(bad, {}, options, RunContext()).status().code(),
             absl::StatusCode::kInvalidArgument);
   EncodeOptions steps;
-  steps.height_step = 0;
-  EXPECT_THAT(message(good, steps), HasSubstr("encode.height_step is 0"));
+  steps.height_step = 0.02;
+  EXPECT_THAT(message(good, steps), HasSubstr("encode.height_step is 0.02"));
   steps = EncodeOptions();
   steps.position_step = 0.02;
   EXPECT_THAT(message(good, steps), HasSubstr("encode.position_step is 0.02"));

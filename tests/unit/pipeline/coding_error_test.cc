@@ -1,0 +1,36 @@
+#include "core/pipeline/coding_error.h"
+
+#include <gtest/gtest.h>
+
+namespace rilievo {
+namespace {
+
+ReconstructReport Report(double rms, double p95, double noise) {
+  ReconstructReport report;
+  report.median_spacing = 0.004;
+  report.median_noise = noise;
+  report.error.b_to_a.rms = rms;
+  report.error.b_to_a.p95 = p95;
+  return report;
+}
+
+TEST(CodingErrorTest, OnACleanScanAShareOfTheDistanceOfItsPoints) {
+  EXPECT_NEAR(CodingError(Report(1e-4, 3e-4, 0), true), 3e-5, 1e-12);
+}
+
+TEST(CodingErrorTest, StraysDoNotCoarsenTheRest) {
+  EXPECT_NEAR(CodingError(Report(5e-3, 2e-4, 0), true), 3e-5, 1e-12);
+}
+
+// Points 0.1 % off the surface whose noise is 0.1 %: what is left of it in the surface counts.
+TEST(CodingErrorTest, NoiseIsNotTheErrorOfTheSurface) {
+  EXPECT_NEAR(CodingError(Report(1e-3, 2e-3, 1e-3), true), 7.5e-5, 1e-12);
+}
+
+TEST(CodingErrorTest, WithoutAMeasurementAShareOfTheSpacing) {
+  EXPECT_NEAR(CodingError(Report(0, 0, 0), false), 2.4e-5, 1e-12);
+  EXPECT_GT(CodingError(Report(0, 0, 0), true), 0);
+}
+
+}  // namespace
+}  // namespace rilievo
