@@ -25,20 +25,43 @@ struct Departure {
   bool known = false;
 };
 
-Departure DepartureOf(const VertexRings& rings, const HeightSamples& samples, int64_t vertex) {
+// The neighbour of `at` opposite to its neighbour `from`.
+int Beyond(const VertexRings& rings, int at, int from) {
+  const int begin = rings.neighbor_begin[at];
+  const int valence = rings.neighbor_begin[at + 1] - begin;
+  int place = 0;
+  while (rings.neighbors[begin + place] != from) ++place;
+  return rings.neighbors[begin + (place + valence / 2) % valence];
+}
+
+Departure DepartureOf(const MeshTopology& finest, const VertexRings& rings,
+                      const HeightSamples& samples, int vertex) {
   Departure least;
   const int begin = rings.neighbor_begin[vertex];
   const int valence = rings.neighbor_begin[vertex + 1] - begin;
-  const int half = valence / 2;
   int pairs = 0;
-  for (int i = 0; half > 0 && i < (valence + 1) / 2; ++i) {
-    const int a = rings.neighbors[begin + i], b = rings.neighbors[begin + (i + half) % valence];
-    if (!samples.measured[a] || !samples.measured[b]) continue;
-    const float expected = 0.5f * (samples.height[a] + samples.height[b]);
+  // `a` and `b` with their weights tell what to expect.
+  const auto depart_from = [&](int a, float weight_a, int b, float weight_b) {
+    if (!samples.measured[a] || !samples.measured[b]) return;
+    const float expected = weight_a * samples.height[a] + weight_b * samples.height[b];
     const float height = samples.height[vertex] - expected;
     if (pairs++ == 0 || std::abs(height) < std::abs(least.height)) {
       least.height = height;
       least.expected = expected;
+    }
+  };
+  if (finest.boundary_vertex[vertex]) {
+    depart_from(rings.neighbors[begin], 0.5f, rings.neighbors[begin + valence - 1], 0.5f);
+    for (int i = 1; i < valence - 1; ++i) {
+      const int inner = rings.neighbors[begin + i];
+      if (finest.boundary_vertex[inner]) continue;
+      depart_from(inner, 2, Beyond(rings, inner, vertex), -1);
+    }
+  } else {
+    const int half = valence / 2;
+    for (int i = 0; i < (valence + 1) / 2; ++i) {
+      depart_from(rings.neighbors[begin + i], 0.5f, rings.neighbors[begin + (i + half) % valence],
+                  0.5f);
     }
   }
   least.known = pairs >= kLeastPairs;
@@ -63,7 +86,7 @@ float RingTolerance(const VertexRings& rings, const HeightSamples& samples,
 
 }  // namespace
 
-absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
+absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const VertexRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context) {
   const int count = samples.size();
@@ -71,7 +94,8 @@ absl::StatusOr<std::vector<Spike>> FindSpikes(const VertexRings& rings,
   std::vector<float> tolerance(count, 0.0f);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      if (samples.measured[v]) departures[v] = DepartureOf(rings, samples, v);
+      if (samples.measured[v])
+        departures[v] = DepartureOf(finest, rings, samples, static_cast<int>(v));
     }
   }));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {

@@ -36,13 +36,17 @@ class PlateProblem {
       place_[v] = static_cast<int>(vertices_.size());
       vertices_.push_back(v);
       free_.push_back(near[v]);
-      // Rows of the plate stand on interior vertices: at a rim the fill is free to bend.
-      plate_.push_back(!topology.boundary_vertex[v]);
-      valence_.push_back(topology.valence[v]);
+      plate_.push_back(1);
+      valence_.push_back(ValenceInRow(topology, v));
     }
-    for (const auto& edge : topology.edge_vertices.colwise()) {
-      if (!row[edge[0]] && !row[edge[1]]) continue;
-      edges_.push_back({edge[0], edge[1]});
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+      if (!row[a] && !row[b]) continue;
+      // Across the rim the fill is free to bend; without rows along it, single heights there would
+      // be extrapolated from the two rows of vertices next to them, with all their noise.
+      const bool rim = topology.edge_faces(1, e) < 0;
+      edges_.push_back({a, b, rim || !topology.boundary_vertex[a] ? 1.0 : 0.0,
+                        rim || !topology.boundary_vertex[b] ? 1.0 : 0.0});
     }
     // Vertices two edges away complete the Laplacian of the rows next to them.
     for (Edge& edge : edges_) {
@@ -52,7 +56,7 @@ class PlateProblem {
           vertices_.push_back(*end);
           free_.push_back(0);
           plate_.push_back(0);
-          valence_.push_back(topology.valence[*end]);
+          valence_.push_back(ValenceInRow(topology, *end));
         }
         *end = place_[*end];
       }
@@ -69,15 +73,15 @@ class PlateProblem {
     std::fill(gradient->begin(), gradient->end(), 0.0);
     for (const Edge& edge : edges_) {
       const double step = heights[edge.b] - heights[edge.a];
-      laplacian_[edge.a] += step;
-      laplacian_[edge.b] -= step;
+      laplacian_[edge.a] += edge.in_row_a * step;
+      laplacian_[edge.b] -= edge.in_row_b * step;
     }
     for (size_t i = 0; i < size(); ++i) {
       (*gradient)[i] += decay_ * heights[i];
       laplacian_[i] *= plate_[i] / (valence_[i] * valence_[i]);
     }
     for (const Edge& edge : edges_) {
-      const double bend = laplacian_[edge.b] - laplacian_[edge.a];
+      const double bend = edge.in_row_b * laplacian_[edge.b] - edge.in_row_a * laplacian_[edge.a];
       const double stretch = membrane_ * (heights[edge.b] - heights[edge.a]) / 6.0;
       (*gradient)[edge.a] += bend - stretch;
       (*gradient)[edge.b] -= bend - stretch;
@@ -90,7 +94,12 @@ class PlateProblem {
  private:
   struct Edge {
     int a, b;
+    double in_row_a, in_row_b;  // 1 where the edge takes part in the Laplacian of that end
   };
+  // On the rim the Laplacian goes along it.
+  static int ValenceInRow(const MeshTopology& topology, int vertex) {
+    return topology.boundary_vertex[vertex] ? 2 : topology.valence[vertex];
+  }
   double membrane_, decay_;
   std::vector<int> place_, vertices_;
   std::vector<uint8_t> free_;

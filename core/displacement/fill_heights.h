@@ -12,7 +12,8 @@ namespace rilievo {
 
 // Sets heights[v] wherever known[v] == 0, v over the vertices of the finest level, to the minimum
 // of
-//   sum |L h|^2 + a sum |h_i - h_j|^2 + b sum h^2   (L: mean of the neighbours minus the vertex)
+//   sum |L h|^2 + a sum |h_i - h_j|^2 + b sum h^2   (L: mean of the neighbours minus the vertex,
+// on a rim of the two along it)
 // so that the fill continues value and slope of its rim (thin plate), lets the slope go within
 // about one control edge (membrane), and returns to the domain surface over some six control
 // edges, for what lies far from all data is best told by the domain. Solved by conjugate gradients

@@ -1,5 +1,8 @@
 #include "core/displacement/input_laplacian.h"
 
+#include <optional>
+#include <vector>
+
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -9,10 +12,27 @@ namespace {
 constexpr int64_t kBlock = 4096;
 constexpr float kStep = 0.5f;
 
+// None unless all are measured: a one-sided mean would pull the vertex along the slope of the
+// relief. The ring of a rim vertex begins and ends on the rim.
+std::optional<float> MeanOfNeighbors(const MeshTopology& finest, const VertexRings& rings,
+                                     const std::vector<uint8_t>& measured,
+                                     const std::vector<float>& heights, int64_t vertex) {
+  const int begin = rings.neighbor_begin[vertex], end = rings.neighbor_begin[vertex + 1];
+  const int stride = finest.boundary_vertex[vertex] ? end - 1 - begin : 1;
+  float sum = 0;
+  int count = 0;
+  for (int r = begin; r < end; r += stride) {
+    if (!measured[rings.neighbors[r]]) return std::nullopt;
+    sum += heights[rings.neighbors[r]];
+    ++count;
+  }
+  return sum / static_cast<float>(count);
+}
+
 }  // namespace
 
-absl::Status SmoothHeights(const VertexRings& rings, int rounds, const RunContext& context,
-                           HeightSamples* samples) {
+absl::Status SmoothHeights(const MeshTopology& finest, const VertexRings& rings, int rounds,
+                           const RunContext& context, HeightSamples* samples) {
   const std::vector<float> sampled = samples->height;
   std::vector<float> before;
   for (int round = 0; round < rounds; ++round) {
@@ -21,17 +41,9 @@ absl::Status SmoothHeights(const VertexRings& rings, int rounds, const RunContex
         ParallelFor(samples->size(), kBlock, context, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {
             if (!samples->measured[v]) continue;
-            float sum = 0;
-            int count = 0;
-            for (int r = rings.neighbor_begin[v]; r < rings.neighbor_begin[v + 1]; ++r) {
-              const int neighbor = rings.neighbors[r];
-              if (!samples->measured[neighbor]) continue;
-              sum += before[neighbor];
-              ++count;
-            }
-            // A one-sided mean would pull the rim along the slope of the relief.
-            if (count < rings.neighbor_begin[v + 1] - rings.neighbor_begin[v]) continue;
-            const float bend = sum / static_cast<float>(count) - before[v];
+            const auto mean = MeanOfNeighbors(finest, rings, samples->measured, before, v);
+            if (!mean) continue;
+            const float bend = *mean - before[v];
             const float noise = samples->deviation[v] * samples->deviation[v];
             const float total = noise + bend * bend;
             if (!(total > 0)) continue;

@@ -13,8 +13,10 @@ namespace rilievo {
 // noise has left in a height, d = (1/m) sum (h_j - h) and h_0 the height sampled,
 //   h += d s^2 / (s^2 + d^2) / 2 + (h_0 - h) d^2 / (s^2 + d^2) / 2.
 // Under noise (|d| ~ s) the neighbours pull; where d stands out of the noise it is detail or an
-// edge, and the input wins. With s = 0 nothing moves. Heights not measured take no part.
-absl::Status SmoothHeights(const VertexRings& rings, int rounds, const RunContext& context,
-                           HeightSamples* samples);
+// edge, and the input wins. With s = 0 nothing moves. Heights not measured take no part. On the rim
+// of an open domain the neighbours are the two along the rim, for the mean of all lies inside.
+// `rings`: those of `finest`.
+absl::Status SmoothHeights(const MeshTopology& finest, const VertexRings& rings, int rounds,
+                           const RunContext& context, HeightSamples* samples);
 
 }  // namespace rilievo
