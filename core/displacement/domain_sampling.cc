@@ -81,7 +81,8 @@ absl::Status DomainSampling::RefineNoisy() {
 }
 
 absl::Status DomainSampling::Despike(const VertexRings& rings) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes, FindSpikes(rings, samples_, context_));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes,
+                           FindSpikes(refinement_.levels.back(), rings, samples_, context_));
   return ParallelFor(static_cast<int64_t>(spikes.size()), kBlock, context_,
                      [&](int64_t begin, int64_t end) {
                        HeightSampler sampler(cloud_, graph_, options_);
@@ -95,6 +96,7 @@ absl::Status DomainSampling::Despike(const VertexRings& rings) {
                            again = sample.estimate;
                          }
                          const bool good = again && std::abs(again->height - expected) <= tolerance;
+                         if (good) again->fitted = true;
                          Store(vertex, good ? again : std::nullopt);
                        }
                      });
@@ -105,8 +107,8 @@ Ray DomainSampling::RayOf(int vertex) const {
 }
 
 HeightEstimate DomainSampling::EstimateOf(int vertex) const {
-  return {samples_.height[vertex], samples_.deviation[vertex], samples_.spacing[vertex],
-          samples_.foot[vertex], samples_.crease[vertex] != 0};
+  return {samples_.height[vertex], samples_.deviation[vertex],   samples_.spacing[vertex],
+          samples_.foot[vertex],   samples_.crease[vertex] != 0, samples_.fitted[vertex] != 0};
 }
 
 void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& estimate) {
@@ -118,6 +120,7 @@ void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& esti
   samples_.spacing[vertex] = measured ? estimate->spacing : 0.0f;
   samples_.foot[vertex] = measured ? estimate->foot : -1;
   samples_.crease[vertex] = measured && estimate->crease;
+  samples_.fitted[vertex] = measured && estimate->fitted;
 }
 
 // The nearest cloud point that faces along the ray within reach, or -1.

@@ -106,7 +106,8 @@ std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, int star
   if (rules.noisy) {
     // Noise tilts a triangle of its own size at will: the middle of a few points is safer.
     const RayPoint& point = cloud_.points[queue[0].point];
-    return HeightEstimate{MedianHeight(queue), point.noise, point.spacing, queue[0].point, false};
+    return HeightEstimate{MedianHeight(queue), point.noise, point.spacing,
+                          queue[0].point,      false,       true};
   }
   const QueuedPoint& nearest = queue[triangle->corners[0]];
   const RayPoint& point = cloud_.points[nearest.point];
@@ -114,13 +115,18 @@ std::optional<HeightEstimate> HeightSampler::PierceOnce(const Ray& ray, int star
     const size_t most = std::min<size_t>(queue.size(), kCreasePoints);
     const auto crease = FitCrease(queue.first(most), cloud_, ray, point.noise);
     if (crease) {
-      return HeightEstimate{crease->height, crease->deviation, point.spacing, nearest.point, true};
+      return HeightEstimate{crease->height, crease->deviation, point.spacing, nearest.point, true,
+                            false};
     }
   }
   float square = 0;
   for (float weight : triangle->barycentric) square += weight * weight;
   return HeightEstimate{CurvedHeight(*triangle, queue, cloud_, ray),
-                        point.noise * std::sqrt(square), point.spacing, nearest.point, false};
+                        point.noise * std::sqrt(square),
+                        point.spacing,
+                        nearest.point,
+                        false,
+                        false};
 }
 
 std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, float reference) {
@@ -166,6 +172,7 @@ void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> 
     if (!fit || fit->deviation > request.noise) continue;
     estimate.height = fit->height;
     estimate.deviation = fit->deviation;
+    estimate.fitted = true;
   }
 }
 

@@ -18,6 +18,7 @@ struct HeightEstimate {
   float spacing;    // of the points there
   int foot;         // cloud point nearest to where the ray meets the surface
   bool crease;      // told by the planes of an edge or corner
+  bool fitted;      // told by many points around the ray, not by the triangle it pierces
 };
 
 struct RaySample {
@@ -34,9 +35,9 @@ class HeightSampler {
   HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,
                 const DisplacementOptions& options);
 
-  // The height of the virtual triangle. `start`: any cloud point, the nearer the better;
-  // `reference`: where the surface is expected (the coarser level's height). None when the ray
-  // pierces no virtual triangle.
+  // The height of the virtual triangle. `start`: a cloud point from which the way to the ray leads
+  // ever nearer, as any on the same side of a convex part does; `reference`: where the surface is
+  // expected (the coarser level's height). None when the ray pierces no virtual triangle.
   std::optional<HeightEstimate> Pierce(const Ray& ray, int start, float reference);
 
   // Replaces the estimates by local fits where that succeeds. Rays that lie close together share

@@ -14,6 +14,7 @@ struct HeightSamples {
   std::vector<int> foot;         // cloud point nearest to where the ray meets the surface, or -1
   std::vector<uint8_t> measured;
   std::vector<uint8_t> crease;  // the height is that of an edge or corner; see FitCrease
+  std::vector<uint8_t> fitted;  // the height is not that of a pierced triangle; see kSmoothed
 
   explicit HeightSamples(size_t count)
       : height(count, 0.0f),
@@ -21,7 +22,8 @@ struct HeightSamples {
         spacing(count, 0.0f),
         foot(count, -1),
         measured(count, 0),
-        crease(count, 0) {}
+        crease(count, 0),
+        fitted(count, 0) {}
   int size() const { return static_cast<int>(height.size()); }
 };
 

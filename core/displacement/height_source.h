@@ -7,9 +7,11 @@ namespace rilievo {
 
 // Where a height comes from.
 enum class HeightSource : uint8_t {
-  kMeasured = 0,  // a virtual triangle (or local plane) of points pierced by the normal ray
-  kSmoothed = 1,  // measured, then moved by the input-dependent Laplacian by more than the noise
-  kFilled = 2,    // no data there: interpolated from the heights around it
+  kMeasured =
+      0,  // a virtual triangle of points, or the planes of an edge, where the ray pierces it
+  kSmoothed = 1,  // a weighted fit to the points around the ray; or a spike measured again, or
+                  // moved by the input-dependent Laplacian by more than the noise
+  kFilled = 2,  // no data there: interpolated from the heights around it
 };
 
 }  // namespace rilievo

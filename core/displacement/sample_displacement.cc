@@ -56,7 +56,7 @@ DisplacementField MakeField(const std::vector<float>& sampled,
     if (!samples.measured[v]) {
       field.source[v] = HeightSource::kFilled;
       ++field.filled;
-    } else if (std::abs(height - sampled[v]) > samples.deviation[v]) {
+    } else if (samples.fitted[v] || std::abs(height - sampled[v]) > samples.deviation[v]) {
       field.source[v] = HeightSource::kSmoothed;
       ++field.smoothed;
     } else {
@@ -111,7 +111,8 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(sampling.Despike(rings));
   HeightSamples& samples = sampling.samples();
   const std::vector<float> sampled = samples.height;
-  RILIEVO_RETURN_IF_ERROR(SmoothHeights(rings, options.smoothing_rounds, context, &samples));
+  RILIEVO_RETURN_IF_ERROR(
+      SmoothHeights(refinement.levels.back(), rings, options.smoothing_rounds, context, &samples));
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
   context.Report(Stage::kDisplacement, 1.0);

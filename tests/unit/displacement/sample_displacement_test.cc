@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -232,6 +233,39 @@ TEST(SampleDisplacementTest, OutliersMakeNoSpikes) {
     return SphereHeight(domain.limit.positions.col(v), domain.limit.normals.col(v), kRadius);
   });
   EXPECT_LT(error.max, 0.5 * scan.cloud.median_spacing);
+}
+
+// Left half clean, right half noisy, a hole in the middle.
+TEST(SampleDisplacementTest, EachHeightSaysWhereItComesFrom) {
+  Random random(21);
+  const Points even = ReliefPoints(0.3, 10000, &random, [](double, double) { return 0.01; });
+  constexpr double kNoise = 0.004;  // two thirds of the spacing
+  Points points;
+  for (size_t i = 0; i < even.at.size(); ++i) {
+    if (even.at[i].head<2>().norm() < 0.06) continue;
+    points.Add(even.at[i], even.normal[i]);
+    if (even.at[i].x() > 0) points.at.back().z() += kNoise * Gauss(&random);
+  }
+  Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  for (size_t i = 0; i < points.at.size(); ++i) {
+    scan.cloud.noise[i] = points.at[i].x() > 0 ? static_cast<float>(kNoise) : 0.0f;
+  }
+  const Domain domain = MakeDomain(Sheet(0.25, 8), 3);
+  const DisplacementField field = Sample(scan, domain);
+  std::array<int, 3> count{};
+  for (int v = 0; v < domain.size(); ++v) {
+    const double x = domain.limit.positions(0, v);
+    const double radius = domain.limit.positions.col(v).head<2>().norm();
+    ++count[static_cast<int>(field.source[v])];
+    if (radius < 0.05) {
+      EXPECT_EQ(field.source[v], HeightSource::kFilled);
+    } else if (radius > 0.07 && std::abs(x) > 0.02) {
+      EXPECT_EQ(field.source[v], x > 0 ? HeightSource::kSmoothed : HeightSource::kMeasured) << x;
+    }
+  }
+  EXPECT_EQ(count[0], field.measured);
+  EXPECT_EQ(count[1], field.smoothed);
+  EXPECT_EQ(count[2], field.filled);
 }
 
 TEST(SampleDisplacementTest, TheOrderOfThePointsDoesNotMatter) {
