@@ -218,6 +218,7 @@ void ReconstructCall::Work() {
     } catch (const std::exception& defect) {
       result = absl::InternalError(absl::StrCat("a stage let an exception pass: ", defect.what()));
     }
+    if (result.ok()) result->surface = {};  // only its bytes go out; freed before others wait
   }
   const std::lock_guard lock(mutex_);
   EndWork(std::move(result));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -14,6 +16,8 @@ absl::Status ParallelFor(int64_t count, int64_t block, const RunContext& context
   const int64_t block_count = (count + block - 1) / block;
   std::atomic<int64_t> next{0};
   std::atomic<bool> stopped{false};
+  std::exception_ptr failure;
+  std::mutex failure_mutex;
   const auto work = [&] {
     for (;;) {
       if (context.stop.stop_requested()) {
@@ -22,7 +26,14 @@ absl::Status ParallelFor(int64_t count, int64_t block, const RunContext& context
       }
       const int64_t index = next.fetch_add(1);
       if (index >= block_count) return;
-      body(index * block, std::min(count, (index + 1) * block));
+      try {
+        body(index * block, std::min(count, (index + 1) * block));
+      } catch (...) {
+        const std::lock_guard lock(failure_mutex);
+        if (!failure) failure = std::current_exception();
+        next = block_count;  // nobody takes another block
+        return;
+      }
     }
   };
   const int64_t workers = std::min<int64_t>(context.ThreadCount(), block_count);
@@ -32,6 +43,7 @@ absl::Status ParallelFor(int64_t count, int64_t block, const RunContext& context
     for (int64_t i = 1; i < workers; ++i) pool.emplace_back(work);
     work();
   }
+  if (failure) std::rethrow_exception(failure);
   return stopped ? context.CheckStop() : absl::OkStatus();
 }
 

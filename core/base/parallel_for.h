@@ -12,7 +12,8 @@ namespace rilievo {
 // Calls body(begin, end) for consecutive blocks of at most `block` indices that cover [0, count).
 // Blocks are handed out dynamically, so `body` must write only to places owned by its indices;
 // then the result does not depend on the number of threads. Between blocks the stop token is
-// asked: CANCELLED is returned and the remaining blocks are skipped. `body` must not throw.
+// asked: CANCELLED is returned and the remaining blocks are skipped. What `body` throws (memory may
+// run out in it) is thrown here once all threads have ended, and the remaining blocks are skipped.
 absl::Status ParallelFor(int64_t count, int64_t block, const RunContext& context,
                          const std::function<void(int64_t begin, int64_t end)>& body);
 

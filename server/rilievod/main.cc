@@ -91,6 +91,8 @@ int Serve(const ServerOptions& options) {
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  // A log collector that goes away takes nobody's job along.
+  std::signal(SIGPIPE, SIG_IGN);
 
   auto server = ReconstructionServer::Listen(options, Reconstruct, LogJob);
   if (!server.ok()) return Fail(server.status());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <new>
 #include <stop_token>
 #include <vector>
 
@@ -48,6 +49,20 @@ TEST(ParallelForTest, StoppedBeforeDoesNothing) {
   EXPECT_EQ(ParallelFor(100, 1, context, body).code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(ParallelFor(0, 1, context, body).code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(calls, 0);
+}
+
+TEST(ParallelForTest, WhatABlockThrowsReachesTheCaller) {
+  for (const int threads : {1, 4}) {
+    RunContext context;
+    context.threads = threads;
+    std::atomic<int> calls{0};
+    const auto body = [&](int64_t begin, int64_t) {
+      ++calls;
+      if (begin == 7) throw std::bad_alloc();
+    };
+    EXPECT_THROW(ParallelFor(100000, 1, context, body).IgnoreError(), std::bad_alloc) << threads;
+    EXPECT_LT(calls, 100000);
+  }
 }
 
 TEST(ParallelForTest, StopSkipsTheBlocksThatAreLeft) {
