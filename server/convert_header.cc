@@ -260,6 +260,8 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
   ReadEncode(from.encode(), &request.options.encode, &violations);
+  request.options.max_surface_faces =
+      std::clamp<int64_t>(limits.max_surface_faces, 1, request.options.max_surface_faces);
   over_limit |= SurfaceTooLarge(request, limits, &violations);
 
   if (violations.empty()) return request;

@@ -77,6 +77,13 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
       !positive(header.position_step) || !positive(header.height_unit)) {
     return absl::DataLossError("the header's frame or steps are not finite and positive");
   }
+  constexpr double kMostStep = 0.011;  // EncodeOptions allow 0.01, before rounding
+  constexpr double kMostLength = 1e300;
+  if (header.position_step > kMostStep || header.height_unit > kMostStep ||
+      header.frame.diagonal > kMostLength ||
+      header.frame.center.cwiseAbs().maxCoeff() > kMostLength) {
+    return absl::DataLossError("the header's frame or steps are too large for any surface");
+  }
   return header;
 }
 

@@ -13,6 +13,11 @@
 namespace rilievo {
 namespace {
 
+// The fit holds the stencils of a face's vertices densely: their cost grows with the square of the
+// valence.
+constexpr int kMostValence = 64;
+constexpr double kFarthest = 10;  // diagonals
+
 using Eigen::Vector3d;
 
 constexpr int kMostFaces = 200000;
@@ -73,6 +78,20 @@ absl::Status CheckNear(const ControlMesh& mesh, const OrientedCloud& cloud,
       100 * points_near, 100 * mesh_near, 100 * kLeastNearShare));
 }
 
+// No vertex may lie so far off that the frame of the scan cannot hold it.
+absl::Status CheckFar(const ControlMesh& mesh, const OrientedCloud& cloud) {
+  const Eigen::Vector3d center = cloud.points.rowwise().mean();
+  for (int v = 0; v < mesh.vertices.cols(); ++v) {
+    const double distance = (mesh.vertices.col(v) - center).norm();
+    if (distance <= kFarthest) continue;
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "user_mesh: vertex %d lies %.0f diagonals of the scan away from it; at most "
+        "%.0f are allowed",
+        v, distance, kFarthest));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<ControlMesh> CheckUserControlMesh(const ControlMesh& mesh,
@@ -93,7 +112,14 @@ absl::StatusOr<ControlMesh> CheckUserControlMesh(const ControlMesh& mesh,
     return absl::InvalidArgumentError(
         absl::StrCat("user_mesh: no orientable 2-manifold: ", topology.status().message()));
   }
+  const auto most = std::max_element(topology->valence.begin(), topology->valence.end());
+  if (*most > kMostValence) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("user_mesh: vertex ", most - topology->valence.begin(), " has ", *most,
+                     " edges; at most ", kMostValence, " are allowed: split its faces"));
+  }
   RILIEVO_RETURN_IF_ERROR(CheckNear(mesh, cloud, context));
+  RILIEVO_RETURN_IF_ERROR(CheckFar(mesh, cloud));
   return mesh;
 }
 

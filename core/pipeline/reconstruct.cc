@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <new>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -109,11 +111,20 @@ absl::StatusOr<ControlMesh> FitDomain(const ScanSurface& scan, const ControlMesh
   return PrepareControlMesh(fit.control_mesh, options.encode.position_step);
 }
 
+absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
+  if (control_faces <= most >> (2 * level)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(control_faces, " control faces at level ", level,
+                                                   " make more than max_surface_faces, ", most,
+                                                   "; lower max_level or target_faces"));
+}
+
 // Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l.
 int ChooseLevel(const ReconstructOptions& options, int64_t points, int64_t control_faces) {
   if (options.max_level) return *options.max_level;
   const double steps = std::log2(2.0 * static_cast<double>(points) / control_faces) / 2;
-  return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+  int level = std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+  while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
+  return level;
 }
 
 struct Relief {
@@ -130,6 +141,8 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
   surface.frame = scan.frame;
   surface.control_mesh = control_mesh;
   surface.max_level = ChooseLevel(options, report->points_used, control_mesh.faces.cols());
+  RILIEVO_RETURN_IF_ERROR(
+      CheckSurfaceFaces(control_mesh.faces.cols(), surface.max_level, options.max_surface_faces));
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(control_mesh, surface.max_level, context));
   RILIEVO_ASSIGN_OR_RETURN(
@@ -206,6 +219,10 @@ absl::Status ReconstructOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(fit.Validate());
   RILIEVO_RETURN_IF_ERROR(displacement.Validate());
   RILIEVO_RETURN_IF_ERROR(encode.Validate());
+  if (max_surface_faces < 1 || max_surface_faces > int64_t{1} << 30) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_surface_faces = ", max_surface_faces, " must lie in [1, 2^30]"));
+  }
   if (max_level && (*max_level < 0 || *max_level > kMaxLoopLevel)) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_level = ", *max_level, " must lie in [0, ", kMaxLoopLevel, "]"));
@@ -213,10 +230,10 @@ absl::Status ReconstructOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
-                                           const ReconstructOptions& options,
-                                           const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
+namespace {
+
+absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const ReconstructOptions& options,
+                                         const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
   Reconstruction result;
   ReconstructReport* report = &result.report;
@@ -237,6 +254,21 @@ absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   report->warnings = WarningsOf(*report);
   return result;
+}
+
+}  // namespace
+
+absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  try {
+    return RunStages(scan, options, context);
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError("the memory does not suffice for this scan");
+  } catch (const std::exception& defect) {
+    return absl::InternalError(absl::StrCat("a library threw: ", defect.what()));
+  }
 }
 
 }  // namespace rilievo

@@ -31,6 +31,9 @@ struct ReconstructOptions {
   // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0,
   // 8].
   std::optional<int> max_level;
+  // Faces of the finest level at most: a level chosen here stays below, one asked for is refused.
+  // [1, 2^30].
+  int64_t max_surface_faces = int64_t{1} << 30;
   // Measure the two-sided error against the points at the end.
   bool measure = true;
   absl::Status Validate() const;
@@ -66,6 +69,8 @@ struct Reconstruction {
   ReconstructReport report;
 };
 
+// The scan as a surface. RESOURCE_EXHAUSTED when memory runs out or the surface would have more
+// than max_surface_faces; INTERNAL when a library threw.
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context);

@@ -105,6 +105,9 @@ TEST(DssHeaderTest, ImpossibleValuesAreDataLoss) {
   EXPECT_TRUE(refused([](DssHeader& h) { h.position_step = -1; }));
   EXPECT_TRUE(
       refused([](DssHeader& h) { h.height_unit = std::numeric_limits<double>::infinity(); }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.position_step = 1e300; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.height_unit = 0.02; }));
+  EXPECT_TRUE(refused([](DssHeader& h) { h.frame.diagonal = 1e305; }));
   EXPECT_FALSE(refused([](DssHeader&) {}));
 }
 

@@ -52,6 +52,31 @@ TEST(CheckUserControlMesh, RefusesAMeshInOtherCoordinates) {
   EXPECT_THAT(Refusal(mesh), HasSubstr("coordinates of the scan"));
 }
 
+// A cone over a fine ring: the cost of the fit grows with the square of its valence.
+TEST(CheckUserControlMesh, RefusesAVertexOfManyEdges) {
+  constexpr int kRing = 65;
+  ControlMesh cone;
+  cone.vertices.resize(3, kRing + 1);
+  cone.vertices.col(kRing) << 0, 0, 0.5;
+  cone.faces.resize(3, kRing);
+  for (int i = 0; i < kRing; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kRing;
+    cone.vertices.col(i) << 0.5 * std::cos(angle), 0.5 * std::sin(angle), 0;
+    cone.faces.col(i) << i, (i + 1) % kRing, kRing;
+  }
+  EXPECT_THAT(Refusal(cone), HasSubstr("vertex 65 has 65 edges; at most 64"));
+}
+
+TEST(CheckUserControlMesh, RefusesAVertexFarAway) {
+  ControlMesh mesh = Ball();
+  const int first = static_cast<int>(mesh.vertices.cols());
+  mesh.vertices.conservativeResize(3, first + 3);
+  mesh.vertices.rightCols(3) = 1e6 * Eigen::Matrix3d::Identity();
+  mesh.faces.conservativeResize(3, mesh.faces.cols() + 1);
+  mesh.faces.rightCols(1) << first, first + 1, first + 2;
+  EXPECT_THAT(Refusal(mesh), HasSubstr("lies 1000000 diagonals"));
+}
+
 TEST(CheckUserControlMesh, Stops) {
   EXPECT_EQ(CheckUserControlMesh(Ball(), SphereCloud(1000), Stopped()).status().code(),
             absl::StatusCode::kCancelled);

@@ -71,6 +71,18 @@ TEST(ReconstructTest, TheNumberOfThreadsDoesNotChangeAByte) {
   EXPECT_EQ(one, bytes(4));
 }
 
+TEST(ReconstructTest, ASurfaceOfTooManyFacesIsRefusedOrKeptCoarser) {
+  const PointCloud scan = Scan(*MakeTorus(), 8000);
+  ReconstructOptions options;
+  options.max_surface_faces = 6000;
+  const auto kept = Reconstruct(scan, options, RunContext{});
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  EXPECT_LE(kept->report.surface_faces, 6000);
+  options.max_level = 4;
+  const auto refused = Reconstruct(scan, options, RunContext{});
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kResourceExhausted);
+}
+
 TEST(ReconstructTest, LargeOffsetsCostNothing) {
   const PointCloud near = Scan(*MakeTorus(), 8000);
   PointCloud far = near;
