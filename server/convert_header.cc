@@ -91,6 +91,14 @@ void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations
               &encode->height_step);
   reader.Read("position_step_ratio", from.has_position_step_ratio(), from.position_step_ratio(),
               step, &encode->position_step);
+  reader.Read("max_error_ratio", from.has_max_error_ratio(), from.max_error_ratio(), {1e-6, 0.1},
+              &encode->max_error);
+  reader.Read("max_bytes", from.has_max_bytes(), from.max_bytes(), {1, 1e15}, &encode->max_bytes);
+  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() > 1) {
+    reader.Violate("max_error_ratio",
+                   "only one of height_step_ratio, max_error_ratio and max_bytes can be kept; "
+                   "leave the others out");
+  }
 }
 
 // Sizes, indices and finiteness; whether it is a manifold is found out by the control stage.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,7 @@ class OptionReader {
   void Read(const char* field, bool present, Value value, const Range& range, Target* target) {
     if (!present) return;
     if (range.Contains(static_cast<double>(value))) {
-      *target = static_cast<Target>(value);
+      Assign(value, target);
     } else {
       Violate(field, static_cast<double>(value), range);
     }
@@ -38,6 +39,15 @@ class OptionReader {
 
  private:
   void Violate(const char* field, double value, const Range& range);
+
+  template <typename Value, typename Target>
+  static void Assign(Value value, Target* target) {
+    *target = static_cast<Target>(value);
+  }
+  template <typename Value, typename Target>
+  static void Assign(Value value, std::optional<Target>* target) {
+    *target = static_cast<Target>(value);
+  }
 
   std::string path_;
   std::vector<FieldViolation>* violations_;

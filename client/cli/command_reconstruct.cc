@@ -29,7 +29,8 @@ struct ReconstructArguments {
   std::string topology = "auto", boundary = "keep", fit;
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed;
-  std::optional<double> height_step;
+  std::optional<double> height_step, max_error;
+  std::optional<uint64_t> max_bytes;
   bool no_measure = false, quiet = false, json = false;
 };
 
@@ -76,6 +77,8 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
   }
   if (arguments.height_step)
     options.mutable_encode()->set_height_step_ratio(*arguments.height_step);
+  if (arguments.max_error) options.mutable_encode()->set_max_error_ratio(*arguments.max_error);
+  if (arguments.max_bytes) options.mutable_encode()->set_max_bytes(*arguments.max_bytes);
   return options;
 }
 
@@ -211,9 +214,20 @@ Command AddReconstruct(CLI::App& program) {
   app->add_flag("--quiet", a->quiet, "show no progress");
   app->add_option("--fit", a->fit, "suzuki (fast) or least-squares (default, closer)")
       ->check(CLI::IsMember({"suzuki", "least-squares"}));
+  CLI::Option* error =
+      app->add_option("--max-error", a->max_error,
+                      "RMS error of the surface in the file, fraction of the diagonal; default "
+                      "next to its own")
+          ->check(CLI::Range(1e-6, 0.1));
+  CLI::Option* bytes =
+      app->add_option("--max-bytes", a->max_bytes, "bytes of the file, as good as they allow")
+          ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
+          ->excludes(error);
   app->add_option("--height-step", a->height_step,
-                  "step of the height quantiser, fraction of the diagonal; default 2e-5")
-      ->check(CLI::Range(1e-9, 0.01));
+                  "step of the height quantiser, fraction of the diagonal")
+      ->check(CLI::Range(1e-9, 0.01))
+      ->excludes(error)
+      ->excludes(bytes);
   app->add_option("--seed", a->seed, "of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
   return {app, [a](std::stop_token stop) { return Reconstruct(*a, stop); }};

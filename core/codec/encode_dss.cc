@@ -231,6 +231,11 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> chunk, ControlChunk(header, coded_mesh));
   const int64_t bytes_left =
       options.max_bytes.value_or(0) - static_cast<int64_t>(chunk.size()) - kStepSlack;
+  if (options.max_bytes && bytes_left <= 0) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the control mesh alone takes ", chunk.size(), " bytes, encode.max_bytes is ",
+                     *options.max_bytes, "; allow more, or take fewer control faces"));
+  }
   RILIEVO_ASSIGN_OR_RETURN(EncodedHeights heights,
                            EncodeHeights(encoder, options, bytes_left, context));
   header.height_unit = heights.unit;

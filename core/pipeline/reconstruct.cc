@@ -204,6 +204,9 @@ absl::StatusOr<EncodedSurface> Encode(const DisplacedSurface& surface,
   EncodeOptions encode = options.encode;
   if (encode.height_step == 0 && !encode.max_error && !encode.max_bytes) {
     encode.max_error = CodingError(*report, options.measure);
+  } else if (encode.max_error) {
+    encode.max_error = CodingErrorWithin(*encode.max_error, *report, options.measure);
+    report->error_unreachable = OwnError(*report, options.measure) > *options.encode.max_error;
   }
   RILIEVO_ASSIGN_OR_RETURN(EncodedSurface encoded, EncodeDss(surface, metadata, encode, context));
   for (const auto& chunk : encoded.chunks) report->encoded_bytes += chunk.size();

@@ -19,6 +19,11 @@ double Share(int64_t part, int64_t whole) {
 
 std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   std::vector<std::string> warnings;
+  if (report.error_unreachable) {
+    warnings.push_back(
+        "The error asked for is below what the scan allows: noise and spacing of the points keep "
+        "the surface farther from the truth than that.");
+  }
   const double rms_spacings =
       report.median_spacing > 0 ? report.error.rms / report.median_spacing : 0;
   if (rms_spacings > kPoorFitSpacings) {

@@ -27,9 +27,15 @@ TEST(CodingErrorTest, NoiseIsNotTheErrorOfTheSurface) {
   EXPECT_NEAR(CodingError(Report(1e-3, 2e-3, 1e-3), true), 7.5e-5, 1e-12);
 }
 
-TEST(CodingErrorTest, WithoutAMeasurementAShareOfTheSpacing) {
-  EXPECT_NEAR(CodingError(Report(0, 0, 0), false), 2.4e-5, 1e-12);
-  EXPECT_GT(CodingError(Report(0, 0, 0), true), 0);
+TEST(CodingErrorTest, WhatIsAskedForIsSharedWithTheSurfacesOwnError) {
+  const ReconstructReport report = Report(3e-4, 1e-3, 0);
+  EXPECT_NEAR(CodingErrorWithin(5e-4, report, true), 4e-4, 1e-12);
+  EXPECT_EQ(CodingErrorWithin(2e-4, report, true), CodingError(report, true));
+}
+
+TEST(CodingErrorTest, BetweenItsPointsAnySurfaceIsOff) {
+  EXPECT_NEAR(CodingError(Report(0, 0, 0), false), 1.5e-5, 1e-12);
+  EXPECT_NEAR(CodingError(Report(0, 0, 0), true), 1.5e-5, 1e-12);
 }
 
 }  // namespace

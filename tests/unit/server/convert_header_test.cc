@@ -222,6 +222,17 @@ TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
   EXPECT_TRUE(Parse(high).options.Validate().ok()) << Parse(high).options.Validate();
 }
 
+TEST(ParseHeader, OnlyOneGoalOfTheFileIsTaken) {
+  v1::ReconstructHeader header = ValidHeader();
+  header.mutable_options()->mutable_encode()->set_max_error_ratio(1e-3);
+  EXPECT_EQ(Parse(header).options.encode.max_error, 1e-3);
+  header.mutable_options()->mutable_encode()->set_max_error_ratio(0.2);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_ratio"));
+  header.mutable_options()->mutable_encode()->set_max_error_ratio(1e-3);
+  header.mutable_options()->mutable_encode()->set_max_bytes(10000);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_ratio"));
+}
+
 TEST(ParseHeader, ScanSizeIsCheckedAgainstTheLimits) {
   ServerOptions limits;
   limits.max_points = 5000;
