@@ -27,6 +27,7 @@ Command AddExport(CLI::App& program);
 Command AddInfo(CLI::App& program);
 Command AddCompare(CLI::App& program);
 Command AddSimulate(CLI::App& program);
+Command AddVerify(CLI::App& program);
 Command AddView(CLI::App& program);
 
 }  // namespace rilievo

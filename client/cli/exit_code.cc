@@ -21,7 +21,8 @@ const char kExitCodeHelp[] =
     "  3  an input cannot be read, or the scan cannot become a surface\n"
     "  4  the server cannot be reached, is full, or ran out of time\n"
     "  5  cancelled (Ctrl-C)\n"
-    "  6  the result cannot be written\n";
+    "  6  the result cannot be written\n"
+    "  7  verify: the file does not hold what it states\n";
 
 absl::Status WithExitCode(absl::Status status, ExitCode code) {
   if (!status.ok()) {

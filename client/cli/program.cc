@@ -28,7 +28,8 @@ int RunProgram(int argc, const char* const* argv) {
                    "(surfaces). 'rilievo COMMAND --help' explains a command.\n\n",
                    kExitCodeHelp));
   std::vector<Command> commands;
-  for (const auto add : {AddReconstruct, AddExport, AddInfo, AddCompare, AddSimulate, AddView}) {
+  for (const auto add :
+       {AddReconstruct, AddExport, AddInfo, AddVerify, AddCompare, AddSimulate, AddView}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

@@ -126,12 +126,35 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
   }
 }
 
+// RMS and maximum of both ways together follow from those of each way.
+bool HasBothWays(const DssMetadata& metadata) {
+  return metadata.surface_to_scan.rms >= 0 && metadata.scan_to_surface.rms >= 0;
+}
+
+double RmsOfWays(const DssMetadata& metadata) {
+  const double a = metadata.surface_to_scan.rms, b = metadata.scan_to_surface.rms;
+  return std::sqrt((a * a + b * b) / 2);
+}
+
+double MaxOfWays(const DssMetadata& metadata) {
+  return std::max(metadata.surface_to_scan.max, metadata.scan_to_surface.max);
+}
+
+bool FollowsFromWays(const DssMetadata& metadata) {
+  constexpr double kRounding = 1e-6;
+  const auto near = [](double x, double y) { return std::abs(x - y) <= kRounding * y; };
+  return HasBothWays(metadata) && near(metadata.error_rms, RmsOfWays(metadata)) &&
+         near(metadata.error_max, MaxOfWays(metadata));
+}
+
 }  // namespace
 
 void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
   WriteText(kGenerator, metadata.generator, writer);
-  WriteDouble(kErrorRms, metadata.error_rms, writer);
-  WriteDouble(kErrorMax, metadata.error_max, writer);
+  if (!FollowsFromWays(metadata)) {
+    WriteDouble(kErrorRms, metadata.error_rms, writer);
+    WriteDouble(kErrorMax, metadata.error_max, writer);
+  }
   if (metadata.scan_points > 0) WriteCount(kScanPoints, metadata.scan_points, writer);
   WriteText(kRoad, metadata.road, writer);
   WriteFigures(kErrors, std::vector<double>{metadata.error_mean, metadata.error_p95}, writer);
@@ -153,6 +176,10 @@ DssMetadata ReadMetadata(ByteReader& reader) {
     const uint64_t field = reader.Varint();
     if (field == kEnd) break;
     ReadField(field, reader.Bytes(reader.Varint()), metadata);
+  }
+  if (HasBothWays(metadata)) {
+    if (metadata.error_rms < 0) metadata.error_rms = RmsOfWays(metadata);
+    if (metadata.error_max < 0) metadata.error_max = MaxOfWays(metadata);
   }
   return metadata;
 }

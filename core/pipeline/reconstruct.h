@@ -34,7 +34,7 @@ struct ReconstructOptions {
   // Faces of the finest level at most: a level chosen here stays below, one asked for is refused.
   // [1, 2^30].
   int64_t max_surface_faces = int64_t{1} << 30;
-  // Measure the two-sided error against the points at the end.
+  // Measure the two-sided error of the decoded surface against the points at the end.
   bool measure = true;
   absl::Status Validate() const;
 };
@@ -56,7 +56,7 @@ struct ReconstructReport {
   int fit_rounds = 0;
   bool fit_converged = false;
   int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;
-  TwoSidedError error;  // a = surface, b = points; zero when not measured
+  TwoSidedError error;  // a = decoded surface, b = points; zero when not measured
   int64_t encoded_bytes = 0;
   bool error_unreachable = false;  // the surface's own error is above encode.max_error already
   double stage_seconds[kStageCount] = {};

@@ -154,4 +154,19 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
   return error;
 }
 
+absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
+                                                const MeasureOptions& options,
+                                                const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckShape(from, "from"));
+  RILIEVO_RETURN_IF_ERROR(CheckShape(to, "to"));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree from_tree,
+                           ClosestPointTree::Build(from.vertices, from.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree,
+                           ClosestPointTree::Build(to.vertices, to.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const OneWay way,
+                           MeasureOneWay(from, from_tree, to_tree, options.samples, context));
+  return way.summary;
+}
+
 }  // namespace rilievo

@@ -42,4 +42,9 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);
 
+// One direction of it: from samples and vertices of `from`, or its points, to `to`.
+absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
+                                                const MeasureOptions& options,
+                                                const RunContext& context);
+
 }  // namespace rilievo

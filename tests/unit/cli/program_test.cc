@@ -89,7 +89,8 @@ TEST_F(ProgramTest, HelpFitsTheTerminalAndTellsTheExitCodes) {
   EXPECT_EQ(help.code, 0);
   EXPECT_THAT(help.out, HasSubstr("Exit codes:"));
   EXPECT_LE(WidestLine(help.out), 80u);
-  for (const char* command : {"reconstruct", "export", "info", "compare", "simulate", "view"}) {
+  for (const char* command :
+       {"reconstruct", "export", "info", "verify", "compare", "simulate", "view"}) {
     EXPECT_THAT(help.out, HasSubstr(command));
     const Ended page = Run({command, "--help"});
     EXPECT_EQ(page.code, 0);
@@ -262,6 +263,38 @@ TEST_F(ProgramTest, ACutSurfaceFileIsRefused) {
   const Ended ended = Run({"info", At("cut.dss")});
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.err, HasSubstr("cut.dss"));
+}
+
+TEST_F(ProgramTest, VerifyConfirmsAFileAndTellsAnother) {
+  ASSERT_EQ(Run({"simulate", "torus", "-o", At("scan.ply"), "--points", "4000"}).code, 0);
+  ASSERT_EQ(
+      Run({"simulate", "torus", "-o", At("other.ply"), "--points", "4000", "--seed", "9"}).code, 0);
+  ASSERT_EQ(
+      Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--quiet", "--max-error", "0.001"})
+          .code,
+      0);
+  const Ended same = Run({"verify", At("a.dss"), At("scan.ply"), "--json"});
+  ASSERT_EQ(same.code, 0) << same.err;
+  const Json json = Json::parse(same.out);
+  EXPECT_EQ(json["agrees"], true);
+  EXPECT_EQ(json["scan"], "same");
+  EXPECT_EQ(json["options"], "max_error=0.001");
+  EXPECT_EQ(json["figures"].size(), 16u);
+  EXPECT_NEAR(double{json["figures"]["rms"]["found"]}, double{json["figures"]["rms"]["stated"]},
+              1e-8);
+  const Ended text = Run({"verify", At("a.dss")});
+  EXPECT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("agrees"));
+
+  const Ended other = Run({"verify", At("a.dss"), At("other.ply")});
+  EXPECT_EQ(other.code, 7);
+  EXPECT_THAT(other.err, HasSubstr("is not the scan"));
+  std::string bytes = Content(At("a.dss"));
+  bytes[bytes.size() / 2] ^= 4;
+  std::ofstream(At("flipped.dss"), std::ios::binary) << bytes;
+  const Ended flipped = Run({"verify", At("flipped.dss"), At("scan.ply")});
+  EXPECT_EQ(flipped.code, 3);
+  EXPECT_THAT(flipped.err, HasSubstr("flipped.dss"));
 }
 
 TEST_F(ProgramTest, TheGivenControlMeshIsUsed) {

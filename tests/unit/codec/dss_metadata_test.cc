@@ -65,6 +65,19 @@ TEST(DssMetadataTest, EveryFieldComesBack) {
   EXPECT_EQ(read.options, written.options);
 }
 
+TEST(DssMetadataTest, WhatFollowsFromBothWaysTakesNoBytes) {
+  DssMetadata metadata = Certificate();
+  const size_t with = Write(metadata).size();
+  metadata.error_rms = std::sqrt((2.1e-4 * 2.1e-4 + 2.2e-4 * 2.2e-4) / 2);
+  metadata.error_max = 7e-3;
+  const std::vector<uint8_t> bytes = Write(metadata);
+  EXPECT_EQ(bytes.size() + 20, with);
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_NEAR(read.error_rms / metadata.error_rms, 1, 1e-6);
+  EXPECT_NEAR(read.error_max / metadata.error_max, 1, 1e-6);
+}
+
 TEST(DssMetadataTest, NothingKnownTakesOneByte) {
   const std::vector<uint8_t> bytes = Write({});
   EXPECT_EQ(bytes, std::vector<uint8_t>{0});

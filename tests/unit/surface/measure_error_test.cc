@@ -112,6 +112,18 @@ TEST(MeasureTwoSidedTest, ThreadsDoNotChangeTheResult) {
   EXPECT_EQ(x.max, y.max);
 }
 
+TEST(MeasureOneSidedTest, IsOneWayOfBoth) {
+  const Shape a = SquareShape(0, 4), b = SquareShape(0.1, 7);
+  const TwoSidedError both = *MeasureTwoSided(a, b, {}, RunContext());
+  const DistanceSummary one = *MeasureOneSided(b, a, {}, RunContext());
+  EXPECT_EQ(one.rms, both.b_to_a.rms);
+  EXPECT_EQ(one.p95, both.b_to_a.p95);
+  EXPECT_EQ(one.max, both.b_to_a.max);
+  EXPECT_EQ(one.samples, both.b_to_a.samples);
+  EXPECT_EQ(MeasureOneSided(a, Shape(), {}, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 TEST(MeasureTwoSidedTest, NamesWhatIsWrong) {
   const Shape good = SquareShape(0, 4);
   const auto message = [](const Shape& a, const Shape& b, int samples) {

@@ -1,0 +1,148 @@
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/text_layout.h"
+#include "client/formats/scan_reader.h"
+#include "core/base/status_macros.h"
+#include "core/pipeline/certificate.h"
+
+namespace rilievo {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct VerifyArguments {
+  std::string input, scan;
+  bool json = false;
+};
+
+const char* ScanName(StatedScan scan) {
+  switch (scan) {
+    case StatedScan::kNotGiven:
+      return "not-given";
+    case StatedScan::kSame:
+      return "same";
+    case StatedScan::kOther:
+      return "other";
+    case StatedScan::kUnknown:
+      break;
+  }
+  return "unknown";
+}
+
+// What is wrong, in words; empty when all agrees.
+std::string Reason(const VerifyArguments& arguments, const Verification& verification) {
+  std::vector<std::string> reasons;
+  if (verification.scan == StatedScan::kOther) {
+    reasons.push_back(
+        absl::StrCat(arguments.scan, " is not the scan that the surface was made from"));
+  } else if (verification.scan == StatedScan::kUnknown) {
+    reasons.push_back("the file does not say which scan it was made from");
+  }
+  if (!verification.complete) reasons.push_back("the last layers are missing");
+  if (verification.figures.empty()) reasons.push_back("the file states no figures");
+  std::vector<std::string> names;
+  for (const CertifiedFigure& figure : verification.figures) {
+    if (!figure.agrees) names.push_back(figure.name);
+  }
+  if (!names.empty()) {
+    reasons.push_back(absl::StrCat("stated and found differ in ", absl::StrJoin(names, ", ")));
+  }
+  return absl::StrJoin(reasons, "; ");
+}
+
+Json VerifyJson(const VerifyArguments& arguments, const DecodedSurface& decoded,
+                const Verification& verification) {
+  Json json;
+  json["file"] = arguments.input;
+  json["format_version"] = decoded.format_version;
+  json["generator"] = decoded.metadata.generator;
+  json["options"] = decoded.metadata.options;
+  json["input_hash"] = absl::BytesToHexString(decoded.metadata.input_hash);
+  json["layers"] = decoded.chunk_bytes.size();
+  json["complete"] = verification.complete;
+  json["scan"] = ScanName(verification.scan);
+  json["figures"] = Json::object();
+  for (const CertifiedFigure& figure : verification.figures) {
+    json["figures"][figure.name] = {
+        {"stated", figure.stated}, {"found", figure.found}, {"agrees", figure.agrees}};
+  }
+  json["agrees"] = verification.agrees();
+  json["reason"] = Reason(arguments, verification);
+  return json;
+}
+
+void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& decoded,
+                       const Verification& verification) {
+  const DssMetadata& metadata = decoded.metadata;
+  std::cout << arguments.input << '\n'
+            << LabelledLine(
+                   "file", absl::StrCat("format ", decoded.format_version, ", by ",
+                                        metadata.generator.empty() ? "?" : metadata.generator, "; ",
+                                        Counted(static_cast<int64_t>(decoded.chunk_bytes.size()),
+                                                "layer", "layers"),
+                                        ", every checksum is right"));
+  if (!metadata.options.empty()) std::cout << LabelledLine("options", metadata.options);
+  if (verification.scan == StatedScan::kSame) {
+    std::cout << LabelledLine(
+        "scan", absl::StrCat(arguments.scan, " is the scan the surface was made from"));
+  }
+  if (!verification.figures.empty()) {
+    std::cout << absl::StrFormat("  %-24s %16s %16s\n", "figure", "stated", "found");
+  }
+  for (const CertifiedFigure& figure : verification.figures) {
+    std::cout << absl::StrFormat("  %-24s %16.8g %16.8g%s\n", figure.name, figure.stated,
+                                 figure.found, figure.agrees ? "" : "  differs");
+  }
+  if (verification.scan == StatedScan::kNotGiven) {
+    std::cout << LabelledLine("note", "the errors were not looked at; name the scan to check them");
+  }
+  std::cout << LabelledLine("verdict", verification.agrees() ? "agrees" : "differs");
+}
+
+absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  std::optional<ScanFile> scan;
+  if (!arguments.scan.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(scan, ReadScan(arguments.scan));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
+                           VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));
+  if (arguments.json) {
+    std::cout << VerifyJson(arguments, decoded, verification).dump(2) << '\n';
+  } else {
+    PrintVerification(arguments, decoded, verification);
+  }
+  if (verification.agrees()) return absl::OkStatus();
+  return WithExitCode(absl::FailedPreconditionError(
+                          absl::StrCat(arguments.input, ": ", Reason(arguments, verification))),
+                      ExitCode::kDiffers);
+}
+
+}  // namespace
+
+Command AddVerify(CLI::App& program) {
+  CLI::App* app = program.add_subcommand("verify", "Check what a surface file states about itself");
+  const auto arguments = std::make_shared<VerifyArguments>();
+  app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
+  app->add_option("SCAN", arguments->scan, "the scan it was made from: checks the errors too");
+  app->add_flag("--json", arguments->json, "for programs");
+  return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
+}
+
+}  // namespace rilievo

@@ -1,0 +1,176 @@
+#include "core/pipeline/certificate.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "core/pipeline/options_text.h"
+#include "core/scan/check_scan.h"
+#include "core/scan/scan_surface.h"
+#include "core/surface/count_folds.h"
+
+namespace rilievo {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "hashes are over little-endian doubles");
+
+constexpr int kSamples = 50000;
+
+DssDistance Distance(const DistanceSummary& summary) {
+  return {summary.rms, summary.mean, summary.p95, summary.max};
+}
+
+double FilledShare(const DisplacedSurface& surface) {
+  const auto filled =
+      std::count(surface.sources.begin(), surface.sources.end(), HeightSource::kFilled);
+  return static_cast<double>(filled) /
+         static_cast<double>(std::max<size_t>(1, surface.sources.size()));
+}
+
+// The points that the errors of the file are about.
+absl::StatusOr<Eigen::Matrix3Xd> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
+                                            const SpatialFrame& frame, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked,
+                           CheckScan(scan, stated.options.check, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, AnalyzeScan(checked, stated.options.scan, context));
+  Eigen::Matrix3Xd points = std::move(cleaned.cloud.points);
+  if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
+    return points;
+  }
+  for (auto point : points.colwise()) {
+    point = frame.UnitFromScan(cleaned.frame.ScanFromUnit(point));
+  }
+  return points;
+}
+
+class FigureList {
+ public:
+  void Add(std::string name, double stated, double found) {
+    if (stated < 0) return;
+    constexpr double kRelative = 1e-5, kAbsolute = 1e-13;
+    const bool agrees = std::abs(stated - found) <= kRelative * std::max(stated, found) + kAbsolute;
+    figures.push_back({std::move(name), stated, found, agrees});
+  }
+  void Add(const std::string& name, const DssDistance& stated, const DssDistance& found) {
+    Add(name + "_rms", stated.rms, found.rms);
+    Add(name + "_mean", stated.mean, found.mean);
+    Add(name + "_p95", stated.p95, found.p95);
+    Add(name + "_max", stated.max, found.max);
+  }
+  std::vector<CertifiedFigure> figures;
+};
+
+std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadata& found,
+                                     bool with_errors) {
+  FigureList list;
+  if (with_errors) {
+    list.Add("rms", stated.error_rms, found.error_rms);
+    list.Add("mean", stated.error_mean, found.error_mean);
+    list.Add("p95", stated.error_p95, found.error_p95);
+    list.Add("max", stated.error_max, found.error_max);
+    list.Add("surface_to_scan", stated.surface_to_scan, found.surface_to_scan);
+    list.Add("scan_to_surface", stated.scan_to_surface, found.scan_to_surface);
+    list.Add("scan_points", static_cast<double>(stated.scan_points),
+             static_cast<double>(found.scan_points));
+  }
+  list.Add("folds", static_cast<double>(stated.folds), static_cast<double>(found.folds));
+  if (stated.filled_share >= 0) {
+    list.Add("filled_share", stated.filled_share, found.filled_share);
+    const double shares = stated.measured_share + stated.smoothed_share + stated.filled_share;
+    list.Add("sum_of_shares", shares, 1.0);
+  }
+  return std::move(list.figures);
+}
+
+}  // namespace
+
+std::string HashOfScan(const PointCloud& scan) {
+  constexpr size_t kBytes = 16, kBlock = 4096;
+  Sha256 hash;
+  std::array<double, kBlock> block;
+  const double* coordinates = scan.points.data();
+  const size_t count = static_cast<size_t>(scan.points.size());
+  for (size_t begin = 0; begin < count; begin += kBlock) {
+    const size_t n = std::min(kBlock, count - begin);
+    std::transform(coordinates + begin, coordinates + begin + n, block.begin(), [](double x) {
+      return std::isnan(x) ? std::numeric_limits<double>::quiet_NaN() : x;
+    });
+    hash.Add({reinterpret_cast<const uint8_t*>(block.data()), n * sizeof(double)});
+  }
+  const auto digest = hash.Finish();
+  return std::string(digest.begin(), digest.begin() + kBytes);
+}
+
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             const Eigen::Matrix3Xd& points,
+                                             const RunContext& context) {
+  DisplacedSurface unit = surface;
+  unit.frame = {};
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  return MeasureTwoSided({std::move(mesh.vertices), std::move(mesh.triangles)}, {points, {}},
+                         MeasureOptions{kSamples}, context);
+}
+
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
+                                             const Eigen::Matrix3Xd* points,
+                                             const RunContext& context, DssMetadata* certificate) {
+  TwoSidedError error;
+  if (points != nullptr) {
+    RILIEVO_ASSIGN_OR_RETURN(error, MeasureSurface(decoded, *points, context));
+    certificate->error_rms = error.rms;
+    certificate->error_mean = error.mean;
+    certificate->error_p95 = error.p95;
+    certificate->error_max = error.max;
+    certificate->surface_to_scan = Distance(error.a_to_b);
+    certificate->scan_to_surface = Distance(error.b_to_a);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(certificate->folds, CountFolds(decoded, context));
+  certificate->filled_share = FilledShare(decoded);
+  certificate->smoothed_share =
+      std::clamp(certificate->smoothed_share, 0.0, 1 - certificate->filled_share);
+  certificate->measured_share = 1 - certificate->filled_share - certificate->smoothed_share;
+  return error;
+}
+
+bool Verification::agrees() const {
+  if (!complete || scan == StatedScan::kOther || scan == StatedScan::kUnknown) return false;
+  return !figures.empty() && std::all_of(figures.begin(), figures.end(),
+                                         [](const CertifiedFigure& f) { return f.agrees; });
+}
+
+absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
+                                               const PointCloud* scan, const RunContext& context) {
+  Verification verification;
+  verification.complete =
+      decoded.surface.max_level == decoded.declared_max_level && decoded.chunk_bytes.size() > 1;
+  if (scan != nullptr) {
+    verification.scan = decoded.metadata.input_hash.empty()                ? StatedScan::kUnknown
+                        : HashOfScan(*scan) == decoded.metadata.input_hash ? StatedScan::kSame
+                                                                           : StatedScan::kOther;
+  }
+  DssMetadata found = decoded.metadata;
+  const bool with_errors = verification.scan == StatedScan::kSame;
+  RunContext measure = context;
+  Eigen::Matrix3Xd points;
+  if (with_errors) {
+    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
+    measure.seed = stated.seed;
+    found.scan_points = scan->points.cols();
+    if (decoded.metadata.error_rms >= 0) {
+      RILIEVO_ASSIGN_OR_RETURN(points, PointsUsed(*scan, stated, decoded.surface.frame, measure));
+    }
+  }
+  RILIEVO_RETURN_IF_ERROR(
+      CertifySurface(decoded.surface, points.cols() > 0 ? &points : nullptr, measure, &found)
+          .status());
+  verification.figures = Compare(decoded.metadata, found, with_errors);
+  return verification;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,60 @@
+// What a .dss says of itself, and the proof of it.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/dss.h"
+#include "core/geometry/point_cloud.h"
+#include "core/surface/measure_error.h"
+
+namespace rilievo {
+
+// The first 16 bytes of the SHA-256 of all points in their order: x, y, z as little-endian
+// doubles, what is no number as the quiet NaN. The same for every file that holds these numbers.
+std::string HashOfScan(const PointCloud& scan);
+
+// Two-sided error of the surface's finest level against points of its unit frame: 50 000 samples of
+// the surface and every point. Their RMS is within 1 % of that of 200 000 samples.
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             const Eigen::Matrix3Xd& points,
+                                             const RunContext& context);
+
+// Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
+// null), folds, share filled in. The shares measured and smoothed are the maker's word: the file
+// only tells filled heights from others, so `measured_share` becomes what the other two leave.
+// Gives the errors; all zero without points.
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
+                                             const Eigen::Matrix3Xd* points,
+                                             const RunContext& context, DssMetadata* certificate);
+
+struct CertifiedFigure {
+  std::string name;
+  double stated = -1, found = -1;
+  bool agrees = false;  // to 1e-5 of the figure: those in the file have 20 binary digits
+};
+
+enum class StatedScan {
+  kNotGiven,  // errors are not recomputed
+  kSame,
+  kOther,    // the hashes differ
+  kUnknown,  // the file does not say which scan it was made from
+};
+
+struct Verification {
+  StatedScan scan = StatedScan::kNotGiven;
+  bool complete = true;                  // all layers are there
+  std::vector<CertifiedFigure> figures;  // those the file states and this run could recompute
+  bool agrees() const;
+};
+
+// Recomputes what the file states about itself. With its own scan the errors too: the scan is
+// checked and cleaned as the stated options ask, for the errors are those of the points that were
+// used. `decoded` has passed all checksums. INVALID_ARGUMENT for options of an unknown kind.
+absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
+                                               const PointCloud* scan, const RunContext& context);
+
+}  // namespace rilievo

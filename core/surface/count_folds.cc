@@ -1,0 +1,45 @@
+#include "core/surface/count_folds.h"
+
+#include <Eigen/Geometry>
+
+#include "core/base/status_macros.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+namespace {
+
+bool IsTurnedOver(const Eigen::Vector3i& face, const Eigen::Matrix3Xd& displaced,
+                  const LimitSurface& limit) {
+  const auto edge = [&](const Eigen::Matrix3Xd& vertices, int k) -> Eigen::Vector3d {
+    return vertices.col(face[(k + 1) % 3]) - vertices.col(face[k]);
+  };
+  const Eigen::Vector3d normal = edge(displaced, 0).cross(edge(displaced, 1));
+  const Eigen::Vector3d along =
+      limit.normals.col(face[0]) + limit.normals.col(face[1]) + limit.normals.col(face[2]);
+  if (normal.dot(along) < 0) return true;
+  for (int k = 0; k < 3; ++k) {
+    if (edge(displaced, k).dot(edge(limit.positions, k)) >= 0) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunContext& context) {
+  DisplacedSurface unit = surface;
+  unit.frame = {};
+  RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  const int coarser = std::max(0, surface.max_level - 1);
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineTopology(surface.control_mesh, coarser, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LimitSurface limit,
+      EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
+  int64_t folds = 0;
+  for (const auto face : mesh.triangles.colwise()) {
+    folds += IsTurnedOver(face, mesh.vertices, limit);
+  }
+  return folds;
+}
+
+}  // namespace rilievo
