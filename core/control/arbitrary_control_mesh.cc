@@ -32,7 +32,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   ImplicitOptions implicit;
   implicit.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
-                           FitImplicitFunction(given, graph, implicit, context));
+                           FitImplicitFunction(given, graph, index, implicit, context));
   OrientedCloud cloud = given;
   cloud.normals = function.normals;
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
@@ -47,8 +47,8 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
-  const double smallest_loop =
-      kSmallestHandleSpacings * std::numbers::pi * std::max(cloud.median_spacing, function.cell);
+  const double smallest_loop = kSmallestHandleSpacings * std::numbers::pi *
+                               std::max(cloud.median_spacing, function.finest_cell());
   // Searched at the density of the points: the finer grid would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};

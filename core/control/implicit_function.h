@@ -7,51 +7,49 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/control/implicit_grid.h"
+#include "core/control/implicit_levels.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
 
 struct ImplicitOptions {
-  // Finest cell, in median spacings of the points. [0.25, 8].
+  // Cell around a point, in spacings. [0.25, 8].
   double cell_spacings = 1.7;
   // Where sheets lie back to back the cell shrinks to this share of their distance, but never
   // below `thin_cell_spacings`. (0, 1].
   double cell_thicknesses = 0.45;
   double thin_cell_spacings = 0.65;
-  // The finest cell is at least this many times the median noise. [0, 16].
+  // No cell is asked for that is smaller than so many times the median noise. [0, 16].
   double cell_noises = 2.5;
   // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].
   double screening = 2.0;
-  // Nodes kept on each side of the points at every level but the coarsest, in cells. [2, 8].
+  // A point lies this deep in cells of its own level. [2, 8].
   int band_cells = 3;
-  // The zero set is followed this far from the points, in spacings of theirs. [1, inf).
-  double reach_spacings = 12;
-  // All around is outside, and the zero set is followed everywhere: it closes over openings.
+  // All around is outside: the zero set closes over openings.
   bool closed = false;
   absl::Status Validate() const;
 };
 
-// Values at the nodes of the finest grid; position of node (x, y, z) is origin + cell * (x, y, z).
-// Negative inside, positive outside.
+// A function on nested grids, coarse to fine. Every cell of a level is either cut into eight cells
+// of the next or a leaf; the function is the trilinear one of the leaves.
 struct ImplicitFunction {
-  ImplicitGrid grid;
-  std::vector<float> values;
+  std::vector<ImplicitLevel> levels;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // unit frame
-  double cell = 0;                                   // unit frame
   // Of the cloud's points, with the sides that the function gave to those it outvoted.
   Eigen::Matrix3Xd normals;
+
+  double finest_cell() const { return levels.back().cell; }
 };
 
 // Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where
 // b_e is the point normals, weighted by each point's share of area in cell units (s_i) and spread
 // trilinearly to the edges around it: Kazhdan and Hoppe 2013 with a staggered grid in place of an
 // octree. The coarsest grid covers the whole box; each finer one is a band around the points that
-// are dense enough for it, with the coarser solution as its border and as its first guess, and
-// around the coarser zero set, where that solution stands.
+// ask for it (see WantedCells), with the coarser solution as its border and as its first guess.
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                                                      const NeighborGraph& graph,
+                                                     const PointIndex& index,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context);
 

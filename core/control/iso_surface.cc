@@ -6,17 +6,17 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/iso_transition.h"
 
 namespace rilievo {
 
 const int kCellEdgeCorners[12][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
                                      {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
 
-namespace {
+const int kCellFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
+                              {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
 
-// Corners of the six cell faces, counter-clockwise seen from outside the cell.
-constexpr int kCellFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4},
-                                  {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
+namespace {
 
 int EdgeBetween(int a, int b) {
   for (int edge = 0; edge < 12; ++edge) {
@@ -100,18 +100,45 @@ CellTriangles ComputeCell(int negative_corners) {
   return cell;
 }
 
-// Vertices sit on grid edges: edge 3 * node + axis runs from the node along the axis.
+// A leaf cell that the zero set may cross.
+struct LeafCell {
+  Eigen::Vector3i low;
+  std::array<int, 8> corners;
+  bool transition = false;  // touches cells of half its size
+};
+
+// Vertices sit on grid edges: edge 3 * node + axis of a level runs from the node along the axis.
 class SurfaceBuilder {
  public:
-  SurfaceBuilder(const ImplicitFunction& function, std::vector<Eigen::Vector3i> nodes)
-      : function_(function), nodes_(std::move(nodes)), vertex_of_edge_(3 * nodes_.size(), -1) {}
+  explicit SurfaceBuilder(const ImplicitFunction& function) : function_(function) {
+    for (const ImplicitLevel& level : function.levels) {
+      nodes_.push_back(level.grid.Nodes());
+      vertex_of_edge_.emplace_back(3 * nodes_.back().size(), -1);
+    }
+  }
 
-  void AddCell(const std::array<int, 8>& corners) {
+  const std::vector<Eigen::Vector3i>& nodes(int level) const { return nodes_[level]; }
+
+  void AddCell(int level, const LeafCell& cell) {
+    if (cell.transition) {
+      for (const std::vector<GridEdge>& loop :
+           LoopsOfTransitionCell(function_.levels, level, cell.low, cell.corners)) {
+        AddLoop(loop);
+      }
+      return;
+    }
     int negative = 0;
-    for (int c = 0; c < 8; ++c) negative |= (function_.values[corners[c]] < 0) << c;
-    const CellTriangles& cell = TrianglesOfCell(negative);
-    for (int t = 0; t < cell.count; ++t) {
-      for (const int edge : cell.edges[t]) triangles_.push_back(VertexOn(corners, edge));
+    for (int c = 0; c < 8; ++c) {
+      negative |= (function_.levels[level].values[cell.corners[c]] < 0) << c;
+    }
+    const CellTriangles& triangles = TrianglesOfCell(negative);
+    for (int t = 0; t < triangles.count; ++t) {
+      for (const int edge : triangles.edges[t]) {
+        triangles_.push_back(VertexOn({.level = level,
+                                       .node = cell.corners[kCellEdgeCorners[edge][0]],
+                                       .next = cell.corners[kCellEdgeCorners[edge][1]],
+                                       .axis = edge / 4}));
+      }
     }
   }
 
@@ -123,46 +150,79 @@ class SurfaceBuilder {
   }
 
  private:
-  int VertexOn(const std::array<int, 8>& corners, int edge) {
-    const int a = corners[kCellEdgeCorners[edge][0]];
-    const int b = corners[kCellEdgeCorners[edge][1]];
-    int& vertex = vertex_of_edge_[3 * static_cast<size_t>(a) + edge / 4];
+  int AddVertex(const Eigen::Vector3d& position) {
+    positions_.insert(positions_.end(), position.data(), position.data() + 3);
+    return static_cast<int>(positions_.size() / 3) - 1;
+  }
+
+  int VertexOn(const GridEdge& edge) {
+    int& vertex = vertex_of_edge_[edge.level][3 * static_cast<size_t>(edge.node) + edge.axis];
     if (vertex >= 0) return vertex;
-    vertex = static_cast<int>(positions_.size() / 3);
-    const double fa = function_.values[a];
-    const double fb = function_.values[b];
+    const ImplicitLevel& level = function_.levels[edge.level];
+    const double fa = level.values[edge.node];
+    const double fb = level.values[edge.next];
     // Kept off the nodes, so that no triangle collapses to a point.
     const double t = std::clamp(fa / (fa - fb), 0.02, 0.98);
-    const Eigen::Vector3d lattice =
-        nodes_[a].cast<double>() + t * (nodes_[b] - nodes_[a]).cast<double>();
-    const Eigen::Vector3d position = function_.origin + function_.cell * lattice;
-    positions_.insert(positions_.end(), position.data(), position.data() + 3);
+    Eigen::Vector3d lattice = nodes_[edge.level][edge.node].cast<double>();
+    lattice[edge.axis] += t;
+    vertex = AddVertex(function_.origin + level.cell * lattice);
     return vertex;
   }
 
+  // A fan around the middle: a diagonal might lie in a face of the cell, where another could draw
+  // it.
+  void AddLoop(const std::vector<GridEdge>& loop) {
+    std::vector<int> rim;
+    for (const GridEdge& edge : loop) rim.push_back(VertexOn(edge));
+    if (rim.size() == 3) {
+      triangles_.insert(triangles_.end(), {rim[0], rim[2], rim[1]});
+      return;
+    }
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const int v : rim) middle += Eigen::Map<Eigen::Vector3d>(&positions_[3 * size_t(v)]);
+    const int apex = AddVertex(middle / static_cast<double>(rim.size()));
+    for (size_t i = 0; i < rim.size(); ++i) {
+      triangles_.insert(triangles_.end(), {apex, rim[(i + 1) % rim.size()], rim[i]});
+    }
+  }
+
   const ImplicitFunction& function_;
-  std::vector<Eigen::Vector3i> nodes_;
-  std::vector<int> vertex_of_edge_;
+  std::vector<std::vector<Eigen::Vector3i>> nodes_;  // by level
+  std::vector<std::vector<int>> vertex_of_edge_;     // by level
   std::vector<double> positions_;
   std::vector<int> triangles_;
 };
 
-// The corner numbers of every crossed cell, 8 a cell, in the order of their first corners.
-std::vector<std::array<int, 8>> CrossedCells(const ImplicitFunction& function,
-                                             const std::vector<Eigen::Vector3i>& nodes,
-                                             const RunContext& context) {
+// Whether this is a leaf that the zero set may cross, and what is needed to cut it.
+bool ReadLeafCell(const ImplicitFunction& function, int level, const Eigen::Vector3i& low,
+                  LeafCell* cell) {
+  const ImplicitLevel& own = function.levels[level];
+  const ImplicitGrid* next = level + 1 < static_cast<int>(function.levels.size())
+                                 ? &function.levels[level + 1].grid
+                                 : nullptr;
+  if (next != nullptr && IsRefined(*next, low)) return false;
+  if (!own.grid.FindCell(low, &cell->corners)) return false;
+  cell->low = low;
+  cell->transition = next != nullptr && TouchesSmallerCells(*next, low);
+  if (cell->transition) return true;
+  int below = 0;
+  for (const int corner : cell->corners) below += own.values[corner] < 0;
+  return below > 0 && below < 8;
+}
+
+// In the order of their lower corners.
+std::vector<LeafCell> CrossedCells(const ImplicitFunction& function, int level,
+                                   const std::vector<Eigen::Vector3i>& nodes,
+                                   const RunContext& context) {
   constexpr int64_t kBlock = 1 << 14;
-  std::vector<std::vector<std::array<int, 8>>> parts((nodes.size() + kBlock - 1) / kBlock);
+  std::vector<std::vector<LeafCell>> parts((nodes.size() + kBlock - 1) / kBlock);
   ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+    LeafCell cell;
     for (int64_t node = begin; node < end; ++node) {
-      std::array<int, 8> corners;
-      if (!function.grid.FindCell(nodes[node], &corners)) continue;
-      int below = 0;
-      for (const int corner : corners) below += function.values[corner] < 0;
-      if (below > 0 && below < 8) parts[begin / kBlock].push_back(corners);
+      if (ReadLeafCell(function, level, nodes[node], &cell)) parts[begin / kBlock].push_back(cell);
     }
   }).IgnoreError();
-  std::vector<std::array<int, 8>> cells;
+  std::vector<LeafCell> cells;
   for (const auto& part : parts) cells.insert(cells.end(), part.begin(), part.end());
   return cells;
 }
@@ -180,11 +240,13 @@ const CellTriangles& TrianglesOfCell(int negative_corners) {
 
 absl::StatusOr<ControlMesh> ExtractIsoSurface(const ImplicitFunction& function,
                                               const RunContext& context) {
-  std::vector<Eigen::Vector3i> nodes = function.grid.Nodes();
-  const std::vector<std::array<int, 8>> cells = CrossedCells(function, nodes, context);
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  SurfaceBuilder builder(function, std::move(nodes));
-  for (const auto& corners : cells) builder.AddCell(corners);
+  SurfaceBuilder builder(function);
+  for (int level = 0; level < static_cast<int>(function.levels.size()); ++level) {
+    const std::vector<LeafCell> cells =
+        CrossedCells(function, level, builder.nodes(level), context);
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    for (const LeafCell& cell : cells) builder.AddCell(level, cell);
+  }
   return builder.Finish();
 }
 

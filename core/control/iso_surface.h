@@ -8,11 +8,10 @@
 
 namespace rilievo {
 
-// Faces point from negative to positive values. Only cells whose 8 corners are in the grid are
-// visited, so the surface ends where the grid ends. On a face of a cell whose corners alternate in
-// sign the negative corners are kept apart, on both sides alike: the result has no cracks and no
-// edge with more than two faces. A vertex may still join two fans where the grid is ragged
-// (see SplitPinchedVertices).
+// Faces point from negative to positive values. The leaf cells of all levels are visited; the
+// surface ends where the coarsest grid ends. On a face of a cell whose corners alternate in sign
+// the negative corners are kept apart, on both sides alike: the result has no cracks and no edge
+// with more than two faces. A vertex may still join two fans (see SplitPinchedVertices).
 absl::StatusOr<ControlMesh> ExtractIsoSurface(const ImplicitFunction& function,
                                               const RunContext& context);
 
@@ -26,5 +25,8 @@ const CellTriangles& TrianglesOfCell(int negative_corners);
 
 // The two corners of each of the 12 cell edges; edges 0-3 run along x, 4-7 along y, 8-11 along z.
 extern const int kCellEdgeCorners[12][2];
+
+// Corners of the six cell faces, counter-clockwise seen from outside the cell.
+extern const int kCellFaces[6][4];
 
 }  // namespace rilievo

@@ -11,7 +11,7 @@ namespace {
 
 ControlMesh ZeroSet(const OrientedShape& shape, const ImplicitOptions& options) {
   const ImplicitFunction function =
-      FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{}).value();
+      FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{}).value();
   return ExtractIsoSurface(function, RunContext{}).value();
 }
 
@@ -75,15 +75,47 @@ TEST(ImplicitFunctionTest, AFewNormalsTheWrongWayRoundAreOutvoted) {
 TEST(ImplicitFunctionTest, TheGridStaysInProportionToThePoints) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 20000, kTorusArea);
   const ImplicitFunction function =
-      FitImplicitFunction(shape.cloud, shape.graph, ImplicitOptions{}, RunContext{}).value();
-  EXPECT_LT(function.grid.size(), 12 * 20000);
+      FitImplicitFunction(shape.cloud, shape.graph, shape.index, ImplicitOptions{}, RunContext{})
+          .value();
+  int nodes = 0;
+  for (const ImplicitLevel& level : function.levels) nodes += level.grid.size();
+  EXPECT_LT(nodes, 8 * 20000);
+}
+
+// A sphere thirty times as dense on one half: small cells there, large ones on the other.
+TEST(ImplicitFunctionTest, CellsFollowTheSpacing) {
+  OrientedShape shape = OrientShape(*MakeSphere(), 60000, kSphereArea);
+  OrientedCloud& cloud = shape.cloud;
+  std::vector<int> kept;
+  for (int i = 0; i < 60000; ++i) {
+    if (cloud.points(2, i) > 0 || i % 30 == 0) kept.push_back(i);
+  }
+  for (size_t k = 0; k < kept.size(); ++k) {
+    const bool dense = cloud.points(2, kept[k]) > 0;
+    cloud.spacing[k] = static_cast<float>(cloud.median_spacing * (dense ? 1 : std::sqrt(30.0)));
+  }
+  cloud.spacing.resize(kept.size());
+  cloud.points = cloud.points(Eigen::all, kept).eval();
+  cloud.normals = cloud.normals(Eigen::all, kept).eval();
+  shape.index = PointIndex(cloud.points);
+  shape.graph =
+      BuildNeighborGraph(shape.index, cloud.points, NeighborOptions{}, RunContext{}).value();
+  const ControlMesh mesh = ZeroSet(shape, ImplicitOptions{});
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_TRUE(topology.closed());
+  EXPECT_EQ(topology.euler, 2);
+  const auto z = mesh.vertices.row(2).array();
+  EXPECT_GT((z > 0).count(), 5 * (z < 0).count());
+  const ShapeError error = MeasureAgainstShape(*MakeSphere(), mesh.vertices * shape.scale);
+  EXPECT_LT(error.rms / shape.scale, 0.2 * cloud.median_spacing);
 }
 
 TEST(ImplicitFunctionTest, OptionsOutOfRangeAreNamed) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 1000, kTorusArea);
   ImplicitOptions options;
   options.screening = -1;
-  const auto result = FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{});
+  const auto result =
+      FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{});
   EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(result.status().message().find("screening"), absl::string_view::npos);
 }

@@ -14,16 +14,56 @@
 namespace rilievo {
 namespace {
 
+bool OnBorder(const ImplicitGrid& grid, const Eigen::Vector3i& node) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {-1, 1}) {
+      if (grid.Find(node + side * Eigen::Vector3i::Unit(axis)) < 0) return true;
+    }
+  }
+  return false;
+}
+
 template <typename Field>
 ImplicitFunction Sample(int size, const Field& field) {
   ImplicitFunction function;
-  function.cell = 1.0 / size;
   function.origin = Eigen::Vector3d::Constant(-0.5);
-  function.grid.AddBox({0, 0, 0}, Eigen::Vector3i::Constant(size));
-  function.grid.Seal();
-  for (const Eigen::Vector3i& node : function.grid.Nodes()) {
-    function.values.push_back(
-        static_cast<float>(field(function.origin + function.cell * node.cast<double>())));
+  ImplicitLevel level;
+  level.cell = 1.0 / size;
+  level.grid.AddBox({0, 0, 0}, Eigen::Vector3i::Constant(size));
+  level.grid.Seal();
+  for (const Eigen::Vector3i& node : level.grid.Nodes()) {
+    level.values.push_back(
+        static_cast<float>(field(function.origin + level.cell * node.cast<double>())));
+  }
+  function.levels.push_back(std::move(level));
+  return function;
+}
+
+// The same on nested grids: random places ask for one of `level_count` levels.
+template <typename Field>
+ImplicitFunction SampleNested(int size, int level_count, const Field& field) {
+  ImplicitFunction function = Sample(size, field);
+  std::mt19937 random(3);
+  const Eigen::Matrix3Xd places = 0.4 * Eigen::Matrix3Xd::NullaryExpr(3, 60, [&] {
+                                    return std::uniform_real_distribution<double>(-1, 1)(random);
+                                  });
+  std::vector<uint8_t> wanted(places.cols());
+  for (uint8_t& level : wanted) level = static_cast<uint8_t>(random() % level_count);
+  const std::vector<ImplicitGrid> refined =
+      CellsToRefine(places, wanted, function.origin, 1.0 / size, level_count, 2, RunContext{})
+          .value();
+  for (const ImplicitGrid& cells : refined) {
+    ImplicitLevel finer = RefineCells(function.levels.back(), cells, RunContext{}).value();
+    const std::vector<Eigen::Vector3i> nodes = finer.grid.Nodes();
+    for (size_t n = 0; n < nodes.size(); ++n) {
+      if (OnBorder(finer.grid, nodes[n])) continue;  // keeps the coarse value, as in the solver
+      finer.values[n] =
+          static_cast<float>(field(function.origin + finer.cell * nodes[n].cast<double>()));
+    }
+    function.levels.push_back(std::move(finer));
+  }
+  for (size_t l = function.levels.size() - 1; l > 0; --l) {
+    EXPECT_TRUE(InjectValues(function.levels[l], RunContext{}, &function.levels[l - 1]).ok());
   }
   return function;
 }
@@ -107,6 +147,39 @@ TEST(IsoSurfaceTest, NoiseGivesAManifold) {
   });
   const ControlMesh mesh = ExtractIsoSurface(function, RunContext{}).value();
   const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_EQ(topology.nonmanifold_edges, 0);
+  EXPECT_EQ(topology.boundary_edges, 0);
+  EXPECT_TRUE(topology.oriented);
+  const ControlMesh split = SplitPinchedVertices(mesh);
+  EXPECT_TRUE(BuildMeshTopology(split.faces, split.vertices.cols()).ok());
+}
+
+TEST(IsoSurfaceTest, CellsOfThreeSizesMeetWithoutCracks) {
+  const ImplicitFunction function =
+      SampleNested(14, 3, [](const Eigen::Vector3d& x) { return x.norm() - 0.37; });
+  ASSERT_GT(function.levels[2].grid.size(), 0);
+  const ControlMesh mesh = ExtractIsoSurface(function, RunContext{}).value();
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_TRUE(topology.closed());
+  EXPECT_TRUE(topology.manifold());
+  EXPECT_TRUE(topology.oriented);
+  EXPECT_EQ(topology.euler, 2);
+  const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
+  for (int v = 0; v < mesh.vertices.cols(); ++v) {
+    EXPECT_NEAR(mesh.vertices.col(v).norm(), 0.37, 0.005);
+    EXPECT_GT(normals.col(v).dot(mesh.vertices.col(v).normalized()), 0.8);
+  }
+}
+
+TEST(IsoSurfaceTest, NoiseInCellsOfFourSizesGivesAManifold) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> gauss;
+  const ImplicitFunction function = SampleNested(10, 4, [&](const Eigen::Vector3d& x) {
+    return x.cwiseAbs().maxCoeff() > 0.45 ? 1.0 : gauss(random);
+  });
+  const ControlMesh mesh = ExtractIsoSurface(function, RunContext{}).value();
+  const TopologySummary topology = SummarizeTopology(mesh.faces, mesh.vertices.cols());
+  EXPECT_GT(topology.faces, 2000);
   EXPECT_EQ(topology.nonmanifold_edges, 0);
   EXPECT_EQ(topology.boundary_edges, 0);
   EXPECT_TRUE(topology.oriented);

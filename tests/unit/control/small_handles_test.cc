@@ -14,16 +14,18 @@ namespace {
 // A wall of 0.12 in [-0.5, 0.5]^3 with a round hole of the given radius through its middle.
 ControlMesh WallWithHole(double radius) {
   ImplicitFunction function;
-  function.cell = 1.0 / 48;
   function.origin = Eigen::Vector3d::Constant(-0.5);
-  function.grid.AddBox({0, 0, 0}, {48, 48, 48});
-  function.grid.Seal();
-  for (const Eigen::Vector3i& node : function.grid.Nodes()) {
-    const Eigen::Vector3d x = function.origin + function.cell * node.cast<double>();
+  function.levels.resize(1);
+  ImplicitLevel& level = function.levels[0];
+  level.cell = 1.0 / 48;
+  level.grid.AddBox({0, 0, 0}, {48, 48, 48});
+  level.grid.Seal();
+  for (const Eigen::Vector3i& node : level.grid.Nodes()) {
+    const Eigen::Vector3d x = function.origin + level.cell * node.cast<double>();
     const double slab =
         std::max({std::abs(x.z()) - 0.06, std::abs(x.x()) - 0.41, std::abs(x.y()) - 0.41});
     const double hole = radius - std::hypot(x.x() - 0.07, x.y());
-    function.values.push_back(static_cast<float>(std::max(slab, hole) + 1e-4));
+    level.values.push_back(static_cast<float>(std::max(slab, hole) + 1e-4));
   }
   return ExtractIsoSurface(function, RunContext{}).value();
 }

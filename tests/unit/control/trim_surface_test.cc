@@ -33,7 +33,7 @@ ControlMesh SurfaceOf(const OrientedShape& shape, BoundaryRule boundary) {
   ImplicitOptions options;
   options.closed = boundary == BoundaryRule::kClose;
   const ImplicitFunction function =
-      FitImplicitFunction(shape.cloud, shape.graph, options, RunContext{}).value();
+      FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{}).value();
   const ControlMesh iso = SplitPinchedVertices(ExtractIsoSurface(function, RunContext{}).value());
   return TrimSurface(iso, shape.cloud, shape.index, boundary, TrimOptions{}, RunContext{}).value();
 }

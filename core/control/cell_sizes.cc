@@ -1,0 +1,106 @@
+#include "core/control/cell_sizes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+// What makes a point one of another sheet: an opposite normal, and more across than along.
+constexpr double kOppositeNormals = -0.7;
+constexpr double kAcrossShare = 0.6;
+// Sheets that no neighbour lies on are looked for so many spacings across, by every fourth point.
+constexpr double kProbeSpacings = 2.2;
+constexpr int kProbeStride = 4;
+// A sheet that fewer of a point's neighbours see is a stray point.
+constexpr int kLeastWitnesses = 2;
+constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
+constexpr float kNone = std::numeric_limits<float>::infinity();
+
+// Distance across from point i to point j when j lies on an opposite sheet, else infinite.
+float Across(const OrientedCloud& cloud, int i, int j) {
+  const Eigen::Vector3d normal = cloud.normals.col(i);
+  if (normal.dot(cloud.normals.col(j)) > kOppositeNormals) return kNone;
+  const Eigen::Vector3d chord = cloud.points.col(j) - cloud.points.col(i);
+  const double across = std::abs(chord.dot(normal));
+  return across < kAcrossShare * chord.norm() ? kNone : static_cast<float>(across);
+}
+
+float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
+                      const PointIndex& index, int i) {
+  for (const int j : graph.neighbors(i)) {
+    const float across = Across(cloud, i, j);
+    if (across < kNone) return across;
+  }
+  float nearest = kNone;
+  if (i % kProbeStride != 0) return nearest;
+  for (const double side : {-kProbeSpacings, kProbeSpacings}) {
+    const Eigen::Vector3d probe =
+        cloud.points.col(i) + side * double{cloud.spacing[i]} * cloud.normals.col(i);
+    int found = 0;
+    double squared = 0;
+    index.Nearest(probe, 1, &found, &squared);
+    if (found != i) nearest = std::min(nearest, Across(cloud, i, found));
+  }
+  return nearest;
+}
+
+// Distance to the opposite sheet, the least that a point or its neighbours see; infinite where too
+// few of them see one.
+absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
+                                                  const NeighborGraph& graph,
+                                                  const PointIndex& index,
+                                                  const RunContext& context) {
+  std::vector<float> own(graph.size()), agreed(graph.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      own[i] = SheetDistanceOf(cloud, graph, index, static_cast<int>(i));
+    }
+  }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      int witnesses = own[i] < kNone;
+      float least = own[i];
+      for (const int j : graph.neighbors(static_cast<int>(i))) {
+        witnesses += own[j] < kNone;
+        least = std::min(least, own[j]);
+      }
+      agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
+    }
+  }));
+  return agreed;
+}
+
+// Spacing of as many points spread evenly over the same area: unlike the median it is not ruled by
+// the dense parts of a scan, so the grid stays in proportion to the points.
+double EvenSpacing(const OrientedCloud& cloud) {
+  double squares = 0;
+  for (const float spacing : cloud.spacing) squares += double{spacing} * spacing;
+  return std::sqrt(squares / static_cast<double>(cloud.spacing.size()));
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<float>> WantedCells(const OrientedCloud& cloud,
+                                               const NeighborGraph& graph, const PointIndex& index,
+                                               const ImplicitOptions& options,
+                                               const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> sheet_distance,
+                           SheetDistances(cloud, graph, index, context));
+  const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
+  std::vector<float> cells(sheet_distance.size());
+  for (size_t i = 0; i < cells.size(); ++i) {
+    const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
+    const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
+                                 options.thin_cell_spacings * spacing);
+    cells[i] = static_cast<float>(std::max(std::min(thin, options.cell_spacings * spacing),
+                                           options.cell_noises * cloud.median_noise));
+  }
+  return cells;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,32 @@
+// Marching cubes in a cell that touches smaller ones.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "core/control/implicit_levels.h"
+
+namespace rilievo {
+
+// An edge of a grid: from a node of a level along an axis.
+struct GridEdge {
+  int level = 0;
+  int node = 0, next = 0;  // its two ends, numbers within the level
+  int axis = 0;
+};
+
+// Closed polygons of grid edges, counter-clockwise seen from the negative side.
+using EdgeLoops = std::vector<std::vector<GridEdge>>;
+
+// True when an edge of the cell is cut by a node of the next level.
+bool TouchesSmallerCells(const ImplicitGrid& next, const Eigen::Vector3i& cell);
+
+// The polygons of the zero set in a leaf cell of `level` some of whose edges and faces are cut in
+// two and four by the next level (after Kazhdan, Klein, Dalal and Hoppe 2007: a face is walked
+// along its own finest edges, from either side alike, so there are no cracks). `corners`: as
+// FindCell numbers them. A polygon of two edges encloses nothing and is left out.
+EdgeLoops LoopsOfTransitionCell(const std::vector<ImplicitLevel>& levels, int level,
+                                const Eigen::Vector3i& cell, const std::array<int, 8>& corners);
+
+}  // namespace rilievo
