@@ -1,14 +1,14 @@
 #!/bin/sh
-# Lays out what an image needs to run PROGRAM and nothing else: LIBRARIES, a file system with the
-# shared libraries it loads and what Debian says of their packages, and TARGET, one with the program.
-#   collect_runtime.sh PROGRAM LIBRARIES TARGET
+# Lays out what an image needs to run the PROGRAMs and nothing else: LIBRARIES, a file system with the
+# shared libraries they load and what Debian says of their packages, and TARGET, one with the programs.
+#   collect_runtime.sh LIBRARIES TARGET PROGRAM...
 set -eu
-program=$1
-libraries=$2
-target=$3
+libraries=$1
+target=$2
+shift 2
 
-if ldd "$program" | grep 'not found'; then
-  echo "collect_runtime: $program lacks a shared library" >&2
+if ldd "$@" | grep 'not found'; then
+  echo "collect_runtime: a shared library is missing" >&2
   exit 1
 fi
 mkdir -p "$libraries/etc" "$libraries/var/lib/dpkg/status.d" "$target/usr/local/bin"
@@ -23,7 +23,7 @@ describe_package() {
 
 # Each under the name the loader asks for, links and alternatives followed. dpkg may know the file
 # without its leading /usr.
-for library in $(ldd "$program" | awk '$2 == "=>" {print $3} $1 ~ /^\// {print $1}' | sort -u); do
+for library in $(ldd "$@" | awk '$2 == "=>" {print $3} $1 ~ /^\/.*[^:]$/ {print $1}' | sort -u); do
   mkdir -p "$libraries$(dirname "$library")"
   cp -Lp "$library" "$libraries$library"
   file=$(readlink -f "$library")
@@ -36,10 +36,12 @@ echo 'rilievo:x:10001:' >"$libraries/etc/group"
 # The same packages make the same layer, whenever it is made.
 find "$libraries" -newer /etc/os-release -exec touch -h -r /etc/os-release {} +
 
-# It must run with these files alone.
-name=$(basename "$program")
-strip --strip-unneeded -o "$target/usr/local/bin/$name" "$program"
-cp "$target/usr/local/bin/$name" "$libraries/$name"
-chroot "$libraries" "/$name" --version
-rm "$libraries/$name"
+# They must run with these files alone.
+for program in "$@"; do
+  name=$(basename "$program")
+  strip --strip-unneeded -o "$target/usr/local/bin/$name" "$program"
+  cp "$target/usr/local/bin/$name" "$libraries/$name"
+  chroot "$libraries" "/$name" --version
+  rm "$libraries/$name"
+done
 touch -r /etc/os-release "$libraries"

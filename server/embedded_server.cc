@@ -17,7 +17,8 @@ absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
 absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
     const ServerOptions& options, ReconstructFunction reconstruct) {
   RILIEVO_ASSIGN_OR_RETURN(
-      auto server, ReconstructionServer::Embed(options, std::move(reconstruct), /*log=*/{}));
+      auto server,
+      ReconstructionServer::Embed(options, InThisProcess(std::move(reconstruct)), /*log=*/{}));
   return std::unique_ptr<EmbeddedServer>(new EmbeddedServer(std::move(server)));
 }
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
-#include "server/reconstruct_function.h"
-#include "server/server_options.h"
+#include "server/conversion/server_options.h"
+#include "server/worker/job_work.h"
 
 namespace grpc {
 class ChannelInterface;

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/job_report.h"
+#include "server/conversion/job_report.h"
 
 namespace rilievo {
 namespace {

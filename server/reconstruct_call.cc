@@ -1,12 +1,10 @@
 #include "server/reconstruct_call.h"
 
-#include <exception>
-#include <new>
 #include <utility>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "server/job_report.h"
+#include "server/grpc_status.h"
 
 namespace rilievo {
 namespace {
@@ -201,30 +199,20 @@ void ReconstructCall::EndUpload() {
 }
 
 void ReconstructCall::Work() {
-  PointCloud scan;
   {
     const std::lock_guard lock(mutex_);
     work_begin_ = Clock::now();
     record_.queue_seconds = SecondsBetween(upload_end_, work_begin_);
     phase_ = Phase::kWork;
   }
-  absl::StatusOr<Reconstruction> result = absl::CancelledError();
+  absl::StatusOr<JobResult> result = absl::CancelledError();
   // Nobody else touches the upload any more.
-  if (!stop_.stop_requested()) {
-    try {
-      result = RunPipeline(upload_->TakePoints());
-    } catch (const std::bad_alloc&) {
-      result = absl::ResourceExhaustedError("the memory of the server does not suffice");
-    } catch (const std::exception& defect) {
-      result = absl::InternalError(absl::StrCat("a stage let an exception pass: ", defect.what()));
-    }
-    if (result.ok()) result->surface = {};  // only its bytes go out; freed before others wait
-  }
+  if (!stop_.stop_requested()) result = DoWork(upload_->TakePoints());
   const std::lock_guard lock(mutex_);
   EndWork(std::move(result));
 }
 
-absl::StatusOr<Reconstruction> ReconstructCall::RunPipeline(const PointCloud& scan) {
+absl::StatusOr<JobResult> ReconstructCall::DoWork(ScanBytes points) {
   RunContext context;
   context.stop = stop_.get_token();
   context.threads = job_.threads;
@@ -234,10 +222,10 @@ absl::StatusOr<Reconstruction> ReconstructCall::RunPipeline(const PointCloud& sc
     progress_.Report(progress, Clock::now());
     PumpWrites();
   };
-  return core_->reconstruct(scan, job_.options, context);
+  return core_->work(job_, std::move(points), context);
 }
 
-void ReconstructCall::EndWork(absl::StatusOr<Reconstruction> result) {
+void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   record_.work_seconds = SecondsBetween(work_begin_, Clock::now());
   upload_.reset();
   // Before the client learns of the end: it may call again at once.
@@ -245,9 +233,8 @@ void ReconstructCall::EndWork(absl::StatusOr<Reconstruction> result) {
   phase_ = Phase::kDownload;
   last_transfer_ = Clock::now();
   if (result.ok()) {
-    record_.road = result->report.road;
-    download_.emplace(std::move(result->encoded),
-                      ProtoReport(result->report, job_.options.measure));
+    record_.road = result->report.road();
+    download_.emplace(std::move(result->encoded), std::move(result->report));
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);
   } else {

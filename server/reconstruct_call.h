@@ -9,12 +9,12 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
-#include "server/call_error.h"
+#include "server/conversion/call_error.h"
+#include "server/conversion/job_request.h"
+#include "server/conversion/point_upload.h"
 #include "server/job_log.h"
 #include "server/job_pool.h"
-#include "server/job_request.h"
 #include "server/live_calls.h"
-#include "server/point_upload.h"
 #include "server/progress_queue.h"
 #include "server/service_core.h"
 #include "server/surface_download.h"
@@ -51,14 +51,14 @@ class ReconstructCall final
   void TakePoints();
   void EndUpload();
   void PumpWrites();
-  void EndWork(absl::StatusOr<Reconstruction> result);
+  void EndWork(absl::StatusOr<JobResult> result);
   void Fail(const CallError& error);
   void FinishOnce(const grpc::Status& status, absl::StatusCode code);
   std::string FieldAtFault() const;
 
   // On a thread of the pool, mutex_ free.
   void Work();
-  absl::StatusOr<Reconstruction> RunPipeline(const PointCloud& scan);
+  absl::StatusOr<JobResult> DoWork(ScanBytes points);
 
   ServiceCore* const core_;
   grpc::CallbackServerContext* const context_;

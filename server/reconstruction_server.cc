@@ -54,22 +54,22 @@ ReconstructionServer::~ReconstructionServer() {
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Listen(
-    const ServerOptions& options, ReconstructFunction reconstruct, JobLog log) {
-  return Start(options, /*embedded=*/false, std::move(reconstruct), std::move(log));
+    const ServerOptions& options, JobWork work, JobLog log) {
+  return Start(options, /*embedded=*/false, std::move(work), std::move(log));
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embed(
-    const ServerOptions& options, ReconstructFunction reconstruct, JobLog log) {
-  return Start(options, /*embedded=*/true, std::move(reconstruct), std::move(log));
+    const ServerOptions& options, JobWork work, JobLog log) {
+  return Start(options, /*embedded=*/true, std::move(work), std::move(log));
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
-    const ServerOptions& options, bool embedded, ReconstructFunction reconstruct, JobLog log) {
+    const ServerOptions& options, bool embedded, JobWork work, JobLog log) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
   result->service_ =
-      std::make_unique<ReconstructionService>(options, std::move(reconstruct), std::move(log));
+      std::make_unique<ReconstructionService>(options, std::move(work), std::move(log));
   // Both switches are global and count for the servers built after them.
   grpc::EnableDefaultHealthCheckService(!embedded);
   if (!embedded && options.reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "server/conversion/server_options.h"
 #include "server/job_log.h"
-#include "server/reconstruct_function.h"
-#include "server/server_options.h"
+#include "server/worker/job_work.h"
 
 namespace grpc {
 class ChannelInterface;
@@ -23,12 +23,12 @@ class ReconstructionServer {
  public:
   // Listens on options.listen, with health and (options.reflection) reflection services.
   // INVALID_ARGUMENT for wrong options, UNAVAILABLE when the address cannot be had.
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Listen(
-      const ServerOptions& options, ReconstructFunction reconstruct, JobLog log);
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Listen(const ServerOptions& options,
+                                                                      JobWork work, JobLog log);
 
   // No port; reached by InProcessChannel() alone.
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Embed(
-      const ServerOptions& options, ReconstructFunction reconstruct, JobLog log);
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Embed(const ServerOptions& options,
+                                                                     JobWork work, JobLog log);
 
   // Stops at once what still runs.
   ~ReconstructionServer();
@@ -50,8 +50,9 @@ class ReconstructionServer {
  private:
   ReconstructionServer();
 
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(
-      const ServerOptions& options, bool embedded, ReconstructFunction reconstruct, JobLog log);
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(const ServerOptions& options,
+                                                                     bool embedded, JobWork work,
+                                                                     JobLog log);
 
   // Destroyed after the server, whose calls it serves.
   std::unique_ptr<ReconstructionService> service_;

@@ -23,9 +23,8 @@ void FillLimits(const ServerOptions& options, v1::Limits* limits) {
 
 }  // namespace
 
-ReconstructionService::ReconstructionService(const ServerOptions& options,
-                                             ReconstructFunction reconstruct, JobLog log)
-    : core_(options, std::move(reconstruct), std::move(log)) {}
+ReconstructionService::ReconstructionService(const ServerOptions& options, JobWork work, JobLog log)
+    : core_(options, std::move(work), std::move(log)) {}
 
 ReconstructionService::~ReconstructionService() {
   // Calls whose gRPC side is gone may still be held by work that is just ending.

@@ -12,7 +12,7 @@ namespace rilievo {
 class ReconstructionService final : public v1::ReconstructionService::CallbackService {
  public:
   // `options` are valid; `log` may be empty.
-  ReconstructionService(const ServerOptions& options, ReconstructFunction reconstruct, JobLog log);
+  ReconstructionService(const ServerOptions& options, JobWork work, JobLog log);
 
   // The gRPC server is gone.
   ~ReconstructionService() override;

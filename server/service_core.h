@@ -5,23 +5,23 @@
 #include <cstdint>
 #include <utility>
 
+#include "server/conversion/server_options.h"
 #include "server/job_log.h"
 #include "server/job_pool.h"
 #include "server/live_calls.h"
-#include "server/reconstruct_function.h"
-#include "server/server_options.h"
+#include "server/worker/job_work.h"
 
 namespace rilievo {
 
 struct ServiceCore {
-  ServiceCore(const ServerOptions& server_options, ReconstructFunction function, JobLog job_log)
+  ServiceCore(const ServerOptions& server_options, JobWork job_work, JobLog job_log)
       : options(server_options),
-        reconstruct(std::move(function)),
+        work(std::move(job_work)),
         log(std::move(job_log)),
         pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs) {}
 
   const ServerOptions options;
-  const ReconstructFunction reconstruct;
+  const JobWork work;
   const JobLog log;
   std::atomic<uint64_t> next_job{1};
   std::atomic<bool> draining{false};  // no new jobs

@@ -54,7 +54,8 @@ check_image() {
     "$(grep -c 'status\.d/.' "$files") packages"
   check "image below $((MAX_IMAGE_BYTES / 1000000)) MB" within "$size" 1 $MAX_IMAGE_BYTES
   check "user is a number and not root" grep -qxE '[1-9][0-9]*:[1-9][0-9]*' <<<"$(image_says '{{.Config.User}}')"
-  check "one program, and it is rilievod" test "$(grep -E '(^|/)s?bin/.' "$files")" = usr/local/bin/rilievod
+  check "two programs, rilievod and its worker" test \
+    "$(grep -E '(^|/)s?bin/.' "$files" | sort | xargs)" = "usr/local/bin/rilievo-worker usr/local/bin/rilievod"
   check "no header, static library or build file" no grep -E '\.(h|hh|hpp|a|o|cmake|pc)$' "$files"
   check "packages of the libraries are named" grep -q 'status\.d/libgrpc++' "$files"
 }

@@ -1,4 +1,6 @@
 // The server program: options in, signals handled, everything else is ReconstructionServer.
+#include <unistd.h>
+
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -7,11 +9,15 @@
 #include <string>
 
 #include "CLI/CLI.hpp"
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
 #include "core/pipeline/reconstruct.h"
+#include "server/conversion/server_options.h"
 #include "server/health_probe.h"
 #include "server/job_log.h"
 #include "server/reconstruction_server.h"
-#include "server/server_options.h"
+#include "server/worker/in_worker_process.h"
+#include "server/worker/worker_process.h"
 
 namespace rilievo {
 namespace {
@@ -21,6 +27,8 @@ constexpr std::chrono::seconds kProbeTimeout{3};
 struct CommandLine {
   ServerOptions options;
   double max_job_seconds = 600, max_idle_seconds = 60, drain_seconds = 30;
+  std::string worker;
+  bool in_process = false;
   std::string probe;
 };
 
@@ -48,6 +56,13 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_option("--drain-seconds", line->drain_seconds, "running jobs get after SIGTERM")
       ->capture_default_str();
+  app->add_option("--max-job-memory", options.max_job_memory,
+                  "bytes that the worker of a job may map; 0: no limit")
+      ->capture_default_str();
+  app->add_option("--worker", line->worker,
+                  "the program rilievo-worker (default: the one beside this)");
+  app->add_flag("--in-process", line->in_process,
+                "work in this process: a job that crashes takes all others along");
   app->add_flag("--reflection,!--no-reflection", options.reflection,
                 "serve the protocol's description (default on)");
   app->add_option("--probe", line->probe,
@@ -84,7 +99,27 @@ void Drain(const sigset_t& signals, std::chrono::milliseconds time, Reconstructi
   }
 }
 
-int Serve(const ServerOptions& options) {
+// A processor second is no longer than a second: the clock's limit comes first.
+WorkerSettings SettingsOfWorkers(const CommandLine& line, std::string program) {
+  return {.program = std::move(program),
+          .memory_bytes = line.options.max_job_memory,
+          .processor_seconds = static_cast<int64_t>(line.max_job_seconds) + 10};
+}
+
+absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
+  if (line.in_process) return InThisProcess(Reconstruct);
+  if (line.worker.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(std::string program, WorkerBesideThisProgram());
+    return InWorkerProcess(SettingsOfWorkers(line, std::move(program)));
+  }
+  if (access(line.worker.c_str(), X_OK) != 0) {
+    return absl::NotFoundError(
+        absl::StrCat("--worker ", line.worker, " is no program; give the path of rilievo-worker"));
+  }
+  return InWorkerProcess(SettingsOfWorkers(line, line.worker));
+}
+
+int Serve(const ServerOptions& options, JobWork work) {
   // Blocked before any thread starts, so that all inherit it and only this one takes them.
   sigset_t signals;
   sigemptyset(&signals);
@@ -94,7 +129,7 @@ int Serve(const ServerOptions& options) {
   // A log collector that goes away takes nobody's job along.
   std::signal(SIGPIPE, SIG_IGN);
 
-  auto server = ReconstructionServer::Listen(options, Reconstruct, LogJob);
+  auto server = ReconstructionServer::Listen(options, std::move(work), LogJob);
   if (!server.ok()) return Fail(server.status());
   std::printf("rilievod listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
@@ -121,7 +156,9 @@ int Main(int argc, char** argv) {
   line.options.max_job_time = Milliseconds(line.max_job_seconds);
   line.options.max_idle_time = Milliseconds(line.max_idle_seconds);
   line.options.drain_time = Milliseconds(line.drain_seconds);
-  return Serve(line.options);
+  auto work = ChooseWork(line);
+  if (!work.ok()) return Fail(work.status());
+  return Serve(line.options, *std::move(work));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 """A real rilievod on a loopback socket, and commands run with their time and peak memory."""
+import glob
 import os
 import re
 import signal
@@ -54,13 +55,17 @@ class MeasuredServer:
         self.process.wait(timeout=60)
 
     def megabytes(self):
-        """Resident memory now."""
-        with open(f"/proc/{self.process.pid}/status") as status:
-            return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1)) / 1024
-
-    def healthy(self):
-        if self.process.poll() is not None:
-            return False
-        probe = subprocess.run([os.path.join(self.bin, "rilievod"), "--probe", self.address],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=10)
-        return probe.returncode == 0
+        """Resident memory now, of the server and its workers."""
+        total = 0
+        processes = [self.process.pid]
+        for path in glob.glob(f"/proc/{self.process.pid}/task/*/children"):
+            with open(path) as children:
+                processes += map(int, children.read().split())
+        for process in processes:
+            try:
+                with open(f"/proc/{process}/status") as status:
+                    found = re.search(r"VmRSS:\s+(\d+)", status.read())
+                    total += int(found.group(1)) / 1024 if found else 0
+            except FileNotFoundError:
+                pass
+        return total

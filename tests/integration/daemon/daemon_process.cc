@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 extern char** environ;
@@ -83,6 +84,26 @@ std::optional<int> DaemonProcess::WaitForExit(std::chrono::milliseconds timeout)
     }
   }
   return exit_code_;
+}
+
+std::vector<pid_t> DaemonProcess::Workers() const {
+  std::vector<pid_t> workers;
+  std::error_code error;
+  const std::string tasks = "/proc/" + std::to_string(pid_) + "/task";
+  for (const auto& task : std::filesystem::directory_iterator(tasks, error)) {
+    std::ifstream children(task.path() / "children");
+    for (pid_t child; children >> child;) workers.push_back(child);
+  }
+  return workers;
+}
+
+pid_t DaemonProcess::WaitForWorker(std::chrono::milliseconds timeout) const {
+  const auto end = std::chrono::steady_clock::now() + timeout;
+  while (std::chrono::steady_clock::now() < end) {
+    if (const auto workers = Workers(); !workers.empty()) return workers.front();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return -1;
 }
 
 int64_t DaemonProcess::MemoryBytes(const std::string& field) const {

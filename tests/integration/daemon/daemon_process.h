@@ -31,6 +31,11 @@ class DaemonProcess {
   // The exit code, when it ended in time; 128 + signal when a signal ended it.
   std::optional<int> WaitForExit(std::chrono::milliseconds timeout);
 
+  // The processes that it has started and that still run.
+  std::vector<pid_t> Workers() const;
+  // Waits until it has a worker; -1 when it has none in time.
+  pid_t WaitForWorker(std::chrono::milliseconds timeout) const;
+
   // Memory in bytes, now and at its highest.
   int64_t ResidentBytes() const { return MemoryBytes("VmRSS:"); }
   int64_t PeakBytes() const { return MemoryBytes("VmHWM:"); }

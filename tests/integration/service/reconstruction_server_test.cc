@@ -171,19 +171,21 @@ TEST_F(ReconstructionServerTest, TwoServersNeverShareAPort) {
   StartServer();
   ServerOptions options;
   options.listen = server_->address();
-  const auto second = ReconstructionServer::Listen(options, work_.Function(), {});
+  const auto second = ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {});
   EXPECT_EQ(second.status().code(), absl::StatusCode::kUnavailable);
 }
 
 TEST_F(ReconstructionServerTest, WrongOptionsAreTold) {
   ServerOptions options;
   options.max_concurrent_jobs = 0;
-  EXPECT_EQ(ReconstructionServer::Listen(options, work_.Function(), {}).status().code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(
+      ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
+      absl::StatusCode::kInvalidArgument);
   options = {};
   options.listen = "no address";
-  EXPECT_EQ(ReconstructionServer::Listen(options, work_.Function(), {}).status().code(),
-            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(
+      ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
+      absl::StatusCode::kUnavailable);
 }
 
 }  // namespace

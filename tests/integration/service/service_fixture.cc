@@ -81,12 +81,12 @@ bool FakeWork::WaitForStopped(int count, std::chrono::milliseconds timeout) {
 
 void ServiceTest::StartServer(ServerOptions options) {
   options.listen = "127.0.0.1:0";
-  auto server =
-      ReconstructionServer::Listen(options, work_.Function(), [this](const JobRecord& record) {
-        const std::lock_guard lock(log_mutex_);
-        log_.push_back(record);
-        logged_.notify_all();
-      });
+  auto server = ReconstructionServer::Listen(options, InThisProcess(work_.Function()),
+                                             [this](const JobRecord& record) {
+                                               const std::lock_guard lock(log_mutex_);
+                                               log_.push_back(record);
+                                               logged_.notify_all();
+                                             });
   ASSERT_TRUE(server.ok()) << server.status();
   server_ = *std::move(server);
 }

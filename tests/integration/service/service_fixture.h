@@ -17,8 +17,8 @@
 #include "google/rpc/status.pb.h"
 #include "grpcpp/grpcpp.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
-#include "server/reconstruct_function.h"
 #include "server/reconstruction_server.h"
+#include "server/worker/job_work.h"
 
 namespace rilievo {
 

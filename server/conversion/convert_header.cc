@@ -1,0 +1,284 @@
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/scan/check_scan.h"
+#include "server/conversion/job_request.h"
+#include "server/conversion/option_reader.h"
+
+namespace rilievo {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "coordinates travel little-endian");
+
+using Violations = std::vector<FieldViolation>;
+
+constexpr int64_t kVertexBytes = 3 * sizeof(double);
+
+void ReadScan(const v1::ScanOptions& from, CheckOptions* check, ScanOptions* scan,
+              Violations* violations) {
+  OptionReader reader("header.options.scan", violations);
+  reader.Read("duplicate_distance_ratio", from.has_duplicate_distance_ratio(),
+              from.duplicate_distance_ratio(), {0, 0.01}, &check->duplicate_distance);
+  reader.Read("neighbors", from.has_neighbors(), from.neighbors(), {6, 64}, &scan->neighbors.k);
+  // Zero switches the filter off and lies apart from the range.
+  if (from.has_outlier_distance_factor() && from.outlier_distance_factor() == 0) {
+    scan->outliers.distance_factor = 0;
+  } else {
+    reader.Read("outlier_distance_factor", from.has_outlier_distance_factor(),
+                from.outlier_distance_factor(), {1.5, 1000}, &scan->outliers.distance_factor);
+  }
+  reader.Read("min_component_share", from.has_min_component_share(), from.min_component_share(),
+              {0, 0.1}, &scan->outliers.min_component_share);
+}
+
+void ReadFit(const v1::FitOptions& from, FitOptions* fit, Violations* violations) {
+  OptionReader reader("header.options.fit", violations);
+  switch (from.method()) {
+    case v1::FIT_METHOD_UNSPECIFIED:
+      break;
+    case v1::FIT_METHOD_LEAST_SQUARES:
+      fit->method = FitMethod::kLeastSquares;
+      break;
+    case v1::FIT_METHOD_SUZUKI:
+      fit->method = FitMethod::kSuzuki;
+      break;
+    default:
+      reader.Violate("method", absl::StrCat(from.method(), " is no FitMethod"));
+  }
+  reader.Read("suzuki_rounds", from.has_suzuki_rounds(), from.suzuki_rounds(), {0, 50},
+              &fit->suzuki_rounds);
+  reader.Read("suzuki_lambda", from.has_suzuki_lambda(), from.suzuki_lambda(),
+              {.low = 0, .high = 1, .low_open = true}, &fit->suzuki_lambda);
+  reader.Read("rounds", from.has_rounds(), from.rounds(), {1, 50}, &fit->rounds);
+  reader.Read("sample_level", from.has_sample_level(), from.sample_level(), {0, 4},
+              &fit->sample_level);
+  reader.Read("tangential_weight", from.has_tangential_weight(), from.tangential_weight(), {0, 1},
+              &fit->tangential_weight);
+  reader.Read("fairness_start", from.has_fairness_start(), from.fairness_start(), {0, 1000},
+              &fit->fairness_start);
+  reader.Read("fairness_end", from.has_fairness_end(), from.fairness_end(), {0, 1000},
+              &fit->fairness_end);
+  reader.Read("robust_spacings", from.has_robust_spacings(), from.robust_spacings(),
+              {.low = 0, .high = 1000, .low_open = true}, &fit->robust_spacings);
+}
+
+void ReadDisplacement(const v1::DisplacementOptions& from, DisplacementOptions* displacement,
+                      Violations* violations) {
+  OptionReader reader("header.options.displacement", violations);
+  reader.Read("max_height_ratio", from.has_max_height_ratio(), from.max_height_ratio(),
+              {.low = 0, .high = 0.5, .low_open = true}, &displacement->max_height);
+  reader.Read("min_normal_agreement", from.has_min_normal_agreement(), from.min_normal_agreement(),
+              {.low = -1, .high = 1, .high_open = true}, &displacement->min_normal_agreement);
+  reader.Read("max_queue", from.has_max_queue(), from.max_queue(), {3, 256},
+              &displacement->max_queue);
+  reader.Read("max_triangle_spacings", from.has_max_triangle_spacings(),
+              from.max_triangle_spacings(), {.low = 1, .high = 1000, .low_open = true},
+              &displacement->max_triangle_spacings);
+  reader.Read("plane_noise_ratio", from.has_plane_noise_ratio(), from.plane_noise_ratio(),
+              {0, 1000}, &displacement->plane_noise_ratio);
+  reader.Read("smoothing_rounds", from.has_smoothing_rounds(), from.smoothing_rounds(), {0, 20},
+              &displacement->smoothing_rounds);
+}
+
+void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations* violations) {
+  OptionReader reader("header.options.encode", violations);
+  const Range step{.low = 0, .high = 0.01, .low_open = true};
+  reader.Read("height_step_ratio", from.has_height_step_ratio(), from.height_step_ratio(), step,
+              &encode->height_step);
+  reader.Read("position_step_ratio", from.has_position_step_ratio(), from.position_step_ratio(),
+              step, &encode->position_step);
+  reader.Read("max_error_ratio", from.has_max_error_ratio(), from.max_error_ratio(), {1e-6, 0.1},
+              &encode->max_error);
+  reader.Read("max_bytes", from.has_max_bytes(), from.max_bytes(), {1, 1e15}, &encode->max_bytes);
+  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() > 1) {
+    reader.Violate("max_error_ratio",
+                   "only one of height_step_ratio, max_error_ratio and max_bytes can be kept; "
+                   "leave the others out");
+  }
+}
+
+// Sizes, indices and finiteness; whether it is a manifold is found out by the control stage.
+void ReadControlMesh(const v1::ControlMesh& from, ControlOptions* control, Violations* violations) {
+  OptionReader reader("header.options.control.control_mesh", violations);
+  const size_t before = violations->size();
+  if (from.positions().empty() || from.positions().size() % kVertexBytes != 0) {
+    reader.Violate("positions", absl::StrCat(from.positions().size(),
+                                             " bytes; whole vertices take 24 bytes each"));
+  }
+  if (from.faces_size() == 0 || from.faces_size() % 3 != 0) {
+    reader.Violate("faces", absl::StrCat(from.faces_size(), " vertex numbers; a face takes three"));
+  } else if (from.faces_size() / 3 > kMaxControlFaces) {
+    reader.Violate("faces", absl::StrCat(from.faces_size() / 3, " faces; at most ",
+                                         kMaxControlFaces, " are taken, simplify the mesh"));
+  }
+  if (violations->size() > before) return;
+  ControlMesh mesh;
+  mesh.vertices.resize(3, static_cast<Eigen::Index>(from.positions().size() / kVertexBytes));
+  std::memcpy(mesh.vertices.data(), from.positions().data(), from.positions().size());
+  mesh.faces.resize(3, from.faces_size() / 3);
+  for (int i = 0; i < from.faces_size(); ++i) {
+    if (from.faces(i) >= static_cast<uint64_t>(mesh.vertices.cols())) {
+      reader.Violate("faces", absl::StrCat("face ", i / 3, " names vertex ", from.faces(i), " of ",
+                                           mesh.vertices.cols()));
+      return;
+    }
+    mesh.faces.data()[i] = static_cast<int>(from.faces(i));
+  }
+  if (!mesh.vertices.allFinite()) {
+    reader.Violate("positions", "a coordinate is not finite");
+    return;
+  }
+  control->user_mesh = std::move(mesh);
+}
+
+void ReadTopology(const v1::ControlOptions& from, OptionReader* reader, Topology* topology) {
+  const bool given = from.has_control_mesh();
+  switch (from.topology()) {
+    case v1::TOPOLOGY_UNSPECIFIED:
+      *topology = given ? Topology::kUser : Topology::kAuto;
+      return;
+    case v1::TOPOLOGY_AUTO:
+      *topology = Topology::kAuto;
+      break;
+    case v1::TOPOLOGY_PLANAR:
+      *topology = Topology::kPlanar;
+      break;
+    case v1::TOPOLOGY_SPHERICAL:
+      *topology = Topology::kSpherical;
+      break;
+    case v1::TOPOLOGY_ARBITRARY:
+      *topology = Topology::kArbitrary;
+      break;
+    case v1::TOPOLOGY_GIVEN:
+      *topology = Topology::kUser;
+      if (!given) reader->Violate("control_mesh", "TOPOLOGY_GIVEN needs it; give a mesh");
+      return;
+    default:
+      reader->Violate("topology", absl::StrCat(from.topology(), " is no Topology"));
+      return;
+  }
+  if (given) {
+    reader->Violate("topology", absl::StrCat(v1::Topology_Name(from.topology()),
+                                             " makes its own control mesh; leave out one of the "
+                                             "two"));
+  }
+}
+
+void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violations* violations) {
+  OptionReader reader("header.options.control", violations);
+  ReadTopology(from, &reader, &control->topology);
+  switch (from.boundary()) {
+    case v1::BOUNDARY_UNSPECIFIED:
+      break;
+    case v1::BOUNDARY_KEEP:
+      control->boundary = BoundaryRule::kKeep;
+      break;
+    case v1::BOUNDARY_CLOSE:
+      control->boundary = BoundaryRule::kClose;
+      break;
+    default:
+      reader.Violate("boundary", absl::StrCat(from.boundary(), " is no Boundary"));
+  }
+  reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
+              &control->target_faces);
+  if (from.has_control_mesh()) ReadControlMesh(from.control_mesh(), control, violations);
+}
+
+// The header's own fields. Returns whether one was over a limit of this server.
+bool ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
+                  JobRequest* request, Violations* violations) {
+  OptionReader reader("header", violations);
+  if (header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE) {
+    request->coordinates = CoordinateType::kFloat32;
+  } else if (header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT64_LE) {
+    request->coordinates = CoordinateType::kFloat64;
+  } else {
+    reader.Violate("coordinate_format",
+                   absl::StrCat(header.coordinate_format(),
+                                " is no CoordinateFormat; give FLOAT32_LE or FLOAT64_LE"));
+  }
+  const uint64_t count = header.point_count();
+  if (count < kMinScanPoints) {
+    reader.Violate("point_count",
+                   absl::StrCat(count, " points; a surface needs at least ", kMinScanPoints));
+    return false;
+  }
+  // Compared without a product that could overflow.
+  const auto most = static_cast<uint64_t>(
+      std::min(limits.max_points, limits.max_scan_bytes / BytesOfPoint(request->coordinates)));
+  if (count > most) {
+    reader.Violate("point_count",
+                   absl::StrCat(count, " points in this format; this server takes at most ", most,
+                                " in one scan, send fewer"));
+    return true;
+  }
+  request->point_count = static_cast<int64_t>(count);
+  return false;
+}
+
+// As many control faces as asked for, or as the control stage chooses when it is left to it: see
+// DefaultControlFaces(), which knows the points that remain after cleaning.
+int64_t ExpectedControlFaces(const JobRequest& request) {
+  const ControlOptions& control = request.options.control;
+  if (control.user_mesh) return control.user_mesh->faces.cols();
+  if (control.target_faces > 0) return control.target_faces;
+  return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
+}
+
+// Whether control faces times 4^level is more than the server may build.
+bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
+                     Violations* violations) {
+  if (!request.options.max_level) return false;
+  const int level = *request.options.max_level;
+  const int64_t faces = ExpectedControlFaces(request);
+  if (faces <= limits.max_surface_faces >> (2 * level)) return false;
+  OptionReader("header.options", violations)
+      .Violate("max_level", absl::StrCat(faces, " control faces at level ", level,
+                                         " make more than the ", limits.max_surface_faces,
+                                         " faces this server builds; lower one of the two"));
+  return true;
+}
+
+}  // namespace
+
+int64_t BytesOfPoint(CoordinateType type) { return type == CoordinateType::kFloat32 ? 12 : 24; }
+
+std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,
+                                                const ServerOptions& limits) {
+  JobRequest request;
+  Violations violations;
+  bool over_limit = ReadScanSize(header, limits, &request, &violations);
+
+  const v1::ReconstructOptions& from = header.options();
+  OptionReader reader("header.options", &violations);
+  reader.Read("max_level", from.has_max_level(), from.max_level(), {0, 8},
+              &request.options.max_level);
+  int threads = 0;
+  reader.Read("threads", from.has_threads(), from.threads(), {0, 1024}, &threads);
+  request.threads = threads == 0 ? limits.ThreadLimit() : std::min(threads, limits.ThreadLimit());
+  request.seed = from.seed();
+  if (from.has_measure()) request.options.measure = from.measure();
+
+  ReadScan(from.scan(), &request.options.check, &request.options.scan, &violations);
+  ReadControl(from.control(), &request.options.control, &violations);
+  ReadFit(from.fit(), &request.options.fit, &violations);
+  ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
+  ReadEncode(from.encode(), &request.options.encode, &violations);
+  request.options.max_surface_faces =
+      std::clamp<int64_t>(limits.max_surface_faces, 1, request.options.max_surface_faces);
+  over_limit |= SurfaceTooLarge(request, limits, &violations);
+
+  if (violations.empty()) {
+    request.header = header;
+    return request;
+  }
+  CallError error = BadRequestError(std::move(violations));
+  if (over_limit) error.reason = "LIMIT_EXCEEDED";
+  return error;
+}
+
+}  // namespace rilievo

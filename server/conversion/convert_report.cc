@@ -1,0 +1,96 @@
+#include "server/conversion/job_report.h"
+
+namespace rilievo {
+namespace {
+
+void Convert(const DistanceSummary& from, v1::DistanceSummary* to) {
+  to->set_rms(from.rms);
+  to->set_mean(from.mean);
+  to->set_p95(from.p95);
+  to->set_max(from.max);
+  to->set_samples(from.samples);
+}
+
+void Convert(const TwoSidedError& from, v1::TwoSidedError* to) {
+  Convert(from.a_to_b, to->mutable_surface_to_points());
+  Convert(from.b_to_a, to->mutable_points_to_surface());
+  to->set_rms(from.rms);
+  to->set_mean(from.mean);
+  to->set_p95(from.p95);
+  to->set_max(from.max);
+}
+
+void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
+  to->set_points_in(from.points_in);
+  to->set_non_finite(from.non_finite);
+  to->set_duplicates(from.duplicates);
+  to->set_strays(from.strays);
+  to->set_outliers(from.outliers);
+  to->set_island_points(from.island_points);
+  to->set_points_used(from.points_used);
+  to->set_diagonal(from.diagonal);
+  to->set_median_spacing_ratio(from.median_spacing);
+  to->set_median_noise_ratio(from.median_noise);
+  to->set_normal_disagreement(from.normal_disagreement);
+}
+
+void ConvertSurface(const ReconstructReport& from, v1::ReconstructReport* to) {
+  to->set_road(from.road);
+  to->set_road_reason(from.road_reason);
+  to->set_components(from.components);
+  to->set_boundary_loops(from.boundary_loops);
+  to->set_genus(from.genus);
+  to->set_control_vertices(from.control_vertices);
+  to->set_control_faces(from.control_faces);
+  to->set_max_level(from.max_level);
+  to->set_surface_vertices(from.surface_vertices);
+  to->set_surface_faces(from.surface_faces);
+  to->set_domain_rms_ratio(from.domain_rms);
+  to->set_fit_rounds(from.fit_rounds);
+  to->set_fit_converged(from.fit_converged);
+  to->set_heights_measured(from.heights_measured);
+  to->set_heights_smoothed(from.heights_smoothed);
+  to->set_heights_filled(from.heights_filled);
+}
+
+}  // namespace
+
+v1::Stage ProtoStage(Stage stage) {
+  switch (stage) {
+    case Stage::kCheck:
+      return v1::STAGE_CHECK;
+    case Stage::kNeighbors:
+      return v1::STAGE_NEIGHBORS;
+    case Stage::kNormals:
+      return v1::STAGE_NORMALS;
+    case Stage::kControlMesh:
+      return v1::STAGE_CONTROL_MESH;
+    case Stage::kDomainFit:
+      return v1::STAGE_DOMAIN_FIT;
+    case Stage::kDisplacement:
+      return v1::STAGE_DISPLACEMENT;
+    case Stage::kEncode:
+      return v1::STAGE_ENCODE;
+    case Stage::kMeasure:
+      return v1::STAGE_MEASURE;
+  }
+  return v1::STAGE_UNSPECIFIED;
+}
+
+v1::ReconstructReport ProtoReport(const ReconstructReport& report, bool measured) {
+  v1::ReconstructReport result;
+  ConvertScan(report, &result);
+  ConvertSurface(report, &result);
+  if (measured) Convert(report.error, result.mutable_error());
+  result.set_encoded_bytes(report.encoded_bytes);
+  for (int stage = 0; stage < kStageCount; ++stage) {
+    auto* time = result.add_stage_times();
+    time->set_stage(ProtoStage(static_cast<Stage>(stage)));
+    time->set_seconds(report.stage_seconds[stage]);
+  }
+  result.set_total_seconds(report.total_seconds);
+  for (const std::string& warning : report.warnings) result.add_warnings(warning);
+  return result;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,35 @@
+// The coordinates of a scan as they came, between the wire or the disk and the work.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/geometry/point_cloud.h"
+#include "server/conversion/job_request.h"
+#include "server/system/file_descriptor.h"
+
+namespace rilievo {
+
+// x, y, z of each point, little-endian, without padding: in memory or in a file.
+class ScanBytes {
+ public:
+  // `blocks`: whole points each.
+  explicit ScanBytes(std::vector<std::string> blocks) : blocks_(std::move(blocks)) {}
+  // `file`: all of it, wherever its offset stands.
+  explicit ScanBytes(FileDescriptor file) : file_(std::move(file)) {}
+
+  // All points as double; memory and file are given back to the system on the way. INTERNAL when the file
+  // cannot be read or holds a broken point.
+  absl::StatusOr<PointCloud> Decode(CoordinateType coordinates) &&;
+
+  // For another process: the file, or an unnamed one in memory. RESOURCE_EXHAUSTED when there is no
+  // room for it. The bytes begin at offset 0.
+  absl::StatusOr<FileDescriptor> TakeFile() &&;
+
+ private:
+  std::vector<std::string> blocks_;
+  FileDescriptor file_;
+};
+
+}  // namespace rilievo

@@ -1,0 +1,44 @@
+#include "server/conversion/server_options.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+
+namespace rilievo {
+namespace {
+
+absl::Status Outside(const char* field, int64_t value, const char* range) {
+  return absl::InvalidArgumentError(absl::StrCat(field, " is ", value, "; it must lie in ", range));
+}
+
+}  // namespace
+
+absl::Status ServerOptions::Validate() const {
+  if (listen.empty()) return absl::InvalidArgumentError("listen is empty; give HOST:PORT");
+  if (max_points < 20) return Outside("max_points", max_points, "[20, inf)");
+  if (max_scan_bytes <= 0) return Outside("max_scan_bytes", max_scan_bytes, "[1, inf)");
+  if (max_surface_faces <= 0) return Outside("max_surface_faces", max_surface_faces, "[1, inf)");
+  if (max_concurrent_jobs < 1 || max_concurrent_jobs > 1024) {
+    return Outside("max_concurrent_jobs", max_concurrent_jobs, "[1, 1024]");
+  }
+  if (max_queued_jobs < 0 || max_queued_jobs > 65536) {
+    return Outside("max_queued_jobs", max_queued_jobs, "[0, 65536]");
+  }
+  if (threads < 0 || threads > 1024) return Outside("threads", threads, "[0, 1024]");
+  if (max_job_memory < 0) return Outside("max_job_memory", max_job_memory, "[0, inf)");
+  if (max_job_time.count() <= 0)
+    return Outside("max_job_time", max_job_time.count(), "[1, inf) ms");
+  if (max_idle_time.count() <= 0) {
+    return Outside("max_idle_time", max_idle_time.count(), "[1, inf) ms");
+  }
+  if (drain_time.count() < 0) return Outside("drain_time", drain_time.count(), "[0, inf) ms");
+  return absl::OkStatus();
+}
+
+int ServerOptions::ThreadLimit() const {
+  if (threads > 0) return threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+}  // namespace rilievo

@@ -1,0 +1,42 @@
+// What an operator can set.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace rilievo {
+
+// One message on the wire, at most: the header with a control mesh of kMaxControlFaces fits.
+inline constexpr int kMaxMessageBytes = 4 << 20;
+inline constexpr int64_t kMaxChunkBytes = 1 << 20;
+inline constexpr int kMaxControlFaces = 100000;
+
+// A job's memory grows with its points and with the faces of its surface; measured at the peak,
+// about 310 bytes a face. The defaults keep one job within some 5 GB.
+struct ServerOptions {
+  // "host:port"; port 0: any free one. Plaintext.
+  std::string listen = "127.0.0.1:50051";
+  int64_t max_points = 5'000'000;          // of one scan, >= 20
+  int64_t max_scan_bytes = 120'000'000;    // of one scan on the wire, > 0
+  int64_t max_surface_faces = 16'000'000;  // control faces times 4^max_level, > 0
+  int max_concurrent_jobs = 2;             // worked on at a time, [1, 1024]
+  int max_queued_jobs = 8;                 // admitted beside them, uploading or waiting, [0, 65536]
+  int threads = 0;                         // a job gets at most; 0: all hardware threads. [0, 1024]
+  // That one job's worker process may map beyond the program itself, bytes; 0: no limit. >= 0
+  int64_t max_job_memory = 6'000'000'000;
+  std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
+  std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
+  std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
+  bool reflection = true;
+
+  // INVALID_ARGUMENT that names the field.
+  absl::Status Validate() const;
+
+  // `threads`, or what the machine has.
+  int ThreadLimit() const;
+};
+
+}  // namespace rilievo

@@ -1,0 +1,36 @@
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/conversion/job_report.h"
+#include "server/worker/job_work.h"
+
+namespace rilievo {
+namespace {
+
+absl::StatusOr<JobResult> Run(const ReconstructFunction& reconstruct, const JobRequest& job,
+                              ScanBytes points, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const PointCloud scan, std::move(points).Decode(job.coordinates));
+  RILIEVO_ASSIGN_OR_RETURN(Reconstruction result, reconstruct(scan, job.options, context));
+  return JobResult{std::move(result.encoded), ProtoReport(result.report, job.options.measure)};
+}
+
+}  // namespace
+
+JobWork InThisProcess(ReconstructFunction reconstruct) {
+  return [reconstruct = std::move(reconstruct)](
+             const JobRequest& job, ScanBytes points,
+             const RunContext& context) -> absl::StatusOr<JobResult> {
+    try {
+      return Run(reconstruct, job, std::move(points), context);
+    } catch (const std::bad_alloc&) {
+      return absl::ResourceExhaustedError("the memory of the server does not suffice");
+    } catch (const std::exception& defect) {
+      return absl::InternalError(absl::StrCat("a stage let an exception pass: ", defect.what()));
+    }
+  };
+}
+
+}  // namespace rilievo

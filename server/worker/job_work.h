@@ -1,0 +1,34 @@
+// The work behind the service, as a value: in this process, in one of its own, or a test's fake.
+#pragma once
+
+#include <functional>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/point_cloud.h"
+#include "core/pipeline/reconstruct.h"
+#include "rilievo/v1/report.pb.h"
+#include "server/conversion/job_request.h"
+#include "server/conversion/scan_bytes.h"
+
+namespace rilievo {
+
+struct JobResult {
+  EncodedSurface encoded;  // its chunks; the figures may be left out
+  v1::ReconstructReport report;
+};
+
+// Has the contract of Reconstruct(): called on a thread of the job pool, reports progress on it,
+// stops within a second of context.stop. ABORTED when a worker process was killed from outside, so
+// that the same job may well succeed; DEADLINE_EXCEEDED when it used up its processor time.
+using JobWork = std::function<absl::StatusOr<JobResult>(const JobRequest& job, ScanBytes points,
+                                                        const RunContext& context)>;
+
+// Has the contract of Reconstruct().
+using ReconstructFunction = std::function<absl::StatusOr<Reconstruction>(
+    const PointCloud& scan, const ReconstructOptions& options, const RunContext& context)>;
+
+// Calls `reconstruct` on the thread that asks. What it throws becomes a status.
+JobWork InThisProcess(ReconstructFunction reconstruct);
+
+}  // namespace rilievo

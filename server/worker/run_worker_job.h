@@ -1,0 +1,22 @@
+// The worker's side: one job, then the process ends.
+#pragma once
+
+#include "server/system/file_descriptor.h"
+#include "server/worker/job_work.h"
+
+namespace rilievo {
+
+// How a worker ends when it cannot say why over the socket.
+enum class WorkerExit {
+  kDone = 0,         // the last message was sent
+  kUsage = 2,        // started by hand
+  kOutOfMemory = 3,  // where no status could carry it
+  kAbandoned = 4,    // the server closed the socket
+  kDefect = 5,       // an exception that nobody caught
+};
+
+// Reads a JobOrder from `socket` and the points from `points`, denies itself what the order says,
+// works, and sends what came of it. The process ends at once when the server goes away.
+WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, const JobWork& work);
+
+}  // namespace rilievo

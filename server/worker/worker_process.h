@@ -1,0 +1,48 @@
+// A running rilievo-worker, from the server's side.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/system/file_descriptor.h"
+
+namespace rilievo {
+
+// The file number under which a worker finds its socket.
+inline constexpr int kWorkerSocket = 3;
+
+// "rilievo-worker" beside the program that runs; NOT_FOUND when there is none that can be started.
+absl::StatusOr<std::string> WorkerBesideThisProgram();
+
+class WorkerProcess {
+ public:
+  // `points`: its standard input. Nothing else of this process reaches it but the environment and
+  // standard error. RESOURCE_EXHAUSTED when there is no room for a process.
+  static absl::StatusOr<WorkerProcess> Start(const std::string& program, FileDescriptor points);
+
+  WorkerProcess(WorkerProcess&& other) noexcept;
+  WorkerProcess& operator=(WorkerProcess&&) = delete;
+
+  // Kills it when it still runs.
+  ~WorkerProcess();
+
+  const FileDescriptor& socket() const { return socket_; }
+
+  // Makes reads of the socket end, here and there. Any thread, while this object lives.
+  void Abandon() const;
+
+  // Kills it when it still runs; the status that wait() gives.
+  int End();
+
+ private:
+  WorkerProcess(pid_t process, FileDescriptor socket)
+      : process_(process), socket_(std::move(socket)) {}
+
+  pid_t process_;
+  FileDescriptor socket_;
+};
+
+}  // namespace rilievo

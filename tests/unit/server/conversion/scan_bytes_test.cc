@@ -1,0 +1,53 @@
+#include "server/conversion/scan_bytes.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace rilievo {
+namespace {
+
+template <typename Real>
+std::string Bytes(int points) {
+  std::string bytes(static_cast<size_t>(3 * points) * sizeof(Real), '\0');
+  for (int i = 0; i < 3 * points; ++i) {
+    const Real value = static_cast<Real>(0.37 * i - 100);
+    std::memcpy(bytes.data() + static_cast<size_t>(i) * sizeof(Real), &value, sizeof(Real));
+  }
+  return bytes;
+}
+
+template <typename Real>
+void ExpectSamePoints(CoordinateType type, int points) {
+  const std::string bytes = Bytes<Real>(points);
+  const size_t half = bytes.size() / 24 / 2 * 24;
+  std::vector<std::string> blocks = {bytes.substr(0, half), bytes.substr(half)};
+  const auto from_memory = ScanBytes(blocks).Decode(type);
+  auto file = ScanBytes(blocks).TakeFile();
+  ASSERT_TRUE(file.ok()) << file.status();
+  const auto from_file = ScanBytes(*std::move(file)).Decode(type);
+  ASSERT_TRUE(from_memory.ok() && from_file.ok());
+  ASSERT_EQ(from_memory->points.cols(), points);
+  for (int i = 0; i < 3 * points; ++i) {
+    ASSERT_EQ(from_memory->points.data()[i],
+              static_cast<double>(static_cast<Real>(0.37 * i - 100)));
+  }
+  EXPECT_EQ(from_memory->points, from_file->points);
+}
+
+TEST(ScanBytes, MemoryAndFileGiveTheSamePoints) {
+  ExpectSamePoints<float>(CoordinateType::kFloat32, 20);
+  ExpectSamePoints<double>(CoordinateType::kFloat64, 20);
+  ExpectSamePoints<float>(CoordinateType::kFloat32, 200'000);  // several blocks of the file
+  ExpectSamePoints<double>(CoordinateType::kFloat64, 100'000);
+}
+
+TEST(ScanBytes, ABrokenFileIsNoticed) {
+  auto file = ScanBytes({Bytes<float>(3) + "x"}).TakeFile();
+  ASSERT_TRUE(file.ok());
+  EXPECT_EQ(ScanBytes(*std::move(file)).Decode(CoordinateType::kFloat32).status().code(),
+            absl::StatusCode::kInternal);
+}
+
+}  // namespace
+}  // namespace rilievo
