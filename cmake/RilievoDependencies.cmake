@@ -20,7 +20,9 @@ endforeach()
 
 if(RILIEVO_BUILD_TESTS)
   find_package(GTest REQUIRED)
-  # The oracle of the Loop tests. Debian's own CMake file for it names files that no package holds.
+endif()
+if(RILIEVO_BUILD_TESTS OR RILIEVO_BUILD_BENCHMARKS)
+  # The oracle of the Loop tests, and the measure of the decoder. Debian's own CMake file for it names files that no package holds.
   find_path(OSD_INCLUDE_DIR opensubdiv/far/stencilTable.h REQUIRED)
   find_library(OSD_CPU_LIBRARY osdCPU REQUIRED)
   add_library(rilievo_opensubdiv INTERFACE)

@@ -5,6 +5,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/loop/edge_star.h"
+#include "core/loop/limit_normal.h"
 #include "core/loop/loop_masks.h"
 #include "core/loop/refinement.h"
 #include "core/loop/subdivision_rules.h"
@@ -13,11 +14,6 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 8192;
-
-// Below this sine of the angle between the tangents their product is rounding noise,
-constexpr double kMinTangentSine = 1e-10;
-// and so are tangents shorter than this share of the largest control coordinate.
-constexpr double kMinTangentRatio = 1e-14;
 
 // Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
 // degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
@@ -30,18 +26,6 @@ Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
   }
   const double length = sum.norm();
   return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-}
-
-// u x v, normalised; false when the tangents span no plane.
-inline bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-                               double squared_noise, Eigen::Vector3d& normal) {
-  const Eigen::Vector3d product = u.cross(v);
-  const double squared = product.squaredNorm();
-  const double squared_u = u.squaredNorm(), squared_v = v.squaredNorm();
-  const bool plane = squared > kMinTangentSine * kMinTangentSine * squared_u * squared_v &&
-                     squared_u > squared_noise && squared_v > squared_noise;
-  if (plane) normal = product * (1.0 / std::sqrt(squared));
-  return plane;
 }
 
 // Carries positions and ring sums from level to level. Every vertex' limit is taken at the level
@@ -76,8 +60,7 @@ class LimitEvaluation {
     const MeshTopology& control = refinement_.levels.front();
     const VertexRings rings = BuildVertexRings(control);
     positions_.leftCols(control.vertex_count) = control_points;
-    const double noise = kMinTangentRatio * control_points.cwiseAbs().maxCoeff();
-    squared_noise_ = noise * noise;
+    squared_noise_ = SquaredTangentNoise(control_points);
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {

@@ -8,8 +8,10 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/loop/loop_patches.h"
 #include "core/loop/refinement.h"
 #include "core/surface/edge_stencil.h"
+#include "core/surface/patch_mesh.h"
 
 namespace rilievo {
 namespace {
@@ -31,6 +33,18 @@ absl::Status CheckSurface(const DisplacedSurface& surface, int level) {
                                                    " entries, heights ", surface.heights.size()));
   }
   return absl::OkStatus();
+}
+
+// Of a level, from the counts of the control mesh alone.
+int64_t VertexCount(const MeshTopology& control, int level) {
+  int64_t vertices = control.vertex_count, edges = control.edge_count(),
+          faces = control.face_count();
+  for (int l = 0; l < level; ++l) {
+    vertices += edges;
+    edges = 2 * edges + 3 * faces;
+    faces *= 4;
+  }
+  return vertices;
 }
 
 // A height for the new vertex of `edge`: the butterfly's 8-point rule where its whole stencil is
@@ -62,37 +76,68 @@ std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRef
   return heights;
 }
 
-}  // namespace
+absl::Status CheckHeightCount(const DisplacedSurface& surface, int64_t expected) {
+  if (static_cast<int64_t>(surface.heights.size()) == expected) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
+                                                 " entries, level ", surface.max_level, " has ",
+                                                 expected, " vertices"));
+}
 
-absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
-                                        const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, level));
+// A level whose heights are all given, by patches. Unit frame.
+absl::StatusOr<TriangleMesh> TessellatePatches(const DisplacedSurface& surface, int level,
+                                               const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const LoopPatches patches,
+                           LoopPatches::Build(surface.control_mesh, level, context));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckHeightCount(surface, VertexCount(patches.control(), surface.max_level)));
+  Eigen::Matrix3Xd vertices(3, patches.numbering().vertex_count());
+  RILIEVO_RETURN_IF_ERROR(
+      patches.Evaluate(context, [&](int first, std::span<const LimitPoint> points) {
+        for (const LimitPoint& point : points) {
+          vertices.col(first) = point.position + double{surface.heights[first]} * point.normal;
+          ++first;
+        }
+      }));
+  return MeshOfPatches(patches, std::move(vertices), context);
+}
+
+// Any level, by its whole topology. Unit frame.
+absl::StatusOr<TriangleMesh> TessellateTopology(const DisplacedSurface& surface, int level,
+                                                const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(
       const LoopRefinement refinement,
       RefineTopology(surface.control_mesh, std::max(level, surface.max_level), context));
-  const int64_t expected = refinement.levels[surface.max_level].vertex_count;
-  if (static_cast<int64_t>(surface.heights.size()) != expected) {
-    return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
-                                                   " entries, level ", surface.max_level, " has ",
-                                                   expected, " vertices"));
-  }
+  RILIEVO_RETURN_IF_ERROR(
+      CheckHeightCount(surface, refinement.levels[surface.max_level].vertex_count));
   RILIEVO_ASSIGN_OR_RETURN(
       LimitSurface limit, EvaluateLimit(refinement, surface.control_mesh.vertices, level, context));
   const std::vector<float> heights = HeightsAtLevel(surface, refinement, level);
   TriangleMesh mesh;
   mesh.vertices = std::move(limit.positions);
+  for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+    mesh.vertices.col(v) += double{heights[v]} * limit.normals.col(v);
+  }
+  mesh.triangles = refinement.levels[level].faces;
+  mesh.normals = VertexNormals(mesh.vertices, mesh.triangles);
+  return mesh;
+}
+
+}  // namespace
+
+absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
+                                        const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, level));
+  const bool by_patches = level >= LoopPatches::kLeastLevel && level <= surface.max_level;
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, by_patches
+                                                  ? TessellatePatches(surface, level, context)
+                                                  : TessellateTopology(surface, level, context));
+  // Normals were taken in the unit frame, where the scan's own offset has not yet cost any digits.
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(mesh.vertices.cols(), kVertexBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t v = begin; v < end; ++v) {
-          mesh.vertices.col(v) += static_cast<double>(heights[v]) * limit.normals.col(v);
+          mesh.vertices.col(v) = surface.frame.ScanFromUnit(mesh.vertices.col(v));
         }
       }));
-  mesh.triangles = refinement.levels[level].faces;
-  // In the unit frame, where the scan's own offset has not yet cost any digits.
-  mesh.normals = VertexNormals(mesh.vertices, mesh.triangles);
-  for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
-    mesh.vertices.col(v) = surface.frame.ScanFromUnit(mesh.vertices.col(v));
-  }
   return mesh;
 }
 

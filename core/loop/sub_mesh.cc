@@ -1,0 +1,102 @@
+#include "core/loop/sub_mesh.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "core/loop/edge_star.h"
+
+namespace rilievo {
+namespace {
+
+std::vector<int> WantedAndTouching(const MeshTopology& topology,
+                                   const std::vector<uint8_t>& wanted) {
+  std::vector<uint8_t> near(topology.vertex_count, 0);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (wanted[f] == 0) continue;
+    for (int k = 0; k < 3; ++k) near[topology.faces(k, f)] = 1;
+  }
+  std::vector<int> taken;
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const auto face = topology.faces.col(f);
+    if (near[face[0]] != 0 || near[face[1]] != 0 || near[face[2]] != 0) taken.push_back(f);
+  }
+  return taken;
+}
+
+// Corners of the taken faces, joined where faces meet in an edge.
+class CornerSets {
+ public:
+  explicit CornerSets(size_t faces) : parent_(3 * faces) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int Root(int corner) {
+    while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
+    return corner;
+  }
+  void Join(int a, int b) {
+    a = Root(a), b = Root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+}  // namespace
+
+SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points,
+                    const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
+                    const std::vector<int>& corners) {
+  SubMesh sub;
+  sub.faces = WantedAndTouching(topology, wanted);
+  const int count = static_cast<int>(sub.faces.size());
+  std::vector<int> place(topology.face_count(), -1);
+  for (int i = 0; i < count; ++i) place[sub.faces[i]] = i;
+  CornerSets sets(sub.faces.size());
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const int f = sub.faces[i], neighbor = topology.face_neighbors(k, f);
+      if (neighbor < 0 || place[neighbor] < i) continue;
+      const int j = CornerOfEdge(topology, neighbor, topology.face_edges(k, f));
+      sets.Join(3 * i + k, 3 * place[neighbor] + (j + 1) % 3);
+      sets.Join(3 * i + (k + 1) % 3, 3 * place[neighbor] + j);
+    }
+  }
+  std::vector<int> number(3 * sub.faces.size(), -1), source;  // vertex of each set
+  sub.mesh.faces.resize(3, count);
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      int& vertex = number[sets.Root(3 * i + k)];
+      if (vertex < 0) {
+        vertex = static_cast<int>(source.size());
+        source.push_back(topology.faces(k, sub.faces[i]));
+      }
+      sub.mesh.faces(k, i) = vertex;
+    }
+  }
+  sub.mesh.vertices.resize(3, static_cast<Eigen::Index>(source.size()));
+  for (size_t v = 0; v < source.size(); ++v) {
+    sub.mesh.vertices.col(static_cast<Eigen::Index>(v)) = points.col(source[v]);
+    if (std::binary_search(corners.begin(), corners.end(), source[v])) {
+      sub.mesh.corners.push_back(static_cast<int>(v));
+    }
+  }
+  std::vector<float> sharpness(topology.edge_count(), 0.0f);
+  for (const SharpEdge& edge : sharp) sharpness[edge.edge] = edge.sharpness;
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const float tag = sharpness[topology.face_edges(k, sub.faces[i])];
+      const int neighbor = topology.face_neighbors(k, sub.faces[i]);
+      if (tag <= 0 || (neighbor >= 0 && place[neighbor] >= 0 && place[neighbor] < i)) continue;
+      const auto [a, b] = std::minmax(sub.mesh.faces(k, i), sub.mesh.faces((k + 1) % 3, i));
+      sub.mesh.creases.push_back({a, b, tag});
+    }
+  }
+  std::sort(sub.mesh.creases.begin(), sub.mesh.creases.end(), [](const Crease& x, const Crease& y) {
+    return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+  });
+  return sub;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,138 @@
+#include "core/surface/patch_mesh.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/loop/edge_star.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kFacesPerBlock = 256;
+
+Eigen::Vector3d Normalized(const Eigen::Vector3d& sum) {
+  const double length = sum.norm();
+  return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+}
+
+// Sums the normals of triangles at the vertices. What a patch knows only a part of, corners and
+// sides, is put together afterwards in a fixed order.
+class PatchMesher {
+ public:
+  PatchMesher(const LoopPatches& patches, Eigen::Matrix3Xd vertices)
+      : patches_(patches), topology_(patches.base()), inside_(patches.lattice().n() - 1) {
+    const Eigen::Index faces = topology_.face_count();
+    mesh_.vertices = std::move(vertices);
+    mesh_.normals.resize(3, mesh_.vertices.cols());
+    mesh_.triangles.resize(3, faces * patches.lattice().triangles().cols());
+    corner_sums_.resize(3, 3 * faces);
+    far_sums_.resize(3, Eigen::Index{inside_} * topology_.edge_count());
+  }
+
+  absl::StatusOr<TriangleMesh> Run(const RunContext& context) {
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(topology_.face_count(), kFacesPerBlock, context,
+                                        [&](int64_t begin, int64_t end) {
+                                          Patch patch;
+                                          for (int64_t f = begin; f < end; ++f) {
+                                            MeshFace(static_cast<int>(f), patch);
+                                          }
+                                        }));
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(topology_.edge_count(), kFacesPerBlock, context,
+                                        [&](int64_t begin, int64_t end) {
+                                          for (int64_t e = begin; e < end; ++e) {
+                                            JoinEdge(static_cast<int>(e));
+                                          }
+                                        }));
+    JoinCorners();
+    return std::move(mesh_);
+  }
+
+ private:
+  struct Patch {
+    std::vector<int> vertices;
+    std::vector<Eigen::Vector3d> points, sums;
+  };
+
+  void MeshFace(int face, Patch& patch) {
+    const PatchLattice& lattice = patches_.lattice();
+    patches_.numbering().VerticesOf(face, patch.vertices);
+    patch.points.resize(patch.vertices.size());
+    for (size_t p = 0; p < patch.vertices.size(); ++p) {
+      patch.points[p] = mesh_.vertices.col(patch.vertices[p]);
+    }
+    patch.sums.assign(patch.vertices.size(), Eigen::Vector3d::Zero());
+    const Eigen::Matrix3Xi& triangles = lattice.triangles();
+    const Eigen::Index first = face * triangles.cols();
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+      const int a = triangles(0, t), b = triangles(1, t), c = triangles(2, t);
+      mesh_.triangles.col(first + t) << patch.vertices[a], patch.vertices[b], patch.vertices[c];
+      const Eigen::Vector3d normal =
+          (patch.points[b] - patch.points[a]).cross(patch.points[c] - patch.points[a]);
+      patch.sums[a] += normal;
+      patch.sums[b] += normal;
+      patch.sums[c] += normal;
+    }
+    for (int point : lattice.interior()) {
+      mesh_.normals.col(patch.vertices[point]) = Normalized(patch.sums[point]);
+    }
+    for (int k = 0; k < 3; ++k) {
+      corner_sums_.col(3 * Eigen::Index{face} + k) = patch.sums[lattice.corners()[k]];
+      const int edge = topology_.face_edges(k, face);
+      const bool near = (patches_.numbering().MaskOf(face) >> k & 1) != 0;
+      for (int i = 0; i < inside_; ++i) {
+        const int point = lattice.sides()[k][i];
+        // The far face runs along the edge backwards.
+        if (near) {
+          mesh_.normals.col(patch.vertices[point]) = patch.sums[point];
+        } else {
+          far_sums_.col(Eigen::Index{edge} * inside_ + inside_ - 1 - i) = patch.sums[point];
+        }
+      }
+    }
+  }
+
+  void JoinEdge(int edge) {
+    const int face = topology_.edge_faces(0, edge);
+    const bool boundary = topology_.edge_faces(1, edge) < 0;
+    const auto& places = patches_.lattice().SidePlaces(patches_.numbering().MaskOf(face),
+                                                       CornerOfEdge(topology_, face, edge));
+    for (int i = 0; i < inside_; ++i) {
+      const auto [step, rank] = places[i];
+      auto normal = mesh_.normals.col(patches_.numbering().FirstAdded(face, step) + rank);
+      Eigen::Vector3d sum = normal;
+      if (!boundary) sum += far_sums_.col(Eigen::Index{edge} * inside_ + i);
+      normal = Normalized(sum);
+    }
+  }
+
+  void JoinCorners() {
+    auto normals = mesh_.normals.leftCols(topology_.vertex_count);
+    normals.setZero();
+    for (int f = 0; f < topology_.face_count(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        normals.col(topology_.faces(k, f)) += corner_sums_.col(3 * Eigen::Index{f} + k);
+      }
+    }
+    for (Eigen::Index v = 0; v < normals.cols(); ++v) normals.col(v) = Normalized(normals.col(v));
+  }
+
+  const LoopPatches& patches_;
+  const MeshTopology& topology_;
+  const int inside_;  // points inside a side
+  TriangleMesh mesh_;
+  Eigen::Matrix3Xd corner_sums_;  // of each base face's corners
+  Eigen::Matrix3Xd far_sums_;     // of each base edge's points, on the side of its second face
+};
+
+}  // namespace
+
+absl::StatusOr<TriangleMesh> MeshOfPatches(const LoopPatches& patches, Eigen::Matrix3Xd vertices,
+                                           const RunContext& context) {
+  return PatchMesher(patches, std::move(vertices)).Run(context);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,19 @@
+// Triangles and normals of a refined surface, patch by patch.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/loop/loop_patches.h"
+
+namespace rilievo {
+
+// The triangles of the patches' level in the order of LoopRefinement, over the given vertices, with
+// their area-weighted normals as VertexNormals() takes them, up to rounding. The same for any
+// number of threads. `vertices`: one column a vertex of the level.
+absl::StatusOr<TriangleMesh> MeshOfPatches(const LoopPatches& patches, Eigen::Matrix3Xd vertices,
+                                           const RunContext& context);
+
+}  // namespace rilievo
