@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/morton_order.h"
 
@@ -99,8 +100,9 @@ absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
 // Places on the Morton curve whose points are no duplicates of a kept point before them. The cells
 // that a ball of radius `distance` touches are runs of the sorted codes; kept points are at least
 // `distance` apart and a cell is at most 8 of it wide (or the finest there is), so runs are short.
-std::vector<int> DistinctPlaces(const Eigen::Matrix3Xd& points, const MortonOrder& morton,
-                                double distance) {
+absl::StatusOr<std::vector<int>> DistinctPlaces(const Eigen::Matrix3Xd& points,
+                                                const MortonOrder& morton, double distance,
+                                                const RunContext& context) {
   const double finest = std::ldexp(1.0, -kMortonBits);
   int level = 0;
   while (level < kMortonBits && std::ldexp(finest, level) < 4 * distance) ++level;
@@ -130,11 +132,12 @@ std::vector<int> DistinctPlaces(const Eigen::Matrix3Xd& points, const MortonOrde
     }
     return false;
   };
-  for (size_t i = 0; i < morton.order.size(); ++i) {
-    if (is_duplicate(points.col(morton.order[i]))) continue;
-    kept.push_back(static_cast<int>(i));
-    kept_cells.push_back(morton.codes[i] >> (3 * level));
-  }
+  RILIEVO_RETURN_IF_ERROR(
+      SerialFor(static_cast<int64_t>(morton.order.size()), context, [&](int64_t i) {
+        if (is_duplicate(points.col(morton.order[i]))) return;
+        kept.push_back(static_cast<int>(i));
+        kept_cells.push_back(morton.codes[i] >> (3 * level));
+      }));
   return kept;
 }
 
@@ -177,6 +180,7 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, static_cast<int64_t>(finite.kept.size())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const Columns near = DropStrays(scan.points, finite.kept);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   result.strays = near.dropped;
   RILIEVO_ASSIGN_OR_RETURN(result.frame, BoundingFrame(scan.points, near.kept));
   context.Report(Stage::kCheck, 0.2);
@@ -187,7 +191,8 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   }
   RILIEVO_ASSIGN_OR_RETURN(const MortonOrder morton, ComputeMortonOrder(unit, context));
   context.Report(Stage::kCheck, 0.6);
-  const std::vector<int> places = DistinctPlaces(unit, morton, options.duplicate_distance);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> places,
+                           DistinctPlaces(unit, morton, options.duplicate_distance, context));
   const auto count = static_cast<int64_t>(places.size());
   result.duplicates = static_cast<int64_t>(near.kept.size()) - count;
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, count));

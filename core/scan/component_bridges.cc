@@ -60,7 +60,10 @@ void AskAcrossSteps(const OrientedCloud& cloud, const Part& many,
 absl::StatusOr<std::vector<SignedLink>> Bridges(const OrientedCloud& cloud, int few_name,
                                                 const Part& few, int many_name, Part* many,
                                                 const RunContext& context) {
-  if (!many->index) many->index.emplace(Eigen::Matrix3Xd(cloud.points(Eigen::all, many->members)));
+  if (!many->index) {
+    const Eigen::Matrix3Xd points = cloud.points(Eigen::all, many->members);
+    RILIEVO_ASSIGN_OR_RETURN(many->index, PointIndex::Build(points, context));
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<int> nearest,
       many->index->NearestOfEach(cloud.points(Eigen::all, few.members), context));

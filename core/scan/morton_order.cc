@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -53,10 +54,11 @@ absl::StatusOr<MortonOrder> ComputeMortonOrder(const Eigen::Matrix3Xd& points,
     }
     return a < b;
   };
-  std::sort(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) {
-    return a.code != b.code ? a.code < b.code : coordinates_less(a.column, b.column);
-  });
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  RILIEVO_RETURN_IF_ERROR(ParallelSort(
+      [&](const Entry& a, const Entry& b) {
+        return a.code != b.code ? a.code < b.code : coordinates_less(a.column, b.column);
+      },
+      context, &entries));
   MortonOrder result;
   result.order.reserve(entries.size());
   result.codes.reserve(entries.size());

@@ -3,9 +3,11 @@
 #include <flann/algorithms/dist.h>
 #include <flann/algorithms/kdtree_single_index.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
@@ -17,8 +19,10 @@ namespace {
 // Measured at 100 000 and 1 000 000 points: 8 to 16 are alike.
 constexpr int kLeafSize = 12;
 constexpr int64_t kQueryBlock = 1024;
+// Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
+constexpr int64_t kMostTreePoints = 1 << 19;
 
-// The `capacity` best of what the tree offers, in the caller's arrays and ordered by (distance,
+// The `capacity` best of what the trees offer, in the caller's arrays and ordered by (distance,
 // index): ties do not depend on how the tree was cut. No allocation, unlike FLANN's own sets.
 class NearestSet final : public flann::ResultSet<double> {
  public:
@@ -31,9 +35,11 @@ class NearestSet final : public flann::ResultSet<double> {
     return full() ? distances_[capacity_ - 1] * (1 + 1e-15) : std::numeric_limits<double>::max();
   }
   int count() const { return count_; }
+  // The next tree counts its points from here.
+  void StartTree(int first_point) { first_point_ = first_point; }
 
   void addPoint(double distance, size_t index) override {
-    const int candidate = static_cast<int>(index);
+    const int candidate = first_point_ + static_cast<int>(index);
     int place = count_;
     while (place > 0 && (distance < distances_[place - 1] ||
                          (distance == distances_[place - 1] && candidate < indices_[place - 1]))) {
@@ -52,6 +58,7 @@ class NearestSet final : public flann::ResultSet<double> {
  private:
   int capacity_;
   int count_ = 0;
+  int first_point_ = 0;
   int* indices_;
   double* distances_;
 };
@@ -61,28 +68,79 @@ class NearestSet final : public flann::ResultSet<double> {
 struct PointIndex::Impl {
   using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
 
-  explicit Impl(const Eigen::Matrix3Xd& points_in)
-      : points(points_in),
-        tree(flann::Matrix<double>(points.data(), static_cast<size_t>(points.cols()), 3),
-             flann::KDTreeSingleIndexParams(kLeafSize)) {
-    tree.buildIndex();
+  // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
+  // order is answered exactly.
+  absl::Status Build(const RunContext& context) {
+    const int64_t count = (points.cols() + kMostTreePoints - 1) / kMostTreePoints;
+    trees.resize(static_cast<size_t>(count));
+    boxes.resize(trees.size());
+    first_points.resize(trees.size());
+    return ParallelFor(count, 1, context, [&](int64_t begin, int64_t end) {
+      for (int64_t t = begin; t < end; ++t) {
+        const int64_t first = points.cols() * t / count;
+        const int64_t size = points.cols() * (t + 1) / count - first;
+        trees[t] = std::make_unique<Tree>(
+            flann::Matrix<double>(points.data() + 3 * first, static_cast<size_t>(size), 3),
+            flann::KDTreeSingleIndexParams(kLeafSize));
+        trees[t]->buildIndex();
+        const auto stretch = points.middleCols(first, size);
+        boxes[t] = {stretch.rowwise().minCoeff(), stretch.rowwise().maxCoeff()};
+        first_points[t] = static_cast<int>(first);
+      }
+    });
   }
 
+  // A tree whose box holds the position first: it leaves the others little to offer.
   int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
     NearestSet nearest(k, indices, distances);
-    tree.findNeighbors(nearest, position.data(), exact);
+    size_t home = 0;
+    double least = std::numeric_limits<double>::max();
+    for (size_t t = 0; trees.size() > 1 && t < trees.size(); ++t) {
+      const double distance = (position - boxes[t].center()).squaredNorm();
+      if (boxes[t].contains(position) && distance < least) {
+        least = distance;
+        home = t;
+      }
+    }
+    Ask(home, position, &nearest);
+    for (size_t t = 0; t < trees.size(); ++t) {
+      if (t == home) continue;
+      if (nearest.full() && boxes[t].squaredExteriorDistance(position) > nearest.worstDist()) {
+        continue;
+      }
+      Ask(t, position, &nearest);
+    }
     return nearest.count();
   }
 
+  void Ask(size_t tree, const Eigen::Vector3d& position, NearestSet* nearest) const {
+    nearest->StartTree(first_points[tree]);
+    trees[tree]->findNeighbors(*nearest, position.data(), exact);
+  }
+
   Eigen::Matrix3Xd points;
-  Tree tree;
+  std::vector<std::unique_ptr<Tree>> trees;
+  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<int> first_points;
   flann::SearchParams exact{flann::FLANN_CHECKS_UNLIMITED, 0.0f};
 };
 
-PointIndex::PointIndex(const Eigen::Matrix3Xd& points) : impl_(std::make_unique<Impl>(points)) {}
+PointIndex::PointIndex(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PointIndex::PointIndex(const Eigen::Matrix3Xd& points) : impl_(std::make_unique<Impl>()) {
+  impl_->points = points;
+  impl_->Build(RunContext{}).IgnoreError();  // nobody can stop it
+}
 PointIndex::~PointIndex() = default;
 PointIndex::PointIndex(PointIndex&&) noexcept = default;
 PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
+
+absl::StatusOr<PointIndex> PointIndex::Build(const Eigen::Matrix3Xd& points,
+                                             const RunContext& context) {
+  auto impl = std::make_unique<Impl>();
+  impl->points = points;
+  RILIEVO_RETURN_IF_ERROR(impl->Build(context));
+  return PointIndex(std::move(impl));
+}
 
 int PointIndex::size() const { return static_cast<int>(impl_->points.cols()); }
 

@@ -16,7 +16,11 @@ namespace rilievo {
 // immutable after construction, so queries from many threads are safe.
 class PointIndex {
  public:
-  // `points`: column = point, finite, unit frame, at least one.
+  // `points`: column = point, finite, unit frame, at least one. Built on the context's threads;
+  // CANCELLED within half a second, as FLANN itself cannot be stopped.
+  static absl::StatusOr<PointIndex> Build(const Eigen::Matrix3Xd& points,
+                                          const RunContext& context);
+  // The same, for few points: nothing stops it.
   explicit PointIndex(const Eigen::Matrix3Xd& points);
   ~PointIndex();
   PointIndex(PointIndex&&) noexcept;
@@ -35,6 +39,7 @@ class PointIndex {
 
  private:
   struct Impl;
+  explicit PointIndex(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -118,9 +118,10 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
                            NormalRelations(graph, *cloud, context));
   const Eigen::Matrix3Xd unoriented = cloud->normals;
-  const OrientationPatches patches = SurePatches(graph, relations);
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  const std::vector<SignedLink> links = LinksBetween(patches, graph, relations, *cloud);
+  RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
+                           SurePatches(graph, relations, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> links,
+                           LinksBetween(patches, graph, relations, *cloud, context));
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
   std::vector<int> component(static_cast<size_t>(graph.size()));

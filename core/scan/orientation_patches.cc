@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/serial_for.h"
+#include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
 
 namespace rilievo {
@@ -75,23 +77,28 @@ bool FaceEachOther(const Disc& a, const Disc& b) {
 
 }  // namespace
 
-OrientationPatches SurePatches(const NeighborGraph& graph, const std::vector<float>& relations) {
+absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
+                                               const std::vector<float>& relations,
+                                               const RunContext& context) {
   constexpr int kLargestPatch = 48;
   constexpr double kSure = 0.7;
   constexpr int kLevels = 1024;
   std::vector<std::vector<int>> buckets(kLevels);
-  for (size_t edge = 0; edge < relations.size(); ++edge) {
-    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-    if (doubt >= 1) continue;
-    buckets[static_cast<size_t>(std::max(doubt, 0.0) * kLevels)].push_back(static_cast<int>(edge));
-  }
+  RILIEVO_RETURN_IF_ERROR(
+      SerialFor(static_cast<int64_t>(relations.size()), context, [&](int64_t edge) {
+        const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
+        if (doubt >= 1) return;
+        const auto level = static_cast<size_t>(std::max(doubt, 0.0) * kLevels);
+        buckets[level].push_back(static_cast<int>(edge));
+      }));
   ParitySets sets(graph.size());
   for (const std::vector<int>& bucket : buckets) {
-    for (const int edge : bucket) {
+    RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(bucket.size()), context, [&](int64_t i) {
+      const int edge = bucket[i];
       const int a = edge / graph.k, b = graph.indices[edge];
-      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) continue;
+      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) return;
       sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
-    }
+    }));
   }
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
@@ -106,9 +113,11 @@ OrientationPatches SurePatches(const NeighborGraph& graph, const std::vector<flo
   return result;
 }
 
-std::vector<SignedLink> LinksBetween(const OrientationPatches& patches, const NeighborGraph& graph,
-                                     const std::vector<float>& relations,
-                                     const OrientedCloud& cloud) {
+absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
+                                                     const NeighborGraph& graph,
+                                                     const std::vector<float>& relations,
+                                                     const OrientedCloud& cloud,
+                                                     const RunContext& context) {
   constexpr double kFacingWorth = 0.8;
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
   std::vector<std::vector<int>> members(discs.size());
@@ -121,6 +130,7 @@ std::vector<SignedLink> LinksBetween(const OrientationPatches& patches, const Ne
   std::vector<int> neighbors;
   std::vector<SignedLink> links;
   for (int patch = 0; patch < patches.count; ++patch) {
+    if (patch % 1024 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const int i : members[patch]) {
       for (int k = 0; k < graph.k; ++k) {
         const size_t edge = static_cast<size_t>(i) * graph.k + k;

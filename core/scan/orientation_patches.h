@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
 #include "core/scan/signed_graph.h"
@@ -19,15 +21,19 @@ struct OrientationPatches {
 // Joined along the spanning forest of ascending 1 - |relation| (Hoppe et al. 1992, with a better
 // weight) as long as patches stay small, so that one wrong edge spoils little. `relations`: see
 // NormalRelations.
-OrientationPatches SurePatches(const NeighborGraph& graph, const std::vector<float>& relations);
+absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
+                                               const std::vector<float>& relations,
+                                               const RunContext& context);
 
 // Links between patches whose points are neighbours, with the sum of the votes of the edges from
 // the one to the other. Where two
 // patches lie on top of each other, farther apart than the noise of their means explains, they are
 // the two sides of a wall or of a gap and take opposite signs, whatever their edges say: means of
 // many points tell sheets apart that single points do not.
-std::vector<SignedLink> LinksBetween(const OrientationPatches& patches, const NeighborGraph& graph,
-                                     const std::vector<float>& relations,
-                                     const OrientedCloud& cloud);
+absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
+                                                     const NeighborGraph& graph,
+                                                     const std::vector<float>& relations,
+                                                     const OrientedCloud& cloud,
+                                                     const RunContext& context);
 
 }  // namespace rilievo

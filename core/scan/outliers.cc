@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
+#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
 #include "core/scan/patch_moments.h"
@@ -39,9 +40,12 @@ std::vector<float> MeanDistances(const NeighborGraph& graph) {
 
 // The mean distance usual around each point: the largest field below `reach` that grows by no more
 // than kSpacingGrowth along the graph. A cluster of flying points does not vouch for itself.
-std::vector<float> UsualDistances(const NeighborGraph& graph, const std::vector<float>& reach) {
+absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
+                                                  const std::vector<float>& reach,
+                                                  const RunContext& context) {
   std::vector<float> usual = reach;
-  const auto relax = [&](int i) {
+  const auto relax = [&](int64_t index) {
+    const int i = static_cast<int>(index);
     const auto neighbors = graph.neighbors(i);
     const auto distances = graph.neighbor_distances(i);
     for (int j = 0; j < graph.k; ++j) {
@@ -52,8 +56,9 @@ std::vector<float> UsualDistances(const NeighborGraph& graph, const std::vector<
   };
   // Points are in Morton order, so two sweeps each way carry a value across nearly all of the scan.
   for (int sweep = 0; sweep < 2; ++sweep) {
-    for (int i = 0; i < graph.size(); ++i) relax(i);
-    for (int i = graph.size() - 1; i >= 0; --i) relax(i);
+    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, relax));
+    RILIEVO_RETURN_IF_ERROR(
+        SerialFor(graph.size(), context, [&](int64_t i) { relax(graph.size() - 1 - i); }));
   }
   return usual;
 }
@@ -161,7 +166,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   constexpr double kOffUsual = 0.3;       // of factor * usual distance
   constexpr double kHopeless = 3.0;       // of factor
   const std::vector<float> reach = MeanDistances(graph);
-  const std::vector<float> usual = UsualDistances(graph, reach);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, UsualDistances(graph, reach, context));
   const std::vector<uint8_t> sparse = SparsePoints(points, graph, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Standing> standings,
@@ -197,12 +202,13 @@ absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
   }
   result.outliers = std::count(result.keep.begin(), result.keep.end(), 0);
   ParitySets sets(graph.size());
-  for (int i = 0; i < graph.size(); ++i) {
-    if (!result.keep[i]) continue;
+  RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t index) {
+    const int i = static_cast<int>(index);
+    if (!result.keep[i]) return;
     for (const int j : graph.neighbors(i)) {
       if (result.keep[j]) sets.Join(i, j, 0);
     }
-  }
+  }));
   const double smallest =
       std::min<double>(kLargestIsland, options.min_component_share * graph.size());
   for (int i = 0; i < graph.size(); ++i) {

@@ -97,7 +97,7 @@ absl::StatusOr<ScanSurface> AnalyzeScan(const CheckedScan& scan, const ScanOptio
         "points: ", scan.points.cols(), " points, at least ", kMinScanPoints, " are needed"));
   }
   context.Report(Stage::kNeighbors, 0);
-  PointIndex index(scan.points);
+  RILIEVO_ASSIGN_OR_RETURN(PointIndex index, PointIndex::Build(scan.points, context));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,
                            BuildNeighborGraph(index, scan.points, options.neighbors, context));
   context.Report(Stage::kNeighbors, 1);
@@ -106,16 +106,21 @@ absl::StatusOr<ScanSurface> AnalyzeScan(const CheckedScan& scan, const ScanOptio
                            FindOutliers(scan.points, graph, options.outliers, context));
   context.Report(Stage::kNormals, 0.2);
   const KeptPoints kept = Compact(scan, found.keep);
-  if (kept.points.cols() < kMinScanPoints || kept.points.cols() <= graph.k) {
+  if (kept.points.cols() < kMinScanPoints) {
     return absl::InvalidArgumentError(absl::StrCat(
         "points: ", kept.points.cols(), " of ", scan.points.cols(), " points are left after ",
         found.outliers, " outliers and ", found.island_points, " points of islands, at least ",
         kMinScanPoints, " are needed"));
   }
   if (kept.points.cols() < scan.points.cols()) {
-    index = PointIndex(kept.points);
-    RILIEVO_ASSIGN_OR_RETURN(
-        graph, RepairGraph(graph, kept, index, scan.frame.diagonal / kept.frame.diagonal, context));
+    RILIEVO_ASSIGN_OR_RETURN(index, PointIndex::Build(kept.points, context));
+    if (kept.points.cols() > graph.k) {
+      const double scale = scan.frame.diagonal / kept.frame.diagonal;
+      RILIEVO_ASSIGN_OR_RETURN(graph, RepairGraph(graph, kept, index, scale, context));
+    } else {  // each list gets shorter
+      RILIEVO_ASSIGN_OR_RETURN(graph,
+                               BuildNeighborGraph(index, kept.points, options.neighbors, context));
+    }
   }
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud, EstimateNormals(kept.points, graph, context));
   context.Report(Stage::kNormals, 0.6);

@@ -151,7 +151,7 @@ absl::Status WidenPatches(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     thinned_noise[i] = noise[i * stride];
     wide[i] = (*patches)[i * stride];
   }
-  const PointIndex index(thinned);
+  RILIEVO_ASSIGN_OR_RETURN(const PointIndex index, PointIndex::Build(thinned, context));
   RILIEVO_ASSIGN_OR_RETURN(const NeighborGraph thinned_graph,
                            BuildNeighborGraph(index, thinned, NeighborOptions{}, context));
   Widener widener{thinned, thinned_graph, thinned_noise, base_count, {}, {}};

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numeric>
+#include <random>
 #include <stop_token>
 #include <utility>
 
@@ -60,6 +63,39 @@ TEST(PointIndexTest, EquallyFarPointsComeByIndex) {
   double squared[50];
   ASSERT_EQ(index.Nearest(Eigen::Vector3d::Zero(), 50, indices, squared), 50);
   for (int j = 0; j < 50; ++j) EXPECT_EQ(indices[j], j);
+}
+
+// So many points stand in several trees; shuffled, every tree holds points of every place.
+TEST(PointIndexTest, LargeSetsMatchBruteForce) {
+  constexpr int kPoints = 1100000;
+  const Eigen::Matrix3Xd ordered = SphereCloud(kPoints, 11).cloud.points;
+  std::vector<int> order(kPoints);
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(3));
+  for (const Eigen::Matrix3Xd& points : {ordered, Eigen::Matrix3Xd(ordered(Eigen::all, order))}) {
+    const PointIndex index = PointIndex::Build(points, RunContext{}).value();
+    for (const Eigen::Vector3d& position :
+         {Eigen::Vector3d(points.col(7)), Eigen::Vector3d(points.col(kPoints - 1)),
+          Eigen::Vector3d(0.01, 0, 0), Eigen::Vector3d(0.2, -0.3, 9)}) {
+      const auto expected = BruteForce(points, position);
+      int indices[20];
+      double squared[20];
+      ASSERT_EQ(index.Nearest(position, 20, indices, squared), 20);
+      for (int j = 0; j < 20; ++j) {
+        EXPECT_EQ(indices[j], expected[j].second);
+        EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
+      }
+    }
+  }
+}
+
+TEST(PointIndexTest, TheBuildStops) {
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  EXPECT_EQ(PointIndex::Build(SphereCloud(100, 9).cloud.points, context).status().code(),
+            absl::StatusCode::kCancelled);
 }
 
 TEST(PointIndexTest, NearestOfEachAndMoves) {

@@ -25,8 +25,9 @@ Scene Examine(const Eigen::Matrix3Xd& points) {
   scene.graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
   scene.cloud = EstimateNormals(points, scene.graph, context).value();
   const std::vector<float> relations = NormalRelations(scene.graph, scene.cloud, context).value();
-  scene.patches = SurePatches(scene.graph, relations);
-  scene.links = LinksBetween(scene.patches, scene.graph, relations, scene.cloud);
+  scene.patches = SurePatches(scene.graph, relations, RunContext{}).value();
+  scene.links =
+      LinksBetween(scene.patches, scene.graph, relations, scene.cloud, RunContext{}).value();
   return scene;
 }
 
@@ -106,8 +107,9 @@ double VoteBetween(double height, double aside) {
     graph.indices.push_back((i + kPoints) % (2 * kPoints));
   }
   double sum = 0;
-  for (const SignedLink& link :
-       LinksBetween(patches, graph, std::vector<float>(2 * kPoints, 1.0f), cloud)) {
+  const std::vector<float> relations(2 * kPoints, 1.0f);
+  const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
+  for (const SignedLink& link : *links) {
     sum += link.weight;
   }
   return sum / (2 * kPoints);

@@ -37,6 +37,24 @@ TEST(ScanSurfaceTest, CloudGraphAndIndexSpeakOfTheSamePoints) {
   }
 }
 
+// Fewer points than neighbours were asked for are left: the lists are built anew, and shorter.
+TEST(ScanSurfaceTest, OutliersLeaveFewerPointsThanNeighbours) {
+  CheckedScan checked;
+  checked.points.resize(3, 70);
+  checked.source_index.resize(70);
+  for (int i = 0; i < 64; ++i) checked.points.col(i) << 0.01 * (i % 8), 0.01 * (i / 8), 0;
+  for (int i = 64; i < 70; ++i) checked.points.col(i) << 0.4 + 0.1 * i, 0.3, 0.1 * i;
+  ScanOptions options;
+  options.neighbors.k = 64;
+  options.outliers.distance_factor = 1.5;
+  const auto scan = AnalyzeScan(checked, options, RunContext{});
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_GT(scan->outliers, 0);
+  EXPECT_LE(scan->cloud.points.cols(), 64);
+  EXPECT_EQ(scan->graph.k, scan->cloud.points.cols() - 1);
+  EXPECT_EQ(scan->graph.size(), scan->cloud.points.cols());
+}
+
 TEST(ScanSurfaceTest, TheFrameIsTheBoxOfWhatWasKept) {
   const ScanSurface scan = AnalyzeWithOutliers();
   const Eigen::Vector3d low = scan.cloud.points.rowwise().minCoeff();
