@@ -1,0 +1,42 @@
+// Files named by the SHA-256 of their bytes: written once, never changed.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/folder.h"
+#include "server/system/file_descriptor.h"
+
+namespace rilievo {
+
+// Thread-safe, as files are. A file that has its name is whole and on disk: it is written under
+// another name, synced, renamed, and its folder synced.
+class BlobFolder {
+ public:
+  // What was not finished when the last process ended is removed.
+  static absl::StatusOr<BlobFolder> Open(std::string path);
+
+  // The blob's name.
+  absl::StatusOr<std::string> Put(const std::vector<std::vector<uint8_t>>& parts) const;
+
+  // Takes a whole file of the same file system into the folder as `name`, the SHA-256 of its bytes;
+  // `path` is gone then. Its age begins anew when it was here before.
+  absl::Status Adopt(const std::string& path, const FileDescriptor& file,
+                     const std::string& name) const;
+
+  // NOT_FOUND when there is none of that name, or the name is none.
+  absl::StatusOr<FileDescriptor> Read(const std::string& name) const;
+
+  absl::Status Remove(const std::string& name) const;
+  absl::StatusOr<std::vector<FileEntry>> List() const;
+
+ private:
+  explicit BlobFolder(std::string path) : path_(std::move(path)) {}
+
+  std::string path_;
+};
+
+}  // namespace rilievo

@@ -1,0 +1,142 @@
+#include "server/store/partial_uploads.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/store/folder.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlockBytes = 1 << 20;
+
+// Of the first `size` bytes.
+absl::StatusOr<Sha256> HashOf(const FileDescriptor& file, int64_t size) {
+  Sha256 hash;
+  std::string block;
+  for (int64_t at = 0; at < size; at += kBlockBytes) {
+    block.resize(static_cast<size_t>(std::min(kBlockBytes, size - at)));
+    RILIEVO_RETURN_IF_ERROR(file.ReadAt(at, block.data(), block.size()));
+    hash.Update(block.data(), block.size());
+  }
+  return hash;
+}
+
+absl::Status TakenOver() {
+  return absl::AbortedError("another stream of this upload has taken over");
+}
+
+}  // namespace
+
+struct PartialUploads::Writer::File {
+  explicit File(std::string file_path) : path(std::move(file_path)) {}
+
+  const std::string path;
+  std::mutex mutex;
+  uint64_t turn = 0;  // of the writer that may write
+  FileDescriptor file;
+  Sha256 hash;
+  int64_t size = 0;
+};
+
+absl::StatusOr<std::unique_ptr<PartialUploads>> PartialUploads::Open(std::string path) {
+  RILIEVO_RETURN_IF_ERROR(MakeFolder(path));
+  return std::unique_ptr<PartialUploads>(new PartialUploads(std::move(path)));
+}
+
+std::shared_ptr<PartialUploads::Writer::File> PartialUploads::FileOf(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(files_, [](const auto& entry) { return entry.second.expired(); });
+  auto file = files_[name].lock();
+  if (!file) {
+    file = std::make_shared<Writer::File>(path_ + "/" + name);
+    files_[name] = file;
+  }
+  return file;
+}
+
+absl::StatusOr<PartialUploads::Writer> PartialUploads::Continue(const std::string& name,
+                                                                int64_t offset) {
+  const auto file = FileOf(name);
+  const std::lock_guard lock(file->mutex);
+  const uint64_t turn = ++file->turn;  // from here on no earlier writer writes
+  RILIEVO_ASSIGN_OR_RETURN(file->file, OpenFile(file->path, O_RDWR | O_CREAT));
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t stored, file->file.Size());
+  if (offset > stored) {
+    return absl::OutOfRangeError(absl::StrCat("the upload was to go on at byte ", offset, ", but ",
+                                              stored, " are stored; go on there"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(file->hash, HashOf(file->file, offset));
+  if (ftruncate(file->file.number(), offset) != 0 ||
+      lseek(file->file.number(), offset, SEEK_SET) < 0) {
+    return StatusOfErrno(errno, "upload");
+  }
+  file->size = offset;
+  return Writer(file, turn, offset);
+}
+
+absl::StatusOr<int64_t> PartialUploads::StoredBytes(const std::string& name) {
+  const auto file = OpenFile(path_ + "/" + name, O_RDONLY);
+  if (absl::IsNotFound(file.status())) return 0;
+  RILIEVO_RETURN_IF_ERROR(file.status());
+  return file->Size();
+}
+
+absl::StatusOr<int64_t> PartialUploads::RemoveOlderThan(int64_t time_ms) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, ListFiles(path_));
+  int64_t left = 0;
+  for (const FileEntry& entry : files) {
+    if (entry.modified_ms >= time_ms) {
+      left += entry.bytes;
+      continue;
+    }
+    const auto file = FileOf(entry.name);
+    const std::lock_guard lock(file->mutex);
+    ++file->turn;
+    RILIEVO_RETURN_IF_ERROR(RemoveFile(file->path));
+  }
+  return left;
+}
+
+int64_t PartialUploads::Writer::size() const { return size_; }
+
+absl::Status PartialUploads::Writer::Append(const std::string& bytes) {
+  const std::lock_guard lock(file_->mutex);
+  if (file_->turn != turn_) return TakenOver();
+  if (const absl::Status written = file_->file.Write(bytes.data(), bytes.size()); !written.ok()) {
+    // What was written of it is dropped, so that the size stays that of whole messages.
+    if (ftruncate(file_->file.number(), size_) != 0) ++file_->turn;
+    lseek(file_->file.number(), size_, SEEK_SET);
+    return written;
+  }
+  file_->hash.Update(bytes.data(), bytes.size());
+  size_ += static_cast<int64_t>(bytes.size());
+  file_->size = size_;
+  return absl::OkStatus();
+}
+
+absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::string& sha256,
+                                            const BlobFolder& scans) {
+  const std::lock_guard lock(file_->mutex);
+  if (file_->turn != turn_) return TakenOver();
+  const std::string stored = file_->hash.Hex();
+  if (size_ != total_bytes || stored != sha256) {
+    ++file_->turn;
+    RILIEVO_RETURN_IF_ERROR(RemoveFile(file_->path));
+    return absl::DataLossError(absl::StrCat("the scan was to have ", total_bytes,
+                                            " bytes with SHA-256 ", sha256, ", but ", size_,
+                                            " with ", stored, " arrived; send it again from 0"));
+  }
+  RILIEVO_RETURN_IF_ERROR(scans.Adopt(file_->path, file_->file, stored));
+  ++file_->turn;
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo
