@@ -16,8 +16,11 @@ constexpr double kAcrossShare = 0.6;
 // Sheets that no neighbour lies on are looked for so many spacings across, by every fourth point.
 constexpr double kProbeSpacings = 2.2;
 constexpr int kProbeStride = 4;
-// A sheet that fewer of a point's neighbours see is a stray point.
+// A sheet or a border that fewer of a point's neighbours see is chance.
 constexpr int kLeastWitnesses = 2;
+// Length of the neighbours' mean over their mean length: 0.64 on a straight border, mostly below
+// 0.4 within a surface.
+constexpr double kOneSided = 0.45;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
@@ -75,6 +78,39 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
   return agreed;
 }
 
+// Whether the neighbours of a point lie to one side of it.
+bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
+  const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double lengths = 0;
+  for (const int j : graph.neighbors(i)) {
+    const Eigen::Vector3d chord = cloud.points.col(j) - point;
+    const Eigen::Vector3d aside = chord - normal * normal.dot(chord);
+    sum += aside;
+    lengths += aside.norm();
+  }
+  return sum.norm() > kOneSided * lengths;
+}
+
+// 1 for the points on the border of an open scan, told from chance by neighbours that are, too.
+absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
+                                                  const NeighborGraph& graph,
+                                                  const RunContext& context) {
+  std::vector<uint8_t> one_sided(graph.size()), border(graph.size());
+  const auto each = [&](const auto& body) {
+    return ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) body(static_cast<int>(i));
+    });
+  };
+  RILIEVO_RETURN_IF_ERROR(each([&](int i) { one_sided[i] = IsOneSided(cloud, graph, i); }));
+  RILIEVO_RETURN_IF_ERROR(each([&](int i) {
+    int witnesses = 0;
+    for (const int j : graph.neighbors(i)) witnesses += one_sided[j];
+    border[i] = one_sided[i] != 0 && witnesses >= kLeastWitnesses;
+  }));
+  return border;
+}
+
 // Spacing of as many points spread evenly over the same area: unlike the median it is not ruled by
 // the dense parts of a scan, so the grid stays in proportion to the points.
 double EvenSpacing(const OrientedCloud& cloud) {
@@ -91,14 +127,17 @@ absl::StatusOr<std::vector<float>> WantedCells(const OrientedCloud& cloud,
                                                const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> sheet_distance,
                            SheetDistances(cloud, graph, index, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> border, BorderPoints(cloud, graph, context));
   const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
   std::vector<float> cells(sheet_distance.size());
   for (size_t i = 0; i < cells.size(); ++i) {
     const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
+    const double plain =
+        (border[i] != 0 ? options.border_cell_spacings : options.cell_spacings) * spacing;
     const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
                                  options.thin_cell_spacings * spacing);
-    cells[i] = static_cast<float>(std::max(std::min(thin, options.cell_spacings * spacing),
-                                           options.cell_noises * cloud.median_noise));
+    cells[i] = static_cast<float>(
+        std::max(std::min(thin, plain), options.cell_noises * cloud.median_noise));
   }
   return cells;
 }

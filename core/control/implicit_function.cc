@@ -61,8 +61,10 @@ struct LevelPlan {
 LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
   const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
   const double usual = std::clamp<double>(Median(wanted_cells), smallest, 1.0 / kCoarsestCells);
+  // Rounded where the points ask for less than usual; no cell is larger than asked for.
   const auto halvings = [&](float wanted) {
-    return static_cast<int>(std::lround(std::log2(usual / std::max<double>(wanted, smallest))));
+    const double exact = std::log2(usual / std::max<double>(wanted, smallest));
+    return static_cast<int>(exact > 0 ? std::lround(exact) : std::ceil(exact));
   };
   const int usual_depth = static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * usual))));
   const int finest = halvings(*std::min_element(wanted_cells.begin(), wanted_cells.end()));
@@ -172,6 +174,7 @@ absl::Status ImplicitOptions::Validate() const {
         absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
   };
   RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("border_cell_spacings", border_cell_spacings, 0.25, 8));
   RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
   RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));
   RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
