@@ -17,11 +17,12 @@ constexpr double kPointsPerFace = 30;
 constexpr int kFewestFaces = 200;
 constexpr int kMostFaces = 12000;
 
-TopologyChoice Choose(const OrientedCloud& cloud, const ControlOptions& options) {
-  if (options.user_mesh) return {Topology::kUser, "a control mesh was given"};
-  if (options.topology == Topology::kAuto) return ChooseTopology(cloud);
-  return {options.topology,
-          absl::StrCat("topology ", TopologyName(options.topology), " was asked for")};
+absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlOptions& options,
+                                      const RunContext& context) {
+  if (options.user_mesh) return TopologyChoice{Topology::kUser, "a control mesh was given"};
+  if (options.topology == Topology::kAuto) return ChooseTopology(cloud, context);
+  return TopologyChoice{options.topology, absl::StrCat("topology ", TopologyName(options.topology),
+                                                       " was asked for")};
 }
 
 absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
@@ -107,7 +108,7 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kControlMesh, 0);
-  const TopologyChoice choice = Choose(cloud, options);
+  RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(cloud, options, context));
   ControlMeshResult result;
   result.road = choice.road;
   result.reason = choice.reason;

@@ -1,6 +1,7 @@
 #include "core/control/choose_topology.h"
 
 #include "absl/strings/str_format.h"
+#include "core/base/status_macros.h"
 #include "core/control/plane_frame.h"
 #include "core/control/star_shape.h"
 
@@ -20,32 +21,35 @@ constexpr double kSphericalRadiusRatio = 2.0;
 
 }  // namespace
 
-TopologyChoice ChooseTopology(const OrientedCloud& cloud) {
+absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
+                                              const RunContext& context) {
   const PlaneFrame frame = FitPlaneFrame(cloud);
-  const HeightFieldCheck plane = CheckHeightField(cloud, frame);
+  RILIEVO_ASSIGN_OR_RETURN(const HeightFieldCheck plane, CheckHeightField(cloud, frame, context));
   if (plane.single_sheet >= kPlanarSingleSheet && plane.facing >= kPlanarFacing) {
-    return {
+    return TopologyChoice{
         Topology::kPlanar,
         absl::StrFormat("the points are a height field over their plane: one sheet over %.1f %% "
                         "of it, and %.1f %% of the area faces it",
                         100 * plane.single_sheet, 100 * plane.facing)};
   }
-  const StarCheck star = CheckStarShape(cloud, FindStarCenter(cloud));
+  RILIEVO_ASSIGN_OR_RETURN(const StarCheck star,
+                           CheckStarShape(cloud, FindStarCenter(cloud), context));
   if (star.coverage >= kSphericalCertain && star.single_sheet >= kSphericalCertain &&
       star.outward >= kSphericalCertain && star.radial >= kSphericalRadial &&
       star.radius_ratio <= kSphericalRadiusRatio) {
-    return {
+    return TopologyChoice{
         Topology::kSpherical,
         absl::StrFormat("the points close around a centre from which every ray meets them once, "
                         "at distances that differ by a factor of %.2f",
                         star.radius_ratio)};
   }
-  return {Topology::kArbitrary,
-          absl::StrFormat("the points are neither a height field (one sheet over %.0f %% of their "
-                          "plane, %.0f %% of the area facing it) nor a closed round body (met in "
-                          "%.0f %% of the directions from its centre, once in %.0f %% of those)",
-                          100 * plane.single_sheet, 100 * plane.facing, 100 * star.coverage,
-                          100 * star.single_sheet)};
+  return TopologyChoice{
+      Topology::kArbitrary,
+      absl::StrFormat("the points are neither a height field (one sheet over %.0f %% of their "
+                      "plane, %.0f %% of the area facing it) nor a closed round body (met in "
+                      "%.0f %% of the directions from its centre, once in %.0f %% of those)",
+                      100 * plane.single_sheet, 100 * plane.facing, 100 * star.coverage,
+                      100 * star.single_sheet)};
 }
 
 }  // namespace rilievo

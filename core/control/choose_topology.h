@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/control/build_control_mesh.h"
 #include "core/scan/oriented_cloud.h"
 
@@ -16,6 +18,7 @@ struct TopologyChoice {
 // Planar for an open cloud that is nearly everywhere a height field of moderate slope over its
 // plane; spherical for one that certainly is closed and met once, and not too obliquely, by each
 // ray from its centre; arbitrary for all else. Reads each point a few times: 0.5 s for a million.
-TopologyChoice ChooseTopology(const OrientedCloud& cloud);
+absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
+                                              const RunContext& context);
 
 }  // namespace rilievo

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/parallel_for.h"
+#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/iso_transition.h"
 
@@ -245,7 +246,8 @@ absl::StatusOr<ControlMesh> ExtractIsoSurface(const ImplicitFunction& function,
     const std::vector<LeafCell> cells =
         CrossedCells(function, level, builder.nodes(level), context);
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    for (const LeafCell& cell : cells) builder.AddCell(level, cell);
+    RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(cells.size()), context,
+                                      [&](int64_t i) { builder.AddCell(level, cells[i]); }));
   }
   return builder.Finish();
 }

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/serial_for.h"
+#include "core/base/status_macros.h"
+
 namespace rilievo {
 namespace {
 
@@ -69,9 +72,9 @@ std::vector<float> DistanceTo(const std::vector<uint8_t>& mask, uint8_t wanted, 
   return distance;
 }
 
-void CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>& spacing,
-                double median_spacing, OccupiedArea* area) {
-  for (int i = 0; i < points.cols(); ++i) {
+absl::Status CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>& spacing,
+                        double median_spacing, const RunContext& context, OccupiedArea* area) {
+  return SerialFor(points.cols(), context, [&](int64_t i) {
     const Vector2d at = (points.col(i) - area->origin) / area->cell;
     const double radius =
         std::min(kDiscSpacings * spacing[i], kLargestDisc * median_spacing) / area->cell;
@@ -86,7 +89,7 @@ void CoverDiscs(const Eigen::Matrix2Xd& points, const std::vector<float>& spacin
         }
       }
     }
-  }
+  });
 }
 
 }  // namespace
@@ -139,8 +142,10 @@ void FillHoles(double smallest_hole, BoundaryRule boundary, OccupiedArea* area) 
   }
 }
 
-OccupiedArea FindOccupiedArea(const Eigen::Matrix2Xd& points, const std::vector<float>& spacing,
-                              double median_spacing, double smallest_hole, BoundaryRule boundary) {
+absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
+                                              const std::vector<float>& spacing,
+                                              double median_spacing, double smallest_hole,
+                                              BoundaryRule boundary, const RunContext& context) {
   OccupiedArea area;
   const Vector2d low = points.rowwise().minCoeff(), high = points.rowwise().maxCoeff();
   area.cell = std::max({median_spacing, (high - low).maxCoeff() / kLargestRaster, 1e-9});
@@ -151,7 +156,7 @@ OccupiedArea FindOccupiedArea(const Eigen::Matrix2Xd& points, const std::vector<
   area.columns = static_cast<int>(size.x() + 2 * margin) + 1;
   area.rows = static_cast<int>(size.y() + 2 * margin) + 1;
   area.inside.assign(static_cast<size_t>(area.columns) * area.rows, 0);
-  CoverDiscs(points, spacing, median_spacing, &area);
+  RILIEVO_RETURN_IF_ERROR(CoverDiscs(points, spacing, median_spacing, context, &area));
 
   std::vector<float> distance = DistanceTo(area.inside, 1, area.columns, area.rows);
   for (size_t i = 0; i < distance.size(); ++i) area.inside[i] = distance[i] <= closing ? 1 : 0;

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/control/build_control_mesh.h"
 
 namespace rilievo {
@@ -26,8 +28,10 @@ struct OccupiedArea {
 // spacings are closed; of the holes left, those smaller than `smallest_hole` (area) are filled, and
 // all of them under BoundaryRule::kClose. Islands stay. `spacing` belongs to the columns of
 // `points` (plane coordinates).
-OccupiedArea FindOccupiedArea(const Eigen::Matrix2Xd& points, const std::vector<float>& spacing,
-                              double median_spacing, double smallest_hole, BoundaryRule boundary);
+absl::StatusOr<OccupiedArea> FindOccupiedArea(const Eigen::Matrix2Xd& points,
+                                              const std::vector<float>& spacing,
+                                              double median_spacing, double smallest_hole,
+                                              BoundaryRule boundary, const RunContext& context);
 
 // Fills the holes smaller than `smallest_hole` (area), and renews the depth.
 void FillHoles(double smallest_hole, BoundaryRule boundary, OccupiedArea* area);

@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/parallel_for.h"
+#include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/control/control_roads.h"
 #include "core/control/fill_scalars.h"
@@ -33,46 +36,43 @@ constexpr double kHoleFaces = 2;
 constexpr int64_t kBlock = 256;
 constexpr int kFewestPoints = 3;  // for a height
 
-// Points by square of the plane, for sums over a neighbourhood.
+// Points by square of the plane, for sums over a neighbourhood. Only squares with points take
+// memory.
 class PointBuckets {
  public:
-  PointBuckets(const Eigen::Matrix3Xd& points, double width) : width_(width) {
+  explicit PointBuckets(double width) : width_(width) {}
+
+  absl::Status Fill(const Eigen::Matrix3Xd& points, const RunContext& context) {
     low_ = points.topRows<2>().rowwise().minCoeff();
-    const Vector2d size = (points.topRows<2>().rowwise().maxCoeff() - low_) / width;
-    columns_ = static_cast<int>(size.x()) + 1;
-    rows_ = static_cast<int>(size.y()) + 1;
-    begin_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
-    std::vector<int> bucket(static_cast<size_t>(points.cols()));
+    members_.resize(static_cast<size_t>(points.cols()));
     for (int i = 0; i < points.cols(); ++i) {
-      const Vector2d at = (points.col(i).head<2>() - low_) / width;
-      bucket[i] = static_cast<int>(at.y()) * columns_ + static_cast<int>(at.x());
-      ++begin_[bucket[i] + 1];
+      const Vector2d at = (points.col(i).head<2>() - low_) / width_;
+      members_[i] = {static_cast<int64_t>(at.y()), static_cast<int64_t>(at.x()), i};
     }
-    for (size_t b = 1; b < begin_.size(); ++b) begin_[b] += begin_[b - 1];
-    std::vector<int> fill(begin_.begin(), begin_.end() - 1);
-    members_.resize(bucket.size());
-    for (size_t i = 0; i < bucket.size(); ++i) members_[fill[bucket[i]]++] = static_cast<int>(i);
+    return ParallelSort(std::less<>(), context, &members_);
   }
 
   // Calls visit(point) for the points of the squares within one width of `position`.
   template <typename Visit>
   void ForEachNear(const Vector2d& position, Visit visit) const {
     const Vector2d at = (position - low_) / width_;
-    const int column = static_cast<int>(std::floor(at.x()));
-    const int row = static_cast<int>(std::floor(at.y()));
-    for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        const int b = r * columns_ + c;
-        for (int i = begin_[b]; i < begin_[b + 1]; ++i) visit(members_[i]);
+    const auto column = static_cast<int64_t>(std::floor(at.x()));
+    const auto row = static_cast<int64_t>(std::floor(at.y()));
+    for (int64_t r = row - 1; r <= row + 1; ++r) {
+      auto member =
+          std::lower_bound(members_.begin(), members_.end(), std::tuple(r, column - 1, 0));
+      for (; member != members_.end(); ++member) {
+        const auto [of_row, of_column, point] = *member;
+        if (of_row != r || of_column > column + 1) break;
+        visit(point);
       }
     }
   }
 
  private:
-  Vector2d low_;
+  Vector2d low_ = Vector2d::Zero();
   double width_;
-  int columns_ = 0, rows_ = 0;
-  std::vector<int> begin_, members_;
+  std::vector<std::tuple<int64_t, int64_t, int>> members_;  // row, column, point; ascending
 };
 
 // Height at `position` of the plane fitted to the points within `reach`, nearer ones and those that
@@ -104,8 +104,9 @@ bool LocalHeight(const OrientedCloud& cloud, const Eigen::Matrix3Xd& plane_point
   return std::isfinite(*height);
 }
 
-absl::Status CheckServes(const OrientedCloud& cloud, const PlaneFrame& frame) {
-  const HeightFieldCheck check = CheckHeightField(cloud, frame);
+absl::Status CheckServes(const OrientedCloud& cloud, const PlaneFrame& frame,
+                         const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const HeightFieldCheck check, CheckHeightField(cloud, frame, context));
   if (check.single_sheet >= kLeastSingleSheet) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrFormat(
       "topology planar cannot serve: over %.0f %% of their plane the points lie on more than one "
@@ -120,18 +121,18 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud,
                                               int target_faces, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const PlaneFrame frame = FitPlaneFrame(cloud);
-  RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame));
+  RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame, context));
   const Eigen::Matrix3Xd plane_points =
       frame.axes.transpose() * (cloud.points.colwise() - frame.origin);
   const double disc = kHoleSpacings * cloud.median_spacing;
-  OccupiedArea area =
+  RILIEVO_ASSIGN_OR_RETURN(
+      OccupiedArea area,
       FindOccupiedArea(plane_points.topRows<2>(), cloud.spacing, cloud.median_spacing,
-                       std::numbers::pi * disc * disc, boundary);
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+                       std::numbers::pi * disc * disc, boundary, context));
   const double face_area = area.area() / std::max(target_faces, 4);
   FillHoles(kHoleFaces * face_area, boundary, &area);
   const double edge = std::sqrt(face_area * 4 / std::numbers::sqrt3);
-  ControlMesh mesh = TriangulateArea(area, edge);
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh, TriangulateArea(area, edge, context));
   if (mesh.faces.cols() == 0) {
     return absl::FailedPreconditionError(
         "topology planar cannot serve: the points cover no area of their plane that is wide enough "
@@ -140,7 +141,8 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kControlMesh, 0.5);
 
-  const PointBuckets buckets(plane_points, edge);
+  PointBuckets buckets(edge);
+  RILIEVO_RETURN_IF_ERROR(buckets.Fill(plane_points, context));
   std::vector<uint8_t> known(static_cast<size_t>(mesh.vertices.cols()), 0);
   Eigen::VectorXd heights = Eigen::VectorXd::Zero(mesh.vertices.cols());
   RILIEVO_RETURN_IF_ERROR(

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <numbers>
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_sort.h"
+#include "core/base/status_macros.h"
 #include "core/control/sheets.h"
 
 namespace rilievo {
@@ -77,7 +80,9 @@ PlaneFrame FitPlaneFrame(const OrientedCloud& cloud) {
   return frame;
 }
 
-HeightFieldCheck CheckHeightField(const OrientedCloud& cloud, const PlaneFrame& frame) {
+absl::StatusOr<HeightFieldCheck> CheckHeightField(const OrientedCloud& cloud,
+                                                  const PlaneFrame& frame,
+                                                  const RunContext& context) {
   HeightFieldCheck check;
   check.facing = FacingShare(cloud, frame.axes.col(2));
   const double cell = std::max(kCellSpacings * cloud.median_spacing, 1e-4);
@@ -95,7 +100,7 @@ HeightFieldCheck CheckHeightField(const OrientedCloud& cloud, const PlaneFrame& 
     const auto row = static_cast<int64_t>(std::floor(plane.y() / cell));
     entries[i] = {column * (int64_t{1} << 31) + row, plane.z()};
   }
-  std::sort(entries.begin(), entries.end());
+  RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &entries));
   std::vector<double> heights(entries.size());
   for (size_t i = 0; i < entries.size(); ++i) heights[i] = entries[i].height;
   int64_t cells = 0, split = 0;

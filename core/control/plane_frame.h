@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
@@ -35,6 +37,8 @@ struct HeightFieldCheck {
 };
 
 // Cells are a few median spacings wide; two sheets are a gap in height of several cells.
-HeightFieldCheck CheckHeightField(const OrientedCloud& cloud, const PlaneFrame& frame);
+absl::StatusOr<HeightFieldCheck> CheckHeightField(const OrientedCloud& cloud,
+                                                  const PlaneFrame& frame,
+                                                  const RunContext& context);
 
 }  // namespace rilievo

@@ -5,11 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "core/base/status_macros.h"
 #include "core/control/relax_mesh.h"
 #include "core/control/simplify_mesh.h"
 
@@ -19,6 +21,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Face = std::array<int, 3>;
+using SlotFace = std::array<int64_t, 3>;
 
 constexpr int kSmallestIsland = 6;     // faces
 constexpr double kFarthestDraw = 0.6;  // edges a vertex moves to reach the border
@@ -29,36 +32,76 @@ constexpr int kRelaxRounds = 4;
 struct Lattice {
   Vector2d origin;
   double edge;
-  int columns, rows;
+  int64_t columns, rows;
 
   Lattice(const OccupiedArea& area, double edge_in) : origin(area.origin), edge(edge_in) {
-    columns = static_cast<int>(std::ceil(area.columns * area.cell / edge)) + 2;
-    rows = static_cast<int>(std::ceil(area.rows * area.cell / row_height())) + 2;
+    columns = static_cast<int64_t>(std::ceil(area.columns * area.cell / edge)) + 2;
+    rows = static_cast<int64_t>(std::ceil(area.rows * area.cell / row_height())) + 2;
   }
   double row_height() const { return edge * std::numbers::sqrt3 / 2; }
-  int Vertex(int column, int row) const { return row * columns + column; }
-  Vector2d Position(int vertex) const {
-    const int row = vertex / columns, column = vertex % columns;
-    return origin + Vector2d((column - 0.5 * (row & 1)) * edge, row * row_height());
+  // Slots far outnumber the vertices used where the points are islands far apart.
+  int64_t Slot(int64_t column, int64_t row) const { return row * columns + column; }
+  Vector2d Position(int64_t slot) const {
+    const int64_t row = slot / columns, column = slot % columns;
+    return origin +
+           Vector2d((static_cast<double>(column) - 0.5 * static_cast<double>(row & 1)) * edge,
+                    static_cast<double>(row) * row_height());
   }
 };
 
-std::vector<Face> FacesInside(const Lattice& lattice, const OccupiedArea& area) {
-  std::vector<Face> faces;
-  for (int r = 0; r + 1 < lattice.rows; ++r) {
-    for (int c = 0; c + 1 < lattice.columns; ++c) {
-      const int a = lattice.Vertex(c, r), b = lattice.Vertex(c + 1, r);
-      const int d = lattice.Vertex(c, r + 1), e = lattice.Vertex(c + 1, r + 1);
-      const std::array<Face, 2> pair = (r & 1) != 0 ? std::array<Face, 2>{Face{a, b, d}, {b, e, d}}
-                                                    : std::array<Face, 2>{Face{a, b, e}, {a, e, d}};
-      for (const Face& face : pair) {
+// Columns to go on from a slot at that depth before a face may lie inside again; 1 at least. The
+// raster tells distances to within two of its cells.
+int64_t ColumnsOutside(const Lattice& lattice, const OccupiedArea& area, double depth) {
+  const double columns = (-depth - 2 * area.cell) / lattice.edge - 2;
+  return std::max<int64_t>(1, std::min(static_cast<double>(lattice.columns), columns));
+}
+
+// By slots of the lattice.
+absl::StatusOr<std::vector<SlotFace>> FacesInside(const Lattice& lattice, const OccupiedArea& area,
+                                                  const RunContext& context) {
+  std::vector<SlotFace> faces;
+  for (int64_t r = 0; r + 1 < lattice.rows; ++r) {
+    if (r % 64 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    for (int64_t c = 0; c + 1 < lattice.columns;) {
+      const int64_t a = lattice.Slot(c, r), b = lattice.Slot(c + 1, r);
+      const int64_t d = lattice.Slot(c, r + 1), e = lattice.Slot(c + 1, r + 1);
+      const std::array<SlotFace, 2> pair =
+          (r & 1) != 0 ? std::array<SlotFace, 2>{SlotFace{a, b, d}, {b, e, d}}
+                       : std::array<SlotFace, 2>{SlotFace{a, b, e}, {a, e, d}};
+      double depth = -std::numeric_limits<double>::infinity();
+      for (const SlotFace& face : pair) {
         const Vector2d center =
             (lattice.Position(face[0]) + lattice.Position(face[1]) + lattice.Position(face[2])) / 3;
-        if (area.Depth(center) > 0) faces.push_back(face);
+        const double at_center = area.Depth(center);
+        if (at_center > 0) faces.push_back(face);
+        depth = std::max(depth, at_center);
       }
+      c += depth > 0 ? 1 : ColumnsOutside(lattice, area, depth);
     }
   }
   return faces;
+}
+
+// The slots in use become vertices, in their order.
+ControlMesh WithVertices(const Lattice& lattice, const std::vector<SlotFace>& slot_faces) {
+  std::vector<int64_t> slots;
+  slots.reserve(3 * slot_faces.size());
+  for (const SlotFace& face : slot_faces) slots.insert(slots.end(), face.begin(), face.end());
+  std::sort(slots.begin(), slots.end());
+  slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
+  ControlMesh mesh;
+  mesh.vertices.resize(3, static_cast<int64_t>(slots.size()));
+  for (size_t v = 0; v < slots.size(); ++v) {
+    mesh.vertices.col(static_cast<int64_t>(v)) << lattice.Position(slots[v]), 0;
+  }
+  mesh.faces.resize(3, static_cast<int64_t>(slot_faces.size()));
+  for (size_t f = 0; f < slot_faces.size(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const auto slot = std::lower_bound(slots.begin(), slots.end(), slot_faces[f][k]);
+      mesh.faces(k, static_cast<int64_t>(f)) = static_cast<int>(slot - slots.begin());
+    }
+  }
+  return mesh;
 }
 
 int Root(std::vector<int>* parent, int i) {
@@ -136,25 +179,25 @@ void RemoveIslands(int vertex_count, std::vector<Face>* faces) {
   Erase(erased, faces);
 }
 
-ControlMesh Compact(const Lattice& lattice, const std::vector<Face>& faces) {
-  std::vector<int> renumbered(static_cast<size_t>(lattice.columns) * lattice.rows, -1);
+// Of `mesh` these faces, and the vertices they use.
+ControlMesh Compact(const ControlMesh& mesh, const std::vector<Face>& faces) {
+  std::vector<int> renumbered(static_cast<size_t>(mesh.vertices.cols()), -1);
   for (const Face& face : faces) {
     for (const int v : face) renumbered[v] = 0;
   }
-  ControlMesh mesh;
+  ControlMesh compact;
   int count = 0;
-  mesh.vertices.resize(3, std::count(renumbered.begin(), renumbered.end(), 0));
-  for (int v = 0; v < static_cast<int>(renumbered.size()); ++v) {
+  compact.vertices.resize(3, std::count(renumbered.begin(), renumbered.end(), 0));
+  for (size_t v = 0; v < renumbered.size(); ++v) {
     if (renumbered[v] < 0) continue;
-    const Vector2d position = lattice.Position(v);
-    mesh.vertices.col(count) << position, 0;
+    compact.vertices.col(count) = mesh.vertices.col(static_cast<int64_t>(v));
     renumbered[v] = count++;
   }
-  mesh.faces.resize(3, static_cast<int64_t>(faces.size()));
+  compact.faces.resize(3, static_cast<int64_t>(faces.size()));
   for (size_t f = 0; f < faces.size(); ++f) {
-    for (int k = 0; k < 3; ++k) mesh.faces(k, static_cast<int64_t>(f)) = renumbered[faces[f][k]];
+    for (int k = 0; k < 3; ++k) compact.faces(k, static_cast<int64_t>(f)) = renumbered[faces[f][k]];
   }
-  return mesh;
+  return compact;
 }
 
 double SignedRoundness(const ControlMesh& mesh, int face) {
@@ -209,16 +252,23 @@ void DrawToBorder(const OccupiedArea& area, double edge, ControlMesh* mesh) {
 
 }  // namespace
 
-ControlMesh TriangulateArea(const OccupiedArea& area, double edge) {
+absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edge,
+                                            const RunContext& context) {
   const Lattice lattice(area, edge);
-  const int slots = lattice.columns * lattice.rows;
-  std::vector<Face> faces = FacesInside(lattice, area);
-  RemoveBowTies(slots, &faces);
-  RemoveIslands(slots, &faces);
-  ControlMesh mesh = Compact(lattice, faces);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<SlotFace> slot_faces,
+                           FacesInside(lattice, area, context));
+  const ControlMesh whole = WithVertices(lattice, slot_faces);
+  std::vector<Face> faces;
+  faces.reserve(slot_faces.size());
+  for (const auto face : whole.faces.colwise()) faces.push_back({face[0], face[1], face[2]});
+  RemoveBowTies(static_cast<int>(whole.vertices.cols()), &faces);
+  RemoveIslands(static_cast<int>(whole.vertices.cols()), &faces);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  ControlMesh mesh = Compact(whole, faces);
   if (faces.empty()) return mesh;
   DrawToBorder(area, edge, &mesh);
   RelaxTangentially(&mesh, kRelaxRounds);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ImproveValence(&mesh, 30);
   DrawToBorder(area, edge, &mesh);
   RelaxTangentially(&mesh, kRelaxRounds);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/half_edge_mesh.h"
 #include "core/control/quadric.h"
@@ -62,8 +63,6 @@ class Simplifier {
       : mesh_(std::move(mesh)), options_(options), faces_left_(mesh_.face_slots()) {
     positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
     for (int v = 0; v < mesh_.vertex_slots(); ++v) positions_[v] = input.vertices.col(v);
-    FindComponents();
-    BuildQuadrics(input);
     changed_.assign(static_cast<size_t>(mesh_.vertex_slots()), 0);
     evaluated_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
     cost_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
@@ -72,7 +71,10 @@ class Simplifier {
     least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
   }
 
-  absl::Status Run(const RunContext& context) {
+  absl::Status Run(const ControlMesh& input, const RunContext& context) {
+    FindComponents();
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    BuildQuadrics(input);
     // A collapse is refused for what its neighbourhood was at the time: at each of these
     // milestones, in multiples of the target, all that are left are tried again.
     for (const double milestone : {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0}) {
@@ -221,14 +223,15 @@ void Simplifier::Push(int edge) {
 
 absl::Status Simplifier::CollapseTo(int64_t target_faces, const RunContext& context) {
   queue_.clear();
-  for (int edge = 0; edge < mesh_.edge_slots(); ++edge) {
+  RILIEVO_RETURN_IF_ERROR(SerialFor(mesh_.edge_slots(), context, [&](int64_t index) {
+    const int edge = static_cast<int>(index);
     queued_[edge] = mesh_.HalfOfEdge(edge) >= 0 ? 1 : 0;
-    if (queued_[edge] == 0) continue;
+    if (queued_[edge] == 0) return;
     cost_[edge] = static_cast<float>(Evaluate(edge));
     evaluated_[edge] = time_;
     grade_[edge] = 0;
     queue_.push_back({cost_[edge], edge});
-  }
+  }));
   std::make_heap(queue_.begin(), queue_.end(), std::greater<>());
   for (int64_t step = 0; !queue_.empty() && faces_left_ > target_faces; ++step) {
     if (step % kCollapsesPerStopCheck == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -380,8 +383,9 @@ absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const Simplify
   }
   RILIEVO_ASSIGN_OR_RETURN(HalfEdgeMesh half_edges,
                            HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   Simplifier simplifier(std::move(half_edges), mesh, options);
-  RILIEVO_RETURN_IF_ERROR(simplifier.Run(context));
+  RILIEVO_RETURN_IF_ERROR(simplifier.Run(mesh, context));
   return simplifier.Compact();
 }
 

@@ -32,9 +32,11 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
 // Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
 // around the vertices flagged in `search`; out: flagged where the next search has to look, near the
 // loops, as two handles may lie side by side.
-std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
-                                        const Eigen::Matrix3Xd& vertices, double max_length,
-                                        std::vector<uint8_t>* search) {
+absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topology,
+                                                        const Eigen::Matrix3Xd& vertices,
+                                                        double max_length,
+                                                        const RunContext& context,
+                                                        std::vector<uint8_t>* search) {
   LocalLoopFinder finder(topology, vertices);
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
@@ -43,6 +45,7 @@ std::vector<std::vector<int>> FindLoops(const MeshTopology& topology,
   std::vector<std::vector<int>> loops;
   for (int seed = 0; seed < topology.vertex_count; ++seed) {
     if (visited[seed] != 0 || (*search)[seed] == 0) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     std::vector<int> loop = finder.LoopAround(seed, radius);
     const std::vector<int> disc = finder.disc();
     for (const int v : disc) {
@@ -151,8 +154,9 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     search.resize(topology.vertex_count, 1);
-    const std::vector<std::vector<int>> loops =
-        FindLoops(topology, result.mesh.vertices, max_loop_length, &search);
+    RILIEVO_ASSIGN_OR_RETURN(
+        const std::vector<std::vector<int>> loops,
+        FindLoops(topology, result.mesh.vertices, max_loop_length, context, &search));
     if (loops.empty()) break;
     ControlMesh cut = CutAndCap(result.mesh, topology, loops);
     auto cut_topology = BuildMeshTopology(cut.faces, static_cast<int>(cut.vertices.cols()));

@@ -24,8 +24,9 @@ constexpr double kLeastSingleSheet = 0.85;  // share of those that meet one shee
 constexpr double kLeastOneSided = 0.85;     // share of points that show the centre the same side
 constexpr int kMostLevels = 7;              // 131 072 faces
 
-absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center) {
-  const StarCheck check = CheckStarShape(cloud, center);
+absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center,
+                         const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const StarCheck check, CheckStarShape(cloud, center, context));
   if (check.single_sheet < kLeastSingleSheet) {
     return absl::FailedPreconditionError(
         absl::StrFormat("topology spherical cannot serve: %.0f %% of the rays from the centre meet "
@@ -114,7 +115,7 @@ absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const Vector3d center = FindStarCenter(cloud);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, center));
+  RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, center, context));
   context.Report(Stage::kControlMesh, 0.4);
 
   const double steps = std::log2(std::max(target_faces, 8) / 8.0) / 2;

@@ -3,11 +3,15 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_sort.h"
+#include "core/base/serial_for.h"
+#include "core/base/status_macros.h"
 #include "core/control/octahedron.h"
 #include "core/control/plane_frame.h"
 #include "core/control/sheets.h"
@@ -63,7 +67,8 @@ Vector3d FindStarCenter(const OrientedCloud& cloud) {
   return best;
 }
 
-StarCheck CheckStarShape(const OrientedCloud& cloud, const Vector3d& center) {
+absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vector3d& center,
+                                         const RunContext& context) {
   StarCheck check;
   const int count = static_cast<int>(cloud.points.cols());
   const int levels = std::clamp(
@@ -72,17 +77,17 @@ StarCheck CheckStarShape(const OrientedCloud& cloud, const Vector3d& center) {
   const Octahedron grid(levels);
   std::vector<std::pair<int, double>> by_cell(static_cast<size_t>(count));  // cell, log radius
   int64_t outward = 0, radial = 0;
-  for (int i = 0; i < count; ++i) {
+  RILIEVO_RETURN_IF_ERROR(SerialFor(count, context, [&](int64_t i) {
     const Vector3d ray = cloud.points.col(i) - center;
     const double radius = std::max(ray.norm(), 1e-9);
     by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
     const double cosine = cloud.normals.col(i).dot(ray) / radius;
     outward += cosine > 0 ? 1 : 0;
     radial += cosine > kRadialCosine ? 1 : 0;
-  }
+  }));
   check.outward = static_cast<double>(outward) / count;
   check.radial = static_cast<double>(radial) / count;
-  std::sort(by_cell.begin(), by_cell.end());
+  RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &by_cell));
   const double width = std::sqrt(4 * std::numbers::pi / static_cast<double>(grid.faces().cols()));
   std::vector<double> radii(by_cell.size());  // logarithms
   for (size_t i = 0; i < by_cell.size(); ++i) radii[i] = by_cell[i].second;

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 #include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
@@ -20,6 +22,7 @@ struct StarCheck {
   double radius_ratio = 0;  // largest over smallest distance from the centre (1 % cut off each)
 };
 
-StarCheck CheckStarShape(const OrientedCloud& cloud, const Eigen::Vector3d& center);
+absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Eigen::Vector3d& center,
+                                         const RunContext& context);
 
 }  // namespace rilievo

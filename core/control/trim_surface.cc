@@ -278,18 +278,20 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   // Pieces without support go first: no hole is filled on their account.
   const Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) return pieces.mesh;
-
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(
       const MeshTopology topology,
       BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
   const std::vector<uint8_t> keep =
       VerticesToKeep(pieces.mesh, topology, Inherit(support, pieces.source_vertex), options);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
   for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
     const auto corners = pieces.mesh.faces.col(f);
     keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
   }
   const Part cut = KeepFaces(pieces.mesh, keep_face);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ControlMesh trimmed = DropSmallPieces(cut.mesh, std::vector<uint8_t>(cut.mesh.vertices.cols(), 1),
                                         options.min_piece_faces)
                             .mesh;

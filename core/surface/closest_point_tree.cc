@@ -94,11 +94,12 @@ double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const
 // Splits `centers` in place; the nodes of a subtree are appended to a vector of the caller.
 class ClosestPointTree::Builder {
  public:
-  Builder(const std::vector<Box>& boxes, std::vector<Center>& centers)
-      : boxes_(boxes), centers_(centers) {}
+  Builder(const std::vector<Box>& boxes, const RunContext& context, std::vector<Center>& centers)
+      : boxes_(boxes), context_(context), centers_(centers) {}
 
   // The boxes and children of node `at` over centers [begin, end); returns the box of all. Below
-  // `smallest` items a part is left to a job of its own, if `jobs` is given.
+  // `smallest` items a part is left to a job of its own, if `jobs` is given. Unfinished once a stop
+  // was requested.
   struct Job {
     int begin, end;
     int node, slot;  // the place in the upper tree that waits for it
@@ -106,6 +107,7 @@ class ClosestPointTree::Builder {
   Box Split(int begin, int end, int smallest, std::vector<Job>* jobs, std::vector<Node>& nodes) {
     const int at = static_cast<int>(nodes.size());
     nodes.push_back(EmptyNode());
+    if (context_.stop.stop_requested()) return Box();
     int part_begin[kWidth + 1];
     Cut(begin, end, part_begin);
     Box all;
@@ -198,6 +200,7 @@ class ClosestPointTree::Builder {
   }
 
   const std::vector<Box>& boxes_;
+  const RunContext& context_;
   std::vector<Center>& centers_;
 };
 
@@ -237,7 +240,7 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     }
   }));
 
-  Builder builder(boxes, centers);
+  Builder builder(boxes, context, centers);
   std::vector<Builder::Job> jobs;
   // At most some dozens of jobs whatever the threads, so the tree is the same for any number.
   builder.Split(0, count, std::max(1024, count / 16), &jobs, tree.nodes_);
@@ -248,6 +251,7 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
           builder.Split(jobs[j].begin, jobs[j].end, 0, nullptr, subtrees[j]);
         }
       }));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const int upper_count = static_cast<int>(tree.nodes_.size());
   for (size_t j = 0; j < jobs.size(); ++j) {
     const int32_t offset = static_cast<int32_t>(tree.nodes_.size());

@@ -67,7 +67,7 @@ BENCHMARK(BM_SphericalControlMesh)->Arg(9218)->Arg(100000)->Unit(benchmark::kMil
 void BM_ChooseTopology(benchmark::State& state) {
   const OrientedCloud cloud = StarCloud(100000);
   for (auto _ : state) {
-    auto choice = ChooseTopology(cloud);
+    auto choice = ChooseTopology(cloud, RunContext{});
     benchmark::DoNotOptimize(choice);
   }
 }

@@ -11,7 +11,8 @@ using Eigen::Vector2d;
 
 OccupiedArea AreaOf(const OrientedCloud& cloud, BoundaryRule boundary, double smallest_hole) {
   return FindOccupiedArea(cloud.points.topRows<2>(), cloud.spacing, cloud.median_spacing,
-                          smallest_hole, boundary);
+                          smallest_hole, boundary, RunContext{})
+      .value();
 }
 
 TEST(FindOccupiedArea, HasTheAreaOfTheSquareWithoutItsHole) {

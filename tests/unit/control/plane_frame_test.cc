@@ -38,26 +38,29 @@ TEST(FitPlaneFrame, LooksAtTwoWallsOfACornerFromBetween) {
   const OrientedCloud cloud = MakeCloud(points, normals);
   const PlaneFrame frame = FitPlaneFrame(cloud);
   EXPECT_GT(frame.axes.col(2).dot(Vector3d(1, 0, 1).normalized()), 0.95);
-  const HeightFieldCheck check = CheckHeightField(cloud, frame);
+  const HeightFieldCheck check = CheckHeightField(cloud, frame, RunContext{}).value();
   EXPECT_GT(check.facing, 0.99);
   EXPECT_GT(check.single_sheet, 0.99);
 }
 
 TEST(CheckHeightField, TellsATerrainFromASphereAndFromTwoFloors) {
   const OrientedCloud terrain = TerrainCloud(8000, 0.1, Pose());
-  const HeightFieldCheck field = CheckHeightField(terrain, FitPlaneFrame(terrain));
+  const HeightFieldCheck field =
+      CheckHeightField(terrain, FitPlaneFrame(terrain), RunContext{}).value();
   EXPECT_EQ(field.single_sheet, 1);
   EXPECT_GT(field.facing, 0.999);
 
   const OrientedCloud sphere = SphereCloud(8000);
-  const HeightFieldCheck round = CheckHeightField(sphere, FitPlaneFrame(sphere));
+  const HeightFieldCheck round =
+      CheckHeightField(sphere, FitPlaneFrame(sphere), RunContext{}).value();
   EXPECT_LT(round.single_sheet, 0.4);
   EXPECT_LT(round.facing, 0.5);
 
   OrientedCloud upper = TerrainCloud(4000, 0);
   upper.points.row(2).array() += 0.3;
   const OrientedCloud floors = Joined(TerrainCloud(4000, 0), upper);
-  EXPECT_LT(CheckHeightField(floors, FitPlaneFrame(floors)).single_sheet, 0.2);
+  EXPECT_LT(CheckHeightField(floors, FitPlaneFrame(floors), RunContext{}).value().single_sheet,
+            0.2);
 }
 
 TEST(PointArea, SumsToTheSurface) {

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 TEST(CheckStarShape, AStarIsOne) {
   const OrientedCloud cloud = StarCloud(9218);
-  const StarCheck check = CheckStarShape(cloud, FindStarCenter(cloud));
+  const StarCheck check = CheckStarShape(cloud, FindStarCenter(cloud), RunContext{}).value();
   EXPECT_EQ(check.coverage, 1);
   EXPECT_EQ(check.single_sheet, 1);
   EXPECT_EQ(check.outward, 1);
@@ -21,18 +21,18 @@ TEST(CheckStarShape, ASphereIsRadialAtOneRadius) {
   const OrientedCloud cloud = SphereCloud(5000, 0.28, Vector3d(0.01, 0.02, -0.03));
   const Vector3d center = FindStarCenter(cloud);
   EXPECT_LT((center - Vector3d(0.01, 0.02, -0.03)).norm(), 0.005);
-  const StarCheck check = CheckStarShape(cloud, center);
+  const StarCheck check = CheckStarShape(cloud, center, RunContext{}).value();
   EXPECT_EQ(check.radial, 1);
   EXPECT_LT(check.radius_ratio, 1.05);
 }
 
 TEST(CheckStarShape, ATorusAndTwoSpheresAreNone) {
   const OrientedCloud torus = TorusCloud(160, 60);
-  const StarCheck ring = CheckStarShape(torus, FindStarCenter(torus));
+  const StarCheck ring = CheckStarShape(torus, FindStarCenter(torus), RunContext{}).value();
   EXPECT_LT(std::min(ring.coverage, ring.single_sheet), 0.9);
   const OrientedCloud two = Joined(SphereCloud(4000, 0.12, Vector3d(0.3, 0, 0)),
                                    SphereCloud(4000, 0.12, Vector3d(-0.3, 0, 0)));
-  const StarCheck pair = CheckStarShape(two, FindStarCenter(two));
+  const StarCheck pair = CheckStarShape(two, FindStarCenter(two), RunContext{}).value();
   EXPECT_LT(std::min(pair.coverage, pair.single_sheet), 0.9);
 }
 
@@ -50,7 +50,7 @@ TEST(FindStarCenter, LeavesTheCentroidWhereThatSeesTooLittle) {
   }
   const OrientedCloud cloud = MakeCloud(points, normals);
   const Vector3d center = FindStarCenter(cloud);
-  const StarCheck found = CheckStarShape(cloud, center);
+  const StarCheck found = CheckStarShape(cloud, center, RunContext{}).value();
   EXPECT_GT(found.outward, 0.99);
   EXPECT_EQ(found.single_sheet, 1);
 }
