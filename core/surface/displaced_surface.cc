@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/large_pages.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
@@ -91,6 +92,7 @@ absl::StatusOr<TriangleMesh> TessellatePatches(const DisplacedSurface& surface, 
   RILIEVO_RETURN_IF_ERROR(
       CheckHeightCount(surface, VertexCount(patches.control(), surface.max_level)));
   Eigen::Matrix3Xd vertices(3, patches.numbering().vertex_count());
+  HintLargePages(vertices.data(), sizeof(double) * vertices.size());
   RILIEVO_RETURN_IF_ERROR(
       patches.Evaluate(context, [&](int first, std::span<const LimitPoint> points) {
         for (const LimitPoint& point : points) {

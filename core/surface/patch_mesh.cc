@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/large_pages.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/loop/edge_star.h"
@@ -31,6 +32,9 @@ class PatchMesher {
     mesh_.triangles.resize(3, faces * patches.lattice().triangles().cols());
     corner_sums_.resize(3, 3 * faces);
     far_sums_.resize(3, Eigen::Index{inside_} * topology_.edge_count());
+    HintLargePages(mesh_.normals.data(), sizeof(double) * mesh_.normals.size());
+    HintLargePages(mesh_.triangles.data(), sizeof(int) * mesh_.triangles.size());
+    HintLargePages(far_sums_.data(), sizeof(double) * far_sums_.size());
   }
 
   absl::StatusOr<TriangleMesh> Run(const RunContext& context) {
@@ -66,10 +70,12 @@ class PatchMesher {
     }
     patch.sums.assign(patch.vertices.size(), Eigen::Vector3d::Zero());
     const Eigen::Matrix3Xi& triangles = lattice.triangles();
-    const Eigen::Index first = face * triangles.cols();
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-      const int a = triangles(0, t), b = triangles(1, t), c = triangles(2, t);
-      mesh_.triangles.col(first + t) << patch.vertices[a], patch.vertices[b], patch.vertices[c];
+    int* out = mesh_.triangles.data() + 3 * face * triangles.cols();
+    for (const int* in = triangles.data(); in < triangles.data() + triangles.size(); in += 3) {
+      const int a = in[0], b = in[1], c = in[2];
+      *out++ = patch.vertices[a];
+      *out++ = patch.vertices[b];
+      *out++ = patch.vertices[c];
       const Eigen::Vector3d normal =
           (patch.points[b] - patch.points[a]).cross(patch.points[c] - patch.points[a]);
       patch.sums[a] += normal;
