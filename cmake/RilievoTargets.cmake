@@ -8,13 +8,16 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 
 # rilievo_library(NAME DEPENDS public-libraries... PRIVATE private-libraries...): a room of the house,
-# every .cc of its folder (PATTERN: those that match).
+# every .cc of its folder (PATTERN: those that match; EXCLUDE: but those of this regular expression).
 function(rilievo_library name)
-  cmake_parse_arguments(ARG "" "PATTERN" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "EXCLUDE" "PATTERN;DEPENDS;PRIVATE" ${ARGN})
   if(NOT ARG_PATTERN)
     set(ARG_PATTERN "*.cc")
   endif()
   file(GLOB sources CONFIGURE_DEPENDS ${ARG_PATTERN})
+  if(ARG_EXCLUDE)
+    list(FILTER sources EXCLUDE REGEX ${ARG_EXCLUDE})
+  endif()
   if(NOT sources)
     add_library(${name} INTERFACE)
     target_include_directories(${name} INTERFACE ${CMAKE_SOURCE_DIR})

@@ -14,8 +14,7 @@ namespace rilievo {
 namespace {
 
 std::vector<uint8_t> Golden(const char* name) {
-  const std::filesystem::path path =
-      std::filesystem::path(__FILE__).parent_path() / ".." / ".." / "golden" / name;
+  const std::filesystem::path path = std::filesystem::path(RILIEVO_GOLDEN_FOLDER) / name;
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
