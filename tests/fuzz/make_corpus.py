@@ -1,0 +1,106 @@
+#!/usr/bin/env python3
+"""Makes the seeds of the fuzz targets: small files of every kind the readers know.
+
+    make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files
+"""
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).parent / "corpus"
+POINTS = [(0, 0, 0), (1, 0, 0.5), (1, 1, -0.25), (0, 1, 1e-3)]
+FACES = [(0, 1, 2), (0, 2, 3)]
+
+
+def put(name, data):
+    path = HERE / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+
+def ply():
+    head = ("ply\nformat {} 1.0\ncomment seed\nelement vertex 4\nproperty {} x\nproperty {} y\n"
+            "property {} z\nproperty uchar red\nelement face 2\n"
+            "property list uchar int vertex_indices\nend_header\n")
+    text = "".join(f"{x} {y} {z} 7\n" for x, y, z in POINTS)
+    text += "".join("3 %d %d %d\n" % f for f in FACES)
+    put("ply/ascii.ply", head.format("ascii", *["float"] * 3) + text)
+    for order, sign in (("little", "<"), ("big", ">")):
+        for kind, code in (("float", "f"), ("double", "d")):
+            body = b"".join(struct.pack(sign + 3 * code + "B", *p, 7) for p in POINTS)
+            body += b"".join(struct.pack(sign + "B3i", 3, *f) for f in FACES)
+            name = f"binary_{order}_endian"
+            put(f"ply/{name}_{kind}.ply", head.format(name, *[kind] * 3).encode() + body)
+    normals = ("ply\nformat ascii 1.0\nelement vertex 1\nproperty float nx\nproperty float ny\n"
+               "property float nz\nproperty double x\nproperty double y\nproperty double z\n"
+               "property uchar source\nproperty list uchar short extra\nend_header\n"
+               "0 0 1 2 3 4 1 2 5 6\n")
+    put("ply/normals.ply", normals)
+
+
+def lzf(data):
+    packed = b""
+    for i in range(0, len(data), 32):
+        piece = data[i:i + 32]
+        packed += bytes([len(piece) - 1]) + piece
+    return packed
+
+
+def pcd():
+    head = ("# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\n"
+            "COUNT 1 1 1 1\nWIDTH 4\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA {}\n")
+    put("pcd/ascii.pcd", head.format("ascii") + "".join(f"{x} {y} {z} 9\n" for x, y, z in POINTS))
+    rows = b"".join(struct.pack("<3fI", *p, 9) for p in POINTS)
+    put("pcd/binary.pcd", head.format("binary").encode() + rows)
+    columns = b"".join(struct.pack("<4f", *[p[k] for p in POINTS]) for k in range(3))
+    columns += struct.pack("<4I", 9, 9, 9, 9)
+    packed = lzf(columns)
+    put("pcd/compressed.pcd", head.format("binary_compressed").encode() +
+        struct.pack("<II", len(packed), len(columns)) + packed)
+    put("pcd/old.pcd", "VERSION .6\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nWIDTH 1\nHEIGHT 1\n"
+        "POINTS 1\nDATA ascii\n1 nan 3\n")
+    put("lzf/literals", struct.pack("<H", len(columns)) + packed)
+    put("lzf/match", b"\x0c\x00" + b"\x00a" + bytes([7 << 5, 2, 0]))
+
+
+def text_formats():
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS)
+    put("xyz/plain.xyz", rows)
+    put("xyz/commas.txt", "# x, y, z\n// more\nx,y,z,i\n" + "1,2,3,4\n-1e-3;2;.5;0\n")
+    put("xyz/blocks.pts", "4\n" + rows + "1\n5\t6\t7\t255\r\n")
+    put("obj/mesh.obj", "# seed\nmtllib a.mtl\no a\n" + "".join("v %g %g %g\n" % p for p in POINTS) +
+        "vn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 -3\nf 1//1 2//1 \\\n3//1\n")
+    put("obj/colors.obj", "v 1 2 3 0.5 0.5 0.5\nv 4 5 6 1\n")
+    facet = "facet normal 0 0 1\n outer loop\n" + "".join("  vertex %g %g %g\n" % POINTS[k]
+                                                          for k in FACES[0]) + " endloop\nendfacet\n"
+    put("stl/ascii.stl", "solid seed\n" + facet + "endsolid seed\n")
+    body = b"".join(struct.pack("<3f", 0, 0, 1) +
+                    b"".join(struct.pack("<3f", *POINTS[k]) for k in f) + b"\0\0" for f in FACES)
+    put("stl/binary.stl", b"seed".ljust(80) + struct.pack("<I", 2) + body)
+
+
+def dss(rilievo):
+    golden = HERE.parent.parent / "golden"
+    for path in sorted(golden.glob("*.dss")):
+        put(f"dss/{path.name}", path.read_bytes())
+    with tempfile.TemporaryDirectory() as folder:
+        scan, out = f"{folder}/scan.ply", f"{folder}/out.dss"
+        for shape, more in (("sphere", ["--max-level", "2"]), ("terrain", ["--max-level", "1"]),
+                            ("torus", ["--max-level", "3", "--max-error", "0.01"]),
+                            ("sphere", ["--max-level", "0"])):
+            subprocess.run([rilievo, "simulate", shape, "-o", scan, "--points", "200", "--views",
+                            "2"], check=True, stdout=subprocess.DEVNULL)
+            subprocess.run([rilievo, "reconstruct", scan, "-o", out, "--quiet", "--control-faces",
+                            "20"] + more, check=True, stdout=subprocess.DEVNULL)
+            put(f"dss/{shape}{more[1]}.dss", pathlib.Path(out).read_bytes())
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    ply()
+    pcd()
+    text_formats()
+    dss(sys.argv[1])
