@@ -14,10 +14,11 @@ namespace rilievo {
 // Why a call ends before its time.
 enum class StopReason {
   kNone,
-  kClient,    // cancelled, deadline over, or gone
-  kJobTime,   // worked longer than the server allows
-  kIdle,      // the client neither sent nor read for too long
-  kShutdown,  // the server ends
+  kClient,      // cancelled, deadline over, or gone
+  kJobTime,     // worked longer than the server allows
+  kIdle,        // the client neither sent nor read for too long
+  kUploadTime,  // the points took too long to arrive
+  kShutdown,    // the server ends
 };
 
 class LiveCall {

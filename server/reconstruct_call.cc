@@ -35,6 +35,12 @@ CallError StopError(StopReason reason, const ServerOptions& options) {
           .message = absl::StrCat("no message passed for ", options.max_idle_time.count() / 1000.0,
                                   " s; send the points and half-close without long pauses"),
           .reason = "IDLE_LIMIT"};
+    case StopReason::kUploadTime:
+      return {.code = absl::StatusCode::kDeadlineExceeded,
+              .message = absl::StrCat("the points took longer to arrive than the ",
+                                      options.max_job_time.count() / 1000.0,
+                                      " s this server allows; send fewer points"),
+              .reason = "UPLOAD_TIME_LIMIT"};
     case StopReason::kShutdown:
       return ShutdownError();
     default:
@@ -117,6 +123,8 @@ void ReconstructCall::Tick(Clock::time_point now) {
     const bool transferring = receiving || (phase_ == Phase::kDownload && write_in_flight_);
     if (transferring && now - last_transfer_ > core_->options.max_idle_time) {
       reason = StopReason::kIdle;
+    } else if (phase_ == Phase::kUpload && now - begin_ > core_->options.max_job_time) {
+      reason = StopReason::kUploadTime;  // a place is not held by a point a minute
     } else if (phase_ == Phase::kWork && now - work_begin_ > core_->options.max_job_time) {
       reason = StopReason::kJobTime;
     }
@@ -180,8 +188,9 @@ void ReconstructCall::TakePoints() {
   if (error) Fail(*error);
 }
 
-// The client half-closed, or is gone; then OnCancel follows.
+// The client half-closed, or is gone: then OnCancel ends the call.
 void ReconstructCall::EndUpload() {
+  if (context_->IsCancelled()) return;
   if (phase_ == Phase::kHeader) {
     Fail(OrderError("header", "the stream was closed before a header came"));
     return;
@@ -246,9 +255,12 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
 
 // What of the request the stage that failed was about.
 std::string ReconstructCall::FieldAtFault() const {
+  const bool own_mesh = job_.options.control.user_mesh.has_value();
+  if (progress_.stage() == Stage::kDomainFit && own_mesh) {
+    return "header.options.control.control_mesh";
+  }
   if (progress_.stage() != Stage::kControlMesh) return "points";
-  return job_.options.control.user_mesh ? "header.options.control.control_mesh"
-                                        : "header.options.control";
+  return own_mesh ? "header.options.control.control_mesh" : "header.options.control";
 }
 
 void ReconstructCall::PumpWrites() {

@@ -2,11 +2,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "CLI/CLI.hpp"
 #include "absl/strings/str_cat.h"
@@ -152,6 +154,13 @@ int Main(int argc, char** argv) {
   if (!line.probe.empty()) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout);
     return health.ok() ? 0 : Fail(health);
+  }
+  for (const auto& [name, seconds] : {std::pair("--max-job-seconds", line.max_job_seconds),
+                                      std::pair("--max-idle-seconds", line.max_idle_seconds),
+                                      std::pair("--drain-seconds", line.drain_seconds)}) {
+    if (std::isfinite(seconds)) continue;
+    return Fail(absl::InvalidArgumentError(
+        absl::StrCat(name, " ", seconds, " is no number of seconds; give for example 60")));
   }
   line.options.max_job_time = Milliseconds(line.max_job_seconds);
   line.options.max_idle_time = Milliseconds(line.max_idle_seconds);

@@ -249,6 +249,24 @@ TEST_F(StoppingTest, AClientThatStopsSendingIsLetGo) {
   }
 }
 
+// Each message in time, all of them for ever: the place would be held from the others.
+TEST_F(StoppingTest, AClientThatTricklesIsLetGo) {
+  ServerOptions options;
+  options.max_job_time = milliseconds(700);
+  StartServer(options);
+  grpc::ClientContext context;
+  const auto stream = NewStub()->Reconstruct(&context);
+  ASSERT_TRUE(stream->Write(HeaderRequest(100000)));
+  const auto start = steady_clock::now();
+  while (stream->Write(PointsRequest(1))) {
+    ASSERT_LT(SecondsSince(start), 10.0);
+    std::this_thread::sleep_for(milliseconds(50));
+  }
+  const Outcome outcome = ReadToEnd(stream.get());
+  EXPECT_EQ(outcome.status.error_code(), StatusCode::DEADLINE_EXCEEDED);
+  EXPECT_EQ(Reason(outcome.status), "UPLOAD_TIME_LIMIT");
+}
+
 TEST_F(StoppingTest, AClientThatStopsReadingIsLetGo) {
   ServerOptions options;
   options.max_idle_time = milliseconds(300);
