@@ -1,0 +1,39 @@
+#include "core/control/local_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <set>
+
+#include "tests/unit/control/control_test_meshes.h"
+
+namespace rilievo {
+namespace {
+
+// The tube's girth is 2 pi 0.12 = 0.75, the hole's edge 2 pi 0.18 = 1.13.
+TEST(LocalLoopTest, FindsTheGirthOfATorus) {
+  const ControlMesh mesh =
+      MarchTetrahedra([](const Eigen::Vector3d& x) { return TorusField(x); }, 24);
+  const MeshTopology topology =
+      BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())).value();
+  LocalLoopFinder finder(topology, mesh.vertices);
+  EXPECT_TRUE(finder.LoopAround(0, 0.2).empty()) << "the disc closes nowhere";
+  const std::vector<int> loop = finder.LoopAround(0, 0.8);
+  ASSERT_GE(loop.size(), 3U);
+  EXPECT_EQ(std::set<int>(loop.begin(), loop.end()).size(), loop.size());
+  const double girth = 2 * std::numbers::pi * 0.12;
+  EXPECT_GT(finder.Length(loop), 0.95 * girth);
+  EXPECT_LT(finder.Length(loop), 1.4 * girth);
+  EXPECT_FALSE(finder.disc().empty());
+}
+
+TEST(LocalLoopTest, ASphereHasNone) {
+  const ControlMesh mesh = MarchTetrahedra(SphereField, 16);
+  const MeshTopology topology =
+      BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())).value();
+  LocalLoopFinder finder(topology, mesh.vertices);
+  for (const int root : {0, 50, 200}) EXPECT_TRUE(finder.LoopAround(root, 5).empty());
+}
+
+}  // namespace
+}  // namespace rilievo
