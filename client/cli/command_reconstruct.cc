@@ -26,7 +26,7 @@ namespace {
 
 struct ReconstructArguments {
   std::string scan, output, report, server, control_mesh;
-  std::string topology = "auto", boundary = "keep", fit;
+  std::string topology = "auto", boundary = "keep", creases = "off", fit;
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed;
   std::optional<double> height_step, max_error;
@@ -63,6 +63,7 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
                                                           {"spherical", v1::TOPOLOGY_SPHERICAL},
                                                           {"arbitrary", v1::TOPOLOGY_ARBITRARY}};
   control.set_boundary(arguments.boundary == "close" ? v1::BOUNDARY_CLOSE : v1::BOUNDARY_KEEP);
+  control.set_creases(arguments.creases == "auto" ? v1::CREASES_AUTO : v1::CREASES_OFF);
   if (arguments.control_faces) control.set_control_faces(*arguments.control_faces);
   if (arguments.control_mesh.empty()) {
     control.set_topology(topologies.at(arguments.topology));
@@ -201,6 +202,10 @@ Command AddReconstruct(CLI::App& program) {
   app->get_option("--topology")->excludes(mesh);
   app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
       ->check(CLI::IsMember({"keep", "close"}))
+      ->capture_default_str();
+  app->add_option("--creases", a->creases,
+                  "auto: sharp edges of the scan become creases of the surface; off: none do")
+      ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
   app->add_option("--max-level", a->max_level, "levels of heights; default as dense as the points")
       ->check(CLI::Range(0, 8));

@@ -10,6 +10,7 @@
 #include "core/control/relax_mesh.h"
 #include "core/control/simplify_mesh.h"
 #include "core/control/small_handles.h"
+#include "core/control/tag_creases.h"
 #include "core/control/trim_surface.h"
 
 namespace rilievo {
@@ -28,7 +29,8 @@ constexpr double kFlatDihedralDegrees = 40;
 absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
                                                    const NeighborGraph& graph,
                                                    const PointIndex& index, BoundaryRule boundary,
-                                                   int target_faces, const RunContext& context) {
+                                                   int target_faces, const RunContext& context,
+                                                   CreaseRule creases) {
   ImplicitOptions implicit;
   implicit.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
@@ -60,6 +62,9 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&control, kFlatDihedralDegrees);
     RelaxTangentially(&control, 3);
+  }
+  if (creases == CreaseRule::kAuto) {
+    RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &control));
   }
   return ArbitraryRoad{std::move(control), std::move(cloud.normals)};
 }

@@ -42,9 +42,9 @@ absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
     case Topology::kArbitrary:
       break;
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      ArbitraryRoad found,
-      ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces, context));
+  RILIEVO_ASSIGN_OR_RETURN(ArbitraryRoad found,
+                           ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces,
+                                                context, options.creases));
   *normals = std::move(found.normals);
   return std::move(found.mesh);
 }

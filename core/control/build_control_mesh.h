@@ -19,11 +19,17 @@ enum class BoundaryRule {
   kClose,  // holes and open borders are closed
 };
 
+enum class CreaseRule {
+  kAuto,  // the road arbitrary tags edges of the control mesh that follow sharp edges of the scan
+  kOff,
+};
+
 const char* TopologyName(Topology topology);
 
 struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
+  CreaseRule creases = CreaseRule::kOff;
   // About how many control faces; 0: chosen from the number of points. [0, 200000].
   int target_faces = 0;
   // The road kUser, also taken under kAuto when this is set: used as it is, after checks. Unit

@@ -7,6 +7,8 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/despike_heights.h"
+#include "core/displacement/side_heights.h"
+#include "core/loop/split_normals.h"
 
 namespace rilievo {
 namespace {
@@ -100,6 +102,27 @@ absl::Status DomainSampling::Despike(const VertexRings& rings) {
                          Store(vertex, good ? again : std::nullopt);
                        }
                      });
+}
+
+absl::Status DomainSampling::MeetSides() {
+  RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors,
+                           SectorsOfLevel(refinement_, refinement_.max_level()));
+  std::vector<int> begin;
+  for (int s = 0; s < sectors.size(); ++s) {
+    if (s == 0 || sectors.vertices[s] != sectors.vertices[s - 1]) begin.push_back(s);
+  }
+  const auto count = static_cast<int64_t>(begin.size());
+  begin.push_back(sectors.size());
+  return ParallelFor(count, kBlock, context_, [&](int64_t first, int64_t last) {
+    for (int64_t i = first; i < last; ++i) {
+      const int vertex = sectors.vertices[begin[i]];
+      if (samples_.measured[vertex] && samples_.crease[vertex]) continue;
+      const auto sides = limit_.sector_normals.middleCols(begin[i], begin[i + 1] - begin[i]);
+      const auto met = MeetAlongRay(cloud_, index_, limit_.positions.col(vertex),
+                                    limit_.normals.col(vertex), sides);
+      if (met) Store(vertex, met);
+    }
+  });
 }
 
 Ray DomainSampling::RayOf(int vertex) const {

@@ -33,6 +33,10 @@ class DomainSampling {
   // given to the filling.
   absl::Status Despike(const VertexRings& rings);
 
+  // On the domain's creases and in its corners: where the planes of the sides meet, unless the
+  // crease fit found it. Nothing else is measured anew.
+  absl::Status MeetSides();
+
   const std::vector<HeightBounds>& bounds() const { return bounds_; }
   HeightSamples& samples() { return samples_; }
 

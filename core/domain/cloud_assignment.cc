@@ -28,9 +28,27 @@ double SquaredDistance(const OrientedCloud& cloud, const SampledSurface& surface
   return (cloud.points.col(point) - surface.positions.col(sample)).squaredNorm();
 }
 
-double Offset(const OrientedCloud& cloud, const SampledSurface& surface, int point, int sample,
-              bool agree) {
-  const Eigen::Vector3d normal = surface.normals.col(sample);
+// The normal of the surface at a sample as a point sees it: on a crease, of the side that it lies
+// on.
+Eigen::Vector3d NormalSeenBy(const OrientedCloud& cloud, const DomainSamples& samples,
+                             const SampledSurface& surface, int point, int sample) {
+  if (!samples.is_sharp(sample)) return surface.normals.col(sample);
+  const auto slot = static_cast<size_t>(samples.sharp_slot[static_cast<size_t>(sample)]);
+  int best = samples.side_begin[slot];
+  double agreement = -2;
+  for (int side = best; side < samples.side_begin[slot + 1]; ++side) {
+    const double cosine = cloud.normals.col(point).dot(surface.side_normals.col(side));
+    if (cosine > agreement) {
+      agreement = cosine;
+      best = side;
+    }
+  }
+  return surface.side_normals.col(best);
+}
+
+double Offset(const OrientedCloud& cloud, const DomainSamples& samples,
+              const SampledSurface& surface, int point, int sample, bool agree) {
+  const Eigen::Vector3d normal = NormalSeenBy(cloud, samples, surface, point, sample);
   const Eigen::Vector3d direction =
       agree ? HalfwayNormal(normal, cloud.normals.col(point)) : normal;
   return direction.dot(cloud.points.col(point) - surface.positions.col(sample));
@@ -64,7 +82,7 @@ absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunCon
           nearest_[i] = Walk(surface, subset_[i], nearest_[i]);
           const bool agree = Agree(cloud_, surface, subset_[i], nearest_[i]);
           agrees_[i] = agree;
-          const double offset = Offset(cloud_, surface, subset_[i], nearest_[i], agree);
+          const double offset = Offset(cloud_, samples_, surface, subset_[i], nearest_[i], agree);
           squares += offset * offset;
         }
         block_squares_[static_cast<size_t>(begin / kPointsPerTask)] = squares;

@@ -43,6 +43,34 @@ void LinkBoundary(const MeshTopology& topology, DomainSamples* samples) {
   }
 }
 
+void ListSharp(DomainSamples* samples) {
+  const std::vector<int>& vertices = samples->stencils.sectors.vertices;
+  if (vertices.empty()) return;
+  samples->sharp_slot.assign(static_cast<size_t>(samples->size()), -1);
+  for (size_t side = 0; side < vertices.size(); ++side) {
+    if (side > 0 && vertices[side] == vertices[side - 1]) continue;
+    samples->sharp_slot[static_cast<size_t>(vertices[side])] =
+        static_cast<int>(samples->sharp.size());
+    samples->sharp.push_back(vertices[side]);
+    samples->side_begin.push_back(static_cast<int>(side));
+  }
+  samples->side_begin.push_back(static_cast<int>(vertices.size()));
+}
+
+Eigen::Matrix3Xd SideNormals(const SectorStencils& sides, const Eigen::Matrix3Xd& control_points) {
+  Eigen::Matrix3Xd normals(3, sides.size());
+  for (int s = 0; s < sides.size(); ++s) {
+    Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero(), tangent_v = Eigen::Vector3d::Zero();
+    for (int e = sides.begin[s]; e < sides.begin[s + 1]; ++e) {
+      const auto point = control_points.col(sides.control_vertices[e]);
+      tangent_u += sides.tangent_u[e] * point;
+      tangent_v += sides.tangent_v[e] * point;
+    }
+    normals.col(s) = tangent_u.cross(tangent_v).normalized();
+  }
+  return normals;
+}
+
 void Normalize(std::vector<double>* shares) {
   double total = 0;
   for (double share : *shares) total += share;
@@ -63,6 +91,10 @@ absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int le
   samples.control_rings = BuildVertexRings(samples.refinement.levels.front());
   AssignOwners(SamplesOfControlFaces(samples.refinement, level), samples.size(), &samples);
   LinkBoundary(samples.finest(), &samples);
+  ListSharp(&samples);
+  RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases,
+                           BuildCreaseTopology(mesh, samples.refinement.levels.front()));
+  samples.control_kinds = std::move(creases.kinds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   return samples;
 }
@@ -72,22 +104,27 @@ absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd&
   const LimitStencils& stencils = samples.stencils;
   surface->positions.resize(3, samples.size());
   surface->normals.resize(3, samples.size());
-  return ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      Eigen::Vector3d position = Eigen::Vector3d::Zero();
-      Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();
-      Eigen::Vector3d tangent_v = Eigen::Vector3d::Zero();
-      const auto last = static_cast<size_t>(stencils.begin[static_cast<size_t>(i) + 1]);
-      for (auto e = static_cast<size_t>(stencils.begin[static_cast<size_t>(i)]); e < last; ++e) {
-        const auto point = control_points.col(stencils.control_vertices[e]);
-        position += stencils.position[e] * point;
-        tangent_u += stencils.tangent_u[e] * point;
-        tangent_v += stencils.tangent_v[e] * point;
-      }
-      surface->positions.col(i) = position;
-      surface->normals.col(i) = tangent_u.cross(tangent_v).normalized();
-    }
-  });
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          Eigen::Vector3d position = Eigen::Vector3d::Zero();
+          Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();
+          Eigen::Vector3d tangent_v = Eigen::Vector3d::Zero();
+          const auto last = static_cast<size_t>(stencils.begin[static_cast<size_t>(i) + 1]);
+          for (auto e = static_cast<size_t>(stencils.begin[static_cast<size_t>(i)]); e < last;
+               ++e) {
+            const auto point = control_points.col(stencils.control_vertices[e]);
+            position += stencils.position[e] * point;
+            tangent_u += stencils.tangent_u[e] * point;
+            tangent_v += stencils.tangent_v[e] * point;
+          }
+          surface->positions.col(i) = position;
+          surface->normals.col(i) = tangent_u.cross(tangent_v).normalized();
+        }
+      }));
+  surface->side_normals = SideNormals(stencils.sectors, control_points);
+  SetSharpNormals(stencils, control_points, surface->normals);
+  return absl::OkStatus();
 }
 
 AreaShares ShareArea(const DomainSamples& samples, const SampledSurface& surface) {

@@ -8,6 +8,7 @@
 #include "core/base/run_context.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/loop/crease_topology.h"
 #include "core/loop/limit_stencils.h"
 #include "core/loop/refinement.h"
 
@@ -25,11 +26,19 @@ struct DomainSamples {
   // a corner belongs to the first of its faces, so each sample counts once.
   std::vector<int> owned;
   std::vector<int> boundary_previous, boundary_next;  // along the boundary; -1 inside
+  // Sides of sharp samples, see LimitStencils::sectors: side_begin[k] to side_begin[k + 1] are
+  // those of sample sharp[k]. Both empty without creases.
+  std::vector<int> sharp, side_begin;
+  std::vector<VertexKind> control_kinds;
+  std::vector<int> sharp_slot;  // a sample's place in `sharp`, or -1; empty without creases
 
   int size() const { return stencils.size(); }
   int control_vertex_count() const { return refinement.levels.front().vertex_count; }
   int control_face_count() const { return refinement.levels.front().face_count(); }
   const MeshTopology& finest() const { return refinement.levels.back(); }
+  bool is_sharp(int sample) const {
+    return !sharp.empty() && sharp_slot[static_cast<size_t>(sample)] >= 0;
+  }
   bool on_boundary(int sample) const { return boundary_next[static_cast<size_t>(sample)] >= 0; }
 };
 
@@ -40,7 +49,10 @@ absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int le
 // The surface at the samples: columns as in DomainSamples.
 struct SampledSurface {
   Eigen::Matrix3Xd positions;  // limit positions
-  Eigen::Matrix3Xd normals;    // unit limit normals, outward; zero where the surface is singular
+  // Unit limit normals, outward, of sharp samples the normalised sum of their sides'; zero where
+  // the surface is singular.
+  Eigen::Matrix3Xd normals;
+  Eigen::Matrix3Xd side_normals;  // column = unit normal of a side of a sharp sample
 };
 
 absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,

@@ -36,7 +36,7 @@ struct FitOptions {
 };
 
 struct DomainFit {
-  ControlMesh control_mesh;  // same faces as given, control points moved
+  ControlMesh control_mesh;  // same faces and tags as given, control points moved
   // Root mean square distance of the cloud's points to the surface: point to plane at the nearest
   // sample, unit frame.
   double rms_before = 0;

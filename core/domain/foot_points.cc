@@ -7,6 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/domain/sharp_feet.h"
 
 namespace rilievo {
 namespace {
@@ -18,6 +19,7 @@ constexpr size_t kEnoughAssigned = 3;
 constexpr int kNearest = 8;
 constexpr int kNearestOfThinWall = 32;
 constexpr int kNearestOfBorder = 48;
+constexpr int kNearestOfCrease = 32;
 // A sample whose nearest points all lie farther aside than this stands over a hole.
 constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
@@ -126,6 +128,7 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
                                      FootPoints* foot_points) {
   RILIEVO_RETURN_IF_ERROR(assignment_.Update(surface, context));
   Resize(samples_.size(), foot_points);
+  foot_points->sharp_moves.setZero(3, static_cast<Eigen::Index>(samples_.sharp.size()));
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(samples_.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) FindFoot(surface, static_cast<int>(i), foot_points);
@@ -135,6 +138,10 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
 }
 
 void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPoints* feet) {
+  if (samples_.is_sharp(sample) && !samples_.on_boundary(sample)) {
+    FindSharp(surface, sample, feet);
+    return;
+  }
   const auto assigned = assignment_.PointsOf(sample);
   FootSum sum(cloud_, surface.positions.col(sample), surface.normals.col(sample),
               Reach(samples_, surface, sample));
@@ -152,6 +159,23 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
   feet->offset[i] = sum.offset();
   feet->weight[i] = 1;
   spacing_[i] = sum.spacing();
+}
+
+void FootPointSearch::FindSharp(const SampledSurface& surface, int sample, FootPoints* feet) {
+  int found[kNearestOfCrease];
+  double squared[kNearestOfCrease];
+  const int wanted = std::min(kNearestOfCrease, index_.size());
+  const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
+  const auto foot =
+      FindSharpFoot(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
+  const double reach = Reach(samples_, surface, sample);
+  if (!foot || foot->move.norm() > reach) return;
+  const auto i = static_cast<size_t>(sample);
+  feet->sharp_moves.col(samples_.sharp_slot[i]) = foot->move;
+  feet->normals.col(sample) = surface.normals.col(sample);
+  feet->offset[i] = foot->move.dot(surface.normals.col(sample));
+  feet->weight[i] = 1;
+  spacing_[i] = foot->spacing;
 }
 
 // The cloud's border across from a boundary sample: the farthest point, along the conormal, of

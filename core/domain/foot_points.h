@@ -18,6 +18,9 @@ struct FootPoints {
   Eigen::Matrix3Xd normals;  // unit n_q, halfway between the cloud's normal there and the sample's
   std::vector<double> offset;  // n_q . (q - S), unit frame; 0 where there is no data
   std::vector<double> weight;  // of the robust loss, in (0, 1]; 0: no data
+  // Sharp samples only, in the order of DomainSamples::sharp: the way to where the cloud's sides
+  // meet, across the crease; `offset` is its part along `normals` there.
+  Eigen::Matrix3Xd sharp_moves;
   // Boundary samples only, zero elsewhere: the outward tangent across the boundary, and the way
   // along it from the sample to the cloud's border, of either sign.
   Eigen::Matrix3Xd conormals;
@@ -42,6 +45,7 @@ class FootPointSearch {
 
  private:
   void FindFoot(const SampledSurface& surface, int sample, FootPoints* foot_points);
+  void FindSharp(const SampledSurface& surface, int sample, FootPoints* foot_points);
   void FindBorder(const SampledSurface& surface, int sample, FootPoints* foot_points) const;
   void WeighRobustly(FootPoints* foot_points);
 

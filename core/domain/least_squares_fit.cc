@@ -61,6 +61,7 @@ void AddResiduals(const DomainSamples& samples, const SampleTargets& targets,
   for (int vertex = 0; vertex < samples.control_vertex_count(); ++vertex) {
     const Umbrella umbrella = UmbrellaOf(samples, vertex);
     const int neighbors = static_cast<int>(umbrella.vertices.size()) - 1;
+    if (neighbors == 0) continue;
     const double share = areas.control_vertices[static_cast<size_t>(vertex)];
     problem->AddResidualBlock(MakeFairnessResidual(neighbors, share, fairness).release(), nullptr,
                               blocks_of(umbrella.vertices));

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/base/parallel_for.h"
+#include "core/domain/sharp_feet.h"
 
 namespace rilievo {
 namespace {
@@ -22,16 +23,17 @@ constexpr double kSoundShape = 0.3;
 constexpr double kWorstShape = 0.01;
 
 struct Aim {
+  const DomainSamples& samples;
   const FootPoints& feet;
   const SampledSurface& surface;
   const AreaShares& areas;
   const std::vector<double>& stiffness;
   double tangential_weight;
-  int control_vertex_count;
 
   void At(int sample, SampleTargets* targets) const {
     const auto i = static_cast<size_t>(sample);
-    const bool corner = sample < control_vertex_count;
+    if (samples.is_sharp(sample) && !samples.on_boundary(sample)) return AtSharp(sample, targets);
+    const bool corner = sample < samples.control_vertex_count();
     const bool data = feet.weight[i] > 0, border = feet.border_weight[i] > 0;
     auto directions = targets->weighted_directions.col(sample);
     targets->positions.col(sample) = surface.positions.col(sample) +
@@ -54,6 +56,26 @@ struct Aim {
     directions.segment<3>(3) = std::sqrt(toward_border) * across;
     directions.segment<3>(6) = std::sqrt(beside) * normal.cross(across);
   }
+
+  // Held across the crease by its sides, and free along it as elsewhere in the tangent plane.
+  void AtSharp(int sample, SampleTargets* targets) const {
+    const auto i = static_cast<size_t>(sample);
+    const bool corner = sample < samples.control_vertex_count();
+    auto directions = targets->weighted_directions.col(sample);
+    targets->positions.col(sample) =
+        surface.positions.col(sample) + feet.sharp_moves.col(samples.sharp_slot[i]);
+    directions.setZero();
+    const double beside =
+        corner ? tangential_weight * areas.control_vertices[i] * stiffness[i] : 0.0;
+    const SideAxes sides = AxesOfSides(samples, surface, sample);
+    const int rows = targets->row_count[i];
+    for (int k = 0; k < rows; ++k) {
+      const bool data = feet.weight[i] > 0 && sides.strength[k] > kLeastStrength;
+      double weight = data ? feet.weight[i] * areas.samples[i] * sides.strength[k] : beside;
+      if (corner && feet.weight[i] == 0) weight = kHoldWeight * areas.control_vertices[i];
+      directions.segment<3>(3 * k) = std::sqrt(weight) * sides.axes.col(k);
+    }
+  }
 };
 
 }  // namespace
@@ -65,7 +87,9 @@ SampleTargets MakeSampleTargets(const DomainSamples& samples) {
   targets.row_count.resize(static_cast<size_t>(samples.size()));
   for (int i = 0; i < samples.size(); ++i) {
     const bool corner = i < samples.control_vertex_count();
-    targets.row_count[static_cast<size_t>(i)] = corner ? 3 : samples.on_boundary(i) ? 2 : 1;
+    targets.row_count[static_cast<size_t>(i)] = corner                                          ? 3
+                                                : samples.on_boundary(i) || samples.is_sharp(i) ? 2
+                                                                                                : 1;
   }
   return targets;
 }
@@ -96,8 +120,7 @@ absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surf
                         const FootPoints& foot_points, const AreaShares& areas,
                         const std::vector<double>& stiffness, double tangential_weight,
                         const RunContext& context, SampleTargets* targets) {
-  const Aim aim{foot_points, surface,           areas,
-                stiffness,   tangential_weight, samples.control_vertex_count()};
+  const Aim aim{samples, foot_points, surface, areas, stiffness, tangential_weight};
   return ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) aim.At(static_cast<int>(i), targets);
   });

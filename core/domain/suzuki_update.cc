@@ -33,9 +33,12 @@ void SuzukiUpdate(const DomainSamples& samples, const FootPoints& foot_points, d
   std::vector<int> without_data;
   for (int i = 0; i < count; ++i) {
     const auto s = static_cast<size_t>(i);
-    moves.col(i) =
-        lambda * (foot_points.weight[s] * foot_points.offset[s] * foot_points.normals.col(i) +
-                  foot_points.border_offset[s] * foot_points.conormals.col(i));
+    const bool sharp = samples.is_sharp(i) && !samples.on_boundary(i);
+    const Eigen::Vector3d way =
+        sharp ? Eigen::Vector3d(foot_points.sharp_moves.col(samples.sharp_slot[s]))
+              : foot_points.offset[s] * foot_points.normals.col(i);
+    moves.col(i) = lambda * (foot_points.weight[s] * way +
+                             foot_points.border_offset[s] * foot_points.conormals.col(i));
     if (foot_points.weight[s] == 0 && foot_points.border_weight[s] == 0) without_data.push_back(i);
   }
   if (!without_data.empty()) FillMoves(samples.control_rings, without_data, &moves);

@@ -183,6 +183,18 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violat
     default:
       reader.Violate("boundary", absl::StrCat(from.boundary(), " is no Boundary"));
   }
+  switch (from.creases()) {
+    case v1::CREASES_UNSPECIFIED:
+      break;
+    case v1::CREASES_AUTO:
+      control->creases = CreaseRule::kAuto;
+      break;
+    case v1::CREASES_OFF:
+      control->creases = CreaseRule::kOff;
+      break;
+    default:
+      reader.Violate("creases", absl::StrCat(from.creases(), " is no Creases"));
+  }
   reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
               &control->target_faces);
   if (from.has_control_mesh()) ReadControlMesh(from.control_mesh(), control, violations);

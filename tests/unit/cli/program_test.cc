@@ -107,6 +107,7 @@ TEST_F(ProgramTest, WrongCommandLinesEndWithTwo) {
            {"reconstruct", "a.ply"},
            {"reconstruct", "a.ply", "-o", "b.dss", "--max-level", "9"},
            {"reconstruct", "a.ply", "-o", "b.dss", "--topology", "flat"},
+           {"reconstruct", "a.ply", "-o", "b.dss", "--creases", "sharp"},
            {"simulate", "cow", "-o", "a.ply"},
            {"simulate", "star", "-o", "a.ply", "--noise", "2"},
            {"export", "a.dss", "b.glb"},

@@ -120,6 +120,25 @@ inline ControlMesh BoxMesh(const Eigen::Vector3d& half, double step) {
   return MeshOf(vertices, faces);
 }
 
+// BoxMesh with its twelve edges tagged, which makes corners of its eight corners.
+inline ControlMesh SharpBoxMesh(const Eigen::Vector3d& half, double step) {
+  ControlMesh mesh = BoxMesh(half, step);
+  const auto sides_at = [&](const Eigen::Vector3d& at) {
+    return ((at.cwiseAbs() - half).cwiseAbs().array() < 1e-9).count();
+  };
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.faces(k, f), b = mesh.faces((k + 1) % 3, f);
+      const Eigen::Vector3d middle = (mesh.vertices.col(a) + mesh.vertices.col(b)) / 2;
+      if (a < b && sides_at(middle) == 2) mesh.creases.push_back({a, b});
+    }
+  }
+  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& p, const Crease& q) {
+    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+  });
+  return mesh;
+}
+
 // `count` points from `sample`, which returns a point and its unit normal; `area` of the whole
 // surface sets the spacing: each point's share is pi/4 spacing^2.
 inline OrientedCloud CloudOf(

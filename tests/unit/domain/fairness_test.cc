@@ -95,5 +95,31 @@ TEST(Fairness, IsLoweredFromStartToEnd) {
   EXPECT_DOUBLE_EQ(FairnessOfRound(0, 0, 1, 3), 0);
 }
 
+TEST(Fairness, ActsAlongCreasesAndNotInCorners) {
+  const Eigen::Vector3d half(0.3, 0.25, 0.2);
+  const ControlMesh mesh = SharpBoxMesh(half, 0.1);
+  const auto samples = BuildDomainSamples(mesh, 1, RunContext());
+  int creases = 0, corners = 0;
+  for (int v = 0; v < samples->control_vertex_count(); ++v) {
+    const Eigen::Vector3d at = mesh.vertices.col(v);
+    const auto sides = ((at.cwiseAbs() - half).cwiseAbs().array() < 1e-9).count();
+    const Umbrella umbrella = UmbrellaOf(*samples, v);
+    if (sides == 3) {
+      EXPECT_EQ(umbrella.vertices.size(), 1u);
+      ++corners;
+    } else if (sides == 2) {
+      ASSERT_EQ(umbrella.vertices.size(), 3u);
+      const Eigen::Vector3d mean =
+          (mesh.vertices.col(umbrella.vertices[1]) + mesh.vertices.col(umbrella.vertices[2])) / 2;
+      EXPECT_LT((mean - at).norm(), 1e-12);
+      ++creases;
+    } else {
+      EXPECT_GE(umbrella.vertices.size(), 5u);
+    }
+  }
+  EXPECT_EQ(corners, 8);
+  EXPECT_GT(creases, 40);
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -308,5 +308,38 @@ TEST(FitLoopDomain, RefusesBadInputByName) {
   EXPECT_THAT(message(cloud, mesh, {}), HasSubstr("99 normals"));
 }
 
+TEST(FitLoopDomain, PutsCreasesOnTheEdgesOfABox) {
+  const Eigen::Vector3d half(0.32, 0.28, 0.24);
+  const OrientedCloud cloud = BoxCloud(half, 20'000);
+  const PointIndex index(cloud.points);
+  ControlMesh start = SharpBoxMesh(half, 0.08);
+  Random random(3);
+  for (Eigen::Index v = 0; v < start.vertices.cols(); ++v) {
+    start.vertices.col(v) +=
+        0.004 * Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
+  }
+  const auto fit = FitLoopDomain(cloud, index, start, FitOptions(), RunContext());
+  ASSERT_TRUE(fit.ok()) << fit.status();
+  EXPECT_EQ(fit->control_mesh.creases, start.creases);
+  EXPECT_EQ(fit->control_mesh.corners, start.corners);
+  double worst = 0, before = 0;
+  for (const Crease& crease : start.creases) {
+    const auto off = [&](const ControlMesh& mesh) {
+      Eigen::Array3d away = (mesh.vertices.col(crease.a).cwiseAbs() - half).cwiseAbs().array();
+      std::sort(away.begin(), away.end());
+      return away[1];
+    };
+    worst = std::max(worst, off(fit->control_mesh));
+    before = std::max(before, off(start));
+  }
+  EXPECT_GT(before, 0.008);
+  EXPECT_LT(worst, 0.0008);
+  ControlMesh smooth = start;
+  smooth.creases.clear();
+  const auto rounded = FitLoopDomain(cloud, index, smooth, FitOptions(), RunContext());
+  ASSERT_TRUE(rounded.ok());
+  EXPECT_LT(fit->rms_after, 0.2 * rounded->rms_after);
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -1,0 +1,357 @@
+#include "core/control/tag_creases.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/control/crease_planes.h"
+#include "core/control/quadric.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/loop/crease_topology.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int64_t kEdgesPerTask = 64;
+// Faces that meet flatter than this are not looked at; the iso-surface rounds sharp edges.
+constexpr double kLeastFold = 0.985;  // cos 10 degrees
+// Sides that meet flatter are no crease: cos 30 degrees.
+constexpr double kSharpCosine = 0.866;
+// Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
+constexpr double kStrongEvidence = 20;
+constexpr double kWeakEvidence = 8;
+// Least cosine of an edge and the line along which its sides meet.
+constexpr double kAligned = 0.85;
+// Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
+constexpr double kOffLength = 0.25;
+constexpr double kOffSpacings = 2.5;
+constexpr size_t kShortestRun = 3;
+// Least mean evidence of the edges of a run.
+constexpr double kRunEvidence = 24;
+// A crease that turns further than this in a vertex has a corner there: cos 50 degrees.
+constexpr double kCornerCosine = 0.64;
+// Pull of a vertex to its place, beside one for each plane through it.
+constexpr double kStay = 0.003;
+// Least cosine between the normals of a face before and after its corners moved.
+constexpr double kUpright = 0.3;
+
+enum class Verdict : uint8_t { kSmooth, kWeak, kStrong };
+
+struct Candidate {
+  Verdict verdict = Verdict::kSmooth;
+  std::optional<CreasePlanes> planes;
+};
+
+Vector3d FaceCross(const ControlMesh& mesh, int face) {
+  const Vector3d a = mesh.vertices.col(mesh.faces(0, face));
+  const Vector3d b = mesh.vertices.col(mesh.faces(1, face));
+  const Vector3d c = mesh.vertices.col(mesh.faces(2, face));
+  return (b - a).cross(c - a);
+}
+
+int Opposite(const Eigen::Matrix3Xi& faces, int face, int a, int b) {
+  for (int k = 0; k < 3; ++k) {
+    if (faces(k, face) != a && faces(k, face) != b) return faces(k, face);
+  }
+  return -1;
+}
+
+Candidate Judge(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& p,
+                const Vector3d& q, const std::array<Vector3d, 2>& normals,
+                const std::array<Vector3d, 2>& opposite) {
+  Candidate candidate;
+  const double length = (q - p).norm();
+  if (!(length > 0)) return candidate;
+  EdgePlace place;
+  place.middle = (p + q) / 2;
+  place.along = (q - p) / length;
+  place.normal = normals;
+  for (int k = 0; k < 2; ++k) {
+    const Vector3d way = opposite[k] - place.middle;
+    place.inward[k] = (way - place.along * place.along.dot(way)).normalized();
+  }
+  candidate.planes = FitCreasePlanes(cloud, index, place);
+  if (!candidate.planes) return candidate;
+  const CreasePlanes& planes = *candidate.planes;
+  const double off = (planes.at - place.middle).norm();
+  if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned ||
+      off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
+    return candidate;
+  }
+  if (planes.evidence > kWeakEvidence) candidate.verdict = Verdict::kWeak;
+  if (planes.evidence > kStrongEvidence) candidate.verdict = Verdict::kStrong;
+  return candidate;
+}
+
+absl::StatusOr<std::vector<Candidate>> JudgeEdges(const OrientedCloud& cloud,
+                                                  const PointIndex& index, const ControlMesh& mesh,
+                                                  const MeshTopology& topology,
+                                                  const RunContext& context) {
+  std::vector<Candidate> candidates(static_cast<size_t>(topology.edge_count()));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(topology.edge_count(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int64_t e = begin; e < end; ++e) {
+          if (topology.edge_faces(1, e) < 0) continue;
+          const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+          std::array<Vector3d, 2> normals, opposite;
+          for (int k = 0; k < 2; ++k) {
+            const int face = topology.edge_faces(k, e);
+            normals[k] = FaceCross(mesh, face).normalized();
+            opposite[k] = mesh.vertices.col(Opposite(mesh.faces, face, a, b));
+          }
+          if (normals[0].dot(normals[1]) > kLeastFold) continue;
+          candidates[e] =
+              Judge(cloud, index, mesh.vertices.col(a), mesh.vertices.col(b), normals, opposite);
+        }
+      }));
+  return candidates;
+}
+
+// Weak edges stay where they lead on from a strong one.
+std::vector<uint8_t> Tags(const MeshTopology& topology, const std::vector<Candidate>& candidates) {
+  std::vector<uint8_t> tags(candidates.size(), 0), reached(topology.vertex_count, 0);
+  for (size_t e = 0; e < tags.size(); ++e) {
+    tags[e] = candidates[e].verdict == Verdict::kStrong;
+  }
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (size_t e = 0; e < tags.size(); ++e) {
+      if (!tags[e]) continue;
+      for (int k = 0; k < 2; ++k) reached[topology.edge_vertices(k, e)] = 1;
+    }
+    for (size_t e = 0; e < tags.size(); ++e) {
+      if (tags[e] || candidates[e].verdict != Verdict::kWeak) continue;
+      if (!reached[topology.edge_vertices(0, e)] && !reached[topology.edge_vertices(1, e)])
+        continue;
+      tags[e] = 1;
+      grown = true;
+    }
+  }
+  return tags;
+}
+
+std::vector<Crease> CreasesOf(const MeshTopology& topology, const std::vector<uint8_t>& tags) {
+  std::vector<Crease> creases;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    if (!tags[e]) continue;
+    creases.push_back({topology.edge_vertices(0, e), topology.edge_vertices(1, e)});
+  }
+  std::sort(creases.begin(), creases.end(), [](const Crease& p, const Crease& q) {
+    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+  });
+  return creases;
+}
+
+// A face with three sharp edges is a sliver on a crease: the longest one passes its two others by.
+void OpenTriangles(const MeshTopology& topology, const ControlMesh& mesh,
+                   std::vector<uint8_t>* tags) {
+  for (int f = 0; f < topology.face_count(); ++f) {
+    int longest = -1;
+    double most = -1;
+    bool all = true;
+    for (int k = 0; k < 3; ++k) {
+      const int edge = topology.face_edges(k, f);
+      all &= (*tags)[edge] != 0;
+      const auto ends = topology.edge_vertices.col(edge);
+      const double square = (mesh.vertices.col(ends[0]) - mesh.vertices.col(ends[1])).squaredNorm();
+      if (square > most) {
+        most = square;
+        longest = edge;
+      }
+    }
+    if (all) (*tags)[longest] = 0;
+  }
+}
+
+// Takes the tags off runs that are short and end freely, and off those that say little; what they
+// ended at may change its kind, so again.
+absl::Status DropPoorRuns(const MeshTopology& topology, const std::vector<Candidate>& candidates,
+                          ControlMesh* mesh, std::vector<uint8_t>* tags) {
+  for (bool dropped = true; dropped;) {
+    dropped = false;
+    mesh->creases = CreasesOf(topology, *tags);
+    RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
+    for (const CreaseChain& chain : CreaseChains(topology, creases)) {
+      double evidence = 0;
+      for (int edge : chain.edges) evidence += candidates[edge].planes->evidence;
+      const auto free_end = [&](int v) { return creases.kinds[v] == VertexKind::kDart; };
+      const bool loose = free_end(chain.vertices.front()) || free_end(chain.vertices.back());
+      const bool is_short = !chain.closed && loose && chain.edges.size() < kShortestRun;
+      const double mean = evidence / static_cast<double>(chain.edges.size());
+      if (!is_short && mean >= kRunEvidence) continue;
+      for (int edge : chain.edges) (*tags)[edge] = 0;
+      dropped = true;
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Whether `v` lies on the way from a to b, at most 1/6 of its length aside.
+bool OnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& v) {
+  constexpr double kAside = 1.0 / 6, kEnd = 0.1;
+  const double share = (v - a).dot(b - a) / (b - a).squaredNorm();
+  return share > kEnd && share < 1 - kEnd &&
+         (v - a - share * (b - a)).norm() < kAside * (b - a).norm();
+}
+
+// Flips edges that cross a crease whose line joins their two opposite vertices. Returns how many.
+int FlipAcross(const OrientedCloud& cloud, const PointIndex& index, const MeshTopology& topology,
+               const std::vector<uint8_t>& tags, ControlMesh* mesh) {
+  std::vector<uint8_t> sharp(topology.vertex_count, 0), touched(topology.face_count(), 0);
+  std::vector<int> valence = topology.valence;
+  std::set<std::pair<int, int>> edges;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    edges.emplace(topology.edge_vertices(0, e), topology.edge_vertices(1, e));
+    if (!tags[e]) continue;
+    for (int k = 0; k < 2; ++k) sharp[topology.edge_vertices(k, e)] = 1;
+  }
+  int flips = 0;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const int f = topology.edge_faces(0, e), g = topology.edge_faces(1, e);
+    if (g < 0 || touched[f] || touched[g]) continue;
+    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+    const int r = Opposite(mesh->faces, f, a, b), s = Opposite(mesh->faces, g, a, b);
+    if (valence[a] <= 4 || valence[b] <= 4) continue;
+    const auto slips_in = [&](int v) {
+      return sharp[v] &&
+             OnSegment(mesh->vertices.col(a), mesh->vertices.col(b), mesh->vertices.col(v));
+    };
+    if (tags[e] ? !slips_in(r) && !slips_in(s) : !sharp[r] || !sharp[s]) continue;
+    if (edges.count({std::min(r, s), std::max(r, s)}) > 0) continue;
+    // p to q runs along the half-edge of f.
+    int p = a, q = b;
+    for (int k = 0; k < 3; ++k) {
+      if (mesh->faces(k, f) == b && mesh->faces((k + 1) % 3, f) == a) std::swap(p, q);
+    }
+    const auto at = [&](int v) { return Vector3d(mesh->vertices.col(v)); };
+    const Vector3d left = (at(s) - at(p)).cross(at(r) - at(p));
+    const Vector3d right = (at(r) - at(q)).cross(at(s) - at(q));
+    if (!(left.norm() > 0) || !(right.norm() > 0)) continue;
+    if (tags[e]) {
+      // The face of the vertex on the edge has no normal of its own.
+      const Vector3d normal = FaceCross(*mesh, slips_in(r) ? g : f);
+      if (left.dot(normal) <= 0 || right.dot(normal) <= 0) continue;
+    } else {
+      const Vector3d between = FaceCross(*mesh, f).normalized() + FaceCross(*mesh, g).normalized();
+      if (left.dot(between) <= 0 || right.dot(between) <= 0) continue;
+      const Candidate flipped = Judge(cloud, index, at(r), at(s),
+                                      {left.normalized(), right.normalized()}, {at(p), at(q)});
+      if (flipped.verdict == Verdict::kSmooth) continue;
+    }
+    mesh->faces.col(f) << p, s, r;
+    mesh->faces.col(g) << q, r, s;
+    touched[f] = touched[g] = 1;
+    --valence[a], --valence[b], ++valence[r], ++valence[s];
+    edges.erase({a, b});
+    edges.emplace(std::min(r, s), std::max(r, s));
+    ++flips;
+  }
+  return flips;
+}
+
+bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, int vertex,
+                       const Vector3d& moved) {
+  for (int face : faces) {
+    std::array<Vector3d, 3> corners;
+    for (int k = 0; k < 3; ++k) {
+      const int v = mesh.faces(k, face);
+      corners[k] = v == vertex ? moved : Vector3d(mesh.vertices.col(v));
+    }
+    const Vector3d after = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const Vector3d before = FaceCross(mesh, face);
+    if (!(after.dot(before) > kUpright * after.norm() * before.norm())) return false;
+  }
+  return true;
+}
+
+void MoveOntoCreases(const MeshTopology& topology, const std::vector<Candidate>& candidates,
+                     const std::vector<uint8_t>& tags, ControlMesh* mesh) {
+  std::vector<Quadric> quadrics(static_cast<size_t>(topology.vertex_count));
+  std::vector<double> reach(quadrics.size(), 0);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    if (!tags[e]) continue;
+    for (int k = 0; k < 2; ++k) {
+      const int v = topology.edge_vertices(k, e);
+      for (const SidePlane& side : candidates[e].planes->sides) {
+        quadrics[v].AddPlane(side.normal, side.offset * side.normal, 1);
+      }
+      reach[v] = std::max(reach[v], 3 * candidates[e].planes->spacing);
+    }
+  }
+  std::vector<std::vector<int>> faces(quadrics.size());
+  for (int f = 0; f < topology.face_count(); ++f) {
+    for (int k = 0; k < 3; ++k) faces[topology.faces(k, f)].push_back(f);
+  }
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (!(reach[v] > 0)) continue;
+    const Vector3d from = mesh->vertices.col(v);
+    quadrics[v].AddPoint(from, kStay);
+    Vector3d way = quadrics[v].Minimum(from) - from;
+    if (!way.allFinite()) continue;
+    if (way.norm() > reach[v]) way *= reach[v] / way.norm();
+    for (double share : {1.0, 0.5, 0.25}) {
+      if (!KeepsFacesUpright(*mesh, faces[v], v, from + share * way)) continue;
+      mesh->vertices.col(v) = from + share * way;
+      break;
+    }
+  }
+}
+
+// Where a crease turns sharply between its two edges.
+std::vector<int> TurningCorners(const ControlMesh& mesh) {
+  std::vector<std::vector<int>> ends(static_cast<size_t>(mesh.vertices.cols()));
+  for (const Crease& crease : mesh.creases) {
+    ends[crease.a].push_back(crease.b);
+    ends[crease.b].push_back(crease.a);
+  }
+  std::vector<int> corners;
+  for (size_t v = 0; v < ends.size(); ++v) {
+    if (ends[v].size() != 2) continue;
+    const Vector3d at = mesh.vertices.col(v);
+    const Vector3d back = at - mesh.vertices.col(ends[v][0]);
+    const Vector3d on = mesh.vertices.col(ends[v][1]) - at;
+    if (back.dot(on) < kCornerCosine * back.norm() * on.norm())
+      corners.push_back(static_cast<int>(v));
+  }
+  return corners;
+}
+
+}  // namespace
+
+absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
+                        const RunContext& context, ControlMesh* mesh) {
+  const ControlMesh given = *mesh;
+  constexpr int kFlipRounds = 3;
+  for (int round = 0;; ++round) {
+    const int vertex_count = static_cast<int>(mesh->vertices.cols());
+    RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                             BuildMeshTopology(mesh->faces, vertex_count));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Candidate> candidates,
+                             JudgeEdges(cloud, index, *mesh, topology, context));
+    std::vector<uint8_t> tags = Tags(topology, candidates);
+    if (round < kFlipRounds) {
+      MoveOntoCreases(topology, candidates, tags, mesh);
+      if (FlipAcross(cloud, index, topology, tags, mesh) > 0) continue;
+    }
+    OpenTriangles(topology, *mesh, &tags);
+    RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, candidates, mesh, &tags));
+    if (mesh->creases.empty()) {
+      *mesh = given;
+    } else {
+      mesh->corners = TurningCorners(*mesh);
+    }
+    return absl::OkStatus();
+  }
+}
+
+}  // namespace rilievo
