@@ -25,6 +25,8 @@ constexpr double kLeastScatter = 0.05;
 
 // Most of the points around that may belong to another sheet.
 constexpr double kMostOfOthers = 0.1;
+// Most cosine of such a point's normal and that of a side that it faces.
+constexpr double kFacing = -0.5;
 
 struct Neighborhood {
   int count = 0;
@@ -49,9 +51,16 @@ Neighborhood Gather(const OrientedCloud& cloud, const PointIndex& index, const E
   const int wanted = std::min(PointsWanted(cloud, found[0]), index.size());
   const int count = index.Nearest(place.middle, wanted, found.data(), squared.data());
   Neighborhood around;
+  int others = 0;
   for (int i = 0; i < count; ++i) {
     const Vector3d normal = cloud.normals.col(found[i]);
-    if (std::max(normal.dot(place.normal[0]), normal.dot(place.normal[1])) < kSameSheet) continue;
+    const auto [less, more] =
+        std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
+    if (more < kSameSheet) {
+      // The third side of a corner turns away from both, another sheet faces one of them.
+      others += less < kFacing;
+      continue;
+    }
     const Vector3d at = cloud.points.col(found[i]) - place.middle;
     around.at[around.count] = at;
     around.normal[around.count] = normal;
@@ -59,7 +68,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const PointIndex& index, const E
     ++around.count;
   }
   // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (count - around.count > kMostOfOthers * count) around.count = 0;
+  if (others > kMostOfOthers * count) around.count = 0;
   return around;
 }
 

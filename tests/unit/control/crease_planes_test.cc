@@ -120,5 +120,21 @@ TEST(CreasePlanesTest, OneSideAloneIsNothing) {
   EXPECT_FALSE(FitCreasePlanes(cloud, index, place).has_value());
 }
 
+TEST(CreasePlanesTest, TheThirdSideOfACornerHidesNoEdge) {
+  const Vector3d half(0.3, 0.3, 0.3);
+  const OrientedCloud cloud = BoxCloud(half, 20'000);
+  const PointIndex index(cloud.points);
+  EdgePlace place;
+  place.middle = half - Vector3d(0, 1.5 * cloud.median_spacing, 0);
+  place.along = Vector3d::UnitY();
+  place.normal = {Vector3d(1, 0, 0.5).normalized(), Vector3d(0.5, 0, 1).normalized()};
+  place.inward = {-Vector3d::UnitZ(), -Vector3d::UnitX()};
+  const auto fit = FitCreasePlanes(cloud, index, place);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_GT(fit->evidence, 20);
+  EXPECT_NEAR(std::abs(fit->direction.y()), 1, 1e-9);
+  EXPECT_NEAR((fit->at - place.middle).norm(), 0, 1e-9);
+}
+
 }  // namespace
 }  // namespace rilievo
