@@ -20,6 +20,8 @@ namespace {
 // circle it follows by about 15 %.
 constexpr double kSmallestHandleSpacings = 1.15 * 4;
 
+constexpr double kHandleSearchShare = 1.5;
+
 // Flips and relaxation in turn, across edges flatter than this.
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
@@ -39,7 +41,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   cloud.normals = function.normals;
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
   context.Report(Stage::kControlMesh, 0.5);
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh trimmed,
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed,
                            TrimSurface(SplitPinchedVertices(iso_surface), cloud, index, boundary,
                                        TrimOptions{}, context));
   if (trimmed.faces.cols() == 0) {
@@ -51,12 +53,14 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   context.Report(Stage::kControlMesh, 0.6);
   const double smallest_loop = kSmallestHandleSpacings * std::numbers::pi *
                                std::max(cloud.median_spacing, function.finest_cell());
-  // Searched at the density of the points: the finer grid would only cost time.
+  // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh even, SimplifyMesh(trimmed, to_points, context));
+  if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
+    RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(trimmed, to_points, context));
+  }
   RILIEVO_ASSIGN_OR_RETURN(const SmallHandleResult clean,
-                           RemoveSmallHandles(even, smallest_loop, context));
+                           RemoveSmallHandles(trimmed, smallest_loop, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, SimplifyMesh(clean.mesh, simplify, context));
   for (int round = 0; round < kShapeRounds; ++round) {

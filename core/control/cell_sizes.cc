@@ -1,8 +1,11 @@
 #include "core/control/cell_sizes.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -18,9 +21,10 @@ constexpr double kProbeSpacings = 2.2;
 constexpr int kProbeStride = 4;
 // A sheet or a border that fewer of a point's neighbours see is chance.
 constexpr int kLeastWitnesses = 2;
-// Length of the neighbours' mean over their mean length: 0.64 on a straight border, mostly below
-// 0.4 within a surface.
-constexpr double kOneSided = 0.45;
+// Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
+// surface one point in 200 sees so much by chance.
+constexpr double kFreeAngle = 150 * std::numbers::pi / 180;
+constexpr int kMostDirections = 64;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
@@ -78,18 +82,20 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
   return agreed;
 }
 
-// Whether the neighbours of a point lie to one side of it.
+// Whether the neighbours of a point leave a wide angle free, seen along its normal.
 bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double lengths = 0;
+  const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::array<double, kMostDirections> angles;
+  int count = 0;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d chord = cloud.points.col(j) - point;
-    const Eigen::Vector3d aside = chord - normal * normal.dot(chord);
-    sum += aside;
-    lengths += aside.norm();
+    if (count < kMostDirections) angles[count++] = std::atan2(v.dot(chord), u.dot(chord));
   }
-  return sum.norm() > kOneSided * lengths;
+  std::sort(angles.begin(), angles.begin() + count);
+  double widest = angles[0] + 2 * std::numbers::pi - angles[count - 1];
+  for (int k = 1; k < count; ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
+  return widest > kFreeAngle;
 }
 
 // 1 for the points on the border of an open scan, told from chance by neighbours that are, too.

@@ -150,6 +150,29 @@ bool ImplicitGrid::FindCell(const Eigen::Vector3i& base, std::array<int, 8>* cor
   return whole;
 }
 
+void ImplicitGrid::FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) const {
+  constexpr int kUnknown = -2;
+  int blocks[8];
+  std::fill(blocks, blocks + 8, kUnknown);
+  // By axis and step: 1 where the step leaves the block of `low`, and the bits within the block.
+  int beyond[3][3], bits[3][3];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int step = 0; step < 3; ++step) {
+      const int at = low[axis] + step;
+      beyond[axis][step] = (at >> kBlockBits) != (low[axis] >> kBlockBits);
+      bits[axis][step] = (at & 3) << (2 * axis);
+    }
+  }
+  for (int n = 0; n < 27; ++n) {
+    const int x = n % 3, y = n / 3 % 3, z = n / 9;
+    const int which = beyond[0][x] | (beyond[1][y] << 1) | (beyond[2][z] << 2);
+    if (blocks[which] == kUnknown) {
+      blocks[which] = FindBlock(BlockKey(low + Eigen::Vector3i(x, y, z)));
+    }
+    (*nodes)[n] = NumberIn(blocks[which], bits[0][x] | bits[1][y] | bits[2][z]);
+  }
+}
+
 std::vector<int> ImplicitGrid::Neighbors() const {
   std::vector<int> neighbors;
   neighbors.reserve(6 * static_cast<size_t>(size_));

@@ -34,6 +34,9 @@ class ImplicitGrid {
   // none; one look-up for each block the cell touches. False when any is missing.
   bool FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const;
 
+  // Numbers of the 27 nodes low + (x, y, z), 0 <= x, y, z <= 2, at x + 3 y + 9 z; -1 for none.
+  void FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) const;
+
   // Numbers of the neighbours of every node, 6 a node: -x, +x, -y, +y, -z, +z; -1 for none.
   std::vector<int> Neighbors() const;
 

@@ -1,6 +1,7 @@
 #include "core/control/implicit_solver.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -29,6 +30,27 @@ struct Trilinear {
       for (int axis = 0; axis < 3; ++axis) w *= ((corner >> axis) & 1) ? t[axis] : 1 - t[axis];
       weight[corner] = static_cast<float>(w);
     }
+  }
+};
+
+// The nodes around a point, found at once: all that its own value and its flux touch.
+struct NodesAround {
+  Eigen::Vector3i low;
+  std::array<int, 27> nodes;
+
+  NodesAround() = default;
+  // `at`: in lattice units.
+  NodesAround(const ImplicitGrid& grid, const Eigen::Vector3d& at)
+      : low((at.array() - 0.5).floor().cast<int>()) {
+    grid.FindThreeCubed(low, &nodes);
+  }
+
+  // The corners of the cell that a position, moved half a cell down one axis at most, lies in.
+  std::array<int, 8> Cell(const Eigen::Vector3i& base) const {
+    const Eigen::Vector3i from = base - low;
+    const int first = from.x() + 3 * from.y() + 9 * from.z();
+    return {nodes[first],     nodes[first + 1],  nodes[first + 3],  nodes[first + 4],
+            nodes[first + 9], nodes[first + 10], nodes[first + 12], nodes[first + 13]};
   }
 };
 
@@ -136,13 +158,19 @@ class PoissonOperator {
   // The right-hand side (divergence of the spread normals) and the screening rows.
   void ReadPoints(const ScreenedPoisson& system) {
     // Three components of the normals on the staggered edges, then the bare area on the nodes.
-    std::array<std::vector<float>, 4> spread;
+    Fields spread;
     for (std::vector<float>& field : spread) field.assign(size_, 0.0f);
-    ParallelFor(4, 1, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t part = begin; part < end; ++part) {
-        Spread(system, static_cast<int>(part), &spread[part]);
-      }
-    }).IgnoreError();
+    const size_t count = system.speakers.points.size();
+    std::vector<NodesAround> around;
+    std::vector<float> coherence(kBlock);
+    for (size_t begin = 0; begin < count; begin += kBlock) {
+      FindNodes(system, begin, &around);
+      ParallelFor(4, 1, context_, [&](int64_t first, int64_t last) {
+        for (int64_t part = first; part < last; ++part) {
+          Spread(system, begin, around, static_cast<int>(part), &spread[part]);
+        }
+      }).IgnoreError();
+    }
     right_side_.assign(size_, 0.0f);
     for (int node = 0; node < size_; ++node) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -152,37 +180,53 @@ class PoissonOperator {
         right_side_[node] -= spread[axis][node];
       }
     }
-    const double inverse_cell = 1 / system.cell;
-    const std::vector<int>& points = system.speakers.points;
-    std::vector<float> coherence(points.size());
-    Run(static_cast<int64_t>(coherence.size()), [&](int64_t begin, int64_t end) {
-      for (int64_t m = begin; m < end; ++m) {
-        coherence[m] = Coherence(system, spread, points[m]);
+    for (size_t begin = 0; begin < count; begin += kBlock) {
+      FindNodes(system, begin, &around);
+      ParallelFor(static_cast<int64_t>(around.size()), 1024, context_,
+                  [&](int64_t first, int64_t last) {
+                    for (int64_t m = first; m < last; ++m) {
+                      coherence[m] = Coherence(spread, LatticePoint(system, begin + m), around[m]);
+                    }
+                  })
+          .IgnoreError();
+      for (size_t m = 0; m < around.size(); ++m) {
+        const double spacing = system.speakers.spacing[begin + m] / system.cell;
+        AddScreeningRow(LatticePoint(system, begin + m), around[m],
+                        system.screening * coherence[m] * std::numbers::pi / 4 * spacing * spacing);
       }
-    });
-    for (size_t m = 0; m < points.size(); ++m) {
-      const Eigen::Vector3d at =
-          (system.cloud.points.col(points[m]) - system.origin) * inverse_cell;
-      const double spacing = system.speakers.spacing[m] * inverse_cell;
-      AddScreeningRow(system, at,
-                      system.screening * coherence[m] * std::numbers::pi / 4 * spacing * spacing);
     }
     at_points_.resize(screen_weight_.size());
+  }
+
+  using Fields = std::array<std::vector<float>, 4>;
+
+  static Eigen::Vector3d LatticePoint(const ScreenedPoisson& system, size_t speaker) {
+    return (system.cloud.points.col(system.speakers.points[speaker]) - system.origin) / system.cell;
+  }
+
+  // Of the speakers from `begin` on, a block at most.
+  void FindNodes(const ScreenedPoisson& system, size_t begin, std::vector<NodesAround>* around) {
+    around->resize(std::min<size_t>(kBlock, system.speakers.points.size() - begin));
+    ParallelFor(static_cast<int64_t>(around->size()), 1024, context_,
+                [&](int64_t first, int64_t last) {
+                  for (int64_t m = first; m < last; ++m) {
+                    (*around)[m] = NodesAround(system.grid, LatticePoint(system, begin + m));
+                  }
+                })
+        .IgnoreError();
   }
 
   // How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
   // cells of this level their fluxes cancel; the points must not hold the function at 0 there, or a
   // finer level, which can tell the sheets apart, would start from a border without a side.
-  float Coherence(const ScreenedPoisson& system, const std::array<std::vector<float>, 4>& spread,
-                  int point) const {
-    const Eigen::Vector3d at = (system.cloud.points.col(point) - system.origin) / system.cell;
+  static float Coherence(const Fields& spread, const Eigen::Vector3d& at,
+                         const NodesAround& around) {
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
     for (int part = 0; part < 4; ++part) {
       Eigen::Vector3d shifted = at;
       if (part < 3) shifted[part] -= 0.5;
       const Trilinear gather(shifted);
-      std::array<int, 8> nodes;
-      system.grid.FindCell(gather.base, &nodes);
+      const std::array<int, 8> nodes = around.Cell(gather.base);
       for (int corner = 0; corner < 8; ++corner) {
         if (nodes[corner] < 0) continue;
         sum[part] += gather.weight[corner] * spread[part][nodes[corner]];
@@ -193,25 +237,29 @@ class PoissonOperator {
     return static_cast<float>(ratio * ratio);
   }
 
-  // part 0, 1, 2: one component of the normals, weighted by area, on the edges that run along that
-  // axis, each kept with the node it starts from. part 3: the area itself, on the nodes.
-  void Spread(const ScreenedPoisson& system, int part, std::vector<float>* field) const {
-    const double inverse_cell = 1 / system.cell;
+  // Adds a block of speakers. part 0, 1, 2: one component of the normals, weighted by area, on the
+  // edges that run along that axis, each kept with the node it starts from. part 3: the area
+  // itself, on the nodes.
+  void Spread(const ScreenedPoisson& system, size_t begin, const std::vector<NodesAround>& around,
+              int part, std::vector<float>* field) const {
     std::array<int, 8> nodes;
     std::vector<Eigen::Vector3d> disc;
-    for (size_t m = 0; m < system.speakers.points.size(); ++m) {
-      const int i = system.speakers.points[m];
-      const Eigen::Vector3d normal = system.normals.col(i);
-      Eigen::Vector3d at = (system.cloud.points.col(i) - system.origin) * inverse_cell;
+    for (size_t m = 0; m < around.size(); ++m) {
+      const int i = system.speakers.points[begin + m];
+      Eigen::Vector3d at = LatticePoint(system, begin + m);
       if (part < 3) at[part] -= 0.5;
-      const double spacing = system.speakers.spacing[m] * inverse_cell;
+      const double spacing = system.speakers.spacing[begin + m] / system.cell;
       TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing, &disc);
       const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
-      const float amount = static_cast<float>(area * (part < 3 ? normal[part] : 1.0) /
+      const float amount = static_cast<float>(area * (part < 3 ? system.normals(part, i) : 1.0) /
                                               static_cast<double>(disc.size()));
       for (const Eigen::Vector3d& offset : disc) {
         const Trilinear weights(at + offset);
-        system.grid.FindCell(weights.base, &nodes);
+        if (disc.size() == 1) {
+          nodes = around[m].Cell(weights.base);
+        } else {
+          system.grid.FindCell(weights.base, &nodes);
+        }
         for (int corner = 0; corner < 8; ++corner) {
           if (nodes[corner] >= 0) (*field)[nodes[corner]] += weights.weight[corner] * amount;
         }
@@ -219,10 +267,10 @@ class PoissonOperator {
     }
   }
 
-  void AddScreeningRow(const ScreenedPoisson& system, const Eigen::Vector3d& at, double weight) {
+  void AddScreeningRow(const Eigen::Vector3d& at, const NodesAround& around, double weight) {
     const Trilinear row(at);
-    std::array<int, 8> nodes;
-    if (!system.grid.FindCell(row.base, &nodes)) return;
+    const std::array<int, 8> nodes = around.Cell(row.base);
+    if (*std::min_element(nodes.begin(), nodes.end()) < 0) return;
     for (int corner = 0; corner < 8; ++corner) {
       point_nodes_.push_back(nodes[corner]);
       point_weights_.push_back(row.weight[corner]);

@@ -105,7 +105,7 @@ TEST(ImplicitFunctionTest, CellsFollowTheSpacing) {
   EXPECT_TRUE(topology.closed());
   EXPECT_EQ(topology.euler, 2);
   const auto z = mesh.vertices.row(2).array();
-  EXPECT_GT((z > 0).count(), 5 * (z < 0).count());
+  EXPECT_GT((z > 0).count(), 4 * (z < 0).count());
   const ShapeError error = MeasureAgainstShape(*MakeSphere(), mesh.vertices * shape.scale);
   EXPECT_LT(error.rms / shape.scale, 0.2 * cloud.median_spacing);
 }

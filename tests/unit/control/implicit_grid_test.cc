@@ -42,6 +42,24 @@ TEST(ImplicitGridTest, NumbersAndCoordinatesAgree) {
   for (int n = 0; n < grid.size(); ++n) EXPECT_EQ(grid.Find(nodes[n]), n);
 }
 
+TEST(ImplicitGridTest, TwentySevenNodesAreFoundAsOneByOne) {
+  ImplicitGrid grid;
+  grid.AddBox({-5, -5, -5}, {3, 2, 6});
+  grid.AddBox({3, -9, 1}, {9, -4, 2});
+  grid.Seal();
+  std::array<int, 27> nodes;
+  for (int x = -8; x <= 8; ++x) {
+    for (int y = -8; y <= 8; ++y) {
+      for (int z = -8; z <= 8; ++z) {
+        grid.FindThreeCubed({x, y, z}, &nodes);
+        for (int n = 0; n < 27; ++n) {
+          EXPECT_EQ(nodes[n], grid.Find({x + n % 3, y + n / 3 % 3, z + n / 9}));
+        }
+      }
+    }
+  }
+}
+
 TEST(ImplicitGridTest, AnEmptyGridFindsNothing) {
   ImplicitGrid grid;
   grid.Seal();
