@@ -164,7 +164,7 @@ class PoissonOperator {
     std::vector<NodesAround> around;
     std::vector<float> coherence(kBlock);
     for (size_t begin = 0; begin < count; begin += kBlock) {
-      FindNodes(system, begin, &around);
+      if (!FindNodes(system, begin, &around)) break;
       ParallelFor(4, 1, context_, [&](int64_t first, int64_t last) {
         for (int64_t part = first; part < last; ++part) {
           Spread(system, begin, around, static_cast<int>(part), &spread[part]);
@@ -181,7 +181,7 @@ class PoissonOperator {
       }
     }
     for (size_t begin = 0; begin < count; begin += kBlock) {
-      FindNodes(system, begin, &around);
+      if (!FindNodes(system, begin, &around)) break;
       ParallelFor(static_cast<int64_t>(around.size()), 1024, context_,
                   [&](int64_t first, int64_t last) {
                     for (int64_t m = first; m < last; ++m) {
@@ -204,16 +204,16 @@ class PoissonOperator {
     return (system.cloud.points.col(system.speakers.points[speaker]) - system.origin) / system.cell;
   }
 
-  // Of the speakers from `begin` on, a block at most.
-  void FindNodes(const ScreenedPoisson& system, size_t begin, std::vector<NodesAround>* around) {
+  // Of the speakers from `begin` on, a block at most. False when a stop was asked for.
+  bool FindNodes(const ScreenedPoisson& system, size_t begin, std::vector<NodesAround>* around) {
     around->resize(std::min<size_t>(kBlock, system.speakers.points.size() - begin));
-    ParallelFor(static_cast<int64_t>(around->size()), 1024, context_,
-                [&](int64_t first, int64_t last) {
-                  for (int64_t m = first; m < last; ++m) {
-                    (*around)[m] = NodesAround(system.grid, LatticePoint(system, begin + m));
-                  }
-                })
-        .IgnoreError();
+    return ParallelFor(static_cast<int64_t>(around->size()), 1024, context_,
+                       [&](int64_t first, int64_t last) {
+                         for (int64_t m = first; m < last; ++m) {
+                           (*around)[m] = NodesAround(system.grid, LatticePoint(system, begin + m));
+                         }
+                       })
+        .ok();
   }
 
   // How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
