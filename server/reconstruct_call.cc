@@ -4,48 +4,14 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "server/grpc_status.h"
+#include "server/calls/grpc_status.h"
+#include "server/calls/job_error.h"
 
 namespace rilievo {
 namespace {
 
 double SecondsBetween(LiveCall::Clock::time_point from, LiveCall::Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
-}
-
-CallError ShutdownError() {
-  return {.code = absl::StatusCode::kUnavailable,
-          .message = "the server is shutting down; try again later or at another one",
-          .reason = "SHUTTING_DOWN",
-          .retry_delay = std::chrono::seconds(5)};
-}
-
-CallError StopError(StopReason reason, const ServerOptions& options) {
-  switch (reason) {
-    case StopReason::kJobTime:
-      return {.code = absl::StatusCode::kDeadlineExceeded,
-              .message = absl::StrCat("the work took longer than the ",
-                                      options.max_job_time.count() / 1000.0,
-                                      " s this server allows; ask for a lower max_level or fewer "
-                                      "control_faces, or send fewer points"),
-              .reason = "JOB_TIME_LIMIT"};
-    case StopReason::kIdle:
-      return {
-          .code = absl::StatusCode::kDeadlineExceeded,
-          .message = absl::StrCat("no message passed for ", options.max_idle_time.count() / 1000.0,
-                                  " s; send the points and half-close without long pauses"),
-          .reason = "IDLE_LIMIT"};
-    case StopReason::kUploadTime:
-      return {.code = absl::StatusCode::kDeadlineExceeded,
-              .message = absl::StrCat("the points took longer to arrive than the ",
-                                      options.max_job_time.count() / 1000.0,
-                                      " s this server allows; send fewer points"),
-              .reason = "UPLOAD_TIME_LIMIT"};
-    case StopReason::kShutdown:
-      return ShutdownError();
-    default:
-      return {.code = absl::StatusCode::kCancelled, .message = "the client cancelled"};
-  }
 }
 
 CallError OrderError(const std::string& field, const std::string& description) {
@@ -247,20 +213,10 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);
   } else {
-    error_ = ErrorOfJob(result.status(), FieldAtFault(), record_.job);
+    error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_), record_.job);
     record_.detail = result.status().ToString();
   }
   PumpWrites();
-}
-
-// What of the request the stage that failed was about.
-std::string ReconstructCall::FieldAtFault() const {
-  const bool own_mesh = job_.options.control.user_mesh.has_value();
-  if (progress_.stage() == Stage::kDomainFit && own_mesh) {
-    return "header.options.control.control_mesh";
-  }
-  if (progress_.stage() != Stage::kControlMesh) return "points";
-  return own_mesh ? "header.options.control.control_mesh" : "header.options.control";
 }
 
 void ReconstructCall::PumpWrites() {

@@ -9,14 +9,14 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
+#include "server/calls/job_log.h"
+#include "server/calls/job_pool.h"
+#include "server/calls/live_calls.h"
+#include "server/calls/progress_queue.h"
+#include "server/calls/service_core.h"
 #include "server/conversion/call_error.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/point_upload.h"
-#include "server/job_log.h"
-#include "server/job_pool.h"
-#include "server/live_calls.h"
-#include "server/progress_queue.h"
-#include "server/service_core.h"
 #include "server/surface_download.h"
 
 namespace rilievo {
@@ -54,7 +54,6 @@ class ReconstructCall final
   void EndWork(absl::StatusOr<JobResult> result);
   void Fail(const CallError& error);
   void FinishOnce(const grpc::Status& status, absl::StatusCode code);
-  std::string FieldAtFault() const;
 
   // On a thread of the pool, mutex_ free.
   void Work();

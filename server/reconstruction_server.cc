@@ -11,6 +11,7 @@
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "proto/keep_grpc_running.h"
+#include "server/jobs/jobs_service.h"
 #include "server/reconstruction_service.h"
 
 namespace rilievo {
@@ -51,6 +52,11 @@ ReconstructionServer::ReconstructionServer() = default;
 
 ReconstructionServer::~ReconstructionServer() {
   if (server_) Shutdown();
+  jobs_.reset();
+  // Calls whose gRPC side is gone may still be held by work that is just ending.
+  while (core_ && !core_->live_calls.WaitUntilEmpty(std::chrono::seconds(1))) {
+    core_->live_calls.StopAll(StopReason::kShutdown);
+  }
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Listen(
@@ -68,14 +74,16 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
-  result->service_ =
-      std::make_unique<ReconstructionService>(options, std::move(work), std::move(log));
+  result->core_ = std::make_unique<ServiceCore>(options, std::move(work), std::move(log));
+  result->service_ = std::make_unique<ReconstructionService>(result->core_.get());
+  RILIEVO_ASSIGN_OR_RETURN(result->jobs_, JobsService::Open(result->core_.get()));
   // Both switches are global and count for the servers built after them.
   grpc::EnableDefaultHealthCheckService(!embedded);
   if (!embedded && options.reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   grpc::ServerBuilder builder;
   builder.RegisterService(result->service_.get());
+  builder.RegisterService(result->jobs_.get());
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   RefuseCompression(&builder);
   int port = 0;
@@ -92,6 +100,8 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
     result->address_ = BoundAddress(options.listen, port);
     result->server_->GetHealthCheckService()->SetServingStatus(
         v1::ReconstructionService::service_full_name(), true);
+    result->server_->GetHealthCheckService()->SetServingStatus(v1::JobsService::service_full_name(),
+                                                               !options.store.empty());
   }
   return result;
 }
@@ -101,18 +111,19 @@ std::shared_ptr<grpc::ChannelInterface> ReconstructionServer::InProcessChannel()
 }
 
 void ReconstructionServer::BeginDrain() {
-  service_->BeginDrain();
+  core_->draining = true;
+  jobs_->BeginDrain();
   if (auto* health = server_->GetHealthCheckService()) health->SetServingStatus(false);
 }
 
 bool ReconstructionServer::WaitUntilIdle(std::chrono::milliseconds timeout) {
-  return service_->WaitUntilIdle(timeout);
+  return core_->live_calls.WaitUntilEmpty(timeout);
 }
 
 void ReconstructionServer::Shutdown() {
   BeginDrain();
-  service_->StopAll();
-  service_->WaitUntilIdle(kStopTime);
+  core_->live_calls.StopAll(StopReason::kShutdown);
+  WaitUntilIdle(kStopTime);
   server_->Shutdown(std::chrono::system_clock::now() + kLingerTime);
   server_.reset();
 }

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "server/calls/job_log.h"
 #include "server/conversion/server_options.h"
-#include "server/job_log.h"
 #include "server/worker/job_work.h"
 
 namespace grpc {
@@ -17,7 +17,9 @@ class Server;
 
 namespace rilievo {
 
+class JobsService;
 class ReconstructionService;
+struct ServiceCore;
 
 class ReconstructionServer {
  public:
@@ -54,8 +56,10 @@ class ReconstructionServer {
                                                                      bool embedded, JobWork work,
                                                                      JobLog log);
 
-  // Destroyed after the server, whose calls it serves.
+  // Destroyed after the server, whose calls they serve; the core last.
+  std::unique_ptr<ServiceCore> core_;
   std::unique_ptr<ReconstructionService> service_;
+  std::unique_ptr<JobsService> jobs_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

@@ -1,7 +1,5 @@
 #include "server/reconstruction_service.h"
 
-#include <utility>
-
 #include "server/reconstruct_call.h"
 
 namespace rilievo {
@@ -16,6 +14,7 @@ void FillLimits(const ServerOptions& options, v1::Limits* limits) {
   limits->set_max_surface_faces(static_cast<uint64_t>(options.max_surface_faces));
   limits->set_max_concurrent_jobs(static_cast<uint32_t>(options.max_concurrent_jobs));
   limits->set_max_queued_jobs(static_cast<uint32_t>(options.max_queued_jobs));
+  limits->set_max_waiting_jobs(static_cast<uint32_t>(options.max_waiting_jobs));
   limits->set_max_threads(static_cast<uint32_t>(options.ThreadLimit()));
   limits->set_max_job_seconds(static_cast<double>(options.max_job_time.count()) / 1000);
   limits->set_max_idle_seconds(static_cast<double>(options.max_idle_time.count()) / 1000);
@@ -23,41 +22,26 @@ void FillLimits(const ServerOptions& options, v1::Limits* limits) {
 
 }  // namespace
 
-ReconstructionService::ReconstructionService(const ServerOptions& options, JobWork work, JobLog log)
-    : core_(options, std::move(work), std::move(log)) {}
-
-ReconstructionService::~ReconstructionService() {
-  // Calls whose gRPC side is gone may still be held by work that is just ending.
-  while (!core_.live_calls.WaitUntilEmpty(std::chrono::seconds(1))) StopAll();
-}
-
 grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>*
 ReconstructionService::Reconstruct(grpc::CallbackServerContext* context) {
-  return ReconstructCall::Begin(&core_, context);
+  return ReconstructCall::Begin(core_, context);
 }
 
 grpc::ServerUnaryReactor* ReconstructionService::GetCapabilities(
     grpc::CallbackServerContext* context, const v1::GetCapabilitiesRequest* /*request*/,
     v1::GetCapabilitiesResponse* response) {
   response->set_server_version(RILIEVO_VERSION);
-  FillLimits(core_.options, response->mutable_limits());
+  FillLimits(core_->options, response->mutable_limits());
   response->add_coordinate_formats(v1::COORDINATE_FORMAT_FLOAT32_LE);
   response->add_coordinate_formats(v1::COORDINATE_FORMAT_FLOAT64_LE);
   for (const auto topology : {v1::TOPOLOGY_AUTO, v1::TOPOLOGY_PLANAR, v1::TOPOLOGY_SPHERICAL,
                               v1::TOPOLOGY_ARBITRARY, v1::TOPOLOGY_GIVEN}) {
     response->add_topologies(topology);
   }
+  response->set_keeps_jobs(!core_->options.store.empty());
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;
-}
-
-void ReconstructionService::BeginDrain() { core_.draining = true; }
-
-void ReconstructionService::StopAll() { core_.live_calls.StopAll(StopReason::kShutdown); }
-
-bool ReconstructionService::WaitUntilIdle(std::chrono::milliseconds timeout) {
-  return core_.live_calls.WaitUntilEmpty(timeout);
 }
 
 }  // namespace rilievo

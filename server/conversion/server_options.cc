@@ -33,6 +33,11 @@ absl::Status ServerOptions::Validate() const {
     return Outside("max_idle_time", max_idle_time.count(), "[1, inf) ms");
   }
   if (drain_time.count() < 0) return Outside("drain_time", drain_time.count(), "[0, inf) ms");
+  if (keep_time.count() <= 0) return Outside("keep_time", keep_time.count(), "[1, inf) ms");
+  if (keep_bytes <= 0) return Outside("keep_bytes", keep_bytes, "[1, inf)");
+  if (max_waiting_jobs < 1 || max_waiting_jobs > 1'000'000) {
+    return Outside("max_waiting_jobs", max_waiting_jobs, "[1, 1000000]");
+  }
   return absl::OkStatus();
 }
 

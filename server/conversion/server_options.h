@@ -30,6 +30,11 @@ struct ServerOptions {
   std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
   std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
   std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
+  // Where jobs are kept; empty: nowhere, and nothing of a client outlives its call.
+  std::string store;
+  std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
+  int64_t keep_bytes = 20'000'000'000;  // of all scans and surfaces in the store, > 0
+  int max_waiting_jobs = 1000;          // kept jobs that are not finished, [1, 1000000]
   bool reflection = true;
 
   // INVALID_ARGUMENT that names the field.

@@ -14,9 +14,9 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/reconstruct.h"
+#include "server/calls/job_log.h"
 #include "server/conversion/server_options.h"
 #include "server/health_probe.h"
-#include "server/job_log.h"
 #include "server/reconstruction_server.h"
 #include "server/worker/in_worker_process.h"
 #include "server/worker/worker_process.h"
@@ -28,6 +28,8 @@ constexpr std::chrono::seconds kProbeTimeout{3};
 
 struct CommandLine {
   ServerOptions options;
+  bool ephemeral = false;
+  double keep_days = 7;
   double max_job_seconds = 600, max_idle_seconds = 60, drain_seconds = 30;
   std::string worker;
   bool in_process = false;
@@ -60,6 +62,16 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_option("--max-job-memory", options.max_job_memory,
                   "bytes that the worker of a job may map; 0: no limit")
+      ->capture_default_str();
+  CLI::Option* store =
+      app->add_option("--store", options.store, "a folder to keep jobs, scans and surfaces in");
+  app->add_flag("--ephemeral", line->ephemeral, "keep nothing (default without --store)")
+      ->excludes(store);
+  app->add_option("--keep-days", line->keep_days, "finished jobs and unused scans are kept")
+      ->capture_default_str();
+  app->add_option("--keep-bytes", options.keep_bytes, "of all scans and surfaces together")
+      ->capture_default_str();
+  app->add_option("--max-waiting-jobs", options.max_waiting_jobs, "kept jobs that are not finished")
       ->capture_default_str();
   app->add_option("--worker", line->worker,
                   "the program rilievo-worker (default: the one beside this)");
@@ -130,6 +142,8 @@ int Serve(const ServerOptions& options, JobWork work) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A log collector that goes away takes nobody's job along.
   std::signal(SIGPIPE, SIG_IGN);
+  // A file that may not grow is an error of its write, not the end of the server.
+  std::signal(SIGXFSZ, SIG_IGN);
 
   auto server = ReconstructionServer::Listen(options, std::move(work), LogJob);
   if (!server.ok()) return Fail(server.status());
@@ -164,6 +178,7 @@ int Main(int argc, char** argv) {
   }
   line.options.max_job_time = Milliseconds(line.max_job_seconds);
   line.options.max_idle_time = Milliseconds(line.max_idle_seconds);
+  line.options.keep_time = Milliseconds(std::min(line.keep_days, 10'000.0) * 24 * 3600);
   line.options.drain_time = Milliseconds(line.drain_seconds);
   auto work = ChooseWork(line);
   if (!work.ok()) return Fail(work.status());

@@ -27,6 +27,9 @@ TEST(ServerOptions, NamesTheFieldOutOfRange) {
       {"max_job_memory", [](auto* o) { o->max_job_memory = -1; }},
       {"max_job_time", [](auto* o) { o->max_job_time = {}; }},
       {"max_idle_time", [](auto* o) { o->max_idle_time = {}; }},
+      {"keep_time", [](auto* o) { o->keep_time = {}; }},
+      {"keep_bytes", [](auto* o) { o->keep_bytes = 0; }},
+      {"max_waiting_jobs", [](auto* o) { o->max_waiting_jobs = 0; }},
       {"drain_time", [](auto* o) { o->drain_time = std::chrono::milliseconds(-1); }},
   };
   for (const auto& [field, change] : cases) {

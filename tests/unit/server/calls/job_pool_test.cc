@@ -1,4 +1,4 @@
-#include "server/job_pool.h"
+#include "server/calls/job_pool.h"
 
 #include <gtest/gtest.h>
 

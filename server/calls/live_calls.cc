@@ -1,4 +1,4 @@
-#include "server/live_calls.h"
+#include "server/calls/live_calls.h"
 
 namespace rilievo {
 namespace {

@@ -1,10 +1,9 @@
-#include "server/grpc_status.h"
+#include "server/calls/grpc_status.h"
 
 #include <algorithm>
 #include <string>
 
 #include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
 
 namespace rilievo {
 namespace {
@@ -22,7 +21,7 @@ std::string Shortened(const std::string& text) {
 
 }  // namespace
 
-grpc::Status GrpcStatus(const CallError& error) {
+google::rpc::Status RpcStatus(const CallError& error) {
   google::rpc::Status details;
   details.set_code(static_cast<int>(error.code));
   details.set_message(Shortened(error.message));
@@ -48,6 +47,11 @@ grpc::Status GrpcStatus(const CallError& error) {
     info.set_domain("rilievo");
     details.add_details()->PackFrom(info);
   }
+  return details;
+}
+
+grpc::Status GrpcStatus(const CallError& error) {
+  const google::rpc::Status details = RpcStatus(error);
   return grpc::Status(static_cast<grpc::StatusCode>(error.code), details.message(),
                       details.SerializeAsString());
 }

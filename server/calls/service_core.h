@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <utility>
 
+#include "server/calls/job_log.h"
+#include "server/calls/job_pool.h"
+#include "server/calls/live_calls.h"
 #include "server/conversion/server_options.h"
-#include "server/job_log.h"
-#include "server/job_pool.h"
-#include "server/live_calls.h"
 #include "server/worker/job_work.h"
 
 namespace rilievo {

@@ -1,4 +1,4 @@
-#include "server/job_log.h"
+#include "server/calls/job_log.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/job_log.h"
+#include "server/calls/job_log.h"
 
 #include <cstdio>
 
@@ -29,6 +29,7 @@ std::string JobLine(const JobRecord& record) {
       " bytes_out=", record.bytes_out, " upload_s=", Seconds(record.upload_seconds),
       " queue_s=", Seconds(record.queue_seconds), " work_s=", Seconds(record.work_seconds),
       " total_s=", Seconds(record.total_seconds));
+  if (!record.id.empty()) absl::StrAppend(&line, " id=", record.id);
   if (!record.road.empty()) absl::StrAppend(&line, " road=", record.road);
   if (!record.detail.empty()) absl::StrAppend(&line, " detail=", Quoted(record.detail));
   return line;

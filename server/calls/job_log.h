@@ -9,9 +9,10 @@
 
 namespace rilievo {
 
-// What one call of Reconstruct came to.
+// What one call of Reconstruct, or one kept job, came to.
 struct JobRecord {
   uint64_t job = 0;
+  std::string id;                                 // of a kept job; else empty
   absl::StatusCode code = absl::StatusCode::kOk;  // as sent to the client
   std::string detail;                             // the cause, the core's own words; empty when OK
   int64_t points_announced = 0;

@@ -1,0 +1,23 @@
+// What a client is told when its job ends early.
+#pragma once
+
+#include <string>
+
+#include "core/base/run_context.h"
+#include "server/calls/live_calls.h"
+#include "server/conversion/call_error.h"
+#include "server/conversion/job_request.h"
+#include "server/conversion/server_options.h"
+
+namespace rilievo {
+
+// UNAVAILABLE, SHUTTING_DOWN.
+CallError ShutdownError();
+
+// Of a call that was stopped; CANCELLED when the client did it.
+CallError StopError(StopReason reason, const ServerOptions& options);
+
+// What of the request a stage that failed was about, as a path within it.
+std::string FieldAtFault(Stage stage, const JobRequest& job);
+
+}  // namespace rilievo

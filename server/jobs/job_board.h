@@ -1,0 +1,88 @@
+// The kept jobs that are not finished: in the queue, at work, and watched.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "rilievo/v1/jobs.pb.h"
+#include "server/calls/service_core.h"
+#include "server/jobs/job_events.h"
+#include "server/store/job_store.h"
+
+namespace rilievo {
+
+class JobRun;
+
+// Thread-safe. Functions that wait for the disk say so. What a watcher or a client is told is on
+// disk.
+class JobBoard {
+ public:
+  JobBoard(ServiceCore* core, JobStore* store) : core_(core), store_(store) {}
+
+  // Stops what runs, without a word to the store: the next server works on it again.
+  ~JobBoard();
+
+  JobBoard(const JobBoard&) = delete;
+  JobBoard& operator=(const JobBoard&) = delete;
+
+  // Queues what an earlier server left unfinished. Waits for the disk.
+  absl::Status Restore();
+
+  // Queues a job that the store holds.
+  void Add(StoredJob stored);
+
+  // How many are not finished.
+  int size() const;
+
+  // The job as CANCELLED, or as it ended before. Waits for the disk.
+  absl::StatusOr<v1::Job> Cancel(const std::string& owner, const std::string& job_id);
+
+  // The events of a job that is not finished; else nothing.
+  std::shared_ptr<JobEvents> EventsOf(const std::string& job_id) const;
+
+  // No more jobs begin, and watchers are told so; what runs goes on.
+  void BeginDrain();
+
+ private:
+  friend class JobRun;
+
+  struct LiveJob {
+    StoredJob stored;
+    std::shared_ptr<JobEvents> events;
+    uint64_t work_number = 0;
+    std::shared_ptr<JobRun> run;  // while it is worked on
+    int kills = 0;                // of its workers, by this server's count
+  };
+
+  // With mutex_ held.
+  void Submit(const std::string& job_id, LiveJob* live);
+
+  // On a thread of the job pool.
+  void Work(const std::string& job_id);
+  // Nothing when the job is not to be worked on.
+  std::shared_ptr<JobRun> BeginRun(const std::string& job_id);
+  void EndRun(const std::shared_ptr<JobRun>& run);
+
+  // Takes a finished job off the board.
+  void Publish(const v1::Job& job);
+  // Puts it back into the queue; false after too many kills.
+  bool Requeue(const std::string& job_id);
+
+  ServiceCore* const core_;
+  JobStore* const store_;
+  mutable std::mutex mutex_;
+  std::condition_variable idle_;
+  bool draining_ = false;
+  int running_ = 0;
+  std::map<std::string, LiveJob> jobs_;
+};
+
+}  // namespace rilievo

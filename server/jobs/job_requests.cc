@@ -1,0 +1,155 @@
+#include "server/jobs/job_requests.h"
+
+#include <random>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "server/calls/grpc_status.h"
+#include "server/calls/job_error.h"
+#include "server/jobs/job_run.h"
+#include "server/jobs/request_checks.h"
+#include "server/store/sha256.h"
+
+namespace rilievo {
+namespace {
+
+grpc::Status Refused(const CallError& error) { return GrpcStatus(error); }
+grpc::Status Refused(const absl::Status& status) { return GrpcStatus(ErrorOfStore(status)); }
+
+// 128 random bits: nobody guesses another's.
+std::string NewJobId() {
+  std::random_device random;
+  std::string id;
+  for (int i = 0; i < 4; ++i) absl::StrAppend(&id, absl::Hex(random(), absl::kZeroPad8));
+  return id;
+}
+
+// Everything that is wrong with a request before the store is asked.
+std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRequest& request) {
+  if (core.service->draining) return ShutdownError();
+  if (auto error = CheckId("request_id", request.request_id())) return error;
+  if (!IsSha256Hex(request.scan_id())) {
+    return BadRequestError(
+        {{"scan_id", "it is no scan_id; give the 64 hexadecimal digits of UploadScan"}});
+  }
+  auto parsed = ParseHeader(request.header(), core.service->options);
+  if (auto* error = std::get_if<CallError>(&parsed)) return *std::move(error);
+  return std::nullopt;
+}
+
+std::optional<CallError> CheckScan(const JobsCore& core, const v1::CreateJobRequest& request) {
+  const auto scan = core.store->blobs().Read(request.scan_id());
+  if (absl::IsNotFound(scan.status())) {
+    return CallError{.code = absl::StatusCode::kNotFound,
+                     .message = "scan_id: there is no such scan; upload it, then repeat"};
+  }
+  if (!scan.ok()) return ErrorOfStore(scan.status());
+  const auto size = scan->Size();
+  if (!size.ok()) return ErrorOfStore(size.status());
+  if (*size == ScanBytesOf(request.header())) return std::nullopt;
+  return BadRequestError(
+      {{"header.point_count", absl::StrCat("these points take ", ScanBytesOf(request.header()),
+                                           " bytes; the scan has ", *size)}});
+}
+
+std::optional<CallError> CheckRoom(const JobsCore& core) {
+  if (core.board.size() < core.service->options.max_waiting_jobs) return std::nullopt;
+  return CallError{.code = absl::StatusCode::kResourceExhausted,
+                   .message = "as many jobs as this server takes are waiting; try again later",
+                   .reason = "JOBS_LIMIT",
+                   .retry_delay = core.service->pool.RetryDelay()};
+}
+
+// The job of an earlier CreateJob, if this one asks for the same.
+grpc::Status Known(const StoredJob& known, const v1::CreateJobRequest& request, v1::Job* job) {
+  if (known.job.scan_id() != request.scan_id() ||
+      known.header.SerializeAsString() != request.header().SerializeAsString()) {
+    return Refused(CallError{.code = absl::StatusCode::kAlreadyExists,
+                             .message = "request_id: it was used for another scan or other "
+                                        "options; choose a new one"});
+  }
+  *job = known.job;
+  return grpc::Status::OK;
+}
+
+}  // namespace
+
+std::string UploadName(const Caller& caller, const std::string& upload_id) {
+  if (caller.owner.empty()) return upload_id;
+  return absl::StrCat(Sha256Hex(caller.owner).substr(0, 32), ".", upload_id);
+}
+
+grpc::Status GetUpload(JobsCore* core, const Caller& caller, const v1::GetUploadRequest& request,
+                       v1::GetUploadResponse* response) {
+  if (auto error = CheckId("upload_id", request.upload_id())) return Refused(*error);
+  const auto stored = core->store->uploads().StoredBytes(UploadName(caller, request.upload_id()));
+  if (!stored.ok()) return Refused(stored.status());
+  response->set_stored_bytes(static_cast<uint64_t>(*stored));
+  return grpc::Status::OK;
+}
+
+grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJobRequest& request,
+                       v1::CreateJobResponse* response) {
+  if (const auto error = CheckCreate(*core, request)) return Refused(*error);
+  const auto known = core->store->Find(caller.owner, request.request_id());
+  if (!known.ok()) return Refused(known.status());
+  if (*known) return Known(**known, request, response->mutable_job());
+  if (const auto error = CheckScan(*core, request)) return Refused(*error);
+  if (const auto error = CheckRoom(*core)) return Refused(*error);
+
+  StoredJob stored{caller.owner, caller.client, request.header(), "", {}};
+  stored.job.set_job_id(NewJobId());
+  stored.job.set_request_id(request.request_id());
+  stored.job.set_scan_id(request.scan_id());
+  stored.job.set_state(v1::JOB_STATE_QUEUED);
+  stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, 0));
+  SetTime(stored.job.mutable_create_time());
+  const auto kept = core->store->Insert(stored);
+  if (!kept.ok()) return Refused(kept.status());
+  // Another call with the same request_id may have come first.
+  if (kept->job.job_id() != stored.job.job_id()) {
+    return Known(*kept, request, response->mutable_job());
+  }
+  *response->mutable_job() = stored.job;
+  core->board.Add(std::move(stored));
+  return grpc::Status::OK;
+}
+
+grpc::Status GetJob(JobsCore* core, const Caller& caller, const v1::GetJobRequest& request,
+                    v1::GetJobResponse* response) {
+  auto stored = core->store->Get(caller.owner, request.job_id());
+  if (!stored.ok()) return Refused(stored.status());
+  *response->mutable_job() = std::move(stored->job);
+  return grpc::Status::OK;
+}
+
+grpc::Status ListJobs(JobsCore* core, const Caller& caller, const v1::ListJobsRequest& request,
+                      v1::ListJobsResponse* response) {
+  int limit = 0;
+  int64_t before = 0;
+  if (const auto error = ReadPage(request, &limit, &before)) return Refused(*error);
+  auto jobs = core->store->List(caller.owner, limit, &before);
+  if (!jobs.ok()) return Refused(jobs.status());
+  for (v1::Job& job : *jobs) *response->add_jobs() = std::move(job);
+  response->set_next_page_token(PageToken(before));
+  return grpc::Status::OK;
+}
+
+grpc::Status CancelJob(JobsCore* core, const Caller& caller, const v1::CancelJobRequest& request,
+                       v1::CancelJobResponse* response) {
+  auto job = core->board.Cancel(caller.owner, request.job_id());
+  if (!job.ok()) return Refused(job.status());
+  *response->mutable_job() = *std::move(job);
+  return grpc::Status::OK;
+}
+
+grpc::Status DeleteJob(JobsCore* core, const Caller& caller, const v1::DeleteJobRequest& request,
+                       v1::DeleteJobResponse* /*response*/) {
+  const auto job = core->board.Cancel(caller.owner, request.job_id());
+  if (!job.ok()) return Refused(job.status());
+  const absl::Status removed = core->store->Remove(request.job_id());
+  return removed.ok() ? grpc::Status::OK : Refused(removed);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,160 @@
+#include "server/jobs/job_run.h"
+
+#include <chrono>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include "core/base/status_macros.h"
+#include "server/calls/grpc_status.h"
+#include "server/calls/job_error.h"
+
+namespace rilievo {
+namespace {
+
+constexpr std::chrono::milliseconds kStorePause{1000};
+
+v1::Job Failed(v1::Job job, const CallError& error) {
+  job.set_state(v1::JOB_STATE_FAILED);
+  *job.mutable_error() = RpcStatus(error);
+  return job;
+}
+
+v1::Job Succeeded(v1::Job job, const JobResult& result) {
+  job.set_state(v1::JOB_STATE_SUCCEEDED);
+  uint64_t total = 0;
+  for (const auto& chunk : result.encoded.chunks) {
+    job.mutable_surface()->add_chunk_bytes(chunk.size());
+    total += chunk.size();
+  }
+  job.mutable_surface()->set_total_bytes(total);
+  *job.mutable_report() = result.report;
+  return job;
+}
+
+}  // namespace
+
+void SetTime(google::protobuf::Timestamp* time) {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now);
+  time->set_seconds(seconds.count());
+  time->set_nanos(static_cast<int32_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(now - seconds).count()));
+}
+
+JobRun::JobRun(ServiceCore* core, JobStore* store, StoredJob stored,
+               std::shared_ptr<JobEvents> events)
+    : core_(core),
+      store_(store),
+      stored_(std::move(stored)),
+      events_(std::move(events)),
+      number_(core->next_job++),
+      begin_(Clock::now()) {
+  progress_.Queued(begin_);
+  progress_.Clear();
+}
+
+absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
+  auto parsed = ParseHeader(stored_.header, core_->options);
+  if (const auto* error = std::get_if<CallError>(&parsed)) {
+    return absl::InvalidArgumentError(error->message);
+  }
+  *job = std::get<JobRequest>(std::move(parsed));
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor scan, store_->blobs().Read(stored_.job.scan_id()));
+  RunContext context;
+  context.stop = stop_.get_token();
+  context.threads = job->threads;
+  context.seed = job->seed;
+  context.progress = [this](const Progress& progress) {
+    progress_.Report(progress, Clock::now());
+    while (auto event = progress_.Pop()) events_->Push(*std::move(event));
+  };
+  return core_->work(*job, ScanBytes(std::move(scan)), context);
+}
+
+JobOutcome JobRun::Work() {
+  JobRequest request;
+  absl::StatusOr<JobResult> result = Reconstruct(&request);
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
+  StopReason reason;
+  {
+    const std::lock_guard lock(mutex_);
+    working_ = false;
+    reason = stop_reason_;
+  }
+  JobOutcome outcome{JobOutcome::Kind::kFinished, stored_, {}};
+  v1::Job& job = outcome.job.job;
+  if (result.ok()) {
+    job = Succeeded(std::move(job), *result);
+    outcome.surface = std::move(result->encoded.chunks);
+  } else if (reason == StopReason::kJobTime) {
+    job = Failed(std::move(job), StopError(reason, core_->options));
+  } else if (reason != StopReason::kNone) {
+    outcome.kind = JobOutcome::Kind::kAbandoned;
+  } else {
+    if (absl::IsAborted(result.status())) outcome.kind = JobOutcome::Kind::kKilled;
+    job = Failed(std::move(job),
+                 ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request), number_));
+  }
+  SetTime(job.mutable_end_time());
+  job.set_sequence(SequenceOfState(job.state(), job.attempts()));
+  Log(outcome, result.ok() ? "" : result.status().ToString(), seconds);
+  return outcome;
+}
+
+void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double seconds) const {
+  if (!core_->log) return;
+  const v1::Job& job = outcome.job.job;
+  JobRecord record;
+  record.job = number_;
+  record.id = job.job_id();
+  record.code = job.state() == v1::JOB_STATE_SUCCEEDED ? absl::StatusCode::kOk
+                : outcome.kind == JobOutcome::Kind::kAbandoned
+                    ? absl::StatusCode::kCancelled
+                    : static_cast<absl::StatusCode>(job.error().code());
+  record.detail = detail;
+  record.points_announced = static_cast<int64_t>(stored_.header.point_count());
+  record.bytes_out = static_cast<int64_t>(job.surface().total_bytes());
+  record.work_seconds = record.total_seconds = seconds;
+  record.road = job.report().road();
+  core_->log(record);
+}
+
+absl::Status JobRun::Keep(const JobOutcome& outcome) {
+  for (;;) {
+    const absl::Status kept = outcome.job.job.state() == v1::JOB_STATE_SUCCEEDED
+                                  ? store_->Finish(outcome.job, outcome.surface)
+                                  : store_->Update(outcome.job);
+    if (!absl::IsResourceExhausted(kept)) return kept;
+    for (auto waited = std::chrono::milliseconds(0); waited < kStorePause;) {
+      if (stop_reason() != StopReason::kNone) return kept;
+      constexpr std::chrono::milliseconds kStep{50};
+      std::this_thread::sleep_for(kStep);
+      waited += kStep;
+    }
+  }
+}
+
+StopReason JobRun::stop_reason() const {
+  const std::lock_guard lock(mutex_);
+  return stop_reason_;
+}
+
+void JobRun::Tick(Clock::time_point now) {
+  bool late;
+  {
+    const std::lock_guard lock(mutex_);
+    late = working_ && now - begin_ > core_->options.max_job_time;
+  }
+  if (late) Stop(StopReason::kJobTime);
+}
+
+void JobRun::Stop(StopReason reason) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+  }
+  stop_.request_stop();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,69 @@
+// One attempt at a kept job.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/calls/job_log.h"
+#include "server/calls/live_calls.h"
+#include "server/calls/progress_queue.h"
+#include "server/calls/service_core.h"
+#include "server/jobs/job_events.h"
+#include "server/store/job_store.h"
+
+namespace rilievo {
+
+// How an attempt ended, and the job as it is to be kept then.
+struct JobOutcome {
+  enum class Kind {
+    kFinished,   // `job` has its last state
+    kKilled,     // the worker was killed from outside: worth another attempt
+    kAbandoned,  // the server stops, or the job was cancelled meanwhile: nothing is to be kept
+  };
+  Kind kind = Kind::kAbandoned;
+  StoredJob job;
+  std::vector<std::vector<uint8_t>> surface;  // when it succeeded
+};
+
+class JobRun final : public LiveCall {
+ public:
+  // `stored`: as RUNNING.
+  JobRun(ServiceCore* core, JobStore* store, StoredJob stored, std::shared_ptr<JobEvents> events);
+
+  const StoredJob& stored() const { return stored_; }
+
+  // The work, on the thread that calls.
+  JobOutcome Work();
+
+  // Keeps a finished outcome. Tries again every second while the disk is full, until it is stopped.
+  // OK when it is on disk; FAILED_PRECONDITION when the job was finished or removed meanwhile.
+  absl::Status Keep(const JobOutcome& outcome);
+
+  void Tick(Clock::time_point now) override;
+  void Stop(StopReason reason) override;
+
+ private:
+  absl::StatusOr<JobResult> Reconstruct(JobRequest* job);
+  StopReason stop_reason() const;
+  void Log(const JobOutcome& outcome, const std::string& detail, double seconds) const;
+
+  ServiceCore* const core_;
+  JobStore* const store_;
+  const StoredJob stored_;
+  const std::shared_ptr<JobEvents> events_;
+  const uint64_t number_;  // in the log
+  const Clock::time_point begin_;
+  ProgressQueue progress_;
+  mutable std::mutex mutex_;
+  StopReason stop_reason_ = StopReason::kNone;
+  bool working_ = true;
+  std::stop_source stop_;
+};
+
+// Of now.
+void SetTime(google::protobuf::Timestamp* time);
+
+}  // namespace rilievo

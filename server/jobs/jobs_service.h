@@ -1,0 +1,57 @@
+// rilievo.v1.JobsService over a store, or its refusal where there is none.
+#pragma once
+
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "grpcpp/support/server_callback.h"
+#include "rilievo/v1/jobs.grpc.pb.h"
+#include "server/calls/service_core.h"
+#include "server/jobs/jobs_core.h"
+
+namespace rilievo {
+
+class JobsService final : public v1::JobsService::CallbackService {
+ public:
+  // Opens core->options.store, unless that is empty, and takes up what it left unfinished. `core`
+  // outlives this object.
+  static absl::StatusOr<std::unique_ptr<JobsService>> Open(ServiceCore* core);
+
+  // The gRPC server is gone. Stops what runs; a later server goes on with it.
+  ~JobsService() override;
+
+  // No more jobs begin, and watchers are sent elsewhere.
+  void BeginDrain();
+
+  grpc::ServerReadReactor<v1::UploadScanRequest>* UploadScan(
+      grpc::CallbackServerContext* context, v1::UploadScanResponse* response) override;
+  grpc::ServerUnaryReactor* GetUpload(grpc::CallbackServerContext* context,
+                                      const v1::GetUploadRequest* request,
+                                      v1::GetUploadResponse* response) override;
+  grpc::ServerUnaryReactor* CreateJob(grpc::CallbackServerContext* context,
+                                      const v1::CreateJobRequest* request,
+                                      v1::CreateJobResponse* response) override;
+  grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
+                                   const v1::GetJobRequest* request,
+                                   v1::GetJobResponse* response) override;
+  grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
+                                     const v1::ListJobsRequest* request,
+                                     v1::ListJobsResponse* response) override;
+  grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(
+      grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) override;
+  grpc::ServerWriteReactor<v1::StreamSurfaceResponse>* StreamSurface(
+      grpc::CallbackServerContext* context, const v1::StreamSurfaceRequest* request) override;
+  grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
+                                      const v1::CancelJobRequest* request,
+                                      v1::CancelJobResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
+                                      const v1::DeleteJobRequest* request,
+                                      v1::DeleteJobResponse* response) override;
+
+ private:
+  JobsService() = default;
+
+  std::unique_ptr<JobsCore> core_;  // none without a store
+};
+
+}  // namespace rilievo

@@ -1,0 +1,59 @@
+#include "server/jobs/stored_surface.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr uint64_t kPieceBytes = 128 << 10;
+
+}  // namespace
+
+absl::StatusOr<uint64_t> FirstByte(const v1::StreamSurfaceRequest& request,
+                                   const v1::SurfaceHeader& header) {
+  if (!request.has_chunk()) return request.offset();
+  if (request.chunk() >= static_cast<uint32_t>(header.chunk_bytes_size())) {
+    return absl::OutOfRangeError(absl::StrCat("chunk: ", request.chunk(), " of a surface with ",
+                                              header.chunk_bytes_size(), " chunks"));
+  }
+  uint64_t begin = 0;
+  for (uint32_t i = 0; i < request.chunk(); ++i) begin += header.chunk_bytes(static_cast<int>(i));
+  return begin;
+}
+
+absl::StatusOr<StoredSurface> StoredSurface::From(FileDescriptor file, v1::SurfaceHeader header,
+                                                  uint64_t offset) {
+  if (offset > header.total_bytes()) {
+    return absl::OutOfRangeError(
+        absl::StrCat("offset: ", offset, " of a surface with ", header.total_bytes(), " bytes"));
+  }
+  return StoredSurface(std::move(file), std::move(header), offset);
+}
+
+absl::StatusOr<bool> StoredSurface::Next(v1::StreamSurfaceResponse* response) {
+  response->Clear();
+  if (!header_sent_) {
+    *response->mutable_surface() = header_;
+    header_sent_ = true;
+    return true;
+  }
+  if (offset_ >= header_.total_bytes()) return false;
+  while (offset_ >= chunk_begin_ + header_.chunk_bytes(chunk_)) {
+    chunk_begin_ += header_.chunk_bytes(chunk_++);
+  }
+  const uint64_t size = std::min(kPieceBytes, chunk_begin_ + header_.chunk_bytes(chunk_) - offset_);
+  v1::SurfacePiece& piece = *response->mutable_piece();
+  piece.set_chunk(static_cast<uint32_t>(chunk_));
+  piece.set_offset(offset_);
+  piece.mutable_data()->resize(size);
+  RILIEVO_RETURN_IF_ERROR(
+      file_.ReadAt(static_cast<int64_t>(offset_), piece.mutable_data()->data(), size));
+  offset_ += size;
+  return true;
+}
+
+}  // namespace rilievo

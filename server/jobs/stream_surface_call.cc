@@ -1,0 +1,129 @@
+#include "server/jobs/stream_surface_call.h"
+
+#include <utility>
+
+#include "grpcpp/server_context.h"
+#include "server/calls/grpc_status.h"
+#include "server/calls/job_error.h"
+#include "server/jobs/request_checks.h"
+
+namespace rilievo {
+namespace {
+
+CallError NotSucceeded(v1::JobState state) {
+  return {.code = absl::StatusCode::kFailedPrecondition,
+          .message = "the job has no surface: it is " + v1::JobState_Name(state),
+          .reason = "JOB_NOT_SUCCEEDED"};
+}
+
+}  // namespace
+
+StreamSurfaceCall* StreamSurfaceCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
+                                            const v1::StreamSurfaceRequest& request) {
+  auto call = std::make_shared<StreamSurfaceCall>(core, context, request);
+  StreamSurfaceCall* reactor = call.get();
+  const std::lock_guard lock(reactor->mutex_);
+  core->service->live_calls.Enter(call);
+  reactor->self_ = std::move(call);
+  reactor->PostNext();
+  return reactor;
+}
+
+StreamSurfaceCall::StreamSurfaceCall(JobsCore* core, grpc::CallbackServerContext* context,
+                                     const v1::StreamSurfaceRequest& request)
+    : core_(core),
+      context_(context),
+      caller_(CallerOf(*context)),
+      request_(request),
+      last_write_(Clock::now()) {}
+
+StreamSurfaceCall::~StreamSurfaceCall() { core_->service->live_calls.Leave(this); }
+
+void StreamSurfaceCall::PostNext() {
+  busy_ = true;
+  core_->disk.Post([call = shared_from_this()] {
+    const std::optional<grpc::Status> end = call->Next();
+    const std::lock_guard lock(call->mutex_);
+    call->busy_ = false;
+    call->last_write_ = Clock::now();
+    if (end) {
+      call->FinishOnce(*end);
+    } else if (call->stop_reason_ != StopReason::kNone) {
+      call->FinishOnce(GrpcStatus(StopError(call->stop_reason_, call->core_->service->options)));
+    } else {
+      call->write_in_flight_ = true;
+      call->StartWrite(&call->response_);
+    }
+  });
+}
+
+std::optional<grpc::Status> StreamSurfaceCall::Next() {
+  if (!surface_) {
+    if (const auto error = Open()) return GrpcStatus(*error);
+  }
+  const absl::StatusOr<bool> more = surface_->Next(&response_);
+  if (!more.ok()) return GrpcStatus(ErrorOfStore(absl::InternalError(more.status().message())));
+  if (!*more) return grpc::Status::OK;
+  return std::nullopt;
+}
+
+std::optional<CallError> StreamSurfaceCall::Open() {
+  const auto stored = core_->store->Get(caller_.owner, request_.job_id());
+  if (!stored.ok()) return ErrorOfStore(stored.status());
+  if (stored->job.state() != v1::JOB_STATE_SUCCEEDED) return NotSucceeded(stored->job.state());
+  const auto first = FirstByte(request_, stored->job.surface());
+  if (!first.ok()) return ErrorOfStore(first.status());
+  // Once open it can be read to its end, though retention may remove it meanwhile.
+  auto file = core_->store->blobs().Read(stored->surface);
+  if (!file.ok()) return ErrorOfStore(file.status());
+  auto surface = StoredSurface::From(*std::move(file), stored->job.surface(), *first);
+  if (!surface.ok()) return ErrorOfStore(surface.status());
+  surface_ = *std::move(surface);
+  return std::nullopt;
+}
+
+void StreamSurfaceCall::OnWriteDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  write_in_flight_ = false;
+  if (!ok && stop_reason_ == StopReason::kNone) stop_reason_ = StopReason::kClient;
+  if (stop_reason_ != StopReason::kNone) {
+    FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));
+  } else if (!finished_) {
+    PostNext();
+  }
+}
+
+void StreamSurfaceCall::OnCancel() { Stop(StopReason::kClient); }
+
+void StreamSurfaceCall::OnDone() {
+  // The last reference may be this one.
+  const std::shared_ptr<StreamSurfaceCall> self = std::move(self_);
+}
+
+void StreamSurfaceCall::Tick(Clock::time_point now) {
+  bool idle;
+  {
+    const std::lock_guard lock(mutex_);
+    idle = write_in_flight_ && now - last_write_ > core_->service->options.max_idle_time;
+  }
+  if (idle) Stop(StopReason::kIdle);
+}
+
+void StreamSurfaceCall::Stop(StopReason reason) {
+  const std::lock_guard lock(mutex_);
+  if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+  if (write_in_flight_) {
+    // It waits for a client that does not read: only this brings it back.
+    context_->TryCancel();
+  } else if (!busy_) {
+    FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));
+  }
+}
+
+void StreamSurfaceCall::FinishOnce(const grpc::Status& status) {
+  if (finished_) return;
+  finished_ = true;
+  Finish(status);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,169 @@
+#include "server/jobs/upload_scan_call.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "grpcpp/server_context.h"
+#include "server/calls/grpc_status.h"
+#include "server/calls/job_error.h"
+#include "server/jobs/job_requests.h"
+#include "server/jobs/request_checks.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kMaxUploads = 64;  // streams at a time
+
+CallError Violation(const std::string& field, const std::string& description) {
+  return BadRequestError({{field, description}});
+}
+
+CallError TooManyUploads() {
+  return {.code = absl::StatusCode::kResourceExhausted,
+          .message = absl::StrCat(kMaxUploads, " scans are being uploaded; try again later"),
+          .reason = "JOBS_LIMIT",
+          .retry_delay = std::chrono::seconds(2)};
+}
+
+}  // namespace
+
+UploadScanCall* UploadScanCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
+                                      v1::UploadScanResponse* response) {
+  auto call = std::make_shared<UploadScanCall>(core, CallerOf(*context), response);
+  UploadScanCall* reactor = call.get();
+  const std::lock_guard lock(reactor->mutex_);
+  core->service->live_calls.Enter(call);
+  reactor->self_ = std::move(call);
+  if (core->service->draining) {
+    reactor->FinishOnce(GrpcStatus(ShutdownError()));
+  } else if (core->uploads > kMaxUploads) {
+    reactor->FinishOnce(GrpcStatus(TooManyUploads()));
+  } else {
+    reactor->StartRead(&reactor->request_);
+  }
+  return reactor;
+}
+
+UploadScanCall::UploadScanCall(JobsCore* core, Caller caller, v1::UploadScanResponse* response)
+    : core_(core), caller_(std::move(caller)), response_(response), last_message_(Clock::now()) {
+  ++core_->uploads;
+}
+
+UploadScanCall::~UploadScanCall() {
+  --core_->uploads;
+  core_->service->live_calls.Leave(this);
+}
+
+void UploadScanCall::OnReadDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  if (finished_) return;
+  busy_ = true;
+  core_->disk.Post([call = shared_from_this(), ok] {
+    const std::optional<grpc::Status> end = call->Take(ok);
+    const std::lock_guard done(call->mutex_);
+    call->busy_ = false;
+    call->last_message_ = Clock::now();
+    if (end) {
+      call->FinishOnce(*end);
+    } else if (call->stop_reason_ != StopReason::kNone) {
+      call->FinishOnce(GrpcStatus(StopError(call->stop_reason_, call->core_->service->options)));
+    } else {
+      call->StartRead(&call->request_);
+    }
+  });
+}
+
+void UploadScanCall::OnCancel() { Stop(StopReason::kClient); }
+
+void UploadScanCall::OnDone() {
+  // The last reference may be this one.
+  const std::shared_ptr<UploadScanCall> self = std::move(self_);
+}
+
+void UploadScanCall::Tick(Clock::time_point now) {
+  bool idle;
+  {
+    const std::lock_guard lock(mutex_);
+    idle = !busy_ && now - last_message_ > core_->service->options.max_idle_time;
+  }
+  if (idle) Stop(StopReason::kIdle);
+}
+
+void UploadScanCall::Stop(StopReason reason) {
+  const std::lock_guard lock(mutex_);
+  if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+  if (!busy_) FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));
+}
+
+void UploadScanCall::FinishOnce(const grpc::Status& status) {
+  if (finished_) return;
+  finished_ = true;
+  Finish(status);
+}
+
+std::optional<grpc::Status> UploadScanCall::Take(bool ok) {
+  std::optional<CallError> error;
+  if (!ok) {
+    if (ended_) return grpc::Status::OK;
+    error = CallError{.code = absl::StatusCode::kDataLoss,
+                      .message =
+                          "the stream was closed before `end`; go on from what GetUpload "
+                          "says"};
+  } else if (ended_) {
+    error = Violation("end", "nothing may follow it");
+  } else if (!writer_) {
+    error = TakeHeader();
+  } else if (request_.has_end()) {
+    error = TakeEnd();
+  } else {
+    error = TakeChunk();
+  }
+  if (error) return GrpcStatus(*error);
+  return std::nullopt;
+}
+
+std::optional<CallError> UploadScanCall::TakeHeader() {
+  if (!request_.has_header()) return Violation("header", "the first message must hold it");
+  const v1::UploadHeader& header = request_.header();
+  if (auto error = CheckUploadHeader(header, core_->service->options)) return error;
+  if (!core_->keeper.HasRoomFor(static_cast<int64_t>(header.total_bytes() - header.offset()))) {
+    return ErrorOfStore(absl::ResourceExhaustedError("kept bytes"));
+  }
+  total_bytes_ = header.total_bytes();
+  auto writer = core_->store->uploads().Continue(UploadName(caller_, header.upload_id()),
+                                                 static_cast<int64_t>(header.offset()));
+  if (!writer.ok()) return ErrorOfStore(writer.status());
+  writer_ = *std::move(writer);
+  return std::nullopt;
+}
+
+std::optional<CallError> UploadScanCall::TakeChunk() {
+  if (request_.message_case() != v1::UploadScanRequest::kChunk) {
+    return Violation("chunk", "every message between header and end must hold one");
+  }
+  const std::string& bytes = request_.chunk();
+  if (bytes.empty() || bytes.size() > static_cast<size_t>(kMaxChunkBytes)) {
+    return Violation("chunk", absl::StrCat(bytes.size(), " bytes; send 1 to ", kMaxChunkBytes));
+  }
+  if (bytes.size() > total_bytes_ - static_cast<uint64_t>(writer_->size())) {
+    return Violation(
+        "chunk", absl::StrCat("more than the ", total_bytes_, " bytes of header.total_bytes came"));
+  }
+  const absl::Status written = writer_->Append(bytes);
+  if (!written.ok()) return ErrorOfStore(written);
+  return std::nullopt;
+}
+
+std::optional<CallError> UploadScanCall::TakeEnd() {
+  std::string sha256;
+  if (auto error = ReadEnd(request_.end(), &sha256)) return error;
+  const absl::Status kept = writer_->Finish(static_cast<int64_t>(request_.end().total_bytes()),
+                                            sha256, core_->store->blobs());
+  if (!kept.ok()) return ErrorOfStore(kept);
+  response_->set_scan_id(sha256);
+  response_->set_total_bytes(request_.end().total_bytes());
+  ended_ = true;
+  return std::nullopt;
+}
+
+}  // namespace rilievo
