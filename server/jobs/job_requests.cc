@@ -9,7 +9,7 @@
 #include "server/calls/job_error.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
-#include "server/store/sha256.h"
+#include "server/store/content_name.h"
 
 namespace rilievo {
 namespace {
@@ -29,7 +29,7 @@ std::string NewJobId() {
 std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRequest& request) {
   if (core.service->draining) return ShutdownError();
   if (auto error = CheckId("request_id", request.request_id())) return error;
-  if (!IsSha256Hex(request.scan_id())) {
+  if (!IsContentName(request.scan_id())) {
     return BadRequestError(
         {{"scan_id", "it is no scan_id; give the 64 hexadecimal digits of UploadScan"}});
   }
@@ -77,7 +77,7 @@ grpc::Status Known(const StoredJob& known, const v1::CreateJobRequest& request, 
 
 std::string UploadName(const Caller& caller, const std::string& upload_id) {
   if (caller.owner.empty()) return upload_id;
-  return absl::StrCat(Sha256Hex(caller.owner).substr(0, 32), ".", upload_id);
+  return absl::StrCat(ContentNameOf(caller.owner).substr(0, 32), ".", upload_id);
 }
 
 grpc::Status GetUpload(JobsCore* core, const Caller& caller, const v1::GetUploadRequest& request,

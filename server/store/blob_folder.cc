@@ -9,7 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "server/store/sha256.h"
+#include "server/store/content_name.h"
 
 namespace rilievo {
 namespace {
@@ -24,10 +24,10 @@ absl::StatusOr<std::string> Write(const std::vector<std::vector<uint8_t>>& parts
                                   const FileDescriptor& file) {
   Sha256 hash;
   for (const auto& part : parts) {
-    hash.Update(part.data(), part.size());
+    AddBytes(part.data(), part.size(), &hash);
     RILIEVO_RETURN_IF_ERROR(file.Write(part.data(), part.size()));
   }
-  return hash.Hex();
+  return ContentName(hash);
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ absl::StatusOr<BlobFolder> BlobFolder::Open(std::string path) {
   RILIEVO_RETURN_IF_ERROR(MakeFolder(path));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, ListFiles(path));
   for (const FileEntry& file : files) {
-    if (!IsSha256Hex(file.name)) RILIEVO_RETURN_IF_ERROR(RemoveFile(path + "/" + file.name));
+    if (!IsContentName(file.name)) RILIEVO_RETURN_IF_ERROR(RemoveFile(path + "/" + file.name));
   }
   return BlobFolder(std::move(path));
 }
@@ -63,7 +63,7 @@ absl::Status BlobFolder::Adopt(const std::string& path, const FileDescriptor& fi
 }
 
 absl::StatusOr<FileDescriptor> BlobFolder::Read(const std::string& name) const {
-  if (!IsSha256Hex(name)) return absl::NotFoundError("no such file is stored");
+  if (!IsContentName(name)) return absl::NotFoundError("no such file is stored");
   return OpenFile(path_ + "/" + name, O_RDONLY);
 }
 
@@ -73,7 +73,7 @@ absl::Status BlobFolder::Remove(const std::string& name) const {
 
 absl::StatusOr<std::vector<FileEntry>> BlobFolder::List() const {
   RILIEVO_ASSIGN_OR_RETURN(std::vector<FileEntry> files, ListFiles(path_));
-  std::erase_if(files, [](const FileEntry& file) { return !IsSha256Hex(file.name); });
+  std::erase_if(files, [](const FileEntry& file) { return !IsContentName(file.name); });
   return files;
 }
 

@@ -5,8 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/store/content_name.h"
 #include "server/store/folder.h"
-#include "server/store/sha256.h"
 
 namespace rilievo {
 namespace {
@@ -150,8 +150,8 @@ absl::Status JobStore::Update(const StoredJob& stored) {
 
 absl::Status JobStore::Finish(StoredJob stored, const std::vector<std::vector<uint8_t>>& surface) {
   Sha256 hash;
-  for (const auto& part : surface) hash.Update(part.data(), part.size());
-  stored.surface = hash.Hex();
+  for (const auto& part : surface) AddBytes(part.data(), part.size(), &hash);
+  stored.surface = ContentName(hash);
   {
     const std::lock_guard lock(mutex_);
     coming_.insert(stored.surface);

@@ -24,7 +24,7 @@ absl::StatusOr<Sha256> HashOf(const FileDescriptor& file, int64_t size) {
   for (int64_t at = 0; at < size; at += kBlockBytes) {
     block.resize(static_cast<size_t>(std::min(kBlockBytes, size - at)));
     RILIEVO_RETURN_IF_ERROR(file.ReadAt(at, block.data(), block.size()));
-    hash.Update(block.data(), block.size());
+    AddBytes(block.data(), block.size(), &hash);
   }
   return hash;
 }
@@ -116,7 +116,7 @@ absl::Status PartialUploads::Writer::Append(const std::string& bytes) {
     lseek(file_->file.number(), size_, SEEK_SET);
     return written;
   }
-  file_->hash.Update(bytes.data(), bytes.size());
+  AddBytes(bytes.data(), bytes.size(), &file_->hash);
   size_ += static_cast<int64_t>(bytes.size());
   file_->size = size_;
   return absl::OkStatus();
@@ -126,7 +126,7 @@ absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::stri
                                             const BlobFolder& scans) {
   const std::lock_guard lock(file_->mutex);
   if (file_->turn != turn_) return TakenOver();
-  const std::string stored = file_->hash.Hex();
+  const std::string stored = ContentName(file_->hash);
   if (size_ != total_bytes || stored != sha256) {
     ++file_->turn;
     RILIEVO_RETURN_IF_ERROR(RemoveFile(file_->path));

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -44,7 +45,10 @@ int RunProgram(const std::vector<std::string>& arguments) {
 }
 
 DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments) {
-  std::vector<std::string> all = {RILIEVOD_PROGRAM, "--listen", "127.0.0.1:0"};
+  std::vector<std::string> all = {RILIEVOD_PROGRAM};
+  if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end()) {
+    all.insert(all.end(), {"--listen", "127.0.0.1:0"});
+  }
   all.insert(all.end(), arguments.begin(), arguments.end());
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) return;

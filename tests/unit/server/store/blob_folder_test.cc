@@ -6,7 +6,7 @@
 
 #include <fstream>
 
-#include "server/store/sha256.h"
+#include "server/store/content_name.h"
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
@@ -24,7 +24,7 @@ TEST(BlobFolder, KeepsBytesUnderTheirHash) {
   ASSERT_TRUE(blobs.ok());
   const auto name = blobs->Put({{'a', 'b'}, {}, {'c'}});
   ASSERT_TRUE(name.ok()) << name.status();
-  EXPECT_EQ(*name, Sha256Hex("abc"));
+  EXPECT_EQ(*name, ContentNameOf("abc"));
   EXPECT_EQ(Contents(*blobs->Read(*name)), "abc");
   EXPECT_EQ(*blobs->Put({{'a', 'b', 'c'}}), *name) << "the same bytes once more";
   EXPECT_EQ(blobs->List()->size(), 1u);
@@ -42,7 +42,7 @@ TEST(BlobFolder, NamesThatAreNoHashesReachNoFile) {
 
 TEST(BlobFolder, WhatWasNotFinishedIsRemoved) {
   const TestFolder test;
-  const std::string whole = test / "blobs/" + Sha256Hex("x");
+  const std::string whole = test / "blobs/" + ContentNameOf("x");
   std::filesystem::create_directory(test / "blobs");
   std::ofstream(test / "blobs/new-3") << "half";
   std::ofstream(whole) << "x";

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "server/store/sha256.h"
+#include "server/store/content_name.h"
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
@@ -108,7 +108,7 @@ TEST_F(JobStoreTest, TheSameRequestAtOnceMakesOneJob) {
 
 TEST_F(JobStoreTest, AJobNeedsItsScan) {
   StoredJob job = NewJob("a");
-  job.job.set_scan_id(Sha256Hex("nothing"));
+  job.job.set_scan_id(ContentNameOf("nothing"));
   EXPECT_EQ(store_->Insert(job).status().code(), absl::StatusCode::kNotFound);
 }
 

@@ -29,7 +29,7 @@ class PartialUploadsTest : public testing::Test {
   }
 
   absl::Status Finish(PartialUploads::Writer* writer) {
-    return writer->Finish(static_cast<int64_t>(scan_.size()), Sha256Hex(scan_), blobs_);
+    return writer->Finish(static_cast<int64_t>(scan_.size()), ContentNameOf(scan_), blobs_);
   }
 
   TestFolder test_;
@@ -57,7 +57,7 @@ TEST_F(PartialUploadsTest, CutAnywhereAndResumedItIsWhole) {
     EXPECT_EQ(writer->size(), from);
     Append(&*writer, scan_.size());
     ASSERT_TRUE(Finish(&*writer).ok());
-    EXPECT_TRUE(blobs_.Read(Sha256Hex(scan_)).ok());
+    EXPECT_TRUE(blobs_.Read(ContentNameOf(scan_)).ok());
     EXPECT_EQ(*uploads_->StoredBytes("a"), 0);
   }
 }
