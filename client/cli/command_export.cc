@@ -3,6 +3,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
@@ -12,6 +14,7 @@
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_writer.h"
 #include "core/base/status_macros.h"
+#include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -20,7 +23,33 @@ namespace {
 struct ExportArguments {
   std::string input, output;
   std::optional<int> level;
+  AdaptiveOptions adaptive;
 };
+
+struct ExportedMesh {
+  TriangleMesh mesh;
+  std::vector<HeightSource> sources;
+  std::string how;  // for people
+};
+
+absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
+                                    const ExportArguments& arguments, const RunContext& context) {
+  ExportedMesh exported;
+  if (!arguments.adaptive.tolerance && !arguments.adaptive.triangles) {
+    const int level = arguments.level.value_or(surface.max_level);
+    RILIEVO_ASSIGN_OR_RETURN(exported.mesh, Tessellate(surface, level, context));
+    exported.sources = SourcesAtLevel(surface, level);
+    exported.how = absl::StrCat("level ", level);
+    return exported;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive,
+                           TessellateAdaptively(surface, arguments.adaptive, context));
+  exported.mesh = std::move(adaptive.mesh);
+  for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
+  exported.how = absl::StrCat("within ", Percent(adaptive.error), " of the diagonal of level ",
+                              surface.max_level);
+  return exported;
+}
 
 absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string extension = Extension(arguments.output);
@@ -32,14 +61,13 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
-  const int level = arguments.level.value_or(decoded.surface.max_level);
-  RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh, Tessellate(decoded.surface, level, context));
-  const std::vector<HeightSource> sources = SourcesAtLevel(decoded.surface, level);
-  RILIEVO_RETURN_IF_ERROR(
-      WithExitCode(WriteMesh(arguments.output, mesh, sources), ExitCode::kOutput));
-  std::cout << Wrap(absl::StrCat(arguments.output, ": level ", level, ", ",
-                                 Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
-                                 Counted(mesh.triangles.cols(), "face", "faces")),
+  RILIEVO_ASSIGN_OR_RETURN(const ExportedMesh exported,
+                           MeshOf(decoded.surface, arguments, context));
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(WriteMesh(arguments.output, exported.mesh, exported.sources),
+                                       ExitCode::kOutput));
+  std::cout << Wrap(absl::StrCat(arguments.output, ": ", exported.how, ", ",
+                                 Counted(exported.mesh.vertices.cols(), "vertex", "vertices"), ", ",
+                                 Counted(exported.mesh.triangles.cols(), "face", "faces")),
                     2)
             << '\n';
   return absl::OkStatus();
@@ -58,6 +86,18 @@ Command AddExport(CLI::App& program) {
   app->add_option("--level", arguments->level,
                   "fineness: 0 is the control mesh's; default the finest")
       ->check(CLI::Range(0, 10));
+  CLI::Option* level = app->get_option("--level");
+  CLI::Option* tolerance =
+      app->add_option("--tolerance", arguments->adaptive.tolerance,
+                      "as few triangles as stay this near to the finest level, fraction of the "
+                      "diagonal")
+          ->check(CLI::Range(0.0, 1.0))
+          ->excludes(level);
+  app->add_option("--triangles", arguments->adaptive.triangles,
+                  "at most so many triangles, where they are needed most")
+      ->check(CLI::Range(int64_t{1}, int64_t{1} << 40))
+      ->excludes(level)
+      ->excludes(tolerance);
   return {app, [arguments](std::stop_token stop) { return Export(*arguments, stop); }};
 }
 

@@ -245,6 +245,20 @@ TEST_F(ProgramTest, FromScanToSurfaceToMesh) {
     EXPECT_LT(error.rms, 0.002 * MakeTorus()->diagonal()) << extension;
   }
   EXPECT_EQ(Run({"export", At("a.dss"), At("a.ply"), "--level", "9"}).code, 3);
+  for (const std::vector<std::string>& few :
+       std::vector<std::vector<std::string>>{{"--tolerance", "0.002"}, {"--triangles", "3000"}}) {
+    const Ended exported = Run({"export", At("a.dss"), At("few.ply"), few[0], few[1]});
+    ASSERT_EQ(exported.code, 0) << exported.err;
+    const auto mesh = ReadMesh(At("few.ply"));
+    EXPECT_LE(mesh->mesh.triangles.cols(), 3000);
+    EXPECT_EQ(mesh->source.size(), static_cast<size_t>(mesh->mesh.vertices.cols()));
+    EXPECT_TRUE(
+        SummarizeTopology(mesh->mesh.triangles, static_cast<int>(mesh->mesh.vertices.cols()))
+            .closed());
+  }
+  EXPECT_EQ(Run({"export", At("a.dss"), At("a.ply"), "--level", "1", "--tolerance", "0.1"}).code,
+            2);
+  EXPECT_EQ(Run({"export", At("a.dss"), At("a.ply"), "--triangles", "3"}).code, 3);
 
   const Ended compared = Run({"compare", At("a.dss"), At("mesh.ply"), "--json"});
   ASSERT_EQ(compared.code, 0) << compared.err;
