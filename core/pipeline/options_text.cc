@@ -20,9 +20,11 @@ namespace {
 using Names = std::span<const char* const>;
 constexpr std::array kTopologies = {"auto", "planar", "spherical", "arbitrary", "user"};
 constexpr std::array kBoundaries = {"keep", "close"};
+constexpr std::array kCreases = {"auto", "off"};
 constexpr std::array kMethods = {"suzuki", "least-squares"};
 static_assert(static_cast<int>(Topology::kAuto) == 0 && static_cast<int>(Topology::kUser) == 4);
 static_assert(static_cast<int>(BoundaryRule::kKeep) == 0);
+static_assert(static_cast<int>(CreaseRule::kAuto) == 0);
 static_assert(static_cast<int>(FitMethod::kSuzuki) == 0);
 
 // Every option once: to write them, and to read them.
@@ -35,6 +37,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("min_component_share", o.scan.outliers.min_component_share);
   visit("topology", o.control.topology, Names(kTopologies));
   visit("boundary", o.control.boundary, Names(kBoundaries));
+  visit("creases", o.control.creases, Names(kCreases));
   visit("target_faces", o.control.target_faces);
   visit("method", o.fit.method, Names(kMethods));
   visit("suzuki_rounds", o.fit.suzuki_rounds);

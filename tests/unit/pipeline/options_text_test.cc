@@ -24,6 +24,7 @@ TEST(OptionsTextTest, EveryNumberComesBackAsItWas) {
   options.scan.outliers.distance_factor = 0;
   options.control.topology = Topology::kPlanar;
   options.control.target_faces = 500;
+  options.control.creases = CreaseRule::kAuto;
   options.displacement.min_normal_agreement = -0.1;
   options.encode.max_bytes = int64_t{1} << 40;
   const std::string text = OptionsText(options, uint64_t{1} << 63);
@@ -34,6 +35,7 @@ TEST(OptionsTextTest, EveryNumberComesBackAsItWas) {
   EXPECT_EQ(read->options.scan.outliers.distance_factor, 0);
   EXPECT_EQ(read->options.control.topology, Topology::kPlanar);
   EXPECT_EQ(read->options.control.target_faces, 500);
+  EXPECT_EQ(read->options.control.creases, CreaseRule::kAuto);
   EXPECT_EQ(read->options.displacement.min_normal_agreement, -0.1);
   EXPECT_EQ(read->options.encode.max_bytes, int64_t{1} << 40);
   EXPECT_FALSE(read->options.encode.max_error.has_value());
