@@ -4,8 +4,10 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "server/calls/caller.h"
 #include "server/calls/grpc_status.h"
 #include "server/calls/job_error.h"
+#include "server/conversion/memory_estimate.h"
 
 namespace rilievo {
 namespace {
@@ -130,6 +132,10 @@ void ReconstructCall::TakeHeader() {
     Fail(*error);
     return;
   }
+  if (const auto error = CheckMemory(std::get<JobRequest>(parsed), core_->options)) {
+    Fail(*error);
+    return;
+  }
   ticket_ = core_->pool.TryAdmit();
   if (!ticket_) {
     Fail({.code = absl::StatusCode::kResourceExhausted,
@@ -170,7 +176,9 @@ void ReconstructCall::EndUpload() {
   phase_ = Phase::kQueued;
   progress_.Queued(upload_end_);
   PumpWrites();
-  work_number_ = core_->pool.Submit([call = shared_from_this()] { call->Work(); });
+  work_number_ =
+      core_->pool.Submit([call = shared_from_this()] { call->Work(); },
+                         {.client = CallerOf(*context_).client, .memory = EstimateMemory(job_)});
 }
 
 void ReconstructCall::Work() {

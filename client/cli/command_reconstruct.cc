@@ -90,6 +90,7 @@ ServerOptions LimitsForOneself() {
   options.max_scan_bytes = 24 * options.max_points;
   options.max_surface_faces = std::numeric_limits<int32_t>::max();
   options.max_concurrent_jobs = 1;
+  options.memory_budget = std::numeric_limits<int64_t>::max();
   options.max_job_time = std::chrono::hours(24 * 7);
   options.max_idle_time = std::chrono::hours(24 * 7);
   return options;

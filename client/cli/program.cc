@@ -29,7 +29,7 @@ int RunProgram(int argc, const char* const* argv) {
                    kExitCodeHelp));
   std::vector<Command> commands;
   for (const auto add :
-       {AddReconstruct, AddExport, AddInfo, AddVerify, AddCompare, AddSimulate, AddView}) {
+       {AddReconstruct, AddExport, AddInfo, AddVerify, AddCompare, AddSimulate, AddView, AddJobs}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

@@ -1,6 +1,7 @@
 #include "server/calls/job_error.h"
 
 #include "absl/strings/str_cat.h"
+#include "server/conversion/memory_estimate.h"
 
 namespace rilievo {
 
@@ -37,6 +38,17 @@ CallError StopError(StopReason reason, const ServerOptions& options) {
     default:
       return {.code = absl::StatusCode::kCancelled, .message = "the client cancelled"};
   }
+}
+
+std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions& options) {
+  const int64_t needed = EstimateMemory(job), budget = options.MemoryBudget();
+  if (needed <= budget) return std::nullopt;
+  return CallError{.code = absl::StatusCode::kResourceExhausted,
+                   .message = absl::StrCat("the job would need about ", needed / 1'000'000,
+                                           " MB of the ", budget / 1'000'000,
+                                           " MB of memory this server has; send fewer "
+                                           "points or ask for a lower max_level"),
+                   .reason = "MEMORY_LIMIT"};
 }
 
 std::string FieldAtFault(Stage stage, const JobRequest& job) {

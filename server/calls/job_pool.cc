@@ -19,17 +19,18 @@ JobPool::Ticket::~Ticket() {
   if (pool_ != nullptr) pool_->Release();
 }
 
-JobPool::JobPool(int workers, int waiting) : workers_(workers), places_(workers + waiting) {
+JobPool::JobPool(int workers, int waiting, int64_t memory)
+    : workers_(workers), places_(workers + waiting), memory_(memory) {
   threads_.reserve(static_cast<size_t>(workers));
   for (int i = 0; i < workers; ++i) threads_.emplace_back([this] { Work(); });
 }
 
 JobPool::~JobPool() {
-  std::deque<Entry> dropped;
+  std::list<Line> dropped;
   {
     const std::lock_guard lock(mutex_);
     closing_ = true;
-    dropped.swap(queue_);
+    dropped.swap(lines_);
   }
   wake_.notify_all();
   threads_.clear();
@@ -47,12 +48,15 @@ void JobPool::Release() {
   --admitted_;
 }
 
-uint64_t JobPool::Submit(std::function<void()> work) {
+uint64_t JobPool::Submit(std::function<void()> work, const Demand& demand) {
   uint64_t number;
   {
     const std::lock_guard lock(mutex_);
     number = next_number_++;
-    queue_.push_back({number, std::move(work)});
+    auto line = std::find_if(lines_.begin(), lines_.end(),
+                             [&](const Line& other) { return other.client == demand.client; });
+    if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
+    line->entries.push_back({number, std::move(work), demand.memory});
   }
   wake_.notify_one();
   return number;
@@ -61,13 +65,39 @@ uint64_t JobPool::Submit(std::function<void()> work) {
 bool JobPool::Withdraw(uint64_t number) {
   // Destroyed after the lock is released: what it holds may call back.
   Entry withdrawn{};
-  const std::lock_guard lock(mutex_);
-  const auto found = std::find_if(queue_.begin(), queue_.end(),
-                                  [&](const Entry& entry) { return entry.number == number; });
-  if (found == queue_.end()) return false;
-  withdrawn = std::move(*found);
-  queue_.erase(found);
-  return true;
+  bool found = false;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto line = lines_.begin(); line != lines_.end() && !found; ++line) {
+      const auto entry = std::find_if(line->entries.begin(), line->entries.end(),
+                                      [&](const Entry& other) { return other.number == number; });
+      if (entry == line->entries.end()) continue;
+      found = true;
+      withdrawn = std::move(*entry);
+      line->entries.erase(entry);
+      if (line->entries.empty()) lines_.erase(line);
+      break;
+    }
+  }
+  // The job behind it may need less memory.
+  if (found) wake_.notify_all();
+  return found;
+}
+
+bool JobPool::HasRoomForNext() const {
+  if (lines_.empty()) return false;
+  return running_ == 0 || lines_.front().entries.front().memory <= memory_ - memory_in_use_;
+}
+
+JobPool::Entry JobPool::TakeNext() {
+  Entry entry = std::move(lines_.front().entries.front());
+  lines_.front().entries.pop_front();
+  if (lines_.front().entries.empty()) {
+    lines_.pop_front();
+  } else {
+    lines_.splice(lines_.end(), lines_, lines_.begin());  // the others come first now
+  }
+  return entry;
 }
 
 std::chrono::milliseconds JobPool::RetryDelay() const {
@@ -90,19 +120,21 @@ int JobPool::running() const {
 void JobPool::Work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [this] { return closing_ || !queue_.empty(); });
+    wake_.wait(lock, [this] { return closing_ || HasRoomForNext(); });
     if (closing_) return;
-    std::function<void()> work = std::move(queue_.front().work);
-    queue_.pop_front();
+    Entry entry = TakeNext();
     ++running_;
+    memory_in_use_ += entry.memory;
     lock.unlock();
     const auto start = std::chrono::steady_clock::now();
-    work();
-    work = nullptr;
+    entry.work();
+    entry.work = nullptr;
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     lock.lock();
     --running_;
+    memory_in_use_ -= entry.memory;
     mean_seconds_ += kMeanWeight * (seconds.count() - mean_seconds_);
+    wake_.notify_all();  // there may be room for several
   }
 }
 

@@ -6,9 +6,13 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
+#include <list>
 #include <mutex>
 #include <optional>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace rilievo {
@@ -29,8 +33,15 @@ class JobPool {
     JobPool* pool_;
   };
 
-  // `workers` >= 1; `waiting` >= 0 places beside those of the workers.
-  JobPool(int workers, int waiting);
+  // What a job brings into the queue.
+  struct Demand {
+    std::string client;  // clients take turns; the jobs of one are done in their order
+    int64_t memory = 0;  // bytes, by estimate
+  };
+
+  // `workers` >= 1; `waiting` >= 0 places beside those of the workers. `memory`: bytes that the
+  // running jobs may need together; a job that needs more runs alone.
+  JobPool(int workers, int waiting, int64_t memory = std::numeric_limits<int64_t>::max());
 
   // Waits for the work that runs; what has not started is dropped.
   ~JobPool();
@@ -41,9 +52,10 @@ class JobPool {
   // Nothing when all places are taken. Never waits.
   std::optional<Ticket> TryAdmit();
 
-  // Runs `work` on a worker, first come first served. The caller holds a ticket until the work is
-  // done. `work` must not throw. Returns its number.
-  uint64_t Submit(std::function<void()> work);
+  // Runs `work` on a worker when its client's turn has come and there is memory for it; nobody
+  // overtakes a job that waits for memory. `work` must not throw. Returns its number.
+  uint64_t Submit(std::function<void()> work) { return Submit(std::move(work), {}); }
+  uint64_t Submit(std::function<void()> work, const Demand& demand);
 
   // Takes back work that has not started; false when it has, or is done.
   bool Withdraw(uint64_t number);
@@ -59,13 +71,24 @@ class JobPool {
   struct Entry {
     uint64_t number;
     std::function<void()> work;
+    int64_t memory;
+  };
+  // The jobs of a client that wait; never empty.
+  struct Line {
+    std::string client;
+    std::deque<Entry> entries;
   };
 
   void Release();
   void Work();
 
+  // With mutex_ held.
+  bool HasRoomForNext() const;
+  Entry TakeNext();
+
   const int workers_;
   const int places_;
+  const int64_t memory_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool closing_ = false;
@@ -73,7 +96,8 @@ class JobPool {
   int running_ = 0;
   uint64_t next_number_ = 1;
   double mean_seconds_ = 1;  // exponential mean of a job's time
-  std::deque<Entry> queue_;
+  int64_t memory_in_use_ = 0;
+  std::list<Line> lines_;  // the first one is next
   std::vector<std::jthread> threads_;
 };
 

@@ -18,7 +18,8 @@ struct ServiceCore {
       : options(server_options),
         work(std::move(job_work)),
         log(std::move(job_log)),
-        pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs) {}
+        pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs,
+             server_options.MemoryBudget()) {}
 
   const ServerOptions options;
   const JobWork work;

@@ -232,15 +232,6 @@ bool ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limi
   return false;
 }
 
-// As many control faces as asked for, or as the control stage chooses when it is left to it: see
-// DefaultControlFaces(), which knows the points that remain after cleaning.
-int64_t ExpectedControlFaces(const JobRequest& request) {
-  const ControlOptions& control = request.options.control;
-  if (control.user_mesh) return control.user_mesh->faces.cols();
-  if (control.target_faces > 0) return control.target_faces;
-  return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
-}
-
 // Whether control faces times 4^level is more than the server may build.
 bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
                      Violations* violations) {
@@ -256,6 +247,13 @@ bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
 }
 
 }  // namespace
+
+int64_t ExpectedControlFaces(const JobRequest& request) {
+  const ControlOptions& control = request.options.control;
+  if (control.user_mesh) return control.user_mesh->faces.cols();
+  if (control.target_faces > 0) return control.target_faces;
+  return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
+}
 
 int64_t BytesOfPoint(CoordinateType type) { return type == CoordinateType::kFloat32 ? 12 : 24; }
 

@@ -25,6 +25,10 @@ struct JobRequest {
   uint64_t seed = 0;
 };
 
+// Faces of the control mesh: as many as asked for, or as the control stage chooses when it is left
+// to it (see DefaultControlFaces(), which knows the points that remain after cleaning).
+int64_t ExpectedControlFaces(const JobRequest& request);
+
 // Checks every field against the ranges stated in the proto and the server's limits; nothing is
 // allocated by a claimed count. The error lists all fields at fault.
 std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,

@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "server/system/memory_limit.h"
 
 namespace rilievo {
 namespace {
@@ -27,6 +28,7 @@ absl::Status ServerOptions::Validate() const {
   }
   if (threads < 0 || threads > 1024) return Outside("threads", threads, "[0, 1024]");
   if (max_job_memory < 0) return Outside("max_job_memory", max_job_memory, "[0, inf)");
+  if (memory_budget < 0) return Outside("memory_budget", memory_budget, "[0, inf)");
   if (max_job_time.count() <= 0)
     return Outside("max_job_time", max_job_time.count(), "[1, inf) ms");
   if (max_idle_time.count() <= 0) {
@@ -44,6 +46,10 @@ absl::Status ServerOptions::Validate() const {
 int ServerOptions::ThreadLimit() const {
   if (threads > 0) return threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+int64_t ServerOptions::MemoryBudget() const {
+  return memory_budget > 0 ? memory_budget : MemoryForThisProcess() / 10 * 8;
 }
 
 }  // namespace rilievo

@@ -27,6 +27,9 @@ struct ServerOptions {
   int threads = 0;                         // a job gets at most; 0: all hardware threads. [0, 1024]
   // That one job's worker process may map beyond the program itself, bytes; 0: no limit. >= 0
   int64_t max_job_memory = 6'000'000'000;
+  // That the running jobs may need together, by estimate, bytes; 0: 80 % of the machine's or the
+  // container's. >= 0
+  int64_t memory_budget = 0;
   std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
   std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
   std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
@@ -42,6 +45,9 @@ struct ServerOptions {
 
   // `threads`, or what the machine has.
   int ThreadLimit() const;
+
+  // `memory_budget`, or what follows from the machine.
+  int64_t MemoryBudget() const;
 };
 
 }  // namespace rilievo

@@ -1,9 +1,11 @@
 #include "server/jobs/job_board.h"
 
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "server/conversion/memory_estimate.h"
 #include "server/jobs/job_run.h"
 
 namespace rilievo {
@@ -40,6 +42,9 @@ void JobBoard::Add(StoredJob stored) {
   const std::lock_guard lock(mutex_);
   LiveJob& live = jobs_[id];
   live.events = std::make_shared<JobEvents>(stored.job);
+  const auto parsed = ParseHeader(stored.header, core_->options);
+  if (const auto* request = std::get_if<JobRequest>(&parsed))
+    live.memory = EstimateMemory(*request);
   live.stored = std::move(stored);
   Submit(id, &live);
 }
@@ -50,7 +55,8 @@ void JobBoard::Submit(const std::string& job_id, LiveJob* live) {
     return;
   }
   ++running_;
-  live->work_number = core_->pool.Submit([this, job_id] { Work(job_id); });
+  live->work_number = core_->pool.Submit([this, job_id] { Work(job_id); },
+                                         {.client = live->stored.client, .memory = live->memory});
 }
 
 int JobBoard::size() const {

@@ -57,6 +57,7 @@ class JobBoard {
   struct LiveJob {
     StoredJob stored;
     std::shared_ptr<JobEvents> events;
+    int64_t memory = 0;  // by estimate
     uint64_t work_number = 0;
     std::shared_ptr<JobRun> run;  // while it is worked on
     int kills = 0;                // of its workers, by this server's count

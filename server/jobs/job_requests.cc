@@ -35,7 +35,7 @@ std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRe
   }
   auto parsed = ParseHeader(request.header(), core.service->options);
   if (auto* error = std::get_if<CallError>(&parsed)) return *std::move(error);
-  return std::nullopt;
+  return CheckMemory(std::get<JobRequest>(parsed), core.service->options);
 }
 
 std::optional<CallError> CheckScan(const JobsCore& core, const v1::CreateJobRequest& request) {

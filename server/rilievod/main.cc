@@ -73,6 +73,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_option("--max-waiting-jobs", options.max_waiting_jobs, "kept jobs that are not finished")
       ->capture_default_str();
+  app->add_option("--memory-budget", options.memory_budget,
+                  "bytes that the running jobs may need together; 0: 80 % of what there is")
+      ->capture_default_str();
   app->add_option("--worker", line->worker,
                   "the program rilievo-worker (default: the one beside this)");
   app->add_flag("--in-process", line->in_process,

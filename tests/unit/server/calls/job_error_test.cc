@@ -15,6 +15,20 @@ TEST(JobError, EveryReasonToStopHasItsStatus) {
   EXPECT_TRUE(ShutdownError().retry_delay.has_value());
 }
 
+TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
+  ServerOptions options;
+  options.memory_budget = 200'000'000;
+  JobRequest job;
+  job.point_count = 100'000;
+  EXPECT_FALSE(CheckMemory(job, options).has_value());
+  job.point_count = 200'000;
+  const auto error = CheckMemory(job, options);
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->code, absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(error->reason, "MEMORY_LIMIT");
+  EXPECT_NE(error->message.find("200 MB"), std::string::npos);
+}
+
 TEST(JobError, AMeshOfTheClientsIsNamed) {
   JobRequest job;
   EXPECT_EQ(FieldAtFault(Stage::kNormals, job), "points");

@@ -5,6 +5,10 @@
 #include <atomic>
 #include <future>
 #include <latch>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
 
 namespace rilievo {
 namespace {
@@ -114,6 +118,76 @@ TEST(JobPool, RetryDelayGrowsWithTheQueueWithinItsBounds) {
   EXPECT_EQ(pool.RetryDelay(), std::chrono::seconds(10));
   for (int i = 0; i < 150; ++i) tickets.push_back(*pool.TryAdmit());
   EXPECT_EQ(pool.RetryDelay(), std::chrono::seconds(60));
+}
+
+// Blocks the only worker until it is released, then tells in which order the others ran.
+std::string OrderOf(JobPool* pool, const std::vector<JobPool::Demand>& demands) {
+  std::promise<void> gate, all;
+  pool->Submit([&] { gate.get_future().wait(); });
+  std::mutex mutex;
+  std::string order;
+  for (const auto& demand : demands) {
+    pool->Submit(
+        [&, name = demand.client] {
+          const std::lock_guard lock(mutex);
+          order += name;
+          if (order.size() == demands.size()) all.set_value();
+        },
+        demand);
+  }
+  gate.set_value();
+  all.get_future().wait();
+  return order;
+}
+
+TEST(JobPool, ClientsTakeTurns) {
+  JobPool pool(1, 100);
+  EXPECT_EQ(OrderOf(&pool, {{"a"}, {"a"}, {"a"}, {"a"}, {"b"}, {"b"}, {"c"}}), "abcabaa");
+}
+
+TEST(JobPool, RunningJobsKeepWithinTheMemory) {
+  JobPool pool(4, 100, /*memory=*/100);
+  std::mutex mutex;
+  int64_t in_use = 0, most = 0;
+  std::string order;
+  std::promise<void> all;
+  const std::vector<int64_t> needs = {60, 30, 60, 10, 10, 500, 20, 100};
+  for (const int64_t memory : needs) {
+    pool.Submit(
+        [&, memory] {
+          {
+            const std::lock_guard lock(mutex);
+            in_use += memory;
+            if (memory <= 100) most = std::max(most, in_use);
+            if (memory == 500) {
+              EXPECT_EQ(in_use, 500) << "more than there is: alone";
+            }
+          }
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
+          const std::lock_guard lock(mutex);
+          in_use -= memory;
+          order += 'x';
+          if (order.size() == needs.size()) all.set_value();
+        },
+        {.client = "", .memory = memory});
+  }
+  all.get_future().wait();
+  EXPECT_LE(most, 100);
+  EXPECT_GE(most, 90) << "two at a time where they fit";
+}
+
+TEST(JobPool, AWithdrawnJobGivesWayToTheNext) {
+  JobPool pool(2, 100, /*memory=*/100);
+  std::promise<void> gate, small;
+  pool.Submit([&] { gate.get_future().wait(); }, {.client = "", .memory = 60});
+  const uint64_t large = pool.Submit([] {}, {.client = "", .memory = 60});
+  pool.Submit([&] { small.set_value(); }, {.client = "", .memory = 10});
+  auto done = small.get_future();
+  EXPECT_EQ(done.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout)
+      << "nobody overtakes";
+  EXPECT_TRUE(pool.Withdraw(large));
+  EXPECT_EQ(done.wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  gate.set_value();
 }
 
 }  // namespace

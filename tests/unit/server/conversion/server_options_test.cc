@@ -25,6 +25,7 @@ TEST(ServerOptions, NamesTheFieldOutOfRange) {
       {"max_queued_jobs", [](auto* o) { o->max_queued_jobs = -1; }},
       {"threads", [](auto* o) { o->threads = 1025; }},
       {"max_job_memory", [](auto* o) { o->max_job_memory = -1; }},
+      {"memory_budget", [](auto* o) { o->memory_budget = -1; }},
       {"max_job_time", [](auto* o) { o->max_job_time = {}; }},
       {"max_idle_time", [](auto* o) { o->max_idle_time = {}; }},
       {"keep_time", [](auto* o) { o->keep_time = {}; }},

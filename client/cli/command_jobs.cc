@@ -1,0 +1,277 @@
+// rilievo jobs ...: reconstructions that a server keeps.
+#include <CLI/CLI.hpp>
+#include <ctime>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/progress_display.h"
+#include "client/cli/report_output.h"
+#include "client/cli/text_layout.h"
+#include "client/formats/atomic_file.h"
+#include "client/formats/scan_reader.h"
+#include "client/library/jobs_client.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+struct JobsArguments {
+  std::string server, scan, output, request_id, job_id;
+  std::optional<uint32_t> max_level, control_faces;
+  std::optional<uint64_t> seed;
+  std::optional<double> timeout_seconds;
+  size_t limit = 20;
+  bool wait = false, json = false, quiet = false;
+};
+
+JobsClient ClientOf(const JobsArguments& arguments) {
+  return JobsClient(ConnectPlaintext(arguments.server));
+}
+
+CallOptions CallOf(const JobsArguments& arguments, std::stop_token stop) {
+  CallOptions call;
+  call.stop = std::move(stop);
+  if (arguments.timeout_seconds) {
+    call.timeout =
+        std::chrono::milliseconds(static_cast<int64_t>(1000 * *arguments.timeout_seconds));
+  }
+  return call;
+}
+
+// "succeeded" of JOB_STATE_SUCCEEDED.
+std::string StateName(v1::JobState state) {
+  std::string name = v1::JobState_Name(state).substr(sizeof("JOB_STATE_") - 1);
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+std::string TimeText(const google::protobuf::Timestamp& time) {
+  if (time.seconds() == 0) return "-";
+  const std::time_t seconds = time.seconds();
+  std::tm utc{};
+  char text[32];
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&seconds, &utc));
+  return text;
+}
+
+nlohmann::ordered_json JsonOf(const v1::Job& job) {
+  nlohmann::ordered_json json = {{"job_id", job.job_id()},
+                                 {"request_id", job.request_id()},
+                                 {"scan_id", job.scan_id()},
+                                 {"state", StateName(job.state())},
+                                 {"attempts", job.attempts()},
+                                 {"created", TimeText(job.create_time())},
+                                 {"started", TimeText(job.start_time())},
+                                 {"ended", TimeText(job.end_time())}};
+  if (job.has_error()) json["error"] = job.error().message();
+  if (job.has_surface()) json["surface_bytes"] = job.surface().total_bytes();
+  return json;
+}
+
+void Print(const v1::Job& job, bool as_json) {
+  if (as_json) {
+    std::cout << JsonOf(job).dump(2) << '\n';
+    return;
+  }
+  std::cout << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
+            << job.request_id() << "\n  created   " << TimeText(job.create_time())
+            << "\n  started   " << TimeText(job.start_time()) << "\n  ended     "
+            << TimeText(job.end_time()) << "\n  attempts  " << job.attempts() << '\n';
+  if (job.has_surface()) {
+    std::cout << "  surface   " << job.surface().total_bytes() << " bytes\n";
+  }
+  if (job.has_error()) std::cout << "  error     " << job.error().message() << '\n';
+}
+
+// What a job that did not succeed means for the one who waited for it.
+absl::Status StatusOfEnd(const v1::Job& job) {
+  if (job.state() == v1::JOB_STATE_FAILED) {
+    return absl::Status(static_cast<absl::StatusCode>(job.error().code()), job.error().message());
+  }
+  if (job.state() == v1::JOB_STATE_CANCELLED) return absl::CancelledError("it was cancelled");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::Job> Watch(const JobsArguments& arguments, const std::string& job_id,
+                              const std::stop_token& stop) {
+  ProgressDisplay display(
+      arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
+      std::cerr);
+  const auto show = [&](const v1::JobEvent& event) {
+    if (!event.has_progress() || event.progress().stage() < v1::STAGE_CHECK) return;
+    display.Update(event.progress().stage() - v1::STAGE_CHECK + 1,
+                   v1::Stage_MAX - v1::STAGE_CHECK + 1, StageLabel(event.progress().stage()),
+                   event.progress().fraction());
+  };
+  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
+                           ClientOf(arguments).Watch(job_id, show, CallOf(arguments, stop)));
+  if (job.state() == v1::JOB_STATE_SUCCEEDED) display.Finish();
+  return job;
+}
+
+absl::Status Fetch(const JobsArguments& arguments, const std::string& job_id,
+                   const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> surface,
+                           ClientOf(arguments).Fetch(job_id, {}, CallOf(arguments, stop)));
+  RILIEVO_RETURN_IF_ERROR(
+      WithExitCode(WriteBytesAtomically(arguments.output, surface), ExitCode::kOutput));
+  std::cout << arguments.output << ": " << surface.size() << " bytes\n";
+  return absl::OkStatus();
+}
+
+std::string RandomRequestId() {
+  std::random_device random;
+  return absl::StrCat("cli-", absl::Hex(random(), absl::kZeroPad8),
+                      absl::Hex(random(), absl::kZeroPad8));
+}
+
+absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
+  if (!arguments.output.empty()) {
+    RILIEVO_RETURN_IF_ERROR(WithExitCode(CheckWritable(arguments.output), ExitCode::kOutput));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, ReadScan(arguments.scan));
+  v1::ReconstructOptions options;
+  if (arguments.max_level) options.set_max_level(*arguments.max_level);
+  if (arguments.seed) options.set_seed(*arguments.seed);
+  if (arguments.control_faces) {
+    options.mutable_control()->set_control_faces(*arguments.control_faces);
+  }
+  const std::string request_id =
+      arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
+  RILIEVO_ASSIGN_OR_RETURN(v1::Job job,
+                           ClientOf(arguments).Submit(PackScan(scan.cloud), options, request_id, {},
+                                                      CallOf(arguments, stop)));
+  if (!arguments.wait && arguments.output.empty()) {
+    Print(job, arguments.json);
+    return absl::OkStatus();
+  }
+  RILIEVO_ASSIGN_OR_RETURN(job, Watch(arguments, job.job_id(), stop));
+  Print(job, arguments.json);
+  RILIEVO_RETURN_IF_ERROR(StatusOfEnd(job));
+  return arguments.output.empty() ? absl::OkStatus() : Fetch(arguments, job.job_id(), stop);
+}
+
+absl::Status RunList(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<v1::Job> jobs,
+                           ClientOf(arguments).List(arguments.limit, CallOf(arguments, stop)));
+  if (arguments.json) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const v1::Job& job : jobs) all.push_back(JsonOf(job));
+    std::cout << all.dump(2) << '\n';
+    return absl::OkStatus();
+  }
+  for (const v1::Job& job : jobs) {
+    std::cout << job.job_id() << "  " << TimeText(job.create_time()) << "  "
+              << StateName(job.state()) << "  " << job.request_id() << '\n';
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RunShow(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
+                           ClientOf(arguments).Get(arguments.job_id, CallOf(arguments, stop)));
+  Print(job, arguments.json);
+  return absl::OkStatus();
+}
+
+absl::Status RunWatch(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job, Watch(arguments, arguments.job_id, stop));
+  Print(job, arguments.json);
+  return StatusOfEnd(job);
+}
+
+absl::Status RunCancel(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
+                           ClientOf(arguments).Cancel(arguments.job_id, CallOf(arguments, stop)));
+  Print(job, arguments.json);
+  return absl::OkStatus();
+}
+
+absl::Status RunDelete(const JobsArguments& arguments, const std::stop_token& stop) {
+  return ClientOf(arguments).Delete(arguments.job_id, CallOf(arguments, stop));
+}
+
+absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(CheckWritable(arguments.output), ExitCode::kOutput));
+  return Fetch(arguments, arguments.job_id, stop);
+}
+
+CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string& words,
+                     JobsArguments* a) {
+  CLI::App* app = jobs->add_subcommand(name, words);
+  app->add_option("--server", a->server, "HOST:PORT of a rilievod with a store")->required();
+  app->add_option("--timeout", a->timeout_seconds, "seconds, all attempts together; default none")
+      ->check(CLI::PositiveNumber);
+  return app;
+}
+
+// One that is about a job.
+CLI::App* AddJobCommand(CLI::App* jobs, const std::string& name, const std::string& words,
+                        JobsArguments* a) {
+  CLI::App* app = AddCommand(jobs, name, words, a);
+  app->add_option("JOB", a->job_id, "its id")->required();
+  return app;
+}
+
+void AddSubmit(CLI::App* app, JobsArguments* a) {
+  app->add_option("SCAN", a->scan,
+                  "the points: PLY, PCD, XYZ, PTS, TXT or OBJ; - is standard input")
+      ->required();
+  app->add_option("--request-id", a->request_id,
+                  "letters, digits, '-' and '_'; the same one never makes a second job");
+  app->add_flag("--wait", a->wait, "until the job is finished");
+  app->add_option("-o,--output", a->output, "wait, and write the surface, a .dss file");
+  app->add_option("--max-level", a->max_level, "levels of heights; default as dense as the points")
+      ->check(CLI::Range(0, 8));
+  app->add_option("--control-faces", a->control_faces,
+                  "about how many; default chosen from the points")
+      ->check(CLI::Range(0, 200000));
+  app->add_option("--seed", a->seed, "of all random choices; default 0");
+}
+
+}  // namespace
+
+Command AddJobs(CLI::App& program) {
+  CLI::App* jobs = program.add_subcommand("jobs", "Work with the jobs that a server keeps");
+  jobs->require_subcommand(1);
+  const auto a = std::make_shared<JobsArguments>();
+  using Run = absl::Status (*)(const JobsArguments&, const std::stop_token&);
+  std::vector<std::pair<CLI::App*, Run>> commands;
+  const auto add = [&](CLI::App* app, Run run) {
+    commands.emplace_back(app, run);
+    return app;
+  };
+  CLI::App* submit =
+      add(AddCommand(jobs, "submit", "Upload a scan and queue a job", a.get()), RunSubmit);
+  AddSubmit(submit, a.get());
+  CLI::App* list = add(AddCommand(jobs, "list", "The latest jobs", a.get()), RunList);
+  list->add_option("--limit", a->limit, "how many")->capture_default_str();
+  CLI::App* show = add(AddJobCommand(jobs, "show", "What is known of a job", a.get()), RunShow);
+  CLI::App* watch =
+      add(AddJobCommand(jobs, "watch", "Follow a job until it is finished", a.get()), RunWatch);
+  CLI::App* fetch =
+      add(AddJobCommand(jobs, "fetch", "Write the surface of a job", a.get()), RunFetch);
+  fetch->add_option("-o,--output", a->output, "a .dss file")->required();
+  CLI::App* cancel = add(AddJobCommand(jobs, "cancel", "End a job", a.get()), RunCancel);
+  add(AddJobCommand(jobs, "delete", "Remove a job and its surface", a.get()), RunDelete);
+  for (CLI::App* app : {submit, list, show, watch, cancel}) {
+    app->add_flag("--json", a->json, "print JSON");
+  }
+  for (CLI::App* app : {submit, watch}) app->add_flag("--quiet", a->quiet, "show no progress");
+  return {jobs, [a, commands](const std::stop_token& stop) {
+            for (const auto& [app, run] : commands) {
+              if (app->parsed()) return run(*a, stop);
+            }
+            return absl::InvalidArgumentError("no command");
+          }};
+}
+
+}  // namespace rilievo

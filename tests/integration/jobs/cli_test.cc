@@ -1,0 +1,86 @@
+// rilievo jobs, as people type it.
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "tests/integration/jobs/jobs_fixture.h"
+
+namespace rilievo {
+namespace {
+
+std::string Content(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+class JobsCommandTest : public JobsTest {
+ protected:
+  // Standard output; *code is the exit code.
+  std::string Rilievo(const std::string& arguments, int* code) {
+    const std::string command = std::string(RILIEVO_PROGRAM) + " " + arguments + " 2>/dev/null";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    std::string out;
+    char buffer[4096];
+    for (size_t n; (n = fread(buffer, 1, sizeof(buffer), pipe)) > 0;) out.append(buffer, n);
+    *code = WEXITSTATUS(pclose(pipe));
+    return out;
+  }
+
+  // The value of a line "name  value" of `jobs show` and its like.
+  static std::string JobId(const std::string& out) {
+    return out.substr(4, out.find(':') - 4);  // "job ID: queued"
+  }
+};
+
+TEST_F(JobsCommandTest, FromAFileToAFile) {
+  StartServer();
+  const PointCloud scan = SphereScan(3'000);
+  {
+    std::ofstream file(test_ / "scan.xyz");
+    file.precision(17);
+    for (Eigen::Index i = 0; i < scan.points.cols(); ++i) {
+      file << scan.points.col(i).transpose() << '\n';
+    }
+  }
+  const std::string server = " --server " + address_;
+  int code = -1;
+  const std::string submitted =
+      Rilievo("jobs submit " + (test_ / "scan.xyz") + server + " --request-id one", &code);
+  ASSERT_EQ(code, 0) << submitted;
+  const std::string id = JobId(submitted);
+  EXPECT_THAT(Rilievo("jobs watch " + id + server, &code), testing::HasSubstr("succeeded"));
+  EXPECT_EQ(code, 0);
+  Rilievo("jobs fetch " + id + server + " -o " + (test_ / "a.dss"), &code);
+  EXPECT_EQ(code, 0);
+  const auto expected = Expected(scan);
+  EXPECT_EQ(Content(test_ / "a.dss"), std::string(expected.begin(), expected.end()));
+  // The same request again, with the surface at once.
+  Rilievo(
+      "jobs submit " + (test_ / "scan.xyz") + server + " --request-id one -o " + (test_ / "b.dss"),
+      &code);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(Content(test_ / "a.dss"), Content(test_ / "b.dss"));
+  EXPECT_THAT(Rilievo("jobs list" + server, &code), testing::HasSubstr(id));
+  EXPECT_THAT(Rilievo("jobs show " + id + server + " --json", &code),
+              testing::HasSubstr("\"state\": \"succeeded\""));
+  Rilievo("jobs cancel " + id + server, &code);
+  EXPECT_EQ(code, 0) << "a finished job stays as it is";
+  Rilievo("jobs delete " + id + server, &code);
+  EXPECT_EQ(code, 0);
+  Rilievo("jobs show " + id + server, &code);
+  EXPECT_NE(code, 0);
+  EXPECT_EQ(Rilievo("jobs list" + server, &code), "");
+}
+
+TEST_F(JobsCommandTest, WrongCommandsAreUsageErrors) {
+  int code = -1;
+  Rilievo("jobs", &code);
+  EXPECT_EQ(code, 2);
+  Rilievo("jobs show x", &code);
+  EXPECT_EQ(code, 2) << "no server";
+  Rilievo("jobs show x --server 127.0.0.1:1 --timeout 0.5", &code);
+  EXPECT_EQ(code, 4);
+}
+
+}  // namespace
+}  // namespace rilievo
