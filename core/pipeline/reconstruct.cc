@@ -169,13 +169,23 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
   return relief;
 }
 
+// Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
+Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
+  constexpr Eigen::Index kMost = 50000;
+  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
+  Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
+  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
+  return some;
+}
+
 // How far the points lie from the surface before it is coded: how exactly it is worth coding
 // follows from that. The errors of the report are those of the coded surface (Certify).
 absl::Status Measure(const ScanSurface& scan, const Shape& shape, const RunContext& context,
                      ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(report->error.b_to_a,
-                           MeasureOneSided({scan.cloud.points, {}}, shape, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      report->error.b_to_a,
+      MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context));
   return absl::OkStatus();
 }
 

@@ -10,6 +10,8 @@
 #include "core/codec/crc32c.h"
 #include "core/codec/dss.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/surface/adaptive_tessellation.h"
+#include "core/surface/region_tessellation.h"
 #include "tests/fuzz/require.h"
 
 namespace rilievo {
@@ -41,6 +43,22 @@ RunContext OneThread() {
   return context;
 }
 
+void CheckOtherTessellations(const DisplacedSurface& surface, int level, const TriangleMesh& mesh) {
+  const std::vector<int> first_face = {0};
+  const auto region = TessellateRegion(surface, first_face, level, OneThread());
+  Require(region.ok());
+  for (size_t v = 0; v < region->vertices.size(); ++v) {
+    Require(region->mesh.vertices.col(static_cast<Eigen::Index>(v)) ==
+            mesh.vertices.col(region->vertices[v]));
+  }
+  if (surface.heights.size() > 2000) return;
+  AdaptiveOptions options;
+  options.triangles = 2 * surface.control_mesh.faces.cols();
+  const auto adaptive = TessellateAdaptively(surface, options, OneThread());
+  Require(adaptive.ok());
+  Require(adaptive->mesh.triangles.cols() <= *options.triangles);
+}
+
 void CheckSurface(const DecodedSurface& decoded) {
   const DisplacedSurface& surface = decoded.surface;
   const auto topology = BuildMeshTopology(surface.control_mesh.faces,
@@ -59,6 +77,7 @@ void CheckSurface(const DecodedSurface& decoded) {
   Require(mesh->triangles.minCoeff() >= 0);
   Require(mesh->triangles.maxCoeff() < mesh->vertices.cols());
   Require(mesh->normals.allFinite());
+  CheckOtherTessellations(surface, level, *mesh);
 }
 
 }  // namespace
