@@ -148,7 +148,7 @@ std::string Reason(const grpc::Status& status) {
   return info ? info->reason() : "";
 }
 
-std::optional<google::rpc::RetryInfo> Retry(const grpc::Status& status) {
+std::optional<google::rpc::RetryInfo> RetryInfoOf(const grpc::Status& status) {
   return FindDetail<google::rpc::RetryInfo>(status);
 }
 

@@ -92,7 +92,7 @@ Outcome ReadToEnd(RawStream* stream);
 // Details of an error.
 std::vector<std::string> ViolatedFields(const grpc::Status& status);
 std::string Reason(const grpc::Status& status);
-std::optional<google::rpc::RetryInfo> Retry(const grpc::Status& status);
+std::optional<google::rpc::RetryInfo> RetryInfoOf(const grpc::Status& status);
 
 // Seconds since `start`.
 double SecondsSince(std::chrono::steady_clock::time_point start);

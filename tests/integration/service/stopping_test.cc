@@ -202,7 +202,7 @@ TEST_F(StoppingTest, OverTheLimitOnJobsIsAnsweredAtOnceWithARetryTime) {
     EXPECT_LT(SecondsSince(start), 0.5);
     EXPECT_EQ(outcome.status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
     EXPECT_EQ(Reason(outcome.status), "JOBS_LIMIT");
-    const auto retry = Retry(outcome.status);
+    const auto retry = RetryInfoOf(outcome.status);
     ASSERT_TRUE(retry.has_value());
     EXPECT_GE(retry->retry_delay().seconds(), 1);
     EXPECT_LE(retry->retry_delay().seconds(), 60);
@@ -294,7 +294,7 @@ TEST_F(StoppingTest, DrainRefusesNewJobsAndFinishesOldOnes) {
   const Outcome refused = ReadToEnd(second.get());
   EXPECT_EQ(refused.status.error_code(), StatusCode::UNAVAILABLE);
   EXPECT_EQ(Reason(refused.status), "SHUTTING_DOWN");
-  EXPECT_TRUE(Retry(refused.status).has_value());
+  EXPECT_TRUE(RetryInfoOf(refused.status).has_value());
   EXPECT_FALSE(server_->WaitUntilIdle(milliseconds(50)));
   work_.Release();
   EXPECT_TRUE(ReadToEnd(first.get()).status.ok());
