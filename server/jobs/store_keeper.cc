@@ -20,16 +20,18 @@ StoreKeeper::StoreKeeper(JobStore* store, const Retention& retention)
   thread_ = std::jthread([this](const std::stop_token& stop) { CleanUntil(stop); });
 }
 
-bool StoreKeeper::HasRoomFor(int64_t bytes) {
+bool StoreKeeper::MakeRoomFor(int64_t bytes) {
   if (bytes > retention_.bytes) return false;
-  // What came since the latest cleaning is not counted: the next one removes older things for it.
-  if (stored_bytes_ + bytes <= retention_.bytes) return true;
-  Retention smaller = retention_;
-  smaller.bytes -= bytes;
-  const auto stored = store_->Clean(smaller, NowMilliseconds());
-  if (!stored.ok()) return false;
-  stored_bytes_ = *stored;
-  return *stored + bytes <= retention_.bytes;
+  if (stored_bytes_ + bytes > retention_.bytes) {
+    Retention smaller = retention_;
+    smaller.bytes -= bytes;
+    const auto stored = store_->Clean(smaller, NowMilliseconds());
+    if (!stored.ok()) return false;
+    stored_bytes_ = *stored;
+    if (*stored + bytes > retention_.bytes) return false;
+  }
+  stored_bytes_ += bytes;  // until the next cleaning counts what is there
+  return true;
 }
 
 int64_t StoreKeeper::Clean() {

@@ -16,8 +16,9 @@ class StoreKeeper {
  public:
   StoreKeeper(JobStore* store, const Retention& retention);
 
-  // Whether `bytes` more may be stored; cleans when they may not yet. Waits for the disk.
-  bool HasRoomFor(int64_t bytes);
+  // Whether `bytes` more may be stored; cleans when they may not yet. Waits for the disk. What was
+  // granted counts as stored until the next cleaning.
+  bool MakeRoomFor(int64_t bytes);
 
  private:
   int64_t Clean();

@@ -126,7 +126,7 @@ std::optional<CallError> UploadScanCall::TakeHeader() {
   if (!request_.has_header()) return Violation("header", "the first message must hold it");
   const v1::UploadHeader& header = request_.header();
   if (auto error = CheckUploadHeader(header, core_->service->options)) return error;
-  if (!core_->keeper.HasRoomFor(static_cast<int64_t>(header.total_bytes() - header.offset()))) {
+  if (!core_->keeper.MakeRoomFor(static_cast<int64_t>(header.total_bytes() - header.offset()))) {
     return ErrorOfStore(absl::ResourceExhaustedError("kept bytes"));
   }
   total_bytes_ = header.total_bytes();

@@ -166,7 +166,8 @@ TEST(Daemon, AGzipBombIsRefusedWithoutBeingInflated) {
 }
 
 TEST(Daemon, AClaimOfFourBillionPointsCostsNothing) {
-  DaemonProcess daemon({"--max-points", "100000000000", "--max-bytes", "9000000000000"});
+  DaemonProcess daemon({"--max-points", "100000000000", "--max-bytes", "9000000000000",
+                        "--memory-budget", "9000000000000"});
   ASSERT_EQ(Probe(daemon.address()), 0);
   const auto stub = v1::ReconstructionService::NewStub(ConnectPlaintext(daemon.address()));
   const int64_t before = daemon.PeakBytes();
@@ -185,6 +186,20 @@ TEST(Daemon, AClaimOfFourBillionPointsCostsNothing) {
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::DATA_LOSS);
   EXPECT_LT(daemon.PeakBytes() - before, 8 * kMiB);
   EXPECT_EQ(Probe(daemon.address()), 0);
+}
+
+TEST(Daemon, AClaimBeyondTheMemoryIsRefusedAtOnce) {
+  DaemonProcess daemon({"--max-points", "100000000000", "--max-bytes", "9000000000000"});
+  const auto stub = v1::ReconstructionService::NewStub(ConnectPlaintext(daemon.address()));
+  grpc::ClientContext context;
+  const auto stream = stub->Reconstruct(&context);
+  v1::ReconstructRequest request;
+  request.mutable_header()->set_point_count(4'000'000'000);
+  request.mutable_header()->set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT32_LE);
+  stream->Write(request);
+  const absl::Status status = StatusFromGrpc(stream->Finish());
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted) << status;
+  EXPECT_EQ(ErrorReason(status), "MEMORY_LIMIT");
 }
 
 TEST(Daemon, MessagesOfOnePointCostTheirBytes) {

@@ -20,12 +20,23 @@ TEST(StoreKeeper, MakesRoomByRemovingFinishedJobs) {
   ASSERT_TRUE(store->Finish(stored, {std::vector<uint8_t>(500, 2)}).ok());
 
   StoreKeeper keeper(store.get(), {.age_ms = 3'600'000, .bytes = 1000});
-  EXPECT_FALSE(keeper.HasRoomFor(1001)) << "more than there ever is";
+  EXPECT_FALSE(keeper.MakeRoomFor(1001)) << "more than there ever is";
   EXPECT_TRUE(store->Get("", "a").ok()) << "nothing is removed for what cannot fit";
-  EXPECT_TRUE(keeper.HasRoomFor(100));
+  EXPECT_TRUE(keeper.MakeRoomFor(100));
   EXPECT_TRUE(store->Get("", "a").ok());
-  EXPECT_TRUE(keeper.HasRoomFor(101));
+  EXPECT_TRUE(keeper.MakeRoomFor(101));
   EXPECT_FALSE(store->Get("", "a").ok());
+}
+
+TEST(StoreKeeper, WhatWasGrantedCounts) {
+  const TestFolder test;
+  auto store = *JobStore::Open(test / "store");
+  ASSERT_TRUE(store->blobs().Put({std::vector<uint8_t>(400, 1)}).ok());  // too young to be removed
+  StoreKeeper keeper(store.get(), {.age_ms = 3'600'000, .bytes = 1000});
+  EXPECT_TRUE(keeper.MakeRoomFor(500));
+  // The first 500 never came, as the cleaning that this one causes finds.
+  EXPECT_TRUE(keeper.MakeRoomFor(600));
+  EXPECT_FALSE(keeper.MakeRoomFor(601));
 }
 
 }  // namespace
