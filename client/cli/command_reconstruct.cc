@@ -26,7 +26,7 @@ namespace {
 
 struct ReconstructArguments {
   std::string scan, output, report, server, control_mesh;
-  std::string topology = "auto", boundary = "keep", creases = "off", fit;
+  std::string topology = "auto", boundary = "keep", creases = "auto", fit;
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed;
   std::optional<double> height_step, max_error;

@@ -29,7 +29,7 @@ const char* TopologyName(Topology topology);
 struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
-  CreaseRule creases = CreaseRule::kOff;
+  CreaseRule creases = CreaseRule::kAuto;
   // About how many control faces; 0: chosen from the number of points. [0, 200000].
   int target_faces = 0;
   // The road kUser, also taken under kAuto when this is set: used as it is, after checks. Unit

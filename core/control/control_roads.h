@@ -35,7 +35,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& cloud,
                                                    const NeighborGraph& graph,
                                                    const PointIndex& index, BoundaryRule boundary,
                                                    int target_faces, const RunContext& context,
-                                                   CreaseRule creases = CreaseRule::kOff);
+                                                   CreaseRule creases = CreaseRule::kAuto);
 
 // Checks a mesh given by the user: INVALID_ARGUMENT unless it has at most 200 000 faces, is finite,
 // an orientable 2-manifold, and near the cloud: half of either within a quarter of the diagonal of

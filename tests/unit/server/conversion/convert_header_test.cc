@@ -62,7 +62,7 @@ TEST(ParseHeader, EmptyOptionsAreTheCoresDefaults) {
   EXPECT_EQ(request.options.measure, true);
   EXPECT_EQ(request.options.control.topology, Topology::kAuto);
   EXPECT_EQ(request.options.control.boundary, BoundaryRule::kKeep);
-  EXPECT_EQ(request.options.control.creases, CreaseRule::kOff);
+  EXPECT_EQ(request.options.control.creases, CreaseRule::kAuto);
   EXPECT_EQ(request.options.control.target_faces, defaults.control.target_faces);
   EXPECT_EQ(request.options.fit.method, defaults.fit.method);
   EXPECT_EQ(request.options.fit.rounds, defaults.fit.rounds);
@@ -85,7 +85,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   options->mutable_scan()->set_min_component_share(0.05);
   options->mutable_control()->set_topology(v1::TOPOLOGY_SPHERICAL);
   options->mutable_control()->set_boundary(v1::BOUNDARY_CLOSE);
-  options->mutable_control()->set_creases(v1::CREASES_AUTO);
+  options->mutable_control()->set_creases(v1::CREASES_OFF);
   options->mutable_control()->set_control_faces(500);
   options->mutable_fit()->set_method(v1::FIT_METHOD_SUZUKI);
   options->mutable_fit()->set_suzuki_rounds(9);
@@ -118,7 +118,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   EXPECT_EQ(parsed.scan.outliers.min_component_share, 0.05);
   EXPECT_EQ(parsed.control.topology, Topology::kSpherical);
   EXPECT_EQ(parsed.control.boundary, BoundaryRule::kClose);
-  EXPECT_EQ(parsed.control.creases, CreaseRule::kAuto);
+  EXPECT_EQ(parsed.control.creases, CreaseRule::kOff);
   EXPECT_EQ(parsed.control.target_faces, 500);
   EXPECT_EQ(parsed.fit.method, FitMethod::kSuzuki);
   EXPECT_EQ(parsed.fit.suzuki_rounds, 9);
