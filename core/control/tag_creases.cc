@@ -274,7 +274,18 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, i
   return true;
 }
 
-void MoveOntoCreases(const MeshTopology& topology, const std::vector<Candidate>& candidates,
+// Whether the scan reaches a place: a crease or corner lies about a spacing from its points, the
+// crossing of planes that meet flatly may lie anywhere.
+bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& place) {
+  constexpr double kSpacings = 1.5, kNoises = 3;
+  int nearest = 0;
+  double square = 0;
+  index.Nearest(place, 1, &nearest, &square);
+  return std::sqrt(square) < kSpacings * cloud.spacing[nearest] + kNoises * cloud.noise[nearest];
+}
+
+void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
+                     const MeshTopology& topology, const std::vector<Candidate>& candidates,
                      const std::vector<uint8_t>& tags, ControlMesh* mesh) {
   std::vector<Quadric> quadrics(static_cast<size_t>(topology.vertex_count));
   std::vector<double> reach(quadrics.size(), 0);
@@ -300,8 +311,9 @@ void MoveOntoCreases(const MeshTopology& topology, const std::vector<Candidate>&
     if (!way.allFinite()) continue;
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
-      if (!KeepsFacesUpright(*mesh, faces[v], v, from + share * way)) continue;
-      mesh->vertices.col(v) = from + share * way;
+      const Vector3d to = from + share * way;
+      if (!KeepsFacesUpright(*mesh, faces[v], v, to) || !IsReached(cloud, index, to)) continue;
+      mesh->vertices.col(v) = to;
       break;
     }
   }
@@ -340,7 +352,7 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                              JudgeEdges(cloud, index, *mesh, topology, context));
     std::vector<uint8_t> tags = Tags(topology, candidates);
     if (round < kFlipRounds) {
-      MoveOntoCreases(topology, candidates, tags, mesh);
+      MoveOntoCreases(cloud, index, topology, candidates, tags, mesh);
       if (FlipAcross(cloud, index, topology, tags, mesh) > 0) continue;
     }
     OpenTriangles(topology, *mesh, &tags);

@@ -129,9 +129,10 @@ def measure_bad_files(a, server, work):
     for file in sorted(os.listdir(folder)):
         if not file.endswith(".ply"):
             continue
-        run = reconstruct(a, server, os.path.join(folder, file), os.path.join(work, "bad.dss"))
+        with server.watched() as peak:
+            run = reconstruct(a, server, os.path.join(folder, file), os.path.join(work, "bad.dss"))
         rows.append(dict(file=file, status=run.status, seconds=run.seconds,
-                         megabytes=max(run.megabytes, server.megabytes()),
+                         megabytes=max(run.megabytes, peak[0]),
                          healthy=server.healthy(), message=run.output.strip().split("\n")[-1]))
     slow = [r for r in rows if r["seconds"] > BAD_SECONDS or r["megabytes"] > BAD_MEGABYTES]
     ill = [r for r in rows if not r["healthy"]]

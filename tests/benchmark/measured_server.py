@@ -1,4 +1,5 @@
 """A real rilievod on a loopback socket, and commands run with their time and peak memory."""
+import contextlib
 import glob
 import os
 import re
@@ -54,6 +55,24 @@ class MeasuredServer:
         self.process.send_signal(signal.SIGTERM)
         self.process.wait(timeout=60)
 
+    @contextlib.contextmanager
+    def watched(self):
+        """Yields a list that ends up holding one number: the most resident memory, in MB, that the
+        server and its workers had together at any time within the block."""
+        peak, done = [self.megabytes()], threading.Event()
+
+        def watch():
+            while not done.wait(0.005):
+                peak[0] = max(peak[0], self.megabytes())
+
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        try:
+            yield peak
+        finally:
+            done.set()
+            watcher.join()
+
     def megabytes(self):
         """Resident memory now, of the server and its workers."""
         total = 0
@@ -66,6 +85,6 @@ class MeasuredServer:
                 with open(f"/proc/{process}/status") as status:
                     found = re.search(r"VmRSS:\s+(\d+)", status.read())
                     total += int(found.group(1)) / 1024 if found else 0
-            except FileNotFoundError:
+            except (FileNotFoundError, ProcessLookupError):
                 pass
         return total
