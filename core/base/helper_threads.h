@@ -1,0 +1,13 @@
+// Threads that wait for work to help with, shared by the whole process.
+#pragma once
+
+#include <functional>
+
+namespace rilievo {
+
+// Asks up to `helpers` threads to call `help`, each once, soon or never: whoever offers work must
+// be able to do all of it. Threads are started when they are first needed and kept. `help` may be
+// called after the work is done, must not throw and must not wait for other offers.
+void OfferWork(int helpers, std::function<void()> help);
+
+}  // namespace rilievo
