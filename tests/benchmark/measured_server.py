@@ -88,3 +88,10 @@ class MeasuredServer:
             except (FileNotFoundError, ProcessLookupError):
                 pass
         return total
+
+    def healthy(self):
+        if self.process.poll() is not None:
+            return False
+        probe = subprocess.run([os.path.join(self.bin, "rilievod"), "--probe", self.address],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=10)
+        return probe.returncode == 0
