@@ -1,0 +1,112 @@
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "client/decoder_c/guarded.h"
+#include "client/decoder_c/surface.h"
+#include "core/base/status_macros.h"
+#include "core/surface/adaptive_tessellation.h"
+
+struct RilievoMesh {
+  Eigen::Matrix3Xd vertices;
+  Eigen::Matrix3Xi faces;
+  Eigen::Matrix3Xf normals;
+  std::vector<uint8_t> flags;
+};
+
+namespace rilievo::decoder_c {
+namespace {
+
+RilievoMesh* WrapMesh(TriangleMesh mesh) {
+  auto wrapped = std::make_unique<RilievoMesh>();
+  wrapped->normals = mesh.normals.cast<float>();
+  wrapped->vertices = std::move(mesh.vertices);
+  wrapped->faces = std::move(mesh.triangles);
+  return wrapped.release();
+}
+
+// Flags before the mesh: they are made in the same order, and a mesh is handed out only complete.
+std::vector<uint8_t> Flags(const std::vector<HeightSource>& sources) {
+  std::vector<uint8_t> flags;
+  flags.reserve(sources.size());
+  for (const HeightSource source : sources) flags.push_back(static_cast<uint8_t>(source));
+  return flags;
+}
+
+absl::Status TessellateLevel(const DisplacedSurface& surface, int level, const RunContext& context,
+                             RilievoMesh** mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh triangles, Tessellate(surface, level, context));
+  std::vector<uint8_t> flags = Flags(SourcesAtLevel(surface, level));
+  *mesh = WrapMesh(std::move(triangles));
+  (*mesh)->flags = std::move(flags);
+  return absl::OkStatus();
+}
+
+absl::Status TessellateSparsely(const DisplacedSurface& surface, const AdaptiveOptions& options,
+                                const RunContext& context, RilievoMesh** mesh, double* error) {
+  RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, TessellateAdaptively(surface, options, context));
+  std::vector<HeightSource> sources;
+  sources.reserve(adaptive.vertices.size());
+  for (const int v : adaptive.vertices) sources.push_back(surface.sources[v]);
+  std::vector<uint8_t> flags = Flags(sources);
+  *mesh = WrapMesh(std::move(adaptive.mesh));
+  (*mesh)->flags = std::move(flags);
+  if (error != nullptr) *error = adaptive.error;
+  return absl::OkStatus();
+}
+
+}  // namespace
+}  // namespace rilievo::decoder_c
+
+using rilievo::decoder_c::Elements;
+
+RilievoCode rilievo_tessellate(const RilievoSurface* surface, int level, int threads,
+                               RilievoMesh** mesh) {
+  using namespace rilievo::decoder_c;
+  return Guarded([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(NotNull(mesh, "mesh"));
+    *mesh = nullptr;
+    RILIEVO_RETURN_IF_ERROR(NotNull(surface, "surface"));
+    rilievo::RunContext context;
+    context.threads = Threads(threads);
+    return TessellateLevel(surface->decoded.surface, level, context, mesh);
+  });
+}
+
+RilievoCode rilievo_tessellate_adaptively(const RilievoSurface* surface, double tolerance,
+                                          int64_t triangles, int threads, RilievoMesh** mesh,
+                                          double* error) {
+  using namespace rilievo::decoder_c;
+  return Guarded([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(NotNull(mesh, "mesh"));
+    *mesh = nullptr;
+    RILIEVO_RETURN_IF_ERROR(NotNull(surface, "surface"));
+    rilievo::AdaptiveOptions options;
+    if (triangles != 0) {
+      options.triangles = triangles;
+    } else {
+      options.tolerance = tolerance;
+    }
+    rilievo::RunContext context;
+    context.threads = Threads(threads);
+    return TessellateSparsely(surface->decoded.surface, options, context, mesh, error);
+  });
+}
+
+void rilievo_mesh_free(RilievoMesh* mesh) { delete mesh; }
+
+const double* rilievo_mesh_vertices(const RilievoMesh* mesh, size_t* count) {
+  return Elements(mesh->vertices, count);
+}
+
+const uint32_t* rilievo_mesh_faces(const RilievoMesh* mesh, size_t* count) {
+  return rilievo::decoder_c::AsUnsigned(Elements(mesh->faces, count));
+}
+
+const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count) {
+  return Elements(mesh->normals, count);
+}
+
+const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count) {
+  return Elements(mesh->flags, count);
+}

@@ -1,0 +1,125 @@
+/* The decoder of .dss surfaces for C, and for every language that can call C.
+ *
+ * A surface is decoded once and tessellated at any level. Functions that can fail return a
+ * RilievoCode; the sentence that goes with it is rilievo_last_error(). No C++ exception leaves the
+ * library, and it neither prints nor reads files. Objects may be read by many threads at once;
+ * whoever made one frees it, once. A pointer that a function gives out lives as long as the object
+ * it was asked of; `count`, which may be NULL, receives the number of elements behind it. Where
+ * there are none the pointer may be NULL.
+ *
+ * Stable: functions are added, never changed; see rilievo_decoder_abi_version(). */
+#ifndef RILIEVO_DECODER_H_
+#define RILIEVO_DECODER_H_
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define RILIEVO_API __attribute__((visibility("default")))
+#else
+#define RILIEVO_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The numbers are those of gRPC's status codes. */
+typedef enum RilievoCode {
+  RILIEVO_OK = 0,
+  RILIEVO_INVALID_ARGUMENT = 3,   /* an argument out of range, or bytes that are no .dss */
+  RILIEVO_RESOURCE_EXHAUSTED = 8, /* no memory left */
+  RILIEVO_UNIMPLEMENTED = 12,     /* a newer format version */
+  RILIEVO_INTERNAL = 13,          /* a defect of this library */
+  RILIEVO_DATA_LOSS = 15          /* cut off or corrupted; the sentence names the chunk */
+} RilievoCode;
+
+/* Where a height comes from: the flag of a vertex. The format keeps smoothed heights as measured,
+ * so a decoded surface has the first and the last only. */
+enum { RILIEVO_MEASURED = 0, RILIEVO_SMOOTHED = 1, RILIEVO_FILLED = 2 };
+
+typedef struct RilievoSurface RilievoSurface;
+typedef struct RilievoMesh RilievoMesh;
+
+/* 1; grows when functions are added. */
+RILIEVO_API int rilievo_decoder_abi_version(void);
+
+/* "MAJOR.MINOR.PATCH" of rilievo. */
+RILIEVO_API const char* rilievo_decoder_version(void);
+
+/* Why the last function of this thread that failed has failed; "" before that. Valid until the
+ * next failure in this thread. */
+RILIEVO_API const char* rilievo_last_error(void);
+
+/* How many of the first `size` bytes of a file are whole chunks up to the heights of `max_level`
+ * (negative: all levels): what rilievo_decode() takes of a file that is still on its way, or that
+ * is wanted coarser than it is. 0 when the control mesh is not whole yet. Looks at the lengths of
+ * the chunks only. INVALID_ARGUMENT when the bytes do not begin like a .dss file. */
+RILIEVO_API RilievoCode rilievo_whole_bytes(const uint8_t* bytes, size_t size, int max_level,
+                                            size_t* whole);
+
+/* Any beginning of a file that ends with a whole chunk; the bytes are not needed afterwards.
+ * `threads`: 0 for one a core; a library built without threads works with one. The result does not
+ * depend on it. On failure *surface is NULL. */
+RILIEVO_API RilievoCode rilievo_decode(const uint8_t* bytes, size_t size, int threads,
+                                       RilievoSurface** surface);
+RILIEVO_API void rilievo_surface_free(RilievoSurface* surface); /* NULL is fine */
+
+/* Levels of heights that are there, [0, rilievo_surface_declared_max_level()]. */
+RILIEVO_API int rilievo_surface_max_level(const RilievoSurface* surface);
+/* Levels of heights that the whole file has. */
+RILIEVO_API int rilievo_surface_declared_max_level(const RilievoSurface* surface);
+
+/* What the file says of itself, one JSON object, UTF-8: format_version, frame (center, diagonal),
+ * levels (vertices and faces of each that is there), max_level, declared_max_level,
+ * chunk_bytes, control (vertices, faces, closed, creases, corners), certificate (error_rms,
+ * error_mean, error_p95, error_max, surface_to_scan and scan_to_surface with rms, mean, p95, max;
+ * measured_share, smoothed_share, filled_share, folds; distances are fractions of frame.diagonal,
+ * null where unknown), metadata (generator, road, scan_points, input_hash in hexadecimal digits,
+ * options). Unknown keys may be added. Ends with a zero byte that `count` leaves out. */
+RILIEVO_API const char* rilievo_surface_info(const RilievoSurface* surface, size_t* count);
+
+/* x, y, z of the frame's centre, then its diagonal: point = unit * diagonal + centre. */
+RILIEVO_API const double* rilievo_surface_frame(const RilievoSurface* surface, size_t* count);
+
+/* Displacement of each vertex of max_level along its limit normal, fractions of the diagonal; the
+ * vertices of a coarser level come first (they nest). */
+RILIEVO_API const float* rilievo_surface_heights(const RilievoSurface* surface, size_t* count);
+
+/* The control mesh, scan frame: x, y, z of each control point; three vertex numbers a face,
+ * counter-clockwise seen from outside; two vertex numbers a crease with its sharpness (10 and more:
+ * sharp at every level, as in OpenSubdiv); the vertices that are corners. Edges on a border are
+ * sharp without being named. */
+RILIEVO_API const double* rilievo_control_vertices(const RilievoSurface* surface, size_t* count);
+RILIEVO_API const uint32_t* rilievo_control_faces(const RilievoSurface* surface, size_t* count);
+RILIEVO_API const uint32_t* rilievo_control_creases(const RilievoSurface* surface, size_t* count);
+RILIEVO_API const float* rilievo_control_sharpness(const RilievoSurface* surface, size_t* count);
+RILIEVO_API const uint32_t* rilievo_control_corners(const RilievoSurface* surface, size_t* count);
+
+/* The surface as triangles. `level` in [0, max_level + 2]; `threads` as above. */
+RILIEVO_API RilievoCode rilievo_tessellate(const RilievoSurface* surface, int level, int threads,
+                                           RilievoMesh** mesh);
+
+/* As few triangles as stay within `tolerance` (fraction of the diagonal, [0, 1]) of the finest
+ * level when `triangles` is 0; else at most that many triangles, and `tolerance` is not used.
+ * *error, which may be NULL, receives the largest distance, fraction of the diagonal. */
+RILIEVO_API RilievoCode rilievo_tessellate_adaptively(const RilievoSurface* surface,
+                                                      double tolerance, int64_t triangles,
+                                                      int threads, RilievoMesh** mesh,
+                                                      double* error);
+RILIEVO_API void rilievo_mesh_free(RilievoMesh* mesh); /* NULL is fine */
+
+/* x, y, z of each vertex, scan frame. */
+RILIEVO_API const double* rilievo_mesh_vertices(const RilievoMesh* mesh, size_t* count);
+/* Three vertex numbers a triangle, counter-clockwise seen from outside. */
+RILIEVO_API const uint32_t* rilievo_mesh_faces(const RilievoMesh* mesh, size_t* count);
+/* x, y, z of the unit normal of each vertex. */
+RILIEVO_API const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count);
+/* RILIEVO_MEASURED, RILIEVO_SMOOTHED or RILIEVO_FILLED for each vertex. */
+RILIEVO_API const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count);
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* RILIEVO_DECODER_H_ */

@@ -1,0 +1,33 @@
+// What stands behind a RilievoSurface.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "client/decoder_c/rilievo_decoder.h"
+#include "core/codec/dss.h"
+
+struct RilievoSurface {
+  rilievo::DecodedSurface decoded;
+  std::string info;                   // JSON
+  std::array<double, 4> frame{};      // centre, diagonal
+  Eigen::Matrix3Xd control_vertices;  // scan frame
+  Eigen::Matrix<uint32_t, 2, Eigen::Dynamic> crease_ends;
+  std::vector<float> sharpness;
+};
+
+namespace rilievo::decoder_c {
+
+// What rilievo_surface_info() gives.
+std::string InfoJson(const DecodedSurface& decoded);
+
+// The memory of non-negative ints as C sees it.
+inline const uint32_t* AsUnsigned(const int* values) {
+  static_assert(sizeof(int) == sizeof(uint32_t));
+  return reinterpret_cast<const uint32_t*>(values);
+}
+
+}  // namespace rilievo::decoder_c

@@ -1,0 +1,18 @@
+# LIBRARY defines for others exactly the functions that HEADER declares.
+execute_process(COMMAND ${NM} -D --defined-only ${LIBRARY} OUTPUT_VARIABLE symbols
+  RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${NM} cannot read ${LIBRARY}")
+endif()
+string(REGEX MATCHALL "[A-Za-z] [^ \n]+\n" defined "${symbols}")
+list(TRANSFORM defined REPLACE "^. ([^\n]+)\n" "\\1")
+file(READ ${HEADER} header)
+string(REGEX MATCHALL "RILIEVO_API [^(]*[ *](rilievo_[a-z_]+)\\(" declared "${header}")
+list(TRANSFORM declared REPLACE "^.*(rilievo_[a-z_]+)\\($" "\\1")
+string(REGEX REPLACE "[^;]*(rilievo_[a-z_]+)\\(" "\\1" declared "${declared}")
+list(SORT defined)
+list(SORT declared)
+list(LENGTH declared count)
+if(count LESS 20 OR NOT "${defined}" STREQUAL "${declared}")
+  message(FATAL_ERROR "${LIBRARY} shows\n  ${defined}\nand its header declares\n  ${declared}")
+endif()
