@@ -4,7 +4,6 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "server/calls/caller.h"
 #include "server/calls/grpc_status.h"
 #include "server/calls/job_error.h"
 #include "server/conversion/memory_estimate.h"
@@ -22,8 +21,9 @@ CallError OrderError(const std::string& field, const std::string& description) {
 
 }  // namespace
 
-ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerContext* context) {
-  auto call = std::make_shared<ReconstructCall>(core, context);
+ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerContext* context,
+                                        Caller caller) {
+  auto call = std::make_shared<ReconstructCall>(core, context, std::move(caller));
   ReconstructCall* reactor = call.get();
   // Held until the first operation is started: a Stop() from elsewhere comes after it.
   const std::lock_guard lock(reactor->mutex_);
@@ -37,8 +37,13 @@ ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerC
   return reactor;
 }
 
-ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context)
-    : core_(core), context_(context), begin_(Clock::now()), last_transfer_(begin_) {
+ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context,
+                                 Caller caller)
+    : core_(core),
+      context_(context),
+      caller_(std::move(caller)),
+      begin_(Clock::now()),
+      last_transfer_(begin_) {
   record_.job = core_->next_job++;
 }
 
@@ -176,9 +181,8 @@ void ReconstructCall::EndUpload() {
   phase_ = Phase::kQueued;
   progress_.Queued(upload_end_);
   PumpWrites();
-  work_number_ =
-      core_->pool.Submit([call = shared_from_this()] { call->Work(); },
-                         {.client = CallerOf(*context_).client, .memory = EstimateMemory(job_)});
+  work_number_ = core_->pool.Submit([call = shared_from_this()] { call->Work(); },
+                                    {.client = caller_.client, .memory = EstimateMemory(job_)});
 }
 
 void ReconstructCall::Work() {

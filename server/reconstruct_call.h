@@ -17,6 +17,7 @@
 #include "server/conversion/call_error.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/point_upload.h"
+#include "server/doors/caller.h"
 #include "server/surface_download.h"
 
 namespace rilievo {
@@ -30,9 +31,10 @@ class ReconstructCall final
       public std::enable_shared_from_this<ReconstructCall> {
  public:
   // The reactor gRPC asks for; owns itself until OnDone().
-  static ReconstructCall* Begin(ServiceCore* core, grpc::CallbackServerContext* context);
+  static ReconstructCall* Begin(ServiceCore* core, grpc::CallbackServerContext* context,
+                                Caller caller);
 
-  ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context);
+  ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context, Caller caller);
   ~ReconstructCall() override;
 
   void OnReadDone(bool ok) override;
@@ -61,6 +63,7 @@ class ReconstructCall final
 
   ServiceCore* const core_;
   grpc::CallbackServerContext* const context_;
+  const Caller caller_;
   std::shared_ptr<ReconstructCall> self_;  // until OnDone
 
   std::mutex mutex_;

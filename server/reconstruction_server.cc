@@ -74,7 +74,12 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
-  result->core_ = std::make_unique<ServiceCore>(options, std::move(work), std::move(log));
+  auto door = std::make_unique<Doorkeeper>();
+  if (!embedded) {
+    RILIEVO_ASSIGN_OR_RETURN(door, Doorkeeper::Open(options));
+  }
+  result->core_ =
+      std::make_unique<ServiceCore>(options, std::move(work), std::move(log), std::move(door));
   result->service_ = std::make_unique<ReconstructionService>(result->core_.get());
   RILIEVO_ASSIGN_OR_RETURN(result->jobs_, JobsService::Open(result->core_.get()));
   // Both switches are global and count for the servers built after them.

@@ -1,5 +1,9 @@
 #include "server/reconstruction_service.h"
 
+#include <utility>
+
+#include "server/calls/grpc_status.h"
+#include "server/calls/refusal.h"
 #include "server/reconstruct_call.h"
 
 namespace rilievo {
@@ -24,12 +28,23 @@ void FillLimits(const ServerOptions& options, v1::Limits* limits) {
 
 grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>*
 ReconstructionService::Reconstruct(grpc::CallbackServerContext* context) {
-  return ReconstructCall::Begin(core_, context);
+  Caller caller;
+  if (const auto error = core_->door->Admit(*context, &caller)) {
+    return new Refusal<grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>>(
+        GrpcStatus(*error));
+  }
+  return ReconstructCall::Begin(core_, context, std::move(caller));
 }
 
 grpc::ServerUnaryReactor* ReconstructionService::GetCapabilities(
     grpc::CallbackServerContext* context, const v1::GetCapabilitiesRequest* /*request*/,
     v1::GetCapabilitiesResponse* response) {
+  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+  Caller caller;
+  if (const auto error = core_->door->Admit(*context, &caller)) {
+    reactor->Finish(GrpcStatus(*error));
+    return reactor;
+  }
   response->set_server_version(RILIEVO_VERSION);
   FillLimits(core_->options, response->mutable_limits());
   response->add_coordinate_formats(v1::COORDINATE_FORMAT_FLOAT32_LE);
@@ -39,7 +54,6 @@ grpc::ServerUnaryReactor* ReconstructionService::GetCapabilities(
     response->add_topologies(topology);
   }
   response->set_keeps_jobs(!core_->options.store.empty());
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(grpc::Status::OK);
   return reactor;
 }

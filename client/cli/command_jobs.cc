@@ -14,6 +14,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/report_output.h"
+#include "client/cli/server_connection.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/scan_reader.h"
@@ -24,7 +25,8 @@ namespace rilievo {
 namespace {
 
 struct JobsArguments {
-  std::string server, scan, output, request_id, job_id;
+  ServerArguments connection;
+  std::string scan, output, request_id, job_id;
   std::optional<uint32_t> max_level, control_faces;
   std::optional<uint64_t> seed;
   std::optional<double> timeout_seconds;
@@ -32,8 +34,9 @@ struct JobsArguments {
   bool wait = false, json = false, quiet = false;
 };
 
-JobsClient ClientOf(const JobsArguments& arguments) {
-  return JobsClient(ConnectPlaintext(arguments.server));
+absl::StatusOr<JobsClient> ClientOf(const JobsArguments& arguments) {
+  RILIEVO_ASSIGN_OR_RETURN(const auto channel, ConnectTo(arguments.connection));
+  return JobsClient(channel);
 }
 
 CallOptions CallOf(const JobsArguments& arguments, std::stop_token stop) {
@@ -102,6 +105,7 @@ absl::Status StatusOfEnd(const v1::Job& job) {
 
 absl::StatusOr<v1::Job> Watch(const JobsArguments& arguments, const std::string& job_id,
                               const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);
@@ -111,16 +115,16 @@ absl::StatusOr<v1::Job> Watch(const JobsArguments& arguments, const std::string&
                    v1::Stage_MAX - v1::STAGE_CHECK + 1, StageLabel(event.progress().stage()),
                    event.progress().fraction());
   };
-  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
-                           ClientOf(arguments).Watch(job_id, show, CallOf(arguments, stop)));
+  RILIEVO_ASSIGN_OR_RETURN(const v1::Job job, client.Watch(job_id, show, CallOf(arguments, stop)));
   if (job.state() == v1::JOB_STATE_SUCCEEDED) display.Finish();
   return job;
 }
 
 absl::Status Fetch(const JobsArguments& arguments, const std::string& job_id,
                    const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> surface,
-                           ClientOf(arguments).Fetch(job_id, {}, CallOf(arguments, stop)));
+                           client.Fetch(job_id, {}, CallOf(arguments, stop)));
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteBytesAtomically(arguments.output, surface), ExitCode::kOutput));
   std::cout << arguments.output << ": " << surface.size() << " bytes\n";
@@ -134,6 +138,7 @@ std::string RandomRequestId() {
 }
 
 absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   if (!arguments.output.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(CheckWritable(arguments.output), ExitCode::kOutput));
   }
@@ -146,8 +151,7 @@ absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& st
   }
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
-  RILIEVO_ASSIGN_OR_RETURN(v1::Job job,
-                           ClientOf(arguments).Submit(PackScan(scan.cloud), options, request_id, {},
+  RILIEVO_ASSIGN_OR_RETURN(v1::Job job, client.Submit(PackScan(scan.cloud), options, request_id, {},
                                                       CallOf(arguments, stop)));
   if (!arguments.wait && arguments.output.empty()) {
     Print(job, arguments.json);
@@ -160,8 +164,9 @@ absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& st
 }
 
 absl::Status RunList(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<v1::Job> jobs,
-                           ClientOf(arguments).List(arguments.limit, CallOf(arguments, stop)));
+                           client.List(arguments.limit, CallOf(arguments, stop)));
   if (arguments.json) {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const v1::Job& job : jobs) all.push_back(JsonOf(job));
@@ -176,8 +181,9 @@ absl::Status RunList(const JobsArguments& arguments, const std::stop_token& stop
 }
 
 absl::Status RunShow(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
-                           ClientOf(arguments).Get(arguments.job_id, CallOf(arguments, stop)));
+                           client.Get(arguments.job_id, CallOf(arguments, stop)));
   Print(job, arguments.json);
   return absl::OkStatus();
 }
@@ -189,14 +195,16 @@ absl::Status RunWatch(const JobsArguments& arguments, const std::stop_token& sto
 }
 
 absl::Status RunCancel(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
-                           ClientOf(arguments).Cancel(arguments.job_id, CallOf(arguments, stop)));
+                           client.Cancel(arguments.job_id, CallOf(arguments, stop)));
   Print(job, arguments.json);
   return absl::OkStatus();
 }
 
 absl::Status RunDelete(const JobsArguments& arguments, const std::stop_token& stop) {
-  return ClientOf(arguments).Delete(arguments.job_id, CallOf(arguments, stop));
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
+  return client.Delete(arguments.job_id, CallOf(arguments, stop));
 }
 
 absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& stop) {
@@ -207,7 +215,9 @@ absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& sto
 CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string& words,
                      JobsArguments* a) {
   CLI::App* app = jobs->add_subcommand(name, words);
-  app->add_option("--server", a->server, "HOST:PORT of a rilievod with a store")->required();
+  app->add_option("--server", a->connection.server, "HOST:PORT of a rilievod that keeps jobs")
+      ->required();
+  AddServerOptions(app, &a->connection);
   app->add_option("--timeout", a->timeout_seconds, "seconds, all attempts together; default none")
       ->check(CLI::PositiveNumber);
   return app;

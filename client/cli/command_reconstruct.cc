@@ -12,6 +12,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/report_output.h"
+#include "client/cli/server_connection.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/mesh_reader.h"
@@ -25,7 +26,8 @@ namespace rilievo {
 namespace {
 
 struct ReconstructArguments {
-  std::string scan, output, report, server, control_mesh;
+  std::string scan, output, report, control_mesh;
+  ServerArguments connection;
   std::string topology = "auto", boundary = "keep", creases = "auto", fit;
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed;
@@ -102,10 +104,10 @@ struct Connection {
   std::shared_ptr<grpc::ChannelInterface> channel;
 };
 
-absl::StatusOr<Connection> Connect(const std::string& address) {
+absl::StatusOr<Connection> Connect(const ServerArguments& server) {
   Connection connection;
-  if (!address.empty()) {
-    connection.channel = ConnectPlaintext(address);
+  if (!server.server.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(connection.channel, ConnectTo(server));
     return connection;
   }
   RILIEVO_ASSIGN_OR_RETURN(connection.embedded, EmbeddedServer::Start(LimitsForOneself()));
@@ -134,9 +136,10 @@ ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* 
 absl::Status Explain(const absl::Status& status, const ReconstructArguments& arguments) {
   if (status.ok()) return status;
   std::string message(status.message());
-  if (status.code() == absl::StatusCode::kUnavailable && !arguments.server.empty()) {
-    message = absl::StrCat("the server at ", arguments.server, " is unavailable: ", message,
-                           "\nIs rilievod running there? Without --server the work is done here.");
+  if (status.code() == absl::StatusCode::kUnavailable && !arguments.connection.server.empty()) {
+    message =
+        absl::StrCat("the server at ", arguments.connection.server, " is unavailable: ", message,
+                     "\nIs rilievod running there? Without --server the work is done here.");
   } else if (status.code() == absl::StatusCode::kCancelled) {
     message = "cancelled; nothing was written";
   } else if (status.code() != absl::StatusCode::kResourceExhausted) {
@@ -152,7 +155,7 @@ absl::Status Reconstruct(const ReconstructArguments& arguments, std::stop_token 
   }
   RILIEVO_ASSIGN_OR_RETURN(const v1::ReconstructOptions options, OptionsFrom(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, ReadScan(arguments.scan));
-  RILIEVO_ASSIGN_OR_RETURN(const Connection connection, Connect(arguments.server));
+  RILIEVO_ASSIGN_OR_RETURN(const Connection connection, Connect(arguments.connection));
 
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
@@ -162,7 +165,7 @@ absl::Status Reconstruct(const ReconstructArguments& arguments, std::stop_token 
   call.stop = stop;
   const absl::StatusOr<ReconstructResult> result = client.Reconstruct(
       scan.cloud, options,
-      ShowProgress(scan.cloud.points.cols(), !arguments.server.empty(), &display), call);
+      ShowProgress(scan.cloud.points.cols(), !arguments.connection.server.empty(), &display), call);
   if (!result.ok()) return Explain(result.status(), arguments);
   display.Finish();
 
@@ -190,8 +193,9 @@ Command AddReconstruct(CLI::App& program) {
                   "the points: PLY, PCD, XYZ, PTS, TXT or OBJ; - is standard input")
       ->required();
   app->add_option("-o,--output", a->output, "the surface, a .dss file")->required();
-  app->add_option("--server", a->server,
+  app->add_option("--server", a->connection.server,
                   "HOST:PORT of a rilievod; without it the work is done in this process");
+  AddServerOptions(app, &a->connection);
   app->add_option("--topology", a->topology,
                   "auto, planar (one sheet over a plane), spherical "
                   "(star-shaped) or arbitrary")

@@ -19,7 +19,8 @@ const char kExitCodeHelp[] =
     "  1  a defect of the program or the server\n"
     "  2  the command line is wrong\n"
     "  3  an input cannot be read, or the scan cannot become a surface\n"
-    "  4  the server cannot be reached, is full, or ran out of time\n"
+    "  4  the server cannot be reached, lets nobody in without a token or\n"
+    "     certificate of its own, is full, or ran out of time\n"
     "  5  cancelled (Ctrl-C)\n"
     "  6  the result cannot be written\n"
     "  7  verify: the file does not hold what it states\n";
@@ -47,6 +48,7 @@ ExitCode ExitCodeOf(const absl::Status& status) {
     case absl::StatusCode::kDataLoss:
       return ExitCode::kInput;
     case absl::StatusCode::kUnavailable:
+    case absl::StatusCode::kUnauthenticated:
     case absl::StatusCode::kResourceExhausted:
     case absl::StatusCode::kDeadlineExceeded:
       return ExitCode::kServer;

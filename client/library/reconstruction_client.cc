@@ -10,9 +10,6 @@
 #include "core/base/status_macros.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/client_context.h"
-#include "grpcpp/create_channel.h"
-#include "grpcpp/security/credentials.h"
-#include "grpcpp/support/channel_arguments.h"
 #include "proto/keep_grpc_running.h"
 
 namespace rilievo {
@@ -79,18 +76,6 @@ absl::Status StatusOfCall(const grpc::Status& status, const CallOptions& call) {
 }
 
 }  // namespace
-
-std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address) {
-  grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A peer that vanished without a word is noticed after half a minute.
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
-  // A server that was started again is found soon; gRPC's own pauses grow to two minutes.
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 200);
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
-}
 
 ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel)
     : stub_(v1::ReconstructionService::NewStub(channel)) {

@@ -12,21 +12,14 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client/library/connect.h"
 #include "core/geometry/point_cloud.h"
 #include "rilievo/v1/options.pb.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
 #include "rilievo/v1/reconstruction.pb.h"
 #include "rilievo/v1/report.pb.h"
 
-namespace grpc {
-class ChannelInterface;
-}
-
 namespace rilievo {
-
-// A plaintext channel to "host:port". Connects when first used. Proxies named by the environment
-// are not used.
-std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address);
 
 // Called on the thread that called Reconstruct, while points may still be on their way.
 struct ReconstructCallbacks {

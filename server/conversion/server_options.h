@@ -38,6 +38,10 @@ struct ServerOptions {
   std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
   int64_t keep_bytes = 20'000'000'000;  // of all scans and surfaces in the store, > 0
   int max_waiting_jobs = 1000;          // kept jobs that are not finished, [1, 1000000]
+  // File of the tokens that callers must have, see server/doors/access_tokens.h; empty: none.
+  std::string tokens;
+  // PEM file of the authorities whose certificates callers must have; empty: none.
+  std::string tls_client_ca;
   bool reflection = true;
 
   // INVALID_ARGUMENT that names the field.

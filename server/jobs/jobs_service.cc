@@ -4,8 +4,8 @@
 
 #include "core/base/status_macros.h"
 #include "grpcpp/server_context.h"
-#include "server/calls/caller.h"
 #include "server/calls/grpc_status.h"
+#include "server/calls/refusal.h"
 #include "server/jobs/job_requests.h"
 #include "server/jobs/stream_surface_call.h"
 #include "server/jobs/upload_scan_call.h"
@@ -21,33 +21,33 @@ grpc::Status NoStore() {
                      .reason = "NO_STORE"});
 }
 
-// Ends at once.
-template <typename Reactor>
-class Refusal final : public Reactor {
- public:
-  explicit Refusal(const grpc::Status& status) { this->Finish(status); }
-  void OnDone() override { delete this; }
-};
+}  // namespace
 
-// `function` of job_requests.h, called on a disk thread. What gRPC gave lives until Finish().
+std::optional<grpc::Status> JobsService::Refuse(const grpc::CallbackServerContext& context,
+                                                Caller* caller) const {
+  if (const auto error = service_->door->Admit(context, caller)) return GrpcStatus(*error);
+  if (!core_) return NoStore();
+  return std::nullopt;
+}
+
 template <typename Request, typename Response>
-grpc::ServerUnaryReactor* OnDisk(JobsCore* core, grpc::CallbackServerContext* context,
-                                 const Request* request, Response* response,
-                                 grpc::Status (*function)(JobsCore*, const Caller&, const Request&,
-                                                          Response*)) {
+grpc::ServerUnaryReactor* JobsService::OnDisk(grpc::CallbackServerContext* context,
+                                              const Request* request, Response* response,
+                                              Function<Request, Response> function) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  if (core == nullptr) {
-    reactor->Finish(NoStore());
+  Caller caller;
+  if (const auto refused = Refuse(*context, &caller)) {
+    reactor->Finish(*refused);
     return reactor;
   }
-  core->disk.Post([=] { reactor->Finish(function(core, CallerOf(*context), *request, response)); });
+  core_->disk.Post([=, core = core_.get(), caller = std::move(caller)] {
+    reactor->Finish(function(core, caller, *request, response));
+  });
   return reactor;
 }
 
-}  // namespace
-
 absl::StatusOr<std::unique_ptr<JobsService>> JobsService::Open(ServiceCore* core) {
-  std::unique_ptr<JobsService> service(new JobsService);
+  std::unique_ptr<JobsService> service(new JobsService(core));
   if (core->options.store.empty()) return service;
   RILIEVO_ASSIGN_OR_RETURN(auto store, JobStore::Open(core->options.store));
   service->core_ = std::make_unique<JobsCore>(core, std::move(store));
@@ -63,56 +63,65 @@ void JobsService::BeginDrain() {
 
 grpc::ServerReadReactor<v1::UploadScanRequest>* JobsService::UploadScan(
     grpc::CallbackServerContext* context, v1::UploadScanResponse* response) {
-  if (!core_) return new Refusal<grpc::ServerReadReactor<v1::UploadScanRequest>>(NoStore());
-  return UploadScanCall::Begin(core_.get(), context, response);
+  Caller caller;
+  if (const auto refused = Refuse(*context, &caller)) {
+    return new Refusal<grpc::ServerReadReactor<v1::UploadScanRequest>>(*refused);
+  }
+  return UploadScanCall::Begin(core_.get(), std::move(caller), response);
 }
 
 grpc::ServerUnaryReactor* JobsService::GetUpload(grpc::CallbackServerContext* context,
                                                  const v1::GetUploadRequest* request,
                                                  v1::GetUploadResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::GetUpload);
+  return OnDisk(context, request, response, rilievo::GetUpload);
 }
 
 grpc::ServerUnaryReactor* JobsService::CreateJob(grpc::CallbackServerContext* context,
                                                  const v1::CreateJobRequest* request,
                                                  v1::CreateJobResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::CreateJob);
+  return OnDisk(context, request, response, rilievo::CreateJob);
 }
 
 grpc::ServerUnaryReactor* JobsService::GetJob(grpc::CallbackServerContext* context,
                                               const v1::GetJobRequest* request,
                                               v1::GetJobResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::GetJob);
+  return OnDisk(context, request, response, rilievo::GetJob);
 }
 
 grpc::ServerUnaryReactor* JobsService::ListJobs(grpc::CallbackServerContext* context,
                                                 const v1::ListJobsRequest* request,
                                                 v1::ListJobsResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::ListJobs);
+  return OnDisk(context, request, response, rilievo::ListJobs);
 }
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* JobsService::WatchJob(
     grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) {
-  if (!core_) return new Refusal<grpc::ServerWriteReactor<v1::WatchJobResponse>>(NoStore());
-  return WatchJobCall::Begin(core_.get(), context, *request);
+  Caller caller;
+  if (const auto refused = Refuse(*context, &caller)) {
+    return new Refusal<grpc::ServerWriteReactor<v1::WatchJobResponse>>(*refused);
+  }
+  return WatchJobCall::Begin(core_.get(), std::move(caller), *request);
 }
 
 grpc::ServerWriteReactor<v1::StreamSurfaceResponse>* JobsService::StreamSurface(
     grpc::CallbackServerContext* context, const v1::StreamSurfaceRequest* request) {
-  if (!core_) return new Refusal<grpc::ServerWriteReactor<v1::StreamSurfaceResponse>>(NoStore());
-  return StreamSurfaceCall::Begin(core_.get(), context, *request);
+  Caller caller;
+  if (const auto refused = Refuse(*context, &caller)) {
+    return new Refusal<grpc::ServerWriteReactor<v1::StreamSurfaceResponse>>(*refused);
+  }
+  return StreamSurfaceCall::Begin(core_.get(), context, std::move(caller), *request);
 }
 
 grpc::ServerUnaryReactor* JobsService::CancelJob(grpc::CallbackServerContext* context,
                                                  const v1::CancelJobRequest* request,
                                                  v1::CancelJobResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::CancelJob);
+  return OnDisk(context, request, response, rilievo::CancelJob);
 }
 
 grpc::ServerUnaryReactor* JobsService::DeleteJob(grpc::CallbackServerContext* context,
                                                  const v1::DeleteJobRequest* request,
                                                  v1::DeleteJobResponse* response) {
-  return OnDisk(core_.get(), context, request, response, rilievo::DeleteJob);
+  return OnDisk(context, request, response, rilievo::DeleteJob);
 }
 
 }  // namespace rilievo

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.grpc.pb.h"
 #include "server/calls/service_core.h"
+#include "server/doors/caller.h"
 #include "server/jobs/jobs_core.h"
 
 namespace rilievo {
@@ -49,8 +51,21 @@ class JobsService final : public v1::JobsService::CallbackService {
                                       v1::DeleteJobResponse* response) override;
 
  private:
-  JobsService() = default;
+  template <typename Request, typename Response>
+  using Function = grpc::Status (*)(JobsCore*, const Caller&, const Request&, Response*);
 
+  explicit JobsService(ServiceCore* service) : service_(service) {}
+
+  // Sets the caller, or gives the status to end the call with.
+  std::optional<grpc::Status> Refuse(const grpc::CallbackServerContext& context,
+                                     Caller* caller) const;
+
+  // `function` of job_requests.h, called on a disk thread. What gRPC gave lives until Finish().
+  template <typename Request, typename Response>
+  grpc::ServerUnaryReactor* OnDisk(grpc::CallbackServerContext* context, const Request* request,
+                                   Response* response, Function<Request, Response> function);
+
+  ServiceCore* const service_;
   std::unique_ptr<JobsCore> core_;  // none without a store
 };
 

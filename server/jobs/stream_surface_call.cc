@@ -19,8 +19,9 @@ CallError NotSucceeded(v1::JobState state) {
 }  // namespace
 
 StreamSurfaceCall* StreamSurfaceCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
+                                            Caller caller,
                                             const v1::StreamSurfaceRequest& request) {
-  auto call = std::make_shared<StreamSurfaceCall>(core, context, request);
+  auto call = std::make_shared<StreamSurfaceCall>(core, context, std::move(caller), request);
   StreamSurfaceCall* reactor = call.get();
   const std::lock_guard lock(reactor->mutex_);
   core->service->live_calls.Enter(call);
@@ -30,10 +31,10 @@ StreamSurfaceCall* StreamSurfaceCall::Begin(JobsCore* core, grpc::CallbackServer
 }
 
 StreamSurfaceCall::StreamSurfaceCall(JobsCore* core, grpc::CallbackServerContext* context,
-                                     const v1::StreamSurfaceRequest& request)
+                                     Caller caller, const v1::StreamSurfaceRequest& request)
     : core_(core),
       context_(context),
-      caller_(CallerOf(*context)),
+      caller_(std::move(caller)),
       request_(request),
       last_write_(Clock::now()) {}
 

@@ -7,9 +7,9 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/calls/caller.h"
 #include "server/calls/live_calls.h"
 #include "server/conversion/call_error.h"
+#include "server/doors/caller.h"
 #include "server/jobs/jobs_core.h"
 #include "server/jobs/stored_surface.h"
 
@@ -23,9 +23,9 @@ class StreamSurfaceCall final : public grpc::ServerWriteReactor<v1::StreamSurfac
  public:
   // The reactor gRPC asks for; owns itself until OnDone().
   static StreamSurfaceCall* Begin(JobsCore* core, grpc::CallbackServerContext* context,
-                                  const v1::StreamSurfaceRequest& request);
+                                  Caller caller, const v1::StreamSurfaceRequest& request);
 
-  StreamSurfaceCall(JobsCore* core, grpc::CallbackServerContext* context,
+  StreamSurfaceCall(JobsCore* core, grpc::CallbackServerContext* context, Caller caller,
                     const v1::StreamSurfaceRequest& request);
   ~StreamSurfaceCall() override;
 

@@ -27,9 +27,9 @@ CallError TooManyUploads() {
 
 }  // namespace
 
-UploadScanCall* UploadScanCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
+UploadScanCall* UploadScanCall::Begin(JobsCore* core, Caller caller,
                                       v1::UploadScanResponse* response) {
-  auto call = std::make_shared<UploadScanCall>(core, CallerOf(*context), response);
+  auto call = std::make_shared<UploadScanCall>(core, std::move(caller), response);
   UploadScanCall* reactor = call.get();
   const std::lock_guard lock(reactor->mutex_);
   core->service->live_calls.Enter(call);

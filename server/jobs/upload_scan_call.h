@@ -8,9 +8,9 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/calls/caller.h"
 #include "server/calls/live_calls.h"
 #include "server/conversion/call_error.h"
+#include "server/doors/caller.h"
 #include "server/jobs/jobs_core.h"
 
 namespace rilievo {
@@ -22,8 +22,7 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
                              public std::enable_shared_from_this<UploadScanCall> {
  public:
   // The reactor gRPC asks for; owns itself until OnDone().
-  static UploadScanCall* Begin(JobsCore* core, grpc::CallbackServerContext* context,
-                               v1::UploadScanResponse* response);
+  static UploadScanCall* Begin(JobsCore* core, Caller caller, v1::UploadScanResponse* response);
 
   UploadScanCall(JobsCore* core, Caller caller, v1::UploadScanResponse* response);
   ~UploadScanCall() override;

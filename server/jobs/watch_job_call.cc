@@ -16,9 +16,9 @@ CallError ErrorOfEnd(const absl::Status& reason) {
 
 }  // namespace
 
-WatchJobCall* WatchJobCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
+WatchJobCall* WatchJobCall::Begin(JobsCore* core, Caller caller,
                                   const v1::WatchJobRequest& request) {
-  auto call = std::make_shared<WatchJobCall>(core, CallerOf(*context), request);
+  auto call = std::make_shared<WatchJobCall>(core, std::move(caller), request);
   WatchJobCall* reactor = call.get();
   core->service->live_calls.Enter(call);
   reactor->self_ = call;

@@ -7,8 +7,8 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/calls/caller.h"
 #include "server/calls/live_calls.h"
+#include "server/doors/caller.h"
 #include "server/jobs/job_events.h"
 #include "server/jobs/jobs_core.h"
 
@@ -21,8 +21,7 @@ class WatchJobCall final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
                            public std::enable_shared_from_this<WatchJobCall> {
  public:
   // The reactor gRPC asks for; owns itself until OnDone().
-  static WatchJobCall* Begin(JobsCore* core, grpc::CallbackServerContext* context,
-                             const v1::WatchJobRequest& request);
+  static WatchJobCall* Begin(JobsCore* core, Caller caller, const v1::WatchJobRequest& request);
 
   WatchJobCall(JobsCore* core, Caller caller, const v1::WatchJobRequest& request);
   ~WatchJobCall() override;

@@ -16,6 +16,8 @@
 #include "core/pipeline/reconstruct.h"
 #include "server/calls/job_log.h"
 #include "server/conversion/server_options.h"
+#include "server/doors/access_tokens.h"
+#include "server/doors/token_file.h"
 #include "server/health_probe.h"
 #include "server/reconstruction_server.h"
 #include "server/worker/in_worker_process.h"
@@ -34,6 +36,7 @@ struct CommandLine {
   std::string worker;
   bool in_process = false;
   std::string probe;
+  std::string make_token;
 };
 
 void DeclareOptions(CommandLine* line, CLI::App* app) {
@@ -82,6 +85,10 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                 "work in this process: a job that crashes takes all others along");
   app->add_flag("--reflection,!--no-reflection", options.reflection,
                 "serve the protocol's description (default on)");
+  app->add_option("--tokens", options.tokens,
+                  "file of the tokens that callers must have; read again when it changes");
+  app->add_option("--make-token", line->make_token,
+                  "print a new token for this NAME, and add its line to the file of --tokens");
   app->add_option("--probe", line->probe,
                   "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
 }
@@ -93,6 +100,20 @@ std::chrono::milliseconds Milliseconds(double seconds) {
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "rilievod: %s\n", std::string(status.message()).c_str());
   return 1;
+}
+
+// The token on standard output, where nothing else goes; the line into the file, else beside it.
+int PrintNewToken(const std::string& name, const std::string& file) {
+  const auto made = MakeToken(name);
+  if (!made.ok()) return Fail(made.status());
+  if (file.empty()) {
+    std::fprintf(stderr, "line for the file of --tokens:\n%s\ntoken, shown only now:\n",
+                 made->line.c_str());
+  } else if (const absl::Status added = AddTokenLine(file, made->line); !added.ok()) {
+    return Fail(added);
+  }
+  std::printf("%s\n", made->token.c_str());
+  return 0;
 }
 
 void LogJob(const JobRecord& record) {
@@ -168,6 +189,7 @@ int Main(int argc, char** argv) {
   CLI::App app{"Reconstructs displaced subdivision surfaces from point clouds, over gRPC."};
   DeclareOptions(&line, &app);
   CLI11_PARSE(app, argc, argv);
+  if (!line.make_token.empty()) return PrintNewToken(line.make_token, line.options.tokens);
   if (!line.probe.empty()) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout);
     return health.ok() ? 0 : Fail(health);

@@ -1,4 +1,4 @@
-#include "server/calls/caller.h"
+#include "server/doors/caller.h"
 
 #include <gtest/gtest.h>
 

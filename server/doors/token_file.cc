@@ -1,0 +1,92 @@
+#include "server/doors/token_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <chrono>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/system/file_descriptor.h"
+
+namespace rilievo {
+namespace {
+
+constexpr std::chrono::milliseconds kPeriod{500};
+
+}  // namespace
+
+absl::Status AddTokenLine(const std::string& path, const std::string& line) {
+  const FileDescriptor file(open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (!file.valid()) return StatusOfErrno(errno, path);
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
+  char last = '\n';
+  if (size > 0) RILIEVO_RETURN_IF_ERROR(file.ReadAt(size - 1, &last, 1));
+  const std::string text = absl::StrCat(last == '\n' ? "" : "\n", line, "\n");
+  return file.Write(text.data(), text.size());
+}
+
+absl::StatusOr<std::unique_ptr<TokenFile>> TokenFile::Open(
+    const std::string& path, std::function<void(const absl::Status&)> complain) {
+  std::unique_ptr<TokenFile> file(new TokenFile(path, std::move(complain)));
+  file->version_ = file->CurrentVersion();
+  RILIEVO_RETURN_IF_ERROR(file->Read());
+  file->watcher_ =
+      std::jthread([raw = file.get()](const std::stop_token& stop) { raw->WatchUntil(stop); });
+  return file;
+}
+
+std::optional<std::string> TokenFile::OwnerOf(absl::string_view token) const {
+  std::shared_ptr<const AccessTokens> tokens;
+  {
+    const std::lock_guard lock(mutex_);
+    tokens = tokens_;
+  }
+  return tokens->OwnerOf(token);
+}
+
+TokenFile::Version TokenFile::CurrentVersion() const {
+  struct stat now {};
+  if (stat(path_.c_str(), &now) != 0) return {};
+  return {static_cast<int64_t>(now.st_dev), static_cast<int64_t>(now.st_ino), now.st_size,
+          now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
+}
+
+absl::Status TokenFile::Read() {
+  std::ifstream in(path_, std::ios::binary);
+  if (!in) {
+    return absl::NotFoundError(absl::StrCat("--tokens ", path_,
+                                            " cannot be read; make it with "
+                                            "rilievod --make-token NAME --tokens ",
+                                            path_));
+  }
+  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  auto parsed = AccessTokens::Parse(text);
+  if (!parsed.ok()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--tokens ", path_, ", ", parsed.status().message()));
+  }
+  auto tokens = std::make_shared<const AccessTokens>(*std::move(parsed));
+  const std::lock_guard lock(mutex_);
+  tokens_ = std::move(tokens);
+  return absl::OkStatus();
+}
+
+void TokenFile::WatchUntil(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    const Version now = CurrentVersion();
+    if (now != version_) {
+      version_ = now;
+      const absl::Status read = Read();
+      if (!read.ok() && complain_) complain_(read);
+    }
+    std::unique_lock lock(mutex_);
+    wake_.wait_for(lock, stop, kPeriod, [] { return false; });
+  }
+}
+
+}  // namespace rilievo
