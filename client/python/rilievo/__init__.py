@@ -1,0 +1,46 @@
+"""Displaced subdivision surfaces from point scans, as NumPy arrays.
+
+    surface = rilievo.reconstruct(points, max_error=1e-3)
+    vertices, faces = surface.vertices(), surface.faces()
+    rilievo.read("owl.dss").mesh(level=2)
+
+Surfaces are decoded by the same library as everywhere else, so their vertices are the same bits.
+Reading needs NumPy alone; reconstructing needs gRPC.
+"""
+from typing import TYPE_CHECKING, Any
+
+from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FieldViolation,
+                     InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
+                     RilievoError, ServerDefect, Unavailable)
+from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, ControlMesh, Distance, Frame, Mesh,
+                      Surface, read)
+
+if TYPE_CHECKING:
+    from .connection import Server
+    from .jobs import Job, Jobs
+    from .private_server import PrivateServer
+    from .reconstruction import Progress, reconstruct
+
+__version__ = "0.1.0"
+__all__ = [
+    "Cancelled", "Certificate", "ControlMesh", "DataLoss", "DeadlineExceeded", "Distance",
+    "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument", "Job", "Jobs",
+    "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied", "PrivateServer",
+    "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
+    "Surface", "Unavailable", "read", "reconstruct",
+]
+
+_WITH_GRPC = {
+    "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
+    "Server": "connection", "reconstruct": "reconstruction",
+}
+
+
+# gRPC is loaded when it is first needed.
+def __getattr__(name: str) -> Any:
+    if name not in _WITH_GRPC:
+        raise AttributeError(f"module 'rilievo' has no attribute {name!r}")
+    import importlib
+    value = getattr(importlib.import_module(f"rilievo.{_WITH_GRPC[name]}"), name)
+    globals()[name] = value
+    return value

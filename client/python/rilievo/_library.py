@@ -1,0 +1,147 @@
+"""The decoder's C interface (rilievo_decoder.h) by ctypes."""
+import ctypes
+import ctypes.util
+import os
+import pathlib
+import threading
+from typing import Any, Optional, Type
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import DataLoss, InvalidArgument, ResourceExhausted, RilievoError, ServerDefect
+
+_NAMES = ("librilievo_decoder.so.1", "librilievo_decoder.so", "librilievo_decoder.dylib")
+_ERRORS = {3: InvalidArgument, 8: ResourceExhausted, 12: RilievoError, 13: ServerDefect,
+           15: DataLoss}
+_ELEMENTS = {
+    "rilievo_surface_info": ctypes.c_char, "rilievo_surface_frame": ctypes.c_double,
+    "rilievo_surface_heights": ctypes.c_float, "rilievo_control_vertices": ctypes.c_double,
+    "rilievo_control_faces": ctypes.c_uint32, "rilievo_control_creases": ctypes.c_uint32,
+    "rilievo_control_sharpness": ctypes.c_float, "rilievo_control_corners": ctypes.c_uint32,
+    "rilievo_mesh_vertices": ctypes.c_double, "rilievo_mesh_faces": ctypes.c_uint32,
+    "rilievo_mesh_normals": ctypes.c_float, "rilievo_mesh_flags": ctypes.c_uint8,
+}
+
+
+def _load() -> ctypes.CDLL:
+    named = os.environ.get("RILIEVO_DECODER_LIBRARY")
+    if named:
+        return ctypes.CDLL(named)
+    for name in _NAMES:
+        beside = pathlib.Path(__file__).parent / name
+        if beside.exists():
+            return ctypes.CDLL(str(beside))
+    found = ctypes.util.find_library("rilievo_decoder")
+    for name in ((found,) if found else ()) + _NAMES:
+        try:
+            return ctypes.CDLL(name)
+        except OSError:
+            pass
+    raise ImportError(
+        "the decoder librilievo_decoder.so is not found: install it, or name its file in the "
+        "environment variable RILIEVO_DECODER_LIBRARY (in a build tree: lib/librilievo_decoder.so)")
+
+
+def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
+    pointer, size = ctypes.c_void_p, ctypes.c_size_t
+    out, count = ctypes.POINTER(pointer), ctypes.POINTER(size)
+    library.rilievo_last_error.restype = ctypes.c_char_p
+    library.rilievo_decoder_version.restype = ctypes.c_char_p
+    library.rilievo_whole_bytes.argtypes = [pointer, size, ctypes.c_int, count]
+    library.rilievo_decode.argtypes = [pointer, size, ctypes.c_int, out]
+    library.rilievo_tessellate.argtypes = [pointer, ctypes.c_int, ctypes.c_int, out]
+    library.rilievo_tessellate_adaptively.argtypes = [
+        pointer, ctypes.c_double, ctypes.c_int64, ctypes.c_int, out,
+        ctypes.POINTER(ctypes.c_double)]
+    for name in ("rilievo_surface_free", "rilievo_mesh_free"):
+        getattr(library, name).argtypes = [pointer]
+        getattr(library, name).restype = None
+    for name in ("rilievo_surface_max_level", "rilievo_surface_declared_max_level"):
+        getattr(library, name).argtypes = [pointer]
+    for name in _ELEMENTS:
+        getattr(library, name).argtypes = [pointer, count]
+        getattr(library, name).restype = pointer
+    return library
+
+
+_lock = threading.Lock()
+_library: Optional[ctypes.CDLL] = None
+
+
+def library() -> ctypes.CDLL:
+    """Loaded when it is first needed."""
+    global _library
+    with _lock:
+        if _library is None:
+            _library = _declare(_load())
+        return _library
+
+
+def check(code: int) -> None:
+    """Raises what a RilievoCode stands for."""
+    if code == 0:
+        return
+    error: Type[RilievoError] = _ERRORS.get(code, ServerDefect)
+    raise error(library().rilievo_last_error().decode("utf-8", "replace"))
+
+
+class Handle:
+    """An object of the library, freed with this one. Arrays of it hold on to it."""
+
+    def __init__(self, address: int, free: str) -> None:
+        self.address = address
+        self._free = getattr(library(), free)
+
+    def __del__(self) -> None:
+        if self.address:
+            self._free(self.address)
+            self.address = 0
+
+    def text(self, name: str) -> str:
+        address, count = self._elements(name)
+        return ctypes.string_at(address, count).decode("utf-8")
+
+    def array(self, name: str, columns: int = 1) -> npt.NDArray[Any]:
+        """The elements behind a pointer without a copy, read-only; (n, columns), or (n,)."""
+        address, count = self._elements(name)
+        element: Any = _ELEMENTS[name]
+        if count == 0:
+            flat = np.empty(0, element)
+        else:
+            memory = (element * count).from_address(address)
+            memory._owner = self  # NumPy keeps `memory`
+            flat = np.frombuffer(memory, element)
+        flat.flags.writeable = False
+        return flat if columns == 1 else flat.reshape(-1, columns)
+
+    def _elements(self, name: str) -> "tuple[int, int]":
+        count = ctypes.c_size_t()
+        address = getattr(library(), name)(self.address, ctypes.byref(count))
+        return address or 0, count.value
+
+
+def whole_bytes(data: bytes, max_level: int) -> int:
+    whole = ctypes.c_size_t()
+    check(library().rilievo_whole_bytes(data, len(data), max_level, ctypes.byref(whole)))
+    return whole.value
+
+
+def decode(data: bytes, size: int, threads: int) -> Handle:
+    surface = ctypes.c_void_p()
+    check(library().rilievo_decode(data, size, threads, ctypes.byref(surface)))
+    return Handle(surface.value or 0, "rilievo_surface_free")
+
+
+def tessellate(surface: Handle, level: int, threads: int) -> Handle:
+    mesh = ctypes.c_void_p()
+    check(library().rilievo_tessellate(surface.address, level, threads, ctypes.byref(mesh)))
+    return Handle(mesh.value or 0, "rilievo_mesh_free")
+
+
+def tessellate_adaptively(surface: Handle, tolerance: float, triangles: int,
+                          threads: int) -> "tuple[Handle, float]":
+    mesh, error = ctypes.c_void_p(), ctypes.c_double()
+    check(library().rilievo_tessellate_adaptively(surface.address, tolerance, triangles, threads,
+                                                  ctypes.byref(mesh), ctypes.byref(error)))
+    return Handle(mesh.value or 0, "rilievo_mesh_free"), error.value

@@ -1,0 +1,192 @@
+"""Points in, surface out, in one call."""
+import contextlib
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Union
+
+import grpc
+
+from .connection import Server, as_server, error_of
+from .errors import DataLoss, RilievoError
+from .options import Options, as_message
+from .private_server import PrivateServer
+from .scan import Packed, pack
+from .surface import Surface
+from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+@dataclass(frozen=True)
+class Progress:
+    stage: str
+    """"sending", "queued", "check", "neighbors", "normals", "control-mesh", "domain-fit",
+    "displacement", "measure" or "encode"."""
+    fraction: float
+    """Of this stage, [0, 1]."""
+    stage_seconds: float
+    total_seconds: float
+    """Since the points were complete."""
+
+
+ProgressCallback = Callable[[Progress], Any]
+LayerCallback = Callable[[Surface], Any]
+
+
+def reconstruct(points: Any, *, server: Optional[Union[str, Server]] = None,
+                progress: Optional[ProgressCallback] = None,
+                layer: Optional[LayerCallback] = None, timeout: Optional[float] = None,
+                **options: "Unpack[Options]") -> Surface:
+    """Makes a surface from a scan.
+
+    points    (n, 3) numbers in any unit, at least 20 points; or a structured array with x, y, z
+    server    "host:port", or a Server with a token and certificates; None: a private rilievod is
+              started for this call (see PrivateServer for many calls)
+    progress  called in this thread with a Progress; what it raises cancels the call
+    layer     called in this thread with a Surface each time another level has arrived
+    timeout   seconds for everything; None: no limit
+    options   see Options: max_error, max_bytes, topology, ...
+
+    Ctrl-C cancels the work and raises KeyboardInterrupt. Raises the errors of rilievo.errors;
+    InvalidArgument tells the argument at fault. The same points, options and seed give the same
+    bytes, whatever the client.
+    """
+    message, scan = as_message(options), pack(points)
+    receiver = _Receiver(progress, layer)
+    with contextlib.ExitStack() as stack:
+        where = as_server(server if server is not None else stack.enter_context(PrivateServer()))
+        channel = stack.enter_context(contextlib.closing(where.channel()))
+        stub = _new_stub(channel)
+        requests = _Requests(scan, message)
+        call = stub.Reconstruct(iter(requests), timeout=timeout, metadata=where.metadata())
+        try:
+            for response in call:
+                receiver.take(response)
+        except grpc.RpcError as failure:
+            if requests.failure is not None:
+                raise requests.failure from None
+            raise error_of(failure, where.address) from None
+        finally:
+            # Whatever happened: a finished call is not harmed.
+            call.cancel()
+            requests.stop()
+    return receiver.finish()
+
+
+def _new_stub(channel: Any) -> Any:
+    kind: Any = reconstruction_pb2_grpc.ReconstructionServiceStub  # generated without types
+    return kind(channel)
+
+
+class _Requests:
+    """The messages of one call; gRPC takes them in a thread of its own."""
+
+    def __init__(self, scan: Packed, options: Any) -> None:
+        self._scan, self._options = scan, options
+        self._stopped = threading.Event()
+        self.failure: Optional[BaseException] = None
+
+    def stop(self) -> None:
+        self._stopped.set()
+
+    def __iter__(self) -> Iterator[Any]:
+        try:
+            request = reconstruction_pb2.ReconstructRequest
+            yield request(header=self._scan.header(self._options))
+            for data in self._scan.pieces():
+                if self._stopped.is_set():
+                    return
+                yield request(points=reconstruction_pb2.PointChunk(data=data))
+        except Exception as error:  # gRPC would only say that it was cancelled
+            self.failure = error
+            raise
+
+
+class _Receiver:
+    """Puts the answers together."""
+
+    def __init__(self, progress: Optional[ProgressCallback],
+                 layer: Optional[LayerCallback]) -> None:
+        self._progress, self._layer = progress, layer
+        self._header: Any = None
+        self._report: Optional[Dict[str, Any]] = None
+        self._bytes = bytearray()
+        self._ends: "list[int]" = []
+
+    def take(self, response: Any) -> None:
+        kind = response.WhichOneof("message")
+        if kind == "progress":
+            if self._progress:
+                self._progress(progress_of(response.progress))
+        elif kind == "surface":
+            self.begin(response.surface)
+        elif kind == "piece":
+            self.append(response.piece)
+        elif kind == "summary":
+            self._report = report_of(response.summary.report)
+
+    def begin(self, header: Any) -> None:
+        self._header = header
+        end = 0
+        for size in header.chunk_bytes:
+            end += size
+            self._ends.append(end)
+
+    def append(self, piece: Any) -> None:
+        if piece.offset != len(self._bytes):
+            raise DataLoss(f"a piece at byte {piece.offset} came where byte {len(self._bytes)} "
+                           "was due")
+        self._bytes += piece.data
+        # The control mesh alone, chunk 0, is no layer.
+        if self._layer and len(self._bytes) in self._ends[1:-1]:
+            self._layer(Surface.from_bytes(self._bytes))
+
+    def finish(self) -> Surface:
+        if self._header is None or len(self._bytes) != self._header.total_bytes:
+            raise DataLoss(f"the answer ended after {len(self._bytes)} bytes of the surface")
+        if self._report is None:
+            raise DataLoss("the answer ended without a summary")
+        surface = Surface(bytes(self._bytes), len(self._bytes), self._report)
+        if self._layer:
+            self._layer(surface)
+        return surface
+
+
+def stage_name(stage: int) -> str:
+    """"control-mesh" for STAGE_CONTROL_MESH."""
+    try:
+        name = report_pb2.Stage.Name(stage)
+    except ValueError:  # of a newer server
+        return f"stage-{stage}"
+    return str(name)[len("STAGE_"):].lower().replace("_", "-")
+
+
+def progress_of(message: Any) -> Progress:
+    return Progress(stage_name(message.stage), message.fraction, message.stage_seconds,
+                    message.total_seconds)
+
+
+def report_of(message: Any) -> Dict[str, Any]:
+    """A ReconstructReport by the names of report.proto, stage times by stage; what is not set and
+    is a message of its own, such as the error when it was not measured, is None."""
+    report = _fields_of(message)
+    report.pop("stage_times")
+    report["stage_seconds"] = {stage_name(t.stage): t.seconds for t in message.stage_times}
+    return report
+
+
+def _fields_of(message: Any) -> Dict[str, Any]:
+    values: Dict[str, Any] = {}
+    for field in message.DESCRIPTOR.fields:
+        value = getattr(message, field.name)
+        if field.label == field.LABEL_REPEATED:
+            values[field.name] = list(value)
+        elif field.message_type is not None:
+            values[field.name] = _fields_of(value) if message.HasField(field.name) else None
+        else:
+            values[field.name] = value
+    return values
+
+
+__all__ = ["LayerCallback", "Progress", "ProgressCallback", "RilievoError", "reconstruct"]

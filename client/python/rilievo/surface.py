@@ -1,0 +1,245 @@
+"""A decoded .dss: its control mesh, its heights, and its triangles at any level."""
+import json
+import operator
+import os
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any, Callable, Dict, List, Optional, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _library
+from .errors import InvalidArgument, RilievoError
+
+MEASURED, SMOOTHED, FILLED = 0, 1, 2
+"""Flags of a vertex: where its height comes from. The format keeps smoothed as measured."""
+
+_KEPT_LEVELS = 2
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles; the arrays are read-only views of the decoder's memory."""
+    vertices: npt.NDArray[np.float64]
+    """(n, 3), scan frame."""
+    faces: npt.NDArray[np.uint32]
+    """(m, 3) vertex numbers, counter-clockwise seen from outside."""
+    normals: npt.NDArray[np.float32]
+    """(n, 3), unit."""
+    flags: npt.NDArray[np.uint8]
+    """(n,) MEASURED, SMOOTHED or FILLED."""
+
+
+@dataclass(frozen=True)
+class ControlMesh:
+    vertices: npt.NDArray[np.float64]
+    """(n, 3) control points, scan frame."""
+    faces: npt.NDArray[np.uint32]
+    """(m, 3)."""
+    creases: npt.NDArray[np.uint32]
+    """(k, 2) ends of sharp edges; those on a border are sharp without being named."""
+    sharpness: npt.NDArray[np.float32]
+    """(k,); 10 and more: sharp at every level."""
+    corners: npt.NDArray[np.uint32]
+    """Vertices that stay where they are."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """point = unit * diagonal + center."""
+    center: npt.NDArray[np.float64]
+    diagonal: float
+
+
+@dataclass(frozen=True)
+class Distance:
+    """One direction; fractions of the diagonal, None where unknown."""
+    rms: Optional[float]
+    mean: Optional[float]
+    p95: Optional[float]
+    max: Optional[float]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Errors of the decoded surface against its scan, measured when it was made. Distances are
+    fractions of Frame.diagonal; None where unknown."""
+    error_rms: Optional[float]
+    error_mean: Optional[float]
+    error_p95: Optional[float]
+    error_max: Optional[float]
+    surface_to_scan: Distance
+    scan_to_surface: Distance
+    measured_share: Optional[float]
+    smoothed_share: Optional[float]
+    filled_share: Optional[float]
+    folds: Optional[int]
+
+
+class Surface:
+    """Made by read(), reconstruct() or Surface.from_bytes(). May be used by many threads."""
+
+    def __init__(self, data: bytes, size: int, report: Optional[Dict[str, Any]] = None,
+                 threads: int = 0) -> None:
+        self._handle = _library.decode(data, size, threads)
+        self._data = data[:size]
+        self._threads = threads
+        self._lock = threading.Lock()
+        self._meshes: "OrderedDict[int, Mesh]" = OrderedDict()
+        self.info: Dict[str, Any] = json.loads(self._handle.text("rilievo_surface_info"))
+        """All that the file says of itself."""
+        self.report = report
+        """The report of the reconstruction (report.proto); None for a surface that was read."""
+
+    @classmethod
+    def from_bytes(cls, data: Union[bytes, bytearray, memoryview],
+                   max_level: Optional[int] = None, partial: bool = False,
+                   threads: int = 0) -> "Surface":
+        """Of the bytes of a .dss file. `max_level`: decode no finer level. `partial`: the bytes may
+        end anywhere behind the control mesh; what is whole is decoded. `threads`: 0: all."""
+        data = bytes(data)
+        size = len(data)
+        if max_level is not None or partial:
+            level = -1 if max_level is None else _level(max_level)
+            whole = _library.whole_bytes(data, level)
+            if partial and whole == 0:
+                raise InvalidArgument(f"the first {size} bytes do not hold the control mesh yet")
+            size = whole if partial or whole < size and _ends(data, level) else size
+        return cls(data, size, threads=threads)
+
+    def to_bytes(self) -> bytes:
+        """The .dss file, as it was."""
+        return self._data
+
+    def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """The .dss file; one that is there already is replaced at once or not at all."""
+        temporary = f"{os.fspath(path)}.{os.getpid()}.part"
+        try:
+            with open(temporary, "wb") as file:
+                file.write(self._data)
+            os.replace(temporary, path)
+        except BaseException:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
+            raise
+
+    def __reduce__(self) -> Tuple[Callable[..., "Surface"], Tuple[Any, ...]]:
+        return Surface, (self._data, len(self._data), self.report, self._threads)
+
+    def __repr__(self) -> str:
+        finest = self.info["levels"][-1]
+        return (f"<rilievo.Surface: {self.info['control']['faces']} control faces, "
+                f"max_level {self.max_level}, {finest['vertices']} vertices, "
+                f"{len(self._data)} bytes>")
+
+    @property
+    def max_level(self) -> int:
+        """The finest level of heights that is there."""
+        return int(self.info["max_level"])
+
+    @property
+    def declared_max_level(self) -> int:
+        """The finest level of the whole file."""
+        return int(self.info["declared_max_level"])
+
+    @property
+    def levels(self) -> List[Dict[str, int]]:
+        """For each level its number of vertices and faces."""
+        return list(self.info["levels"])
+
+    @property
+    def frame(self) -> Frame:
+        values = self._handle.array("rilievo_surface_frame")
+        return Frame(values[:3], float(values[3]))
+
+    @property
+    def heights(self) -> npt.NDArray[np.float32]:
+        """(n,) displacements of the vertices of max_level along their limit normals, fractions of
+        the diagonal. The vertices of a coarser level come first."""
+        return self._handle.array("rilievo_surface_heights")
+
+    @property
+    def control_mesh(self) -> ControlMesh:
+        array = self._handle.array
+        return ControlMesh(array("rilievo_control_vertices", 3), array("rilievo_control_faces", 3),
+                           array("rilievo_control_creases", 2), array("rilievo_control_sharpness"),
+                           array("rilievo_control_corners"))
+
+    @property
+    def certificate(self) -> Certificate:
+        values = dict(self.info["certificate"])
+        for name in ("surface_to_scan", "scan_to_surface"):
+            values[name] = Distance(**{k: values[name][k] for k in ("rms", "mean", "p95", "max")})
+        return Certificate(**{k: values[k] for k in Certificate.__dataclass_fields__})
+
+    def mesh(self, level: Optional[int] = None) -> Mesh:
+        """The triangles of a level, [0, max_level + 2]; None: max_level. The last two levels asked
+        for are kept."""
+        number = self.max_level if level is None else _level(level)
+        with self._lock:
+            mesh = self._meshes.pop(number, None)
+            if mesh is None:
+                mesh = _mesh(_library.tessellate(self._handle, number, self._threads))
+            self._meshes[number] = mesh
+            if len(self._meshes) > _KEPT_LEVELS:
+                self._meshes.popitem(last=False)
+            return mesh
+
+    def vertices(self, level: Optional[int] = None) -> npt.NDArray[np.float64]:
+        """(n, 3), scan frame."""
+        return self.mesh(level).vertices
+
+    def faces(self, level: Optional[int] = None) -> npt.NDArray[np.uint32]:
+        """(m, 3) vertex numbers, counter-clockwise seen from outside."""
+        return self.mesh(level).faces
+
+    def normals(self, level: Optional[int] = None) -> npt.NDArray[np.float32]:
+        """(n, 3), unit."""
+        return self.mesh(level).normals
+
+    def flags(self, level: Optional[int] = None) -> npt.NDArray[np.uint8]:
+        """(n,) MEASURED, SMOOTHED or FILLED."""
+        return self.mesh(level).flags
+
+    def adaptive_mesh(self, tolerance: Optional[float] = None,
+                      triangles: Optional[int] = None) -> Tuple[Mesh, float]:
+        """As few triangles as stay within `tolerance` (fraction of the diagonal) of the finest
+        level, or at most `triangles` of them; and the largest distance, fraction of the
+        diagonal."""
+        if (tolerance is None) == (triangles is None):
+            raise InvalidArgument("give either tolerance or triangles")
+        if triangles is not None and triangles < 1:
+            raise InvalidArgument(f"triangles = {triangles}: must be 1 or more")
+        handle, error = _library.tessellate_adaptively(
+            self._handle, tolerance or 0.0, operator.index(triangles or 0), self._threads)
+        return _mesh(handle), error
+
+
+def read(path: Union[str, "os.PathLike[str]"], max_level: Optional[int] = None,
+         partial: bool = False, threads: int = 0) -> Surface:
+    """Reads a .dss file; see Surface.from_bytes()."""
+    with open(path, "rb") as file:
+        data = file.read()
+    try:
+        return Surface.from_bytes(data, max_level, partial, threads)
+    except RilievoError as error:
+        raise type(error)(f"{os.fspath(path)}: {error}") from None
+
+
+def _level(level: int) -> int:
+    number = operator.index(level)
+    if not 0 <= number <= 100:
+        raise InvalidArgument(f"level = {number}: must be in [0, max_level + 2]")
+    return number
+
+
+def _ends(data: bytes, level: int) -> bool:
+    # Cut for the level, not because the file is cut off: then there is more that is whole.
+    return _library.whole_bytes(data, -1) > _library.whole_bytes(data, level)
+
+
+def _mesh(handle: _library.Handle) -> Mesh:
+    return Mesh(handle.array("rilievo_mesh_vertices", 3), handle.array("rilievo_mesh_faces", 3),
+                handle.array("rilievo_mesh_normals", 3), handle.array("rilievo_mesh_flags"))

@@ -1,0 +1,278 @@
+"""Points in, surface out, through a real rilievod."""
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+import numpy as np
+from scans import command_line, sheet, sphere
+
+import rilievo
+from rilievo.connection import parameter_of
+
+
+def refused(address: str) -> bool:
+    host, _, port = address.rpartition(":")
+    try:
+        socket.create_connection((host, int(port)), 1).close()
+        return False
+    except OSError:
+        return True
+
+
+def becomes_true(condition, seconds: float = 10) -> bool:
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+class WithServer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.private = rilievo.PrivateServer()
+        cls.server = cls.private.__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.private.__exit__(None, None, None)
+
+
+class ReconstructTest(WithServer):
+    def test_a_private_server_for_one_call(self):
+        points = sphere(3000)
+        surface = rilievo.reconstruct(points)
+        radii = np.linalg.norm(surface.vertices() - [1, 2, 3], axis=1)
+        self.assertTrue((radii > 1.9).all() and (radii < 2.1).all())
+        self.assertEqual(surface.report["points_in"], 3000)
+        self.assertEqual(surface.report["components"], 1)
+        self.assertEqual(surface.report["boundary_loops"], 0)
+        self.assertAlmostEqual(surface.report["diagonal"], surface.frame.diagonal)
+        self.assertEqual(surface.info["metadata"]["scan_points"], 3000)
+        self.assertLess(surface.certificate.scan_to_surface.rms, 1e-3)
+        self.assertEqual(surface.report["error"]["points_to_surface"]["samples"], 3000)
+
+    def test_same_bytes_as_the_command_line(self):
+        scans = {"closed": (sphere(4000), {}, []),
+                 "max_error": (sphere(4000), {"max_error": 2e-3}, ["--max-error", "2e-3"]),
+                 "open": (sheet(4000), {"max_bytes": 2000, "topology": "planar", "max_level": 2},
+                          ["--max-bytes", "2000", "--topology", "planar", "--max-level", "2"]),
+                 "far": (sheet(3000, (4.6e6, 5.5e6, 300)),
+                         {"control_faces": 60, "seed": 5, "creases": "off", "fit": "suzuki"},
+                         ["--control-faces", "60", "--seed", "5", "--creases", "off", "--fit",
+                          "suzuki"])}
+        for name, (points, options, arguments) in scans.items():
+            with self.subTest(name):
+                surface = rilievo.reconstruct(points, server=self.server, **options)
+                self.assertEqual(surface.to_bytes(), command_line(points, arguments))
+                if "max_bytes" in options:
+                    self.assertLessEqual(len(surface.to_bytes()), 2000)
+
+    def test_float32_points_are_the_same_scan_as_their_doubles(self):
+        narrow = sphere(2000).astype(np.float32)
+        structured = np.zeros(2000, [("intensity", "u1"), ("x", "f4"), ("y", "f4"), ("z", "f4")])
+        for i, axis in enumerate("xyz"):
+            structured[axis] = narrow[:, i]
+        first = rilievo.reconstruct(narrow, server=self.server).to_bytes()
+        for same in (narrow.astype(np.float64), structured, np.asfortranarray(narrow),
+                     narrow.tolist(), np.repeat(narrow, 2, axis=0)[::2]):
+            self.assertEqual(rilievo.reconstruct(same, server=self.server).to_bytes(), first)
+
+    def test_masked_and_non_finite_points_are_dropped_and_counted(self):
+        points = np.ma.masked_array(sphere(2000))
+        points[7] = np.ma.masked
+        points[8, 1] = np.inf
+        surface = rilievo.reconstruct(points, server=self.server)
+        self.assertEqual(surface.report["non_finite"], 2)
+
+    def test_progress_and_layers_come_in_order_in_this_thread(self):
+        stages, layers, threads = [], [], set()
+
+        def progress(event):
+            threads.add(threading.get_ident())
+            stages.append(event.stage)
+            self.assertTrue(0 <= event.fraction <= 1)
+
+        surface = rilievo.reconstruct(sphere(5000), server=self.server, progress=progress,
+                                      layer=layers.append)
+        self.assertEqual(threads, {threading.get_ident()})
+        order = ["queued", "check", "neighbors", "normals", "control-mesh", "domain-fit",
+                 "displacement", "measure", "encode"]
+        self.assertEqual(sorted(stages, key=order.index), stages)
+        self.assertIn("measure", stages)
+        self.assertEqual([s.max_level for s in layers], list(range(surface.max_level + 1)))
+        self.assertIs(layers[-1], surface)
+
+    def test_without_measuring_there_is_no_error(self):
+        surface = rilievo.reconstruct(sphere(1000), server=self.server, measure=False)
+        self.assertIsNone(surface.report["error"])
+        self.assertIsNone(surface.certificate.error_rms)
+
+    def test_a_given_control_mesh_is_kept(self):
+        first = rilievo.reconstruct(sphere(2000), server=self.server, control_faces=60)
+        control = first.control_mesh
+        second = rilievo.reconstruct(sphere(2000), server=self.server,
+                                     control_mesh=(control.vertices, control.faces))
+        self.assertEqual(second.report["road"], "user")
+        self.assertEqual(len(second.control_mesh.faces), len(control.faces))
+
+
+class RefusalTest(WithServer):
+    def test_the_argument_at_fault_is_named(self):
+        points = sphere(100)
+        cases = [
+            ("max_error", points, {"max_error": 3}), ("max_error", points, {"max_error": "x"}),
+            ("max_level", points, {"max_level": 9}), ("max_level", points, {"max_level": -1}),
+            ("max_level", points, {"max_level": 1.5}), ("height_step", points, {"height_step": 1}),
+            ("topology", points, {"topology": "flat"}), ("creases", points, {"creases": None, "fit":
+             "suzuki", "topology": "planar", "control_mesh": None, "boundary": "shut"}),
+            ("points", points[:5], {}), ("points", points[:, :2], {}), ("points", "abc", {}),
+            ("points", np.zeros((3, 100)), {}), ("points", np.zeros((50, 3)), {}),
+            ("points", points.astype(complex), {}), ("control_mesh", points, {"control_mesh": 5}),
+            ("control_mesh", points, {"control_mesh": (points, [[0, 1, 100]])}),
+            ("control_mesh", points, {"control_mesh": (points, [[0.5, 1, 2]])}),
+            ("topology", points, {"control_mesh": (points, [[0, 1, 2]]), "topology": "planar"}),
+        ]
+        for parameter, scan, options in cases:
+            with self.subTest(parameter=parameter, options=list(options)):
+                with self.assertRaises(rilievo.InvalidArgument) as caught:
+                    rilievo.reconstruct(scan, server=self.server, **options)
+                expected = "boundary" if "boundary" in options else parameter
+                if caught.exception.violations:
+                    self.assertEqual(caught.exception.parameter, expected, caught.exception)
+                else:
+                    self.assertIn("point", str(caught.exception))
+                self.assertIsInstance(caught.exception, ValueError)
+        with self.assertRaisesRegex(TypeError, "max_eror"):
+            rilievo.reconstruct(points, server=self.server, max_eror=1e-3)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, r"points\[:, :3\]"):
+            rilievo.reconstruct(np.zeros((50, 6)), server=self.server)
+
+    def test_two_targets_exclude_each_other(self):
+        with self.assertRaises(rilievo.InvalidArgument) as caught:
+            rilievo.reconstruct(sphere(100), server=self.server, max_error=1e-3, max_bytes=900)
+        self.assertIn(caught.exception.parameter, ("max_error", "max_bytes"))
+
+    def test_too_few_bytes(self):
+        with self.assertRaises(rilievo.ResourceExhausted):
+            rilievo.reconstruct(sphere(1000), server=self.server, max_bytes=10)
+
+    def test_nobody_there(self):
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            address = "127.0.0.1:%d" % free.getsockname()[1]
+        with self.assertRaisesRegex(rilievo.Unavailable, address) as caught:
+            rilievo.reconstruct(sphere(100), server=address)
+        self.assertIsInstance(caught.exception, ConnectionError)
+
+    def test_limits_of_a_server(self):
+        with rilievo.PrivateServer(["--max-points", "50"]) as small:
+            with self.assertRaises(rilievo.LimitExceeded) as caught:
+                rilievo.reconstruct(sphere(100), server=small)
+            self.assertEqual(caught.exception.reason, "LIMIT_EXCEEDED")
+            self.assertEqual(caught.exception.parameter, "points")
+
+    def test_a_token_is_not_sent_unencrypted_to_another_machine(self):
+        server = rilievo.Server("192.0.2.1:50051", token="secret")
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "unencrypted"):
+            rilievo.reconstruct(sphere(100), server=server)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "key"):
+            rilievo.reconstruct(sphere(100), server=rilievo.Server("a:1", certificate="c.pem"))
+        for address in ("localhost:1", "127.0.0.1:1", "[::1]:1", "127.8.9.1:2"):
+            self.assertEqual(rilievo.Server(address, token="t").metadata(),
+                             (("authorization", "Bearer t"),))
+        with self.assertRaises(rilievo.InvalidArgument):
+            rilievo.Server("127.evil.example:1", token="t").metadata()
+
+    def test_paths_of_the_protocol_become_arguments(self):
+        for field, parameter in (("header.options.encode.max_error_ratio", "max_error"),
+                                 ("header.point_count", "points"),
+                                 ("header.options.control.control_mesh.faces[3]", "control_mesh"),
+                                 ("header.options.fit.method", "fit"), ("upload_id", "")):
+            self.assertEqual(parameter_of(field), parameter)
+
+
+class StoppingTest(WithServer):
+    def test_the_deadline_ends_the_call(self):
+        began = time.monotonic()
+        with self.assertRaises(rilievo.DeadlineExceeded) as caught:
+            rilievo.reconstruct(sphere(200_000), server=self.server, timeout=0.3)
+        self.assertLess(time.monotonic() - began, 5)
+        self.assertIsInstance(caught.exception, TimeoutError)
+
+    def test_what_progress_raises_cancels_the_call(self):
+        def stop(event):
+            raise LookupError("enough")
+
+        for _ in range(3):  # more often than the server has places
+            with self.assertRaisesRegex(LookupError, "enough"):
+                rilievo.reconstruct(sphere(100_000), server=self.server, progress=stop)
+        surface = rilievo.reconstruct(sphere(1000), server=self.server, timeout=60)
+        self.assertEqual(surface.report["points_in"], 1000)
+
+    def run_script(self, code: str):
+        return subprocess.Popen([sys.executable, "-c", "import sys, numpy, rilievo\n" + code],
+                                cwd=os.path.dirname(__file__), stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def test_an_interrupt_cancels_and_ends_the_private_server(self):
+        script = self.run_script("""
+from scans import sphere
+from rilievo import private_server
+start = private_server.PrivateServer.__enter__
+def announced(self):
+    server = start(self)
+    print(server.address, flush=True)
+    return server
+private_server.PrivateServer.__enter__ = announced
+points = sphere(400000)
+try:
+    rilievo.reconstruct(points, progress=lambda event: print(event.stage, flush=True))
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+""")
+        with script:
+            address = script.stdout.readline().strip()
+            self.assertFalse(refused(address), address)
+            while script.stdout.readline().strip() not in ("neighbors", ""):
+                pass
+            began = time.monotonic()
+            script.send_signal(signal.SIGINT)
+            rest = script.stdout.read()
+            self.assertEqual(rest.split()[-1:], ["interrupted"], rest + script.stderr.read())
+            self.assertLess(time.monotonic() - began, 5)
+        self.assertTrue(refused(address))
+
+    def test_the_private_server_ends_with_its_process(self):
+        script = self.run_script("""
+with rilievo.PrivateServer() as server:
+    print(server.address, flush=True)
+    sys.stdin.read()
+    import time; time.sleep(60)
+""")
+        with script:
+            address = script.stdout.readline().strip()
+            self.assertFalse(refused(address))
+            script.kill()
+        self.assertTrue(becomes_true(lambda: refused(address)))
+
+    def test_a_server_that_does_not_start_says_why(self):
+        with self.assertRaisesRegex(rilievo.Unavailable, "no-such-option"):
+            rilievo.PrivateServer(["--no-such-option"]).__enter__()
+        before = os.environ["RILIEVOD"]
+        os.environ["RILIEVOD"] = "/nonexistent/rilievod"
+        try:
+            with self.assertRaisesRegex(rilievo.Unavailable, "nonexistent"):
+                rilievo.reconstruct(sphere(100))
+        finally:
+            os.environ["RILIEVOD"] = before
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,161 @@
+"""Reading .dss files: what the arrays hold, how long they live, and what is refused."""
+import gc
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+from scans import GOLDEN, program
+
+import rilievo
+
+
+def cpp_mesh(level: int):
+    """Vertices, normals and faces as the command line exports them: each number reads back the
+    same."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "mesh.obj")
+        subprocess.run([program("RILIEVO_PROGRAM"), "export", str(GOLDEN), path, "--level",
+                        str(level)], check=True, stdout=subprocess.DEVNULL)
+        with open(path) as file:
+            lines = [line.split() for line in file]
+    vertices = np.array([line[1:] for line in lines if line[0] == "v"], np.float64)
+    normals = np.array([line[1:] for line in lines if line[0] == "vn"], np.float32)
+    faces = np.array([[int(corner.split("/")[0]) - 1 for corner in line[1:]]
+                      for line in lines if line[0] == "f"])
+    return vertices, normals, faces
+
+
+class SurfaceTest(unittest.TestCase):
+    def setUp(self):
+        self.surface = rilievo.read(GOLDEN)
+
+    def test_same_mesh_as_the_command_line_at_every_level(self):
+        for level in range(self.surface.max_level + 3):
+            vertices, normals, faces = cpp_mesh(level)
+            mesh = self.surface.mesh(level)
+            np.testing.assert_array_equal(mesh.vertices, vertices)
+            np.testing.assert_array_equal(mesh.normals, normals)
+            np.testing.assert_array_equal(mesh.faces, faces)
+            self.assertEqual(mesh.flags.shape, (len(vertices),))
+            self.assertEqual((mesh.vertices.dtype, mesh.faces.dtype, mesh.normals.dtype,
+                              mesh.flags.dtype), (np.float64, np.uint32, np.float32, np.uint8))
+
+    def test_methods_default_to_the_finest_level(self):
+        finest = self.surface.max_level
+        self.assertIs(self.surface.vertices(), self.surface.vertices(finest))
+        self.assertEqual(len(self.surface.faces()), self.surface.levels[finest]["faces"])
+        self.assertEqual(len(self.surface.normals()), self.surface.levels[finest]["vertices"])
+        self.assertEqual(set(self.surface.flags()), {rilievo.MEASURED, rilievo.FILLED})
+
+    def test_control_mesh_frame_and_heights(self):
+        control, frame = self.surface.control_mesh, self.surface.frame
+        self.assertEqual(control.vertices.shape, (self.surface.levels[0]["vertices"], 3))
+        self.assertEqual(control.faces.shape, (self.surface.levels[0]["faces"], 3))
+        self.assertEqual(len(control.creases), len(control.sharpness))
+        self.assertEqual(frame.center.shape, (3,))
+        self.assertEqual(len(self.surface.heights), len(self.surface.vertices()))
+        # Control points of a Loop surface lie near it.
+        distance = np.linalg.norm(control.vertices - self.surface.vertices(0), axis=1)
+        self.assertLess(distance.max(), frame.diagonal)
+
+    def test_arrays_outlive_their_surface_and_cannot_be_written(self):
+        vertices, heights = self.surface.vertices(), self.surface.heights
+        copies = vertices.copy(), heights.copy()
+        del self.surface
+        gc.collect()
+        junk = [np.full(len(copies[0]) * 3, 7.0) for _ in range(20)]
+        np.testing.assert_array_equal(vertices, copies[0])
+        np.testing.assert_array_equal(heights, copies[1])
+        with self.assertRaises(ValueError):
+            vertices[0, 0] = 1
+        self.assertEqual(len(junk), 20)
+
+    def test_bytes_come_back_and_pickles(self):
+        data = GOLDEN.read_bytes()
+        self.assertEqual(self.surface.to_bytes(), data)
+        again = pickle.loads(pickle.dumps(self.surface))
+        np.testing.assert_array_equal(again.vertices(2), self.surface.vertices(2))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "copy.dss")
+            self.surface.write(path)
+            self.assertEqual(rilievo.read(path).to_bytes(), data)
+            self.assertEqual(os.listdir(folder), ["copy.dss"])
+            with self.assertRaises(FileNotFoundError):
+                self.surface.write(os.path.join(folder, "no", "copy.dss"))
+
+    def test_beginnings_and_coarser_levels(self):
+        data = self.surface.to_bytes()
+        ends = np.cumsum(self.surface.info["chunk_bytes"])
+        for level in range(self.surface.max_level + 1):
+            coarse = rilievo.read(GOLDEN, max_level=level)
+            self.assertEqual(coarse.max_level, level)
+            self.assertEqual(coarse.declared_max_level, self.surface.max_level)
+            self.assertEqual(coarse.to_bytes(), data[:ends[level + 1]])
+            cut = rilievo.Surface.from_bytes(data[:ends[level + 1] + 1], partial=True)
+            self.assertEqual(cut.to_bytes(), coarse.to_bytes())
+            np.testing.assert_array_equal(coarse.heights,
+                                          self.surface.heights[:len(coarse.heights)]
+                                          if level == self.surface.max_level else coarse.heights)
+        with self.assertRaises(rilievo.InvalidArgument):
+            rilievo.Surface.from_bytes(data[:ends[0] - 1], partial=True)
+        with self.assertRaises(rilievo.DataLoss):
+            rilievo.Surface.from_bytes(data[:-1])
+        with self.assertRaises(rilievo.DataLoss):
+            rilievo.Surface.from_bytes(data[:ends[2] - 1], max_level=4)
+
+    def test_adaptive_mesh(self):
+        mesh, error = self.surface.adaptive_mesh(triangles=300)
+        self.assertLessEqual(len(mesh.faces), 300)
+        finest = {tuple(v) for v in self.surface.vertices()}
+        self.assertTrue(all(tuple(v) in finest for v in mesh.vertices))
+        coarser, larger = self.surface.adaptive_mesh(tolerance=2 * error)
+        self.assertLessEqual(larger, 2 * error)
+        self.assertLessEqual(len(coarser.faces), len(mesh.faces))
+        for arguments in ({}, {"tolerance": 0.1, "triangles": 4}, {"triangles": 0},
+                          {"tolerance": 7}):
+            with self.assertRaises(rilievo.InvalidArgument):
+                self.surface.adaptive_mesh(**arguments)
+
+    def test_refusals_name_what_is_wrong(self):
+        for level in (-1, self.surface.max_level + 3, 10**6):
+            with self.assertRaisesRegex(rilievo.InvalidArgument, "level"):
+                self.surface.mesh(level)
+        with self.assertRaises(TypeError):
+            self.surface.mesh(1.5)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "not a .dss"):
+            rilievo.Surface.from_bytes(b"ply\n")
+        with self.assertRaises(rilievo.InvalidArgument):
+            rilievo.Surface.from_bytes(b"")
+        data = bytearray(self.surface.to_bytes())
+        data[len(data) // 2] ^= 4
+        with self.assertRaisesRegex(rilievo.DataLoss, "chunk"):
+            rilievo.Surface.from_bytes(data)
+        with tempfile.NamedTemporaryFile(suffix=".dss") as file:
+            file.write(data)
+            file.flush()
+            with self.assertRaisesRegex(rilievo.DataLoss, file.name):
+                rilievo.read(file.name)
+
+    def test_reading_needs_no_grpc(self):
+        code = ("import sys; sys.modules['grpc'] = None; import rilievo; "
+                f"print(len(rilievo.read({str(GOLDEN)!r}).vertices(0)))")
+        shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+        self.assertEqual(int(shown.stdout), self.surface.levels[0]["vertices"])
+
+    def test_a_missing_library_is_explained(self):
+        code = "import rilievo; rilievo.Surface.from_bytes(b'')"
+        environment = dict(os.environ)
+        del environment["RILIEVO_DECODER_LIBRARY"]
+        environment["LD_LIBRARY_PATH"] = ""
+        shown = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment)
+        if b"InvalidArgument" in shown.stderr:
+            self.skipTest("the decoder is installed on this system")
+        self.assertIn(b"RILIEVO_DECODER_LIBRARY", shown.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
