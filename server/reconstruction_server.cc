@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "grpcpp/channel.h"
@@ -11,6 +12,7 @@
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "proto/keep_grpc_running.h"
+#include "server/doors/server_credentials.h"
 #include "server/jobs/jobs_service.h"
 #include "server/reconstruction_service.h"
 
@@ -41,8 +43,9 @@ void GuardConnections(grpc::ServerBuilder* builder) {
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
-// `listen` with its port replaced by the one that was bound.
+// `listen` with its port, if it has one, replaced by the one that was bound.
 std::string BoundAddress(const std::string& listen, int port) {
+  if (absl::StartsWith(listen, "unix")) return listen;
   return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
 }
 
@@ -94,7 +97,8 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   int port = 0;
   if (!embedded) {
     GuardConnections(&builder);
-    builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+    RILIEVO_ASSIGN_OR_RETURN(const auto credentials, MakeServerCredentials(options));
+    builder.AddListeningPort(options.listen, credentials, &port);
   }
   result->server_ = builder.BuildAndStart();
   if (!result->server_ || (!embedded && port == 0)) {

@@ -17,7 +17,7 @@ inline constexpr int kMaxControlFaces = 100000;
 // A job's memory grows with its points and with the faces of its surface; measured at the peak,
 // about 310 bytes a face. The defaults keep one job within some 5 GB.
 struct ServerOptions {
-  // "host:port"; port 0: any free one. Plaintext.
+  // "host:port"; port 0: any free one; or "unix:PATH".
   std::string listen = "127.0.0.1:50051";
   int64_t max_points = 5'000'000;          // of one scan, >= 20
   int64_t max_scan_bytes = 120'000'000;    // of one scan on the wire, > 0
@@ -40,8 +40,10 @@ struct ServerOptions {
   int max_waiting_jobs = 1000;          // kept jobs that are not finished, [1, 1000000]
   // File of the tokens that callers must have, see server/doors/access_tokens.h; empty: none.
   std::string tokens;
-  // PEM file of the authorities whose certificates callers must have; empty: none.
-  std::string tls_client_ca;
+  // PEM files: the server's certificate and its key, empty for plaintext; and the authorities whose
+  // certificates callers must have, empty when they need none.
+  std::string tls_certificate, tls_key, tls_client_ca;
+  bool allow_plaintext = false;  // though other machines reach `listen`
   bool reflection = true;
 
   // INVALID_ARGUMENT that names the field.

@@ -42,7 +42,7 @@ struct CommandLine {
 void DeclareOptions(CommandLine* line, CLI::App* app) {
   ServerOptions& options = line->options;
   app->set_version_flag("--version", "rilievod " RILIEVO_VERSION);
-  app->add_option("--listen", options.listen, "HOST:PORT; port 0 takes a free one")
+  app->add_option("--listen", options.listen, "HOST:PORT, port 0 takes a free one; or unix:PATH")
       ->capture_default_str();
   app->add_option("--max-points", options.max_points, "points of one scan")->capture_default_str();
   app->add_option("--max-bytes", options.max_scan_bytes, "bytes of one scan on the wire")
@@ -87,6 +87,13 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                 "serve the protocol's description (default on)");
   app->add_option("--tokens", options.tokens,
                   "file of the tokens that callers must have; read again when it changes");
+  app->add_option("--tls-cert", options.tls_certificate,
+                  "PEM file of this server's certificate; without it plaintext");
+  app->add_option("--tls-key", options.tls_key, "PEM file of its key");
+  app->add_option("--tls-client-ca", options.tls_client_ca,
+                  "PEM file of the authorities whose certificates callers must have");
+  app->add_flag("--allow-plaintext", options.allow_plaintext,
+                "plaintext though other machines reach the address");
   app->add_option("--make-token", line->make_token,
                   "print a new token for this NAME, and add its line to the file of --tokens");
   app->add_option("--probe", line->probe,
