@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/output_target.h"
 #include "client/cli/text_layout.h"
 #include "core/base/status_macros.h"
 #include "core/surface/measure_error.h"
@@ -21,6 +22,7 @@ using Json = nlohmann::ordered_json;
 struct CompareArguments {
   std::string a, b;
   MeasureOptions measure;
+  std::string format;
   bool json = false;
 };
 
@@ -62,10 +64,13 @@ std::string Row(const char* label, const DistanceSummary& s) {
 }
 
 absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
+  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.a, arguments.b}));
   RunContext context;
   context.stop = stop;
-  RILIEVO_ASSIGN_OR_RETURN(LoadedShape a, LoadShape(arguments.a, std::nullopt, context));
-  RILIEVO_ASSIGN_OR_RETURN(LoadedShape b, LoadShape(arguments.b, std::nullopt, context));
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape a,
+                           LoadShape(arguments.a, std::nullopt, context, arguments.format));
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape b,
+                           LoadShape(arguments.b, std::nullopt, context, arguments.format));
   const double diagonal = DiagonalOf(a.mesh.vertices);
   if (!(diagonal > 0)) {
     return absl::InvalidArgumentError(
@@ -103,8 +108,10 @@ Command AddCompare(CLI::App& program) {
   CLI::App* app =
       program.add_subcommand("compare", "Measure the two-sided distance between two shapes");
   const auto arguments = std::make_shared<CompareArguments>();
-  app->add_option("A", arguments->a, "a surface (.dss), a mesh or a scan")->required();
+  app->add_option("A", arguments->a, "a surface (.dss), a mesh or a scan; - is standard input")
+      ->required();
   app->add_option("B", arguments->b, "another")->required();
+  AddFormatOption(app, &arguments->format);
   app->add_option("--samples", arguments->measure.samples, "on each surface")
       ->check(CLI::Range(1000, 10000000))
       ->capture_default_str();

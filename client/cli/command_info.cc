@@ -153,7 +153,8 @@ absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
 Command AddInfo(CLI::App& program) {
   CLI::App* app = program.add_subcommand("info", "Say what a surface file holds");
   const auto arguments = std::make_shared<InfoArguments>();
-  app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
+  app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
+      ->required();
   app->add_flag("--json", arguments->json, "for programs");
   return {app, [arguments](std::stop_token stop) { return Info(*arguments, stop); }};
 }

@@ -12,12 +12,14 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/output_target.h"
 #include "client/cli/progress_display.h"
+#include "client/cli/reconstruct_options.h"
 #include "client/cli/report_output.h"
 #include "client/cli/server_connection.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
-#include "client/formats/scan_reader.h"
 #include "client/library/jobs_client.h"
 #include "core/base/status_macros.h"
 
@@ -26,9 +28,8 @@ namespace {
 
 struct JobsArguments {
   ServerArguments connection;
-  std::string scan, output, request_id, job_id;
-  std::optional<uint32_t> max_level, control_faces;
-  std::optional<uint64_t> seed;
+  std::string scan, output, request_id, job_id, format;
+  ReconstructArguments options;
   std::optional<double> timeout_seconds;
   size_t limit = 20;
   bool wait = false, json = false, quiet = false;
@@ -79,19 +80,24 @@ nlohmann::ordered_json JsonOf(const v1::Job& job) {
   return json;
 }
 
-void Print(const v1::Job& job, bool as_json) {
-  if (as_json) {
+void Print(const v1::Job& job, const JobsArguments& arguments) {
+  if (arguments.json) {
     std::cout << JsonOf(job).dump(2) << '\n';
     return;
   }
-  std::cout << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
-            << job.request_id() << "\n  created   " << TimeText(job.create_time())
-            << "\n  started   " << TimeText(job.start_time()) << "\n  ended     "
-            << TimeText(job.end_time()) << "\n  attempts  " << job.attempts() << '\n';
+  std::ostream& out = WordsBeside(arguments.output);
+  out << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
+      << job.request_id() << "\n  created   " << TimeText(job.create_time()) << "\n  started   "
+      << TimeText(job.start_time()) << "\n  ended     " << TimeText(job.end_time())
+      << "\n  attempts  " << job.attempts() << '\n';
   if (job.has_surface()) {
-    std::cout << "  surface   " << job.surface().total_bytes() << " bytes\n";
+    out << "  surface   " << job.surface().total_bytes() << " bytes\n";
   }
-  if (job.has_error()) std::cout << "  error     " << job.error().message() << '\n';
+  if (job.has_error()) out << "  error     " << job.error().message() << '\n';
+}
+
+absl::Status CheckJobOutput(const JobsArguments& arguments) {
+  return CheckOutputs({arguments.output}, {arguments.json ? "-" : ""});
 }
 
 // What a job that did not succeed means for the one who waited for it.
@@ -127,7 +133,9 @@ absl::Status Fetch(const JobsArguments& arguments, const std::string& job_id,
                            client.Fetch(job_id, {}, CallOf(arguments, stop)));
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteBytesAtomically(arguments.output, surface), ExitCode::kOutput));
-  std::cout << arguments.output << ": " << surface.size() << " bytes\n";
+  if (!arguments.json) {
+    WordsBeside(arguments.output) << arguments.output << ": " << surface.size() << " bytes\n";
+  }
   return absl::OkStatus();
 }
 
@@ -139,26 +147,19 @@ std::string RandomRequestId() {
 
 absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  if (!arguments.output.empty()) {
-    RILIEVO_RETURN_IF_ERROR(WithExitCode(CheckWritable(arguments.output), ExitCode::kOutput));
-  }
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, ReadScan(arguments.scan));
-  v1::ReconstructOptions options;
-  if (arguments.max_level) options.set_max_level(*arguments.max_level);
-  if (arguments.seed) options.set_seed(*arguments.seed);
-  if (arguments.control_faces) {
-    options.mutable_control()->set_control_faces(*arguments.control_faces);
-  }
+  RILIEVO_RETURN_IF_ERROR(CheckJobOutput(arguments));
+  RILIEVO_ASSIGN_OR_RETURN(const v1::ReconstructOptions options, OptionsFrom(arguments.options));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
   RILIEVO_ASSIGN_OR_RETURN(v1::Job job, client.Submit(PackScan(scan.cloud), options, request_id, {},
                                                       CallOf(arguments, stop)));
   if (!arguments.wait && arguments.output.empty()) {
-    Print(job, arguments.json);
+    Print(job, arguments);
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(job, Watch(arguments, job.job_id(), stop));
-  Print(job, arguments.json);
+  Print(job, arguments);
   RILIEVO_RETURN_IF_ERROR(StatusOfEnd(job));
   return arguments.output.empty() ? absl::OkStatus() : Fetch(arguments, job.job_id(), stop);
 }
@@ -184,13 +185,13 @@ absl::Status RunShow(const JobsArguments& arguments, const std::stop_token& stop
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
                            client.Get(arguments.job_id, CallOf(arguments, stop)));
-  Print(job, arguments.json);
+  Print(job, arguments);
   return absl::OkStatus();
 }
 
 absl::Status RunWatch(const JobsArguments& arguments, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const v1::Job job, Watch(arguments, arguments.job_id, stop));
-  Print(job, arguments.json);
+  Print(job, arguments);
   return StatusOfEnd(job);
 }
 
@@ -198,18 +199,25 @@ absl::Status RunCancel(const JobsArguments& arguments, const std::stop_token& st
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const v1::Job job,
                            client.Cancel(arguments.job_id, CallOf(arguments, stop)));
-  Print(job, arguments.json);
+  Print(job, arguments);
   return absl::OkStatus();
 }
 
 absl::Status RunDelete(const JobsArguments& arguments, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  return client.Delete(arguments.job_id, CallOf(arguments, stop));
+  RILIEVO_RETURN_IF_ERROR(client.Delete(arguments.job_id, CallOf(arguments, stop)));
+  if (arguments.json) {
+    std::cout << nlohmann::ordered_json{{"job_id", arguments.job_id}, {"deleted", true}}.dump(2)
+              << '\n';
+  }
+  return absl::OkStatus();
 }
 
 absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& stop) {
-  RILIEVO_RETURN_IF_ERROR(WithExitCode(CheckWritable(arguments.output), ExitCode::kOutput));
-  return Fetch(arguments, arguments.job_id, stop);
+  RILIEVO_RETURN_IF_ERROR(CheckJobOutput(arguments));
+  RILIEVO_RETURN_IF_ERROR(Fetch(arguments, arguments.job_id, stop));
+  if (arguments.json) return RunShow(arguments, stop);
+  return absl::OkStatus();
 }
 
 CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string& words,
@@ -238,13 +246,10 @@ void AddSubmit(CLI::App* app, JobsArguments* a) {
   app->add_option("--request-id", a->request_id,
                   "letters, digits, '-' and '_'; the same one never makes a second job");
   app->add_flag("--wait", a->wait, "until the job is finished");
-  app->add_option("-o,--output", a->output, "wait, and write the surface, a .dss file");
-  app->add_option("--max-level", a->max_level, "levels of heights; default as dense as the points")
-      ->check(CLI::Range(0, 8));
-  app->add_option("--control-faces", a->control_faces,
-                  "about how many; default chosen from the points")
-      ->check(CLI::Range(0, 200000));
-  app->add_option("--seed", a->seed, "of all random choices; default 0");
+  app->add_option("-o,--output", a->output,
+                  "wait, and write the surface, a .dss file; - is standard output");
+  AddFormatOption(app, &a->format);
+  AddReconstructOptions(app, &a->options);
 }
 
 }  // namespace
@@ -269,10 +274,11 @@ Command AddJobs(CLI::App& program) {
       add(AddJobCommand(jobs, "watch", "Follow a job until it is finished", a.get()), RunWatch);
   CLI::App* fetch =
       add(AddJobCommand(jobs, "fetch", "Write the surface of a job", a.get()), RunFetch);
-  fetch->add_option("-o,--output", a->output, "a .dss file")->required();
+  fetch->add_option("-o,--output", a->output, "a .dss file; - is standard output")->required();
   CLI::App* cancel = add(AddJobCommand(jobs, "cancel", "End a job", a.get()), RunCancel);
-  add(AddJobCommand(jobs, "delete", "Remove a job and its surface", a.get()), RunDelete);
-  for (CLI::App* app : {submit, list, show, watch, cancel}) {
+  CLI::App* remove =
+      add(AddJobCommand(jobs, "delete", "Remove a job and its surface", a.get()), RunDelete);
+  for (CLI::App* app : {submit, list, show, watch, fetch, cancel, remove}) {
     app->add_flag("--json", a->json, "print JSON");
   }
   for (CLI::App* app : {submit, watch}) app->add_flag("--quiet", a->quiet, "show no progress");

@@ -1,12 +1,14 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/output_target.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/mesh_writer.h"
@@ -19,10 +21,11 @@ namespace {
 struct SimulateArguments {
   std::string shape, output;
   ScannerOptions scanner;
-  bool normals = false;
+  bool normals = false, json = false;
 };
 
 absl::Status Simulate(const SimulateArguments& arguments) {
+  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
   RILIEVO_ASSIGN_OR_RETURN(const ShapePtr shape, MakeShape(arguments.shape));
   RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan scan, SimulateScan(*shape, arguments.scanner));
   const Eigen::Matrix3Xd none(3, 0);
@@ -30,14 +33,26 @@ absl::Status Simulate(const SimulateArguments& arguments) {
     return WritePlyPoints(scan.cloud.points, arguments.normals ? scan.normals : none, out);
   });
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  std::cout << Wrap(absl::StrCat(arguments.output, ": ",
-                                 Counted(scan.cloud.points.cols(), "point", "points"), " of ",
-                                 shape->name(), " (", shape->closed() ? "closed" : "open",
-                                 ", genus ", shape->genus(), ", ",
-                                 Counted(shape->components(), "component", "components"),
-                                 ", diagonal ", Short(shape->diagonal()), ")"),
-                    2)
-            << '\n';
+  if (arguments.json) {
+    std::cout << nlohmann::ordered_json{{"output", arguments.output},
+                                        {"points", scan.cloud.points.cols()},
+                                        {"shape", shape->name()},
+                                        {"closed", shape->closed()},
+                                        {"genus", shape->genus()},
+                                        {"components", shape->components()},
+                                        {"diagonal", shape->diagonal()}}
+                     .dump(2)
+              << '\n';
+    return absl::OkStatus();
+  }
+  WordsBeside(arguments.output)
+      << Wrap(absl::StrCat(
+                  arguments.output, ": ", Counted(scan.cloud.points.cols(), "point", "points"),
+                  " of ", shape->name(), " (", shape->closed() ? "closed" : "open", ", genus ",
+                  shape->genus(), ", ", Counted(shape->components(), "component", "components"),
+                  ", diagonal ", Short(shape->diagonal()), ")"),
+              2)
+      << '\n';
   return absl::OkStatus();
 }
 
@@ -51,7 +66,8 @@ Command AddSimulate(CLI::App& program) {
   app->add_option("SHAPE", arguments->shape, absl::StrJoin(ShapeNames(), ", "))
       ->required()
       ->check(CLI::IsMember(ShapeNames()));
-  app->add_option("-o,--output", arguments->output, "the scan, a binary PLY of doubles")
+  app->add_option("-o,--output", arguments->output,
+                  "the scan, a binary PLY of doubles; - is standard output")
       ->required();
   app->add_option("--points", scanner.points, "points in all")
       ->check(CLI::Range(int64_t{1}, int64_t{50000000}))
@@ -73,6 +89,7 @@ Command AddSimulate(CLI::App& program) {
       ->capture_default_str();
   app->add_option("--seed", scanner.seed, "same seed, same scan")->capture_default_str();
   app->add_flag("--normals", arguments->normals, "write the true normals as well");
+  app->add_flag("--json", arguments->json, "say in JSON what was scanned");
   return {app, [arguments](std::stop_token) { return Simulate(*arguments); }};
 }
 

@@ -14,8 +14,8 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/output_target.h"
 #include "client/cli/text_layout.h"
-#include "client/formats/scan_reader.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
 
@@ -114,12 +114,13 @@ void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& d
 }
 
 absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
+  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.scan}));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(scan, ReadScan(arguments.scan));
+    RILIEVO_ASSIGN_OR_RETURN(scan, LoadScan(arguments.scan));
   }
   RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));
@@ -139,7 +140,8 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
 Command AddVerify(CLI::App& program) {
   CLI::App* app = program.add_subcommand("verify", "Check what a surface file states about itself");
   const auto arguments = std::make_shared<VerifyArguments>();
-  app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
+  app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
+      ->required();
   app->add_option("SCAN", arguments->scan, "the scan it was made from: checks the errors too");
   app->add_flag("--json", arguments->json, "for programs");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};

@@ -1,7 +1,7 @@
 #include "client/cli/loaded_shape.h"
 
-#include <fstream>
-#include <iterator>
+#include <CLI/CLI.hpp>
+#include <istream>
 #include <limits>
 #include <utility>
 
@@ -21,24 +21,29 @@ absl::Status AtPath(const std::string& path, const absl::Status& status) {
   return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
 }
 
-// PLY, OBJ, STL, PCD or text: anything that is no .dss.
-bool IsDss(const std::string& path) {
-  absl::StatusOr<std::ifstream> file = OpenFile(path);
-  if (!file.ok()) return Extension(path) == "dss";
-  HeadedInput input(*file);
-  const absl::StatusOr<FileKind> kind = RecognizeFile(input.head(), input.size(), path);
-  return kind.ok() && *kind == FileKind::kDss;
+std::string NameOf(const std::string& path, const std::string& format) {
+  return format.empty() || !Extension(path).empty() ? path : absl::StrCat(path, ".", format);
 }
 
-absl::StatusOr<LoadedShape> LoadSurface(const std::string& path, std::optional<int> level,
-                                        const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(path, context));
+std::vector<uint8_t> AllBytes(std::istream& in) {
+  std::vector<uint8_t> bytes;
+  constexpr size_t kBlock = size_t{1} << 18;
+  for (size_t count = kBlock; count == kBlock;) {
+    const size_t before = bytes.size();
+    bytes.resize(before + kBlock);
+    in.read(reinterpret_cast<char*>(bytes.data() + before), kBlock);
+    count = static_cast<size_t>(in.gcount());
+    bytes.resize(before + count);
+  }
+  return bytes;
+}
+
+absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional<int> level,
+                                    const RunContext& context) {
   const DisplacedSurface& surface = decoded.surface;
   const int used = level.value_or(surface.max_level);
-  absl::StatusOr<TriangleMesh> mesh = Tessellate(surface, used, context);
-  if (!mesh.ok()) return AtPath(path, mesh.status());
   LoadedShape shape;
-  shape.mesh = *std::move(mesh);
+  RILIEVO_ASSIGN_OR_RETURN(shape.mesh, Tessellate(surface, used, context));
   for (HeightSource source : SourcesAtLevel(surface, used)) {
     shape.sources.push_back(static_cast<uint8_t>(source));
   }
@@ -52,14 +57,36 @@ absl::StatusOr<LoadedShape> LoadSurface(const std::string& path, std::optional<i
   return shape;
 }
 
+LoadedShape ShapeOf(MeshFile file) {
+  LoadedShape shape;
+  shape.mesh = std::move(file.mesh);
+  shape.sources = std::move(file.source);
+  shape.description =
+      shape.mesh.triangles.cols() > 0
+          ? absl::StrCat(file.format, " mesh, ", Grouped(shape.mesh.triangles.cols()), " faces")
+          : absl::StrCat(file.format, ", ", Counted(shape.mesh.vertices.cols(), "point", "points"));
+  return shape;
+}
+
 }  // namespace
 
+void AddFormatOption(CLI::App* app, std::string* format) {
+  app->add_option("--format", *format,
+                  "what an input without an extension is, where its first bytes do not tell")
+      ->check(CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "stl", "dss"}));
+}
+
+absl::StatusOr<ScanFile> LoadScan(const std::string& path, const std::string& format) {
+  return WithInput(path,
+                   [&](std::istream& in) { return ReadScanStream(in, NameOf(path, format)); });
+}
+
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
-  RILIEVO_ASSIGN_OR_RETURN(std::ifstream file, OpenFile(path));
-  std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(file),
-                             std::istreambuf_iterator<char>()};
-  if (file.bad()) return absl::DataLossError(absl::StrCat(path, ": cannot be read to its end"));
-  return bytes;
+  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<std::vector<uint8_t>> {
+    std::vector<uint8_t> bytes = AllBytes(in);
+    if (in.bad()) return absl::DataLossError("cannot be read to its end");
+    return bytes;
+  });
 }
 
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context) {
@@ -70,22 +97,24 @@ absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext
 }
 
 absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,
-                                      const RunContext& context) {
-  if (IsDss(path)) return LoadSurface(path, level, context);
-  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMesh(path));
-  if (level) {
-    return WithExitCode(absl::InvalidArgumentError(absl::StrCat(
-                            path, ": only a .dss surface has levels; leave --level out")),
-                        ExitCode::kUsage);
-  }
-  LoadedShape shape;
-  shape.mesh = std::move(file.mesh);
-  shape.sources = std::move(file.source);
-  shape.description =
-      shape.mesh.triangles.cols() > 0
-          ? absl::StrCat(file.format, " mesh, ", Grouped(shape.mesh.triangles.cols()), " faces")
-          : absl::StrCat(file.format, ", ", Counted(shape.mesh.vertices.cols(), "point", "points"));
-  return shape;
+                                      const RunContext& context, const std::string& format) {
+  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<LoadedShape> {
+    const std::string name = NameOf(path, format);
+    HeadedInput input(in);
+    RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
+    if (kind == FileKind::kDss) {
+      RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
+                               DecodeDss(AllBytes(input.stream()), context));
+      return ShapeOf(decoded, level, context);
+    }
+    if (level) {
+      return WithExitCode(
+          absl::InvalidArgumentError("only a .dss surface has levels; leave --level out"),
+          ExitCode::kUsage);
+    }
+    RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(input.stream(), name));
+    return ShapeOf(std::move(file));
+  });
 }
 
 double DiagonalOf(const Eigen::Matrix3Xd& vertices) {

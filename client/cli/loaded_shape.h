@@ -7,9 +7,14 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/formats/scan_reader.h"
 #include "core/base/run_context.h"
 #include "core/codec/dss.h"
 #include "core/geometry/triangle_mesh.h"
+
+namespace CLI {
+class App;
+}
 
 namespace rilievo {
 
@@ -20,6 +25,12 @@ struct LoadedShape {
   std::string description;       // for people
 };
 
+// --format of a command: the extension of inputs without one.
+void AddFormatOption(CLI::App* app, std::string* format);
+
+// All inputs: "-" is the standard input. `format`: see AddFormatOption; may be empty.
+absl::StatusOr<ScanFile> LoadScan(const std::string& path, const std::string& format = "");
+
 // The whole file, or the status of what prevents it, with the path.
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);
 
@@ -28,7 +39,7 @@ absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext
 // A surface is tessellated at `level`, or at its finest. INVALID_ARGUMENT when a level is asked of
 // something that has none.
 absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,
-                                      const RunContext& context);
+                                      const RunContext& context, const std::string& format = "");
 
 // Length of the bounding box's diagonal over the finite vertices.
 double DiagonalOf(const Eigen::Matrix3Xd& vertices);

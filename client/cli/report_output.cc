@@ -107,6 +107,32 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   return text;
 }
 
+std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths) {
+  return Wrap(
+      absl::StrCat(paths.output, ": ", Grouped(report.points_used()), " points, ", report.road(),
+                   ", genus ", report.genus(), ", ",
+                   report.boundary_loops() == 0 ? std::string("closed")
+                                                : Counted(report.boundary_loops(), "loop", "loops"),
+                   report.has_error()
+                       ? absl::StrCat(", RMS ", Percent(report.error().points_to_surface().rms()))
+                       : "",
+                   ", ", Grouped(report.encoded_bytes()), " bytes, ",
+                   absl::StrFormat("%.2f s", report.total_seconds()),
+                   report.warnings().empty()
+                       ? ""
+                       : "; " + Counted(report.warnings_size(), "warning", "warnings")),
+      2);
+}
+
+std::string FailureJson(const absl::Status& status, const ReportPaths& paths) {
+  const Json json = {{"scan", paths.scan},
+                     {"output", paths.output},
+                     {"error",
+                      {{"code", absl::StatusCodeToString(status.code())},
+                       {"message", std::string(status.message())}}}};
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& paths) {
   Json json;
   json["scan"] = paths.scan;

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "absl/status/status.h"
 #include "rilievo/v1/report.pb.h"
 
 namespace rilievo {
@@ -16,6 +17,12 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
 
 // One JSON object: the report's fields by their names in report.proto, stage times by stage.
 std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& paths);
+
+// The report as a line of a list, wrapped.
+std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths);
+
+// What stands for a report where there is none: scan, output, error.code and error.message.
+std::string FailureJson(const absl::Status& status, const ReportPaths& paths);
 
 // "control-mesh" for STAGE_CONTROL_MESH.
 std::string StageLabel(v1::Stage stage);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <system_error>
 
 #include "absl/strings/str_cat.h"
@@ -39,6 +40,13 @@ absl::Status WriteThrough(const std::string& path, const std::string& shown,
   return absl::OkStatus();
 }
 
+absl::Status WriteToStandardOutput(const std::function<absl::Status(std::ostream&)>& write) {
+  errno = 0;
+  RILIEVO_RETURN_IF_ERROR(write(std::cout));
+  std::cout.flush();
+  return std::cout ? absl::OkStatus() : WriteError("the standard output", errno);
+}
+
 // An empty file of a name nobody has, with the permissions a new file gets.
 absl::Status MakeTemporary(const std::string& path, std::string* temporary) {
   *temporary = absl::StrCat(path, ".XXXXXX");
@@ -55,6 +63,7 @@ absl::Status MakeTemporary(const std::string& path, std::string* temporary) {
 
 absl::Status WriteFileAtomically(const std::string& path,
                                  const std::function<absl::Status(std::ostream& out)>& write) {
+  if (path == "-") return WriteToStandardOutput(write);
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) {
@@ -89,6 +98,7 @@ absl::Status WriteBytesAtomically(const std::string& path, std::span<const unsig
 }
 
 absl::Status CheckWritable(const std::string& path) {
+  if (path == "-") return absl::OkStatus();
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) {

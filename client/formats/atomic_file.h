@@ -12,7 +12,7 @@ namespace rilievo {
 
 // Lets `write` fill a temporary file beside `path`, then renames it over `path`. When anything
 // fails, or the process dies, an older file at `path` is left as it was. A device or pipe at `path`
-// (/dev/stdout) is written directly. The message of an error names the path.
+// is written directly, and "-" is the standard output. The message of an error names the path.
 absl::Status WriteFileAtomically(const std::string& path,
                                  const std::function<absl::Status(std::ostream& out)>& write);
 

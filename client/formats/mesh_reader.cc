@@ -147,19 +147,21 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   return file;
 }
 
+absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& name) {
+  HeadedInput input(in);
+  RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
+  if (kind == FileKind::kPly) return ReadPlyMesh(input.stream());
+  if (kind == FileKind::kObj) return ReadObjMesh(input.stream());
+  if (kind == FileKind::kStl) return ReadStlMesh(input.stream());
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), name));
+  MeshFile file;
+  file.mesh.vertices = std::move(scan.cloud.points);
+  file.format = std::move(scan.format);
+  return file;
+}
+
 absl::StatusOr<MeshFile> ReadMesh(const std::string& path) {
-  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<MeshFile> {
-    HeadedInput input(in);
-    RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), path));
-    if (kind == FileKind::kPly) return ReadPlyMesh(input.stream());
-    if (kind == FileKind::kObj) return ReadObjMesh(input.stream());
-    if (kind == FileKind::kStl) return ReadStlMesh(input.stream());
-    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), path));
-    MeshFile file;
-    file.mesh.vertices = std::move(scan.cloud.points);
-    file.format = std::move(scan.format);
-    return file;
-  });
+  return WithInput(path, [&](std::istream& in) { return ReadMeshStream(in, path); });
 }
 
 }  // namespace rilievo

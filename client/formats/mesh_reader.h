@@ -26,6 +26,9 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in);
 // Binary or ascii; equal corners become one vertex.
 absl::StatusOr<MeshFile> ReadStlMesh(std::istream& in);
 
+// By content first, by the extension of `name` second.
+absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& name);
+
 // PLY, OBJ or STL by content first, extension second; other formats of points (PCD, XYZ) come back
 // without triangles. "-" reads the standard input. Errors as ReadScan().
 absl::StatusOr<MeshFile> ReadMesh(const std::string& path);

@@ -1,5 +1,9 @@
 #include "client/formats/open_input.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -32,7 +36,41 @@ class Rejoined : public std::streambuf {
   std::streambuf* rest_;
 };
 
+// The bytes of descriptor 0 as it was handed over: to open /dev/stdin would wait for another writer
+// where it is a named pipe.
+class DescriptorBytes : public std::streambuf {
+ protected:
+  int_type underflow() override {
+    block_.resize(1 << 16);
+    ssize_t count;
+    do {
+      count = ::read(STDIN_FILENO, block_.data(), block_.size());
+    } while (count < 0 && errno == EINTR);
+    setg(block_.data(), block_.data(), block_.data() + std::max<ssize_t>(count, 0));
+    return count > 0 ? traits_type::to_int_type(block_.front()) : traits_type::eof();
+  }
+
+ private:
+  std::string block_;
+};
+
+class DescriptorInput : public std::istream {
+ public:
+  DescriptorInput() : std::istream(nullptr) { rdbuf(&bytes_); }
+
+ private:
+  DescriptorBytes bytes_;
+};
+
 }  // namespace
+
+std::unique_ptr<std::istream> OpenStandardInput() {
+  struct stat status {};
+  if (fstat(STDIN_FILENO, &status) == 0 && S_ISREG(status.st_mode)) {
+    return std::make_unique<std::ifstream>("/dev/stdin", std::ios::binary);
+  }
+  return std::make_unique<DescriptorInput>();
+}
 
 HeadedInput::HeadedInput(std::istream& in) : stream_(&in) {
   const std::istream::pos_type start = in.tellg();

@@ -12,7 +12,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace rilievo {
 
@@ -38,17 +40,24 @@ class HeadedInput {
 // directory.
 absl::StatusOr<std::ifstream> OpenFile(const std::string& path);
 
+// Seekable when the standard input is a file.
+std::unique_ptr<std::istream> OpenStandardInput();
+
 // read(std::istream&) on the file or, for "-", on the standard input; puts the path before the
 // message of an error.
 template <typename Read>
 auto WithInput(const std::string& path, Read read)
     -> decltype(read(std::declval<std::istream&>())) {
   const auto named = [&](const absl::Status& status) {
-    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+    absl::Status with_path(status.code(), absl::StrCat(path, ": ", status.message()));
+    status.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
+      with_path.SetPayload(url, payload);
+    });
+    return with_path;
   };
   if (path == "-") {
-    std::ifstream standard_input("/dev/stdin", std::ios::binary);
-    auto result = read(standard_input);
+    const std::unique_ptr<std::istream> standard_input = OpenStandardInput();
+    auto result = read(*standard_input);
     if (!result.ok()) return named(result.status());
     return result;
   }

@@ -1,88 +1,20 @@
 // The program as people start it: a process, files, exit codes.
-#include <fcntl.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "client/formats/mesh_reader.h"
 #include "client/formats/scan_reader.h"
 #include "client/picture/image.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/scans/scanner.h"
+#include "tests/unit/cli/program_fixture.h"
 
 namespace rilievo {
 namespace {
 
-namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using Json = nlohmann::json;
 
-std::string Content(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-size_t WidestLine(const std::string& text) {
-  std::istringstream lines(text);
-  size_t widest = 0;
-  for (std::string line; std::getline(lines, line);) widest = std::max(widest, line.size());
-  return widest;
-}
-
-struct Ended {
-  int code;
-  std::string out, err;
-};
-
-class ProgramTest : public ::testing::Test {
- protected:
-  ProgramTest() {
-    std::string name = (fs::temp_directory_path() / "rilievo-cli-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~ProgramTest() override { fs::remove_all(folder_); }
-
-  std::string At(const std::string& name) const { return (folder_ / name).string(); }
-
-  pid_t Start(const std::vector<std::string>& arguments) const {
-    const pid_t child = fork();
-    if (child != 0) return child;
-    std::vector<char*> argv = {const_cast<char*>("rilievo")};
-    for (const std::string& argument : arguments)
-      argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    const int out = open(At("stdout").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    const int err = open(At("stderr").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-    dup2(out, STDOUT_FILENO);
-    dup2(err, STDERR_FILENO);
-    execv(RILIEVO_PROGRAM, argv.data());
-    _exit(127);
-  }
-
-  Ended Wait(pid_t child) const {
-    int status = 0;
-    waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), Content(At("stdout")),
-            Content(At("stderr"))};
-  }
-
-  Ended Run(const std::vector<std::string>& arguments) const { return Wait(Start(arguments)); }
-
-  fs::path folder_;
-};
+using ProgramTest = ProgramFixture;
 
 TEST_F(ProgramTest, HelpFitsTheTerminalAndTellsTheExitCodes) {
   const Ended help = Run({"--help"});

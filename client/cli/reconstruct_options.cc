@@ -1,0 +1,108 @@
+#include "client/cli/reconstruct_options.h"
+
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/mesh_reader.h"
+#include "client/library/point_packing.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+// The given mesh as the protocol carries it, scan frame.
+absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshFile file, ReadMesh(path));
+  if (file.mesh.triangles.cols() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": holds no faces; the control mesh must be a triangle mesh (OBJ, PLY, STL)"));
+  }
+  v1::ControlMesh mesh;
+  PointCloud vertices{file.mesh.vertices};
+  mesh.set_positions(
+      PackPoints(vertices, 0, vertices.points.cols(), v1::COORDINATE_FORMAT_FLOAT64_LE));
+  for (Eigen::Index i = 0; i < file.mesh.triangles.size(); ++i) {
+    mesh.add_faces(static_cast<uint32_t>(file.mesh.triangles.data()[i]));
+  }
+  return mesh;
+}
+
+}  // namespace
+
+void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
+  app->add_option("--topology", a->topology,
+                  "auto, planar (one sheet over a plane), spherical "
+                  "(star-shaped) or arbitrary")
+      ->check(CLI::IsMember({"auto", "planar", "spherical", "arbitrary"}))
+      ->capture_default_str();
+  CLI::Option* mesh =
+      app->add_option("--control-mesh", a->control_mesh,
+                      "start from this triangle mesh (OBJ, PLY, STL), in the scan's coordinates");
+  app->get_option("--topology")->excludes(mesh);
+  app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
+      ->check(CLI::IsMember({"keep", "close"}))
+      ->capture_default_str();
+  app->add_option("--creases", a->creases,
+                  "auto: sharp edges of the scan become creases of the surface; off: none do")
+      ->check(CLI::IsMember({"auto", "off"}))
+      ->capture_default_str();
+  app->add_option("--max-level", a->max_level, "levels of heights; default as dense as the points")
+      ->check(CLI::Range(0, 8));
+  app->add_option("--control-faces", a->control_faces,
+                  "about how many; default chosen from the points")
+      ->check(CLI::Range(0, 200000))
+      ->excludes(mesh);
+  app->add_option("--threads", a->threads, "default all")->check(CLI::Range(0, 1024));
+  app->add_option("--fit", a->fit, "suzuki (fast) or least-squares (default, closer)")
+      ->check(CLI::IsMember({"suzuki", "least-squares"}));
+  CLI::Option* error =
+      app->add_option("--max-error", a->max_error,
+                      "RMS error of the surface in the file, fraction of the diagonal; default "
+                      "next to its own")
+          ->check(CLI::Range(1e-6, 0.1));
+  CLI::Option* bytes =
+      app->add_option("--max-bytes", a->max_bytes, "bytes of the file, as good as they allow")
+          ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
+          ->excludes(error);
+  app->add_option("--height-step", a->height_step,
+                  "step of the height quantiser, fraction of the diagonal")
+      ->check(CLI::Range(1e-9, 0.01))
+      ->excludes(error)
+      ->excludes(bytes);
+  app->add_option("--seed", a->seed, "of all random choices; default 0");
+  app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
+}
+
+absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {
+  v1::ReconstructOptions options;
+  if (arguments.max_level) options.set_max_level(*arguments.max_level);
+  if (arguments.threads) options.set_threads(*arguments.threads);
+  if (arguments.seed) options.set_seed(*arguments.seed);
+  if (arguments.no_measure) options.set_measure(false);
+  v1::ControlOptions& control = *options.mutable_control();
+  const std::map<std::string, v1::Topology> topologies = {{"auto", v1::TOPOLOGY_AUTO},
+                                                          {"planar", v1::TOPOLOGY_PLANAR},
+                                                          {"spherical", v1::TOPOLOGY_SPHERICAL},
+                                                          {"arbitrary", v1::TOPOLOGY_ARBITRARY}};
+  control.set_boundary(arguments.boundary == "close" ? v1::BOUNDARY_CLOSE : v1::BOUNDARY_KEEP);
+  control.set_creases(arguments.creases == "auto" ? v1::CREASES_AUTO : v1::CREASES_OFF);
+  if (arguments.control_faces) control.set_control_faces(*arguments.control_faces);
+  if (arguments.control_mesh.empty()) {
+    control.set_topology(topologies.at(arguments.topology));
+  } else {
+    control.set_topology(v1::TOPOLOGY_GIVEN);
+    RILIEVO_ASSIGN_OR_RETURN(*control.mutable_control_mesh(),
+                             ReadControlMesh(arguments.control_mesh));
+  }
+  if (!arguments.fit.empty()) {
+    options.mutable_fit()->set_method(arguments.fit == "suzuki" ? v1::FIT_METHOD_SUZUKI
+                                                                : v1::FIT_METHOD_LEAST_SQUARES);
+  }
+  if (arguments.height_step)
+    options.mutable_encode()->set_height_step_ratio(*arguments.height_step);
+  if (arguments.max_error) options.mutable_encode()->set_max_error_ratio(*arguments.max_error);
+  if (arguments.max_bytes) options.mutable_encode()->set_max_bytes(*arguments.max_bytes);
+  return options;
+}
+
+}  // namespace rilievo

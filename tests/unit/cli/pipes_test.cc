@@ -1,0 +1,113 @@
+// Standard input and output as files, and several scans at once.
+#include "client/formats/mesh_reader.h"
+#include "client/formats/scan_reader.h"
+#include "tests/unit/cli/program_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using PipesTest = ProgramFixture;
+
+TEST_F(PipesTest, ScanInSurfaceOut) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("scan.ply"), "--points", "2000"}).code, 0);
+  ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--quiet"}).code, 0);
+  const Ended simulated = Run({"simulate", "sphere", "-o", "-", "--points", "2000"});
+  EXPECT_EQ(simulated.out, Content(At("scan.ply")));
+  EXPECT_THAT(simulated.err, HasSubstr("2,000 points"));
+
+  const Ended piped = RunPiped(simulated.out, {"reconstruct", "-", "-o", "-", "--report", At("r")});
+  ASSERT_EQ(piped.code, 0) << piped.err;
+  EXPECT_EQ(piped.out, Content(At("a.dss")));
+  EXPECT_THAT(piped.err, HasSubstr("control faces"));
+  EXPECT_EQ(Json::parse(Content(At("r")))["scan"], "-");
+
+  const Ended info = RunPiped(piped.out, {"info", "-", "--json"});
+  ASSERT_EQ(info.code, 0) << info.err;
+  EXPECT_EQ(Json::parse(info.out)["bytes"], piped.out.size());
+  EXPECT_EQ(RunPiped(piped.out, {"verify", "-", At("scan.ply")}).code, 0);
+  EXPECT_EQ(RunPiped(simulated.out, {"verify", At("a.dss"), "-"}).code, 0);
+  const Ended compared = RunPiped(piped.out, {"compare", "-", At("a.dss"), "--json"});
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  EXPECT_LT(Json::parse(compared.out)["max"], 1e-14);
+}
+
+TEST_F(PipesTest, TheFormatIsToldWhereTheBytesDoNot) {
+  const std::string headed = "left right height\n0 0 0\n1 0 0\n0 1 0\n";
+  EXPECT_EQ(RunPiped(headed, {"compare", "-", "-"}).code, 2);
+  std::ofstream(At("a.xyz")) << "0 0 0\n1 0 0\n0 1 0\n";
+  const Ended untold = RunPiped(headed, {"compare", "-", At("a.xyz")});
+  EXPECT_EQ(untold.code, 3);
+  EXPECT_THAT(untold.err, HasSubstr("-: "));
+  const std::string cloud = "o cloud\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_EQ(RunPiped(cloud, {"compare", "-", At("a.xyz")}).code, 3);
+  const Ended told = RunPiped(cloud, {"compare", "-", At("a.xyz"), "--format", "obj", "--json"});
+  ASSERT_EQ(told.code, 0) << told.err;
+  EXPECT_EQ(Json::parse(told.out)["max"], 0);
+}
+
+TEST_F(PipesTest, TwoResultsDoNotShareTheStandardOutput) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("scan.ply"), "--points", "500"}).code, 0);
+  EXPECT_EQ(Run({"reconstruct", At("scan.ply"), "-o", "-", "--json"}).code, 2);
+  EXPECT_EQ(Run({"reconstruct", At("scan.ply"), "-o", "-", "--report", "-"}).code, 2);
+  EXPECT_EQ(Run({"simulate", "sphere", "-o", "-", "--json"}).code, 2);
+  const Ended report = Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--report", "-"});
+  ASSERT_EQ(report.code, 0) << report.err;
+  EXPECT_EQ(Json::parse(report.out)["points_in"], 500);
+}
+
+TEST_F(PipesTest, SeveralScansBecomeSeveralSurfaces) {
+  for (const char* shape : {"sphere", "torus"}) {
+    ASSERT_EQ(
+        Run({"simulate", shape, "-o", At(std::string(shape) + ".ply"), "--points", "3000"}).code,
+        0);
+  }
+  const Ended made = Run({"reconstruct", At("sphere.ply"), At("torus.ply"), "-o", At("new/in/")});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("sphere.dss: 3,000 points"));
+  EXPECT_THAT(made.out, HasSubstr("genus 1,"));
+  EXPECT_EQ(Run({"info", At("new/in/torus.dss")}).code, 0);
+  // Each as when it is made alone.
+  ASSERT_EQ(Run({"reconstruct", At("torus.ply"), "-o", At("alone.dss"), "--quiet"}).code, 0);
+  EXPECT_EQ(Content(At("alone.dss")), Content(At("new/in/torus.dss")));
+}
+
+TEST_F(PipesTest, AScanThatFailsStopsNoOther) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("good.ply"), "--points", "2000"}).code, 0);
+  std::ofstream(At("bad.xyz")) << "1 2\n";
+  const std::vector<std::string> arguments = {
+      "reconstruct", At("bad.xyz"), At("none.ply"), At("good.ply"), "-o", At("out/"), "--quiet"};
+  const Ended made = Run(arguments);
+  EXPECT_EQ(made.code, 3);
+  EXPECT_THAT(made.err, HasSubstr("bad.xyz: failed: "));
+  EXPECT_THAT(made.err, HasSubstr("none.ply: failed: "));
+  EXPECT_THAT(made.err, HasSubstr("2 of 3 scans failed"));
+  EXPECT_THAT(made.out, HasSubstr("good.dss"));
+  EXPECT_FALSE(fs::exists(At("out/bad.dss")));
+  EXPECT_TRUE(fs::exists(At("out/good.dss")));
+
+  std::vector<std::string> as_json = arguments;
+  as_json.push_back("--json");
+  const Json list = Json::parse(Run(as_json).out);
+  ASSERT_EQ(list.size(), 3u);
+  EXPECT_EQ(list[0]["error"]["code"], "INVALID_ARGUMENT");
+  EXPECT_EQ(list[1]["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(list[2]["points_in"], 2000);
+}
+
+TEST_F(PipesTest, SeveralScansNeedAFolderAndNamesOfTheirOwn) {
+  fs::create_directories(At("b"));
+  for (const char* name : {"a.ply", "b/a.ply"}) {
+    ASSERT_EQ(Run({"simulate", "sphere", "-o", At(name), "--points", "500"}).code, 0);
+  }
+  const Ended no_folder = Run({"reconstruct", At("a.ply"), At("b/a.ply"), "-o", At("c.dss")});
+  EXPECT_EQ(no_folder.code, 2);
+  EXPECT_THAT(no_folder.err, HasSubstr("c.dss/"));
+  EXPECT_EQ(Run({"reconstruct", At("a.ply"), At("b/a.ply"), "-o", At("c/")}).code, 2);
+  EXPECT_EQ(Run({"reconstruct", "-", "-", "-o", At("c/")}).code, 2);
+  EXPECT_FALSE(fs::exists(At("c/a.dss")));
+}
+
+}  // namespace
+}  // namespace rilievo
