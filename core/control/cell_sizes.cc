@@ -17,7 +17,7 @@ namespace {
 constexpr double kOppositeNormals = -0.7;
 constexpr double kAcrossShare = 0.6;
 // Sheets that no neighbour lies on are looked for so many spacings across, by every fourth point.
-constexpr double kProbeSpacings = 2.2;
+constexpr double kProbeSpacings = 3;
 constexpr int kProbeStride = 4;
 // A sheet or a border that fewer of a point's neighbours see is chance.
 constexpr int kLeastWitnesses = 2;
@@ -25,6 +25,9 @@ constexpr int kLeastWitnesses = 2;
 // surface one point in 200 sees so much by chance.
 constexpr double kFreeAngle = 150 * std::numbers::pi / 180;
 constexpr int kMostDirections = 64;
+// Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
+// arc of the radius of two of its cells.
+constexpr double kSmoothCosine = 0.9;
 constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
 constexpr float kNone = std::numeric_limits<float>::infinity();
 
@@ -117,6 +120,15 @@ absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
   return border;
 }
 
+// Whether the normals of all neighbours of a point are about its own, on either side.
+bool IsSmooth(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
+  const Eigen::Vector3d normal = cloud.normals.col(i);
+  for (const int j : graph.neighbors(i)) {
+    if (std::abs(normal.dot(cloud.normals.col(j))) < kSmoothCosine) return false;
+  }
+  return true;
+}
+
 // Spacing of as many points spread evenly over the same area: unlike the median it is not ruled by
 // the dense parts of a scan, so the grid stays in proportion to the points.
 double EvenSpacing(const OrientedCloud& cloud) {
@@ -139,7 +151,9 @@ absl::StatusOr<std::vector<float>> WantedCells(const OrientedCloud& cloud,
   for (size_t i = 0; i < cells.size(); ++i) {
     const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
     const double plain =
-        (border[i] != 0 ? options.border_cell_spacings : options.cell_spacings) * spacing;
+        spacing * (border[i] != 0                                ? options.border_cell_spacings
+                   : IsSmooth(cloud, graph, static_cast<int>(i)) ? options.smooth_cell_spacings
+                                                                 : options.cell_spacings);
     const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
                                  options.thin_cell_spacings * spacing);
     cells[i] = static_cast<float>(

@@ -174,6 +174,7 @@ absl::Status ImplicitOptions::Validate() const {
         absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
   };
   RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("smooth_cell_spacings", smooth_cell_spacings, 0.25, 8));
   RILIEVO_RETURN_IF_ERROR(check("border_cell_spacings", border_cell_spacings, 0.25, 8));
   RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
   RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));

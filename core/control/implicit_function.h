@@ -16,6 +16,8 @@ namespace rilievo {
 struct ImplicitOptions {
   // Cell around a point, in spacings. [0.25, 8].
   double cell_spacings = 1.3;
+  // The same where the surface bends little. [0.25, 8].
+  double smooth_cell_spacings = 2.6;
   // The same around the border of an open scan, where the function has support on one side only.
   double border_cell_spacings = 0.65;
   // Where sheets lie back to back the cell shrinks to this share of their distance, but never

@@ -1,6 +1,9 @@
 #include "core/control/implicit_grid.h"
 
 #include <algorithm>
+#include <array>
+
+#include "core/base/parallel_for.h"
 
 namespace rilievo {
 namespace {
@@ -173,30 +176,36 @@ void ImplicitGrid::FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27
   }
 }
 
-std::vector<int> ImplicitGrid::Neighbors() const {
-  std::vector<int> neighbors;
-  neighbors.reserve(6 * static_cast<size_t>(size_));
-  for (size_t block = 0; block < masks_.size(); ++block) {
-    const Eigen::Vector3i corner = BlockCorner(keys_[block]);
-    int beside[6];
-    for (int side = 0; side < 6; ++side) {
-      Eigen::Vector3i other = corner;
-      other[side >> 1] += (side & 1) ? (1 << kBlockBits) : -(1 << kBlockBits);
-      beside[side] = FindBlock(BlockKey(other));
+std::vector<int> ImplicitGrid::Neighbors(const RunContext& context) const {
+  std::vector<int> neighbors(6 * static_cast<size_t>(size_));
+  const auto blocks = static_cast<int64_t>(masks_.size());
+  ParallelFor(blocks, 1 << 10, context, [&](int64_t begin, int64_t end) {
+    for (int64_t block = begin; block < end; ++block) {
+      LinkBlock(static_cast<int>(block), &neighbors[6 * static_cast<size_t>(bases_[block])]);
     }
-    for (uint64_t rest = masks_[block]; rest != 0; rest &= rest - 1) {
-      const int bit = std::countr_zero(rest);
-      for (int side = 0; side < 6; ++side) {
-        const int shift = 2 * (side >> 1);
-        const int along = (bit >> shift) & 3;
-        const bool up = (side & 1) != 0;
-        const bool leaves = along == (up ? 3 : 0);
-        const int other = leaves ? bit ^ (3 << shift) : bit + (up ? 1 << shift : -(1 << shift));
-        neighbors.push_back(NumberIn(leaves ? beside[side] : static_cast<int>(block), other));
-      }
+  }).IgnoreError();
+  return neighbors;
+}
+
+void ImplicitGrid::LinkBlock(int block, int* neighbors) const {
+  const Eigen::Vector3i corner = BlockCorner(keys_[block]);
+  int beside[6];
+  for (int side = 0; side < 6; ++side) {
+    Eigen::Vector3i other = corner;
+    other[side >> 1] += (side & 1) ? (1 << kBlockBits) : -(1 << kBlockBits);
+    beside[side] = FindBlock(BlockKey(other));
+  }
+  for (uint64_t rest = masks_[block]; rest != 0; rest &= rest - 1) {
+    const int bit = std::countr_zero(rest);
+    for (int side = 0; side < 6; ++side) {
+      const int shift = 2 * (side >> 1);
+      const int along = (bit >> shift) & 3;
+      const bool up = (side & 1) != 0;
+      const bool leaves = along == (up ? 3 : 0);
+      const int other = leaves ? bit ^ (3 << shift) : bit + (up ? 1 << shift : -(1 << shift));
+      *neighbors++ = NumberIn(leaves ? beside[side] : block, other);
     }
   }
-  return neighbors;
 }
 
 void ImplicitGrid::Filter(const std::vector<uint8_t>& keep) {

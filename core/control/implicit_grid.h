@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/run_context.h"
+
 namespace rilievo {
 
 // Nodes have integer coordinates in [-2^19, 2^19). After Seal() they are numbered block by block in
@@ -38,7 +40,8 @@ class ImplicitGrid {
   void FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) const;
 
   // Numbers of the neighbours of every node, 6 a node: -x, +x, -y, +y, -z, +z; -1 for none.
-  std::vector<int> Neighbors() const;
+  // A stop request leaves them half done; the caller asks context.CheckStop() after.
+  std::vector<int> Neighbors(const RunContext& context) const;
 
   // Drops the nodes whose flag is 0 and numbers the rest anew, in the same order.
   void Filter(const std::vector<uint8_t>& keep);
@@ -53,6 +56,7 @@ class ImplicitGrid {
     return (node.x() & 3) | ((node.y() & 3) << 2) | ((node.z() & 3) << 4);
   }
   static Eigen::Vector3i BlockCorner(uint64_t key);
+  void LinkBlock(int block, int* neighbors) const;
   // std::popcount calls a library routine on plain x86-64.
   static int PopCount(uint64_t bits) {
     bits -= (bits >> 1) & 0x5555555555555555u;

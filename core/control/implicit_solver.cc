@@ -12,9 +12,10 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1 << 14;         // nodes a task; sums are formed block by block
-constexpr double kDiscRadius = 0.75;        // of a point's spacing: discs overlap about twice
-constexpr double kSmallestDisc = 0.7;       // cells; smaller discs are their centre
+constexpr int64_t kBlock = 1 << 14;    // nodes a task; sums are formed block by block
+constexpr double kDiscRadius = 0.75;   // of a point's spacing: discs overlap about twice
+constexpr double kSmallestDisc = 0.7;  // cells; smaller discs are their centre
+constexpr int kNoNode = -1;
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
 
 // Trilinear weights of the 8 lattice points around a position given in lattice units.
@@ -93,6 +94,7 @@ class PoissonOperator {
     const int64_t point_count = static_cast<int64_t>(screen_weight_.size());
     Run(point_count, [&](int64_t begin, int64_t end) {
       for (int64_t i = begin; i < end; ++i) {
+        if (point_nodes_[8 * i] == kNoNode) continue;
         float sum = 0;
         for (int corner = 0; corner < 8; ++corner) {
           sum += point_weights_[8 * i + corner] * in[point_nodes_[8 * i + corner]];
@@ -144,15 +146,17 @@ class PoissonOperator {
   }
 
   void LinkNeighbors(const ScreenedPoisson& system) {
-    neighbors_ = system.grid.Neighbors();
-    free_.assign(size_, 1);
-    diagonal_.assign(size_, 0.0f);
-    for (int node = 0; node < size_; ++node) {
-      for (int side = 0; side < 6; ++side) {
-        if (neighbors_[6 * static_cast<size_t>(node) + side] >= 0) diagonal_[node] += 1;
+    neighbors_ = system.grid.Neighbors(context_);
+    free_.resize(size_);
+    diagonal_.resize(size_);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) {
+        const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+        const auto degree = std::count_if(neighbor, neighbor + 6, [](int n) { return n >= 0; });
+        diagonal_[node] = static_cast<float>(degree);
+        free_[node] = system.border_free || degree == 6;
       }
-      if (!system.border_free && diagonal_[node] < 6) free_[node] = 0;
-    }
+    });
   }
 
   // The right-hand side (divergence of the spread normals) and the screening rows.
@@ -162,7 +166,6 @@ class PoissonOperator {
     for (std::vector<float>& field : spread) field.assign(size_, 0.0f);
     const size_t count = system.speakers.points.size();
     std::vector<NodesAround> around;
-    std::vector<float> coherence(kBlock);
     for (size_t begin = 0; begin < count; begin += kBlock) {
       if (!FindNodes(system, begin, &around)) break;
       ParallelFor(4, 1, context_, [&](int64_t first, int64_t last) {
@@ -171,34 +174,46 @@ class PoissonOperator {
         }
       }).IgnoreError();
     }
-    right_side_.assign(size_, 0.0f);
-    for (int node = 0; node < size_; ++node) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const int next = neighbors_[6 * static_cast<size_t>(node) + 2 * axis + 1];
-        if (next < 0) continue;
-        right_side_[next] += spread[axis][node];
-        right_side_[node] -= spread[axis][node];
-      }
+    right_side_.resize(size_);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
+    });
+    AddScreening(system, spread);
+  }
+
+  using Fields = std::array<std::vector<float>, 4>;
+
+  // Of the normals spread on the edges around a node; edges that leave the grid carry none.
+  float Divergence(const Fields& spread, int64_t node) const {
+    const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+    float sum = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int before = neighbor[2 * axis], after = neighbor[2 * axis + 1];
+      if (before >= 0) sum += spread[axis][before];
+      if (after >= 0) sum -= spread[axis][node];
     }
+    return sum;
+  }
+
+  // A row for each speaker; those at the rim of the grid, where corners are missing, weigh nothing.
+  void AddScreening(const ScreenedPoisson& system, const Fields& spread) {
+    const size_t count = system.speakers.points.size();
+    point_nodes_.assign(8 * count, kNoNode);
+    point_weights_.resize(8 * count);
+    screen_weight_.resize(count);
+    std::vector<NodesAround> around;
     for (size_t begin = 0; begin < count; begin += kBlock) {
       if (!FindNodes(system, begin, &around)) break;
       ParallelFor(static_cast<int64_t>(around.size()), 1024, context_,
                   [&](int64_t first, int64_t last) {
                     for (int64_t m = first; m < last; ++m) {
-                      coherence[m] = Coherence(spread, LatticePoint(system, begin + m), around[m]);
+                      AddScreeningRow(system, spread, around[m], begin + m);
                     }
                   })
           .IgnoreError();
-      for (size_t m = 0; m < around.size(); ++m) {
-        const double spacing = system.speakers.spacing[begin + m] / system.cell;
-        AddScreeningRow(LatticePoint(system, begin + m), around[m],
-                        system.screening * coherence[m] * std::numbers::pi / 4 * spacing * spacing);
-      }
     }
-    at_points_.resize(screen_weight_.size());
+    at_points_.resize(count);
   }
-
-  using Fields = std::array<std::vector<float>, 4>;
 
   static Eigen::Vector3d LatticePoint(const ScreenedPoisson& system, size_t speaker) {
     return (system.cloud.points.col(system.speakers.points[speaker]) - system.origin) / system.cell;
@@ -267,31 +282,43 @@ class PoissonOperator {
     }
   }
 
-  void AddScreeningRow(const Eigen::Vector3d& at, const NodesAround& around, double weight) {
+  void AddScreeningRow(const ScreenedPoisson& system, const Fields& spread,
+                       const NodesAround& around, size_t speaker) {
+    const Eigen::Vector3d at = LatticePoint(system, speaker);
     const Trilinear row(at);
     const std::array<int, 8> nodes = around.Cell(row.base);
     if (*std::min_element(nodes.begin(), nodes.end()) < 0) return;
-    for (int corner = 0; corner < 8; ++corner) {
-      point_nodes_.push_back(nodes[corner]);
-      point_weights_.push_back(row.weight[corner]);
-      diagonal_[nodes[corner]] +=
-          static_cast<float>(weight) * row.weight[corner] * row.weight[corner];
-    }
-    screen_weight_.push_back(static_cast<float>(weight));
+    const double spacing = system.speakers.spacing[speaker] / system.cell;
+    std::copy(nodes.begin(), nodes.end(), &point_nodes_[8 * speaker]);
+    std::copy(row.weight.begin(), row.weight.end(), &point_weights_[8 * speaker]);
+    screen_weight_[speaker] = static_cast<float>(system.screening * Coherence(spread, at, around) *
+                                                 std::numbers::pi / 4 * spacing * spacing);
   }
 
+  // The same rows by node, and what they add to the diagonal.
   void TransposeScreening() {
     screen_begin_.assign(size_ + 1, 0);
-    for (const int node : point_nodes_) ++screen_begin_[node + 1];
+    for (const int node : point_nodes_) {
+      if (node != kNoNode) ++screen_begin_[node + 1];
+    }
     for (int node = 0; node < size_; ++node) screen_begin_[node + 1] += screen_begin_[node];
-    screen_entry_point_.resize(point_nodes_.size());
-    screen_entry_weight_.resize(point_nodes_.size());
+    screen_entry_point_.resize(screen_begin_.back());
+    screen_entry_weight_.resize(screen_begin_.back());
     std::vector<int> next(screen_begin_.begin(), screen_begin_.end() - 1);
     for (size_t e = 0; e < point_nodes_.size(); ++e) {
+      if (point_nodes_[e] == kNoNode) continue;
       const int slot = next[point_nodes_[e]]++;
       screen_entry_point_[slot] = static_cast<int>(e / 8);
       screen_entry_weight_[slot] = point_weights_[e];
     }
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) {
+        for (int e = screen_begin_[node]; e < screen_begin_[node + 1]; ++e) {
+          diagonal_[node] += screen_weight_[screen_entry_point_[e]] * screen_entry_weight_[e] *
+                             screen_entry_weight_[e];
+        }
+      }
+    });
   }
 
   const RunContext& context_;
@@ -316,9 +343,11 @@ absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContex
   std::vector<float>& x = *values;
   std::vector<float> residual(size), direction(size, 0.0f), image(size), scaled(size);
   matrix.Apply(x, &image);
-  for (int i = 0; i < size; ++i) {
-    residual[i] = matrix.is_free(i) ? matrix.right_side()[i] - image[i] : 0.0f;
-  }
+  matrix.Run(size, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      residual[i] = matrix.is_free(int(i)) ? matrix.right_side()[i] - image[i] : 0.0f;
+    }
+  });
   const double goal =
       kRelativeResidual * kRelativeResidual * matrix.Dot(matrix.right_side(), matrix.right_side());
   double old_product = 0;

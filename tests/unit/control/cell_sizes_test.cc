@@ -42,7 +42,28 @@ OrientedShape WithInnerWall(OrientedShape shape, double thickness) {
 
 TEST(CellSizesTest, FollowTheSpacingOfAPlainSurface) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 20000, kTorusArea);
-  EXPECT_GT(CountOf(CellsOf(shape), 1.3 * shape.cloud.median_spacing), 0.96 * 20000);
+  EXPECT_GT(CountOf(CellsOf(shape), 2.6 * shape.cloud.median_spacing), 0.96 * 20000);
+}
+
+TEST(CellSizesTest, AreFinerAlongAnEdgeThanOnTheFacesBesideIt) {
+  OrientedShape shape = OrientShape(*MakeSphere(), 20000, kSphereArea);
+  OrientedCloud& cloud = shape.cloud;
+  // A ridge along the equator: its two sides keep turned normals.
+  const double turn = 0.5;
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    cloud.normals(2, i) += cloud.points(2, i) > 0 ? turn : -turn;
+    cloud.normals.col(i).normalize();
+  }
+  const std::vector<float> cells = CellsOf(shape);
+  int along = 0, fine = 0, beside = 0, coarse = 0;
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    const double height = std::abs(cloud.points(2, i)) / cloud.median_spacing;
+    const bool is_fine = cells[i] < 1.4 * cloud.median_spacing;
+    if (height < 0.5) ++along, fine += is_fine;
+    if (height > 6) ++beside, coarse += !is_fine;
+  }
+  EXPECT_GT(fine, 0.96 * along);
+  EXPECT_GT(coarse, 0.96 * beside);
 }
 
 TEST(CellSizesTest, NoCellIsSmallerThanTheNoiseAllows) {
