@@ -8,6 +8,7 @@
 #include "grpcpp/channel.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/health_check_service_interface.h"
+#include "grpcpp/resource_quota.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
@@ -23,6 +24,10 @@ namespace {
 constexpr std::chrono::seconds kStopTime{3};
 // By then every answer is written; idle clients may hold their connections open for longer.
 constexpr std::chrono::milliseconds kLingerTime{100};
+// That bytes on their way in may take, of all connections together. gRPC puts a message of any
+// length together before it compares it with its limit; over this it cancels streams instead, with
+// RESOURCE_EXHAUSTED. 64 uploads at full speed stay below.
+constexpr size_t kTransportBytes = 24 << 20;
 
 // A gzip bomb must not be inflated. Disabling the algorithms makes gRPC refuse the call when its
 // headers name one; without the decompression filter nothing inflates a message before that check,
@@ -34,12 +39,14 @@ void RefuseCompression(grpc::ServerBuilder* builder) {
 }
 
 void GuardConnections(grpc::ServerBuilder* builder) {
-  // Two servers on one port would share its clients without a word.
-  builder->AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder->SetResourceQuota(grpc::ResourceQuota("rilievod").Resize(kTransportBytes));
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 128);
-  // A peer that vanished is noticed after 30 s; clients may ask as often as every 10 s.
+  // A peer that vanished is noticed after 30 s, with or without a call, as is one that connects and
+  // never speaks; clients may ask as often as every 10 s.
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
@@ -94,19 +101,23 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   builder.RegisterService(result->jobs_.get());
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   RefuseCompression(&builder);
-  int port = 0;
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
   if (!embedded) {
     GuardConnections(&builder);
     RILIEVO_ASSIGN_OR_RETURN(const auto credentials, MakeServerCredentials(options));
-    builder.AddListeningPort(options.listen, credentials, &port);
+    RILIEVO_ASSIGN_OR_RETURN(result->listener_, ConnectionListener::Open(options.listen));
+    connections = builder.experimental().AddExternalConnectionAcceptor(
+        grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
   }
   result->server_ = builder.BuildAndStart();
-  if (!result->server_ || (!embedded && port == 0)) {
-    return absl::UnavailableError(absl::StrCat("cannot listen on \"", options.listen,
-                                               "\"; is the address right and the port free?"));
-  }
+  if (!result->server_) return absl::InternalError("gRPC did not start");
   if (!embedded) {
-    result->address_ = BoundAddress(options.listen, port);
+    result->listener_->Start([to = std::shared_ptr(std::move(connections))](FileDescriptor one) {
+      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+      connection.fd = one.Release();
+      to->HandleNewConnection(&connection);
+    });
+    result->address_ = BoundAddress(options.listen, result->listener_->port());
     result->server_->GetHealthCheckService()->SetServingStatus(
         v1::ReconstructionService::service_full_name(), true);
     result->server_->GetHealthCheckService()->SetServingStatus(v1::JobsService::service_full_name(),
@@ -133,6 +144,7 @@ void ReconstructionServer::Shutdown() {
   BeginDrain();
   core_->live_calls.StopAll(StopReason::kShutdown);
   WaitUntilIdle(kStopTime);
+  listener_.reset();
   server_->Shutdown(std::chrono::system_clock::now() + kLingerTime);
   server_.reset();
 }

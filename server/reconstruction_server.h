@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "server/calls/job_log.h"
 #include "server/conversion/server_options.h"
+#include "server/system/connection_listener.h"
 #include "server/worker/job_work.h"
 
 namespace grpc {
@@ -61,6 +62,7 @@ class ReconstructionServer {
   std::unique_ptr<ReconstructionService> service_;
   std::unique_ptr<JobsService> jobs_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<ConnectionListener> listener_;
   std::string address_;
 };
 

@@ -6,12 +6,15 @@
 #include <random>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "client/library/status_conversion.h"
 
 namespace rilievo {
 
 bool IsWorthARetry(const absl::Status& status) {
-  return absl::IsUnavailable(status) || RetryDelay(status).has_value();
+  if (absl::IsUnavailable(status) || RetryDelay(status).has_value()) return true;
+  // Not the server's own word, which has a reason: the transport had no memory for this stream.
+  return absl::IsResourceExhausted(status) && absl::StrContains(status.message(), "RST_STREAM");
 }
 
 Retry::Retry(const RetryOptions& options, std::optional<Clock::time_point> deadline,

@@ -16,7 +16,8 @@ struct RetryOptions {
   std::chrono::milliseconds longest_pause{10'000};  // unless the server asks for more
 };
 
-// Whether the same call may succeed later: the server is away, or it named a time to retry.
+// Whether the same call may succeed later: the server is away, named a time to retry, or had no
+// memory left for bytes on their way.
 bool IsWorthARetry(const absl::Status& status);
 
 // Decides when to call again, and waits.

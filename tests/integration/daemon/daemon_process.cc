@@ -35,7 +35,17 @@ int ExitCode(int status) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+int64_t MemoryBytes(pid_t process, const std::string& field) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind(field, 0) == 0) return std::stoll(line.substr(field.size())) * 1024;
+  }
+  return 0;
+}
+
 }  // namespace
+
+int64_t PeakBytesOf(pid_t process) { return MemoryBytes(process, "VmHWM:"); }
 
 int RunProgram(const std::vector<std::string>& arguments) {
   const pid_t pid = Spawn(arguments, -1, -1);
@@ -110,13 +120,7 @@ pid_t DaemonProcess::WaitForWorker(std::chrono::milliseconds timeout) const {
   return -1;
 }
 
-int64_t DaemonProcess::MemoryBytes(const std::string& field) const {
-  std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.rfind(field, 0) == 0) return std::stoll(line.substr(field.size())) * 1024;
-  }
-  return 0;
-}
+int64_t DaemonProcess::ResidentBytes() const { return MemoryBytes(pid_, "VmRSS:"); }
 
 void DaemonProcess::ReadLog(int pipe) {
   std::string line;

@@ -16,6 +16,9 @@ namespace rilievo {
 // Runs a program and gives its exit code; -1 when it did not end by itself.
 int RunProgram(const std::vector<std::string>& arguments);
 
+// The most resident memory that a process has had, in bytes; 0 when there is none of that number.
+int64_t PeakBytesOf(pid_t process);
+
 class DaemonProcess {
  public:
   // Starts `rilievod --listen 127.0.0.1:0` with more arguments, and waits for its ready line.
@@ -27,6 +30,7 @@ class DaemonProcess {
   // "127.0.0.1:PORT"; empty when it did not start.
   const std::string& address() const { return address_; }
 
+  pid_t pid() const { return pid_; }
   void Signal(int signal) const;
   // The exit code, when it ended in time; 128 + signal when a signal ended it.
   std::optional<int> WaitForExit(std::chrono::milliseconds timeout);
@@ -37,8 +41,8 @@ class DaemonProcess {
   pid_t WaitForWorker(std::chrono::milliseconds timeout) const;
 
   // Memory in bytes, now and at its highest.
-  int64_t ResidentBytes() const { return MemoryBytes("VmRSS:"); }
-  int64_t PeakBytes() const { return MemoryBytes("VmHWM:"); }
+  int64_t ResidentBytes() const;
+  int64_t PeakBytes() const { return PeakBytesOf(pid_); }
 
   // The lines of its standard error so far; WaitForLine() until one holds `text`.
   std::vector<std::string> Log() const;
@@ -46,7 +50,6 @@ class DaemonProcess {
                                          std::chrono::milliseconds timeout) const;
 
  private:
-  int64_t MemoryBytes(const std::string& field) const;
   void ReadLog(int pipe);
 
   pid_t pid_ = -1;

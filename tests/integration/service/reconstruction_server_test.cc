@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 
+#include <fstream>
+#include <future>
 #include <thread>
 
 #include "google/protobuf/dynamic_message.h"
@@ -19,6 +21,15 @@ using grpc::StatusCode;
 using std::chrono::milliseconds;
 using testing::Contains;
 using testing::Not;
+
+// The most resident memory that this process has had.
+int64_t PeakBytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.rfind("VmHWM:", 0) == 0) return std::stoll(line.substr(6)) * 1024;
+  }
+  return 0;
+}
 
 class ReconstructionServerTest : public ServiceTest {
  protected:
@@ -167,6 +178,26 @@ TEST_F(ReconstructionServerTest, CompressedMessagesAreRefusedInBothCalls) {
   EXPECT_EQ(work_.begun(), 0);
 }
 
+// gRPC would put it together before it looks at its length.
+TEST_F(ReconstructionServerTest, AMessageOfAGigabyteIsRefusedBeforeItIsThere) {
+  StartServer();
+  const grpc::Slice block(std::string(1 << 20, '\0'));
+  const std::vector<grpc::Slice> blocks(1024, block);
+  const grpc::ByteBuffer message(blocks.data(), blocks.size());
+  const int64_t before = PeakBytes();
+  grpc::GenericStub stub(NewChannel());
+  grpc::ClientContext context;
+  grpc::ByteBuffer answer;
+  std::promise<grpc::Status> ended;
+  stub.UnaryCall(&context, "/rilievo.v1.ReconstructionService/GetCapabilities", grpc::StubOptions(),
+                 &message, &answer, [&](const grpc::Status& status) { ended.set_value(status); });
+  EXPECT_EQ(ended.get_future().get().error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_LT(PeakBytes() - before, 100'000'000) << "both ends are in this process";
+  v1::GetCapabilitiesResponse response;
+  grpc::ClientContext next;
+  EXPECT_TRUE(NewStub()->GetCapabilities(&next, {}, &response).ok());
+}
+
 TEST_F(ReconstructionServerTest, TwoServersNeverShareAPort) {
   StartServer();
   ServerOptions options;
@@ -183,6 +214,10 @@ TEST_F(ReconstructionServerTest, WrongOptionsAreTold) {
       absl::StatusCode::kInvalidArgument);
   options = {};
   options.listen = "no address";
+  EXPECT_EQ(
+      ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
+      absl::StatusCode::kInvalidArgument);
+  options.listen = "no.such.host.invalid:50051";
   EXPECT_EQ(
       ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
       absl::StatusCode::kUnavailable);

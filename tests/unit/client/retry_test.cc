@@ -29,6 +29,8 @@ TEST(Retry, OnlyWhatMayPassIsTriedAgain) {
   EXPECT_FALSE(retry.AfterFailure(absl::InvalidArgumentError("wrong")));
   EXPECT_FALSE(retry.AfterFailure(absl::ResourceExhaustedError("no time to retry is named")));
   EXPECT_FALSE(retry.AfterFailure(absl::CancelledError("")));
+  EXPECT_TRUE(
+      retry.AfterFailure(absl::ResourceExhaustedError("Received RST_STREAM with error code 11")));
 }
 
 TEST(Retry, PausesGrowWithinTheirLimit) {
