@@ -157,9 +157,10 @@ absl::Status Run(const Arguments& arguments, std::stop_token stop) {
 Command AddReconstruct(CLI::App& program) {
   CLI::App* app = program.add_subcommand("reconstruct", "Make a surface from a scan");
   const auto a = std::make_shared<Arguments>();
-  app->add_option("SCAN", a->scans,
-                  "the points: PLY, PCD, XYZ, PTS, TXT or OBJ; - is standard input; several become "
-                  "several surfaces")
+  app->add_option(
+         "SCAN", a->scans,
+         "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, PTX; - is standard input; several become "
+         "several surfaces")
       ->required();
   app->add_option("-o,--output", a->output,
                   "the surface, a .dss file; a folder (DIR/) for several scans; - is standard "

@@ -73,7 +73,8 @@ LoadedShape ShapeOf(MeshFile file) {
 void AddFormatOption(CLI::App* app, std::string* format) {
   app->add_option("--format", *format,
                   "what an input without an extension is, where its first bytes do not tell")
-      ->check(CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "stl", "dss"}));
+      ->check(
+          CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "ptx", "stl", "dss"}));
 }
 
 absl::StatusOr<ScanFile> LoadScan(const std::string& path, const std::string& format) {

@@ -24,7 +24,6 @@ constexpr Foreign kForeign[] = {
     {"\xff\xd8\xff", "a JPEG picture, not a scan"},
     {"PK\x03\x04", "a ZIP archive; unpack it first"},
     {"\x1f\x8b", "gzip-compressed; unpack it first (gunzip)"},
-    {"LASF", "a LAS file, which is not read; convert it to PLY (pdal translate IN.las OUT.ply)"},
     {"ASTM-E57",
      "an E57 file, which is not read; convert it to PLY (pdal translate IN.e57 OUT.ply)"},
     {"glTF", "a GLB file, which is not read; convert it to PLY"},
@@ -71,6 +70,8 @@ std::optional<FileKind> ByExtension(const std::string& extension) {
   if (extension == "pcd") return FileKind::kPcd;
   if (extension == "obj") return FileKind::kObj;
   if (extension == "stl") return FileKind::kStl;
+  if (extension == "las") return FileKind::kLas;
+  if (extension == "ptx") return FileKind::kPtx;
   if (extension == "dss") return FileKind::kDss;
   for (const char* text : {"xyz", "pts", "txt", "csv", "asc", "xyzn", "xyzrgb"}) {
     if (extension == text) return FileKind::kXyz;
@@ -83,6 +84,24 @@ bool LooksLikeNumbers(string_view line) {
   const string_view word = line.substr(line.find_first_not_of(" \t,;"));
   double value;
   return ParseNumber(word.substr(0, word.find_first_of(" \t,;\r")), &value).ok();
+}
+
+// Two counts, four rows of three numbers, four of four: PTX, and no PTS, whose rows are alike.
+bool LooksLikePtx(string_view head) {
+  for (const int expected : {1, 1, 3, 3, 3, 3, 4, 4, 4, 4}) {
+    const size_t end = head.find('\n');
+    if (end == string_view::npos) return false;
+    string_view line = head.substr(0, end);
+    head.remove_prefix(end + 1);
+    int numbers = 0;
+    for (string_view word = NextWord(&line); !word.empty(); word = NextWord(&line)) {
+      double value;
+      if (!ParseNumber(word, &value).ok()) return false;
+      ++numbers;
+    }
+    if (numbers != expected) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -104,6 +123,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
                  "\x89"
                  "DSS\r\n"))
     return FileKind::kDss;
+  if (StartsWith(head, "LASF")) return FileKind::kLas;
   const string_view line = FirstDataLine(head);
   const string_view word = FirstWord(line);
   if (IsPcd(head, word)) return FileKind::kPcd;
@@ -111,9 +131,11 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   const std::optional<FileKind> named = ByExtension(Extension(name));
   if (named) return *named;
   if (word == "v") return FileKind::kObj;
+  if (LooksLikePtx(head)) return FileKind::kPtx;
   if (!line.empty() && LooksLikeNumbers(line)) return FileKind::kXyz;
   return absl::InvalidArgumentError(
-      "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ)");
+      "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, "
+      "PTX)");
 }
 
 }  // namespace rilievo

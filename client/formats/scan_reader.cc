@@ -11,7 +11,8 @@
 
 namespace rilievo {
 
-absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name) {
+absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
+                                        const WantedLayers& wanted) {
   HeadedInput input(in);
   RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
   switch (kind) {
@@ -23,18 +24,24 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
       return ReadXyzScan(input.stream());
     case FileKind::kObj:
       return ReadObjScan(input.stream());
+    case FileKind::kLas:
+      return ReadLasScan(input.stream(), wanted);
+    case FileKind::kPtx:
+      return ReadPtxScan(input.stream(), wanted);
     case FileKind::kStl:
       return absl::InvalidArgumentError(
-          "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS or OBJ");
+          "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS or "
+          "PTX");
     case FileKind::kDss:
       return absl::InvalidArgumentError(
-          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS or OBJ");
+          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS "
+          "or PTX");
   }
   return absl::InternalError("unknown kind of file");
 }
 
-absl::StatusOr<ScanFile> ReadScan(const std::string& path) {
-  return WithInput(path, [&](std::istream& in) { return ReadScanStream(in, path); });
+absl::StatusOr<ScanFile> ReadScan(const std::string& path, const WantedLayers& wanted) {
+  return WithInput(path, [&](std::istream& in) { return ReadScanStream(in, path, wanted); });
 }
 
 }  // namespace rilievo

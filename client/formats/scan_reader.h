@@ -1,4 +1,4 @@
-// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ.
+// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ, LAS, PTX.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,15 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "client/formats/point_layers.h"
 #include "core/geometry/point_cloud.h"
 
 namespace rilievo {
 
 struct ScanFile {
-  PointCloud cloud;    // as in the file: double, non-finite points kept
-  std::string format;  // for people: "PLY binary_little_endian", "PCD ascii", ...
+  PointCloud cloud;         // as in the file: double, non-finite points kept
+  std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
+  PointLayers layers = {};  // those wanted, of the formats that hold them: LAS and PTX
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -34,11 +36,21 @@ absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in);
 // The 'v' lines of a Wavefront file.
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
 
+// ASPRS LAS 1.0 to 1.4, uncompressed, point formats 0 to 10. Integers become coordinates in double,
+// so map grids keep what the file has. Points marked as withheld are left out. LAZ is refused with
+// what to run. 16-bit colours become 8 bits.
+absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
+
+// Leica's PTX: one or more grids of points, each moved by its own transform into the common frame.
+// Rays without a return (0 0 0) are left out.
+absl::StatusOr<ScanFile> ReadPtxScan(std::istream& in, const WantedLayers& wanted = {});
+
 // Chooses by content first, by the extension of `name` second.
-absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name);
+absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
+                                        const WantedLayers& wanted = {});
 
 // Opens the file; "-" reads the standard input. NOT_FOUND, PERMISSION_DENIED or the errors above;
 // the message begins with the path.
-absl::StatusOr<ScanFile> ReadScan(const std::string& path);
+absl::StatusOr<ScanFile> ReadScan(const std::string& path, const WantedLayers& wanted = {});
 
 }  // namespace rilievo

@@ -81,6 +81,33 @@ def text_formats():
     put("stl/binary.stl", b"seed".ljust(80) + struct.pack("<I", 2) + body)
 
 
+def las():
+    for minor, kind, size, red in ((2, 0, 20, 0), (2, 3, 36, 28), (4, 7, 36, 30)):
+        head = bytearray({2: 227, 4: 375}[minor])
+        head[0:4], head[24], head[25] = b"LASF", 1, minor
+        struct.pack_into("<HII", head, 94, len(head), len(head) + 3, 0)
+        struct.pack_into("<BHI", head, 104, kind, size, 4 if kind < 6 else 0)
+        struct.pack_into("<6d", head, 131, .001, .001, .001, 4.6e6, 5.5e6, 0)
+        if minor == 4:
+            struct.pack_into("<Q", head, 247, 4)
+        rows = b""
+        for i, p in enumerate(POINTS):
+            row = bytearray(size)
+            struct.pack_into("<3iH", row, 0, *[round(c * 1000) for c in p], i)
+            if red:
+                struct.pack_into("<3H", row, red, 256 * i, 9, 9)
+            rows += row
+        put(f"las/format_{kind}.las", bytes(head) + b"vlr" + rows)
+
+
+def ptx():
+    head = "{}\n{}\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    matrix = "1 0 0 0\n0 1 0 0\n0 0 1 0\n4600000 5500000 0 1\n"
+    rows = "".join(f"{x} {y} {z} 0.5\n" for x, y, z in POINTS)
+    put("ptx/two.ptx", head.format(2, 2) + matrix + rows + head.format(1, 1) + matrix +
+        "1 2 3 0.25 1 2 3\n")
+
+
 def dss(rilievo):
     golden = HERE.parent.parent / "golden"
     for path in sorted(golden.glob("*.dss")):
@@ -103,4 +130,6 @@ if __name__ == "__main__":
     ply()
     pcd()
     text_formats()
+    las()
+    ptx()
     dss(sys.argv[1])

@@ -17,6 +17,21 @@ struct NamedBytes {
   int points;  // that a reader must find; the first columns of SpherePoints
 };
 
+// A LAS file of the points as round((p - offset) / scale), with intensity 256 i and red, green,
+// blue i, 2 i, 3 i times `color_step` for point i. `minor`: of the version 1.x; records end with
+// `extra` bytes.
+struct LasSample {
+  int minor = 2, point_format = 0;
+  double scale = 0x1p-20;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  int extra = 0, color_step = 1;
+};
+std::string LasFile(const Eigen::Matrix3Xd& points, const LasSample& sample);
+
+// A cloud of a PTX file, without colours; `matrix`: its 16 numbers as text.
+std::string PtxCloud(int columns, int rows, const std::string& matrix, const std::string& points);
+inline constexpr char kIdentity[] = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+
 // Every format and variant, each valid.
 std::vector<NamedBytes> ValidScans(int points);
 

@@ -192,6 +192,13 @@ std::vector<NamedBytes> ValidScans(int count) {
       {"counted.pts", n + "\n" + TextRows(points, " ", " -1203 90 91 92\n"), count},
       {"unnamed", TextRows(points), count},
       {"lines.obj", Obj(points), count},
+      {"format_0.las", LasFile(points, {}), count},
+      {"extra_bytes.las", LasFile(points, {.minor = 3, .point_format = 3, .extra = 5}), count},
+      {"format_7.las", LasFile(points, {.minor = 4, .point_format = 7}), count},
+      {"las_unnamed", LasFile(points, {.minor = 4, .point_format = 10}), count},
+      {"grid.ptx", PtxCloud(1, count, kIdentity, TextRows(points, " ", " 0.5\n")), count},
+      {"ptx_unnamed", PtxCloud(count, 1, kIdentity, TextRows(points, " ", " 0.5 9 8 7\r\n")),
+       count},
   };
 }
 

@@ -1,0 +1,135 @@
+// LAS: every point format, the precision of map grids, and headers that lie.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <sstream>
+#include <string>
+
+#include "client/formats/scan_reader.h"
+#include "tests/unit/formats/scan_samples.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::LasFile;
+using testing::LasSample;
+using testing::SpherePoints;
+
+absl::StatusOr<ScanFile> Read(const std::string& bytes, const WantedLayers& wanted = {}) {
+  std::istringstream in(bytes);
+  return ReadLasScan(in, wanted);
+}
+
+template <typename T>
+std::string With(std::string bytes, size_t at, T value) {
+  std::memcpy(bytes.data() + at, &value, sizeof(T));
+  return bytes;
+}
+
+void ExpectRefused(const std::string& bytes, absl::StatusCode code, const std::string& part) {
+  const auto scan = Read(bytes);
+  ASSERT_FALSE(scan.ok());
+  EXPECT_EQ(scan.status().code(), code) << scan.status();
+  EXPECT_THAT(std::string(scan.status().message()), HasSubstr(part));
+}
+
+TEST(LasReaderTest, EveryPointFormatWithItsLayers) {
+  const Eigen::Matrix3Xd points = SpherePoints(60);
+  for (int format = 0; format <= 10; ++format) {
+    SCOPED_TRACE(format);
+    const LasSample sample{.minor = 4, .point_format = format};
+    const auto scan = Read(LasFile(points, sample), {.intensity = true, .colors = true});
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_TRUE(scan->cloud.points == points);
+    EXPECT_EQ(scan->format, "LAS 1.4, point format " + std::to_string(format));
+    ASSERT_EQ(scan->layers.intensity.size(), 60u);
+    EXPECT_EQ(scan->layers.intensity[59], 59 * 256);
+    const bool colors =
+        format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
+    ASSERT_EQ(scan->layers.colors.size(), colors ? 60u : 0u);
+    if (colors) {
+      EXPECT_EQ(scan->layers.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
+    }
+  }
+}
+
+TEST(LasReaderTest, LayersAreReadOnlyWhenWanted) {
+  const auto scan = Read(LasFile(SpherePoints(9), {.point_format = 3}));
+  ASSERT_TRUE(scan.ok());
+  EXPECT_TRUE(scan->layers.intensity.empty());
+  EXPECT_TRUE(scan->layers.colors.empty());
+}
+
+TEST(LasReaderTest, ColorsOfSixteenBitsKeepTheirHighBytes) {
+  const auto scan =
+      Read(LasFile(SpherePoints(60), {.point_format = 2, .color_step = 256}), {.colors = true});
+  ASSERT_TRUE(scan.ok());
+  EXPECT_EQ(scan->layers.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
+}
+
+// A grid of 4.6e6 metres: float would keep half a metre.
+TEST(LasReaderTest, MapGridsKeepTheirMillimetres) {
+  Eigen::Matrix3Xd points(3, 1000);
+  for (int i = 0; i < 1000; ++i) {
+    points.col(i) << 4.6e6 + 0.001 * i, 5.5e6 - 0.001 * i * i, 312.5 + 0.001 * (i % 7);
+  }
+  const LasSample sample{.scale = 0.001, .offset = Eigen::Vector3d(4.6e6, 5.5e6, 0)};
+  const auto scan = Read(LasFile(points, sample));
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_LT((scan->cloud.points - points).cwiseAbs().maxCoeff(), 2e-9);
+  // Without an offset the integers are large, and nothing is lost either.
+  const auto plain = Read(LasFile(points / 4, {.scale = 0.001}));
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_LT((plain->cloud.points - points / 4).cwiseAbs().maxCoeff(), 5e-4 + 2e-9);
+}
+
+TEST(LasReaderTest, WithheldPointsAreLeftOut) {
+  const std::string old = LasFile(SpherePoints(10), {.extra = 2});
+  const size_t first = old.size() - 10 * 22;
+  const auto scan = Read(With(With(old, first + 15, '\x81'), first + 22 + 15, '\x1f'));
+  ASSERT_TRUE(scan.ok());
+  EXPECT_EQ(scan->cloud.points.cols(), 9);
+  EXPECT_THAT(scan->format, HasSubstr("without 1 withheld"));
+  const std::string recent = LasFile(SpherePoints(2), {.minor = 4, .point_format = 6});
+  const size_t second = recent.size() - 30;
+  const auto left = Read(With(recent, second + 15, '\x04'));
+  ASSERT_TRUE(left.ok());
+  EXPECT_TRUE(left->cloud.points == SpherePoints(2).leftCols(1));
+  ExpectRefused(With(With(recent, second + 15, '\x04'), second - 15, '\x04'),
+                absl::StatusCode::kInvalidArgument, "withheld");
+}
+
+TEST(LasReaderTest, LazIsRefusedWithWhatToRun) {
+  const std::string laz = With(LasFile(SpherePoints(10), {}), 104, uint8_t{0x80});
+  ExpectRefused(laz, absl::StatusCode::kInvalidArgument, "laszip -i IN.laz -o OUT.las");
+}
+
+TEST(LasReaderTest, HeadersThatLie) {
+  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
+  constexpr auto kLost = absl::StatusCode::kDataLoss;
+  const std::string las = LasFile(SpherePoints(10), {});
+  const std::string las14 = LasFile(SpherePoints(10), {.minor = 4, .point_format = 6});
+  ExpectRefused(With(las, 107, uint32_t{11}), kLost, "holds 10");
+  ExpectRefused(With(las, 107, uint32_t{4000000000}), kLost, "4000000000");
+  ExpectRefused(With(las14, 247, uint64_t{1} << 63), kLost, "9223372036854775808");
+  ExpectRefused(With(las, 107, uint32_t{0}), kInvalid, "0 points");
+  ExpectRefused(With(las, 96, uint32_t{4000000000}), kLost, "truncated");
+  ExpectRefused(With(las, 96, uint32_t{100}), kInvalid, "within the header");
+  ExpectRefused(With(las, 94, uint16_t{100}), kInvalid, "size of 100");
+  ExpectRefused(With(las14, 94, uint16_t{300}), kInvalid, "needs 375");
+  ExpectRefused(With(las, 104, uint8_t{11}), kInvalid, "point format 11");
+  ExpectRefused(With(las, 104, uint8_t{1}), kInvalid, "needs 28");
+  ExpectRefused(With(las, 105, uint16_t{0}), kInvalid, "points of 0 bytes");
+  ExpectRefused(With(las, 25, uint8_t{5}), kInvalid, "version 1.5");
+  ExpectRefused(With(las, 24, uint8_t{2}), kInvalid, "version 2.2");
+  ExpectRefused(With(las, 131, 0.0), kInvalid, "of x");
+  ExpectRefused(With(las, 139, std::nan("")), kInvalid, "of y");
+  ExpectRefused(With(las, 171, HUGE_VAL), kInvalid, "of z");
+  ExpectRefused("PASF" + las.substr(4), kInvalid, "LASF");
+}
+
+}  // namespace
+}  // namespace rilievo
