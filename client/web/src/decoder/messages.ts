@@ -1,0 +1,67 @@
+// What the page and its worker say to each other.
+import type { SurfaceInfo } from './module';
+
+/** Triangles for the screen: relative to the frame, in float. */
+export interface Picture {
+  level: number;
+  /** (point - centre) / diagonal, three a vertex. */
+  positions: Float32Array;
+  normals: Float32Array;
+  faces: Uint32Array;
+  /** 0 measured, 1 smoothed, 2 filled. */
+  flags: Uint8Array;
+  /** Displacement, fractions of the diagonal; zero where no level has come yet. */
+  heights: Float32Array;
+  tessellateMs: number;
+}
+
+export interface ControlPicture {
+  positions: Float32Array;
+  /** Two vertex numbers an edge. */
+  edges: Uint32Array;
+  creases: Uint32Array;
+}
+
+export interface Decoded {
+  info: SurfaceInfo;
+  control: ControlPicture;
+  decodeMs: number;
+}
+
+export interface ReadScan {
+  points: number;
+  format: string;
+  coordinateBytes: 4 | 8;
+  packed: Uint8Array<ArrayBuffer>;
+  sha256: string;
+}
+
+export interface Frame {
+  center: [number, number, number];
+  diagonal: number;
+}
+
+/** Points for the screen: relative to the frame; every how many were kept. */
+export interface ScanPicture {
+  positions: Float32Array;
+  stride: number;
+  frame: Frame;
+}
+
+export interface Tasks {
+  version: { ask: undefined; answer: string };
+  /** The beginning of a file, whole chunks. Replaces the surface before. */
+  decode: { ask: { bytes: Uint8Array }; answer: Decoded };
+  picture: { ask: { level: number }; answer: Picture };
+  readScan: { ask: { bytes: Uint8Array; name: string }; answer: ReadScan };
+  /** Without a frame: that of the points' own bounding box. */
+  scanPicture: { ask: { frame: Frame | undefined }; answer: ScanPicture };
+  forgetScan: { ask: undefined; answer: undefined };
+  distance: { ask: { level: number }; answer: { distances: Float32Array; rms: number } };
+  ply: { ask: { level: number }; answer: Uint8Array<ArrayBuffer> };
+  glb: { ask: { level: number }; answer: Uint8Array<ArrayBuffer> };
+}
+
+export type TaskName = keyof Tasks;
+export type Asked = { [N in TaskName]: { id: number; task: N; ask: Tasks[N]['ask'] } }[TaskName];
+export type Answered = { id: number; answer?: unknown; error?: { code: number; message: string } };

@@ -1,0 +1,239 @@
+// The surface on the page: decoded prefix by prefix, drawn at a level, coloured, told in figures.
+import type { DecoderClient } from '../decoder/client';
+import type { Decoded, Frame, Picture } from '../decoder/messages';
+import type { SurfaceInfo } from '../decoder/module';
+import { colourOf, type Colouring, figure, type Legend } from '../scene/colours';
+import type { Viewer } from '../scene/viewer';
+import type { SurfaceStream } from '../server/surface_stream';
+import { download, element, make, milliseconds, say, sizeText, whole } from './elements';
+
+/** With the control mesh alone: its smooth limit surface. */
+const PREVIEW_LEVEL = 2;
+
+export interface LayerTime {
+  name: string;
+  bytes: number;
+  decodeMs: number;
+  /** From the arrival of the layer's last byte to the end of the draw call. */
+  toPictureMs: number;
+}
+
+export class SurfaceView {
+  readonly #decoder: DecoderClient;
+  readonly #viewer: Viewer;
+  readonly #level = element<HTMLInputElement>('level');
+  readonly #colour = element<HTMLSelectElement>('colour');
+  #picture: Picture | undefined;
+  #info: SurfaceInfo | undefined;
+  #bytes: Uint8Array<ArrayBuffer> | undefined;
+  #name = 'surface';
+  #hasScan = false;
+  #scanFrame: Frame | undefined;
+  #generation = 0;
+  readonly #distances = new Map<number, Float32Array>();
+  readonly times: LayerTime[] = [];
+
+  constructor(decoder: DecoderClient, viewer: Viewer) {
+    this.#decoder = decoder;
+    this.#viewer = viewer;
+  }
+
+  get hasSurface(): boolean {
+    return this.#picture !== undefined;
+  }
+
+  /** A new surface begins; `keepsScan`: it is made from the scan that is shown. */
+  begin(name: string, keepsScan: boolean): number {
+    this.#name = name;
+    this.#picture = this.#info = this.#bytes = undefined;
+    this.#distances.clear();
+    this.times.length = 0;
+    if (!keepsScan) this.forgetScan();
+    element('times').replaceChildren();
+    for (const id of ['view', 'facts-section', 'legend']) element(id).hidden = true;
+    this.#viewer.setVisible({ surface: false, control: false });
+    return ++this.#generation;
+  }
+
+  /** Decodes all whole chunks that have not been drawn yet; once at a time, the newest counts. */
+  async drawStream(stream: SurfaceStream, generation: number): Promise<void> {
+    // The first layer is drawn by itself, however fast the others follow.
+    for (let drawn = 0; drawn < stream.wholeChunks; ) {
+      const count = drawn === 0 ? 1 : stream.wholeChunks;
+      const decoded = await this.#decoder.ask('decode', { bytes: stream.firstChunks(count) });
+      const picture = await this.#decoder.ask('picture', { level: this.#levelOf(decoded.info) });
+      if (generation !== this.#generation) return;
+      this.#show(decoded, picture);
+      const { arrived = 0, end } = stream.chunks[count - 1]!;
+      this.#addTime({
+        name: count === 1 ? 'control' : `${count - 2}`,
+        bytes: end,
+        decodeMs: decoded.decodeMs + picture.tessellateMs,
+        toPictureMs: performance.now() - arrived,
+      });
+      drawn = count;
+      if (stream.isComplete && drawn === stream.chunks.length) this.#complete(stream.bytes);
+      await new Promise(requestAnimationFrame); // this layer is seen before the next is drawn
+    }
+  }
+
+  #levelOf(info: SurfaceInfo): number {
+    return info.chunk_bytes.length === 1 && info.declared_max_level > 0 ? PREVIEW_LEVEL : info.max_level;
+  }
+
+  #show({ info, control }: Decoded, picture: Picture): void {
+    this.#info = info;
+    this.#picture = picture;
+    this.#viewer.showControl(control);
+    const { colours } = colourOf(picture, 'stone', info.frame.diagonal);
+    this.#viewer.showSurface(picture, colours);
+    this.#viewer.drawNow();
+    element('welcome').hidden = true;
+    element('view').hidden = false;
+    this.#level.max = `${info.max_level}`;
+    this.#level.value = `${info.max_level}`;
+    this.#tellLevel();
+    void this.recolour();
+    this.applyVisibility();
+  }
+
+  #complete(bytes: Uint8Array<ArrayBuffer>): void {
+    this.#bytes = bytes;
+    this.#tellFacts();
+    element('facts-section').hidden = false;
+    if (this.#hasScan) void this.#placeScan();
+    say(`The surface is complete: ${whole.format(this.#picture!.flags.length)} vertices.`);
+  }
+
+  #addTime(time: LayerTime): void {
+    this.times.push(time);
+    const cells = [time.name, sizeText(time.bytes), milliseconds(time.decodeMs), milliseconds(time.toPictureMs)];
+    element('times').append(make('tr', {}, ...cells.map((text) => make('td', { textContent: text }))));
+  }
+
+  async showLevel(level: number): Promise<void> {
+    const generation = this.#generation;
+    const picture = await this.#decoder.ask('picture', { level });
+    if (generation !== this.#generation || Number(this.#level.value) !== level) return;
+    this.#picture = picture;
+    const { colours } = colourOf(picture, 'stone', 1);
+    this.#viewer.showSurface(picture, colours);
+    this.#tellLevel();
+    await this.recolour();
+  }
+
+  /** By what the list says; the error is measured when it is first asked for. */
+  async recolour(): Promise<void> {
+    const picture = this.#picture;
+    const colouring = this.#colour.value as Colouring;
+    if (!picture || !this.#info) return;
+    if (colouring === 'error' && this.#hasScan) await this.#measure(picture.level);
+    if (picture !== this.#picture || colouring !== this.#colour.value) return;
+    const distances = this.#distances.get(picture.level);
+    const { colours, legend } = colourOf(picture, colouring, this.#info.frame.diagonal, distances);
+    this.#viewer.colourSurface(colours);
+    this.#showLegend(legend);
+  }
+
+  async #measure(level: number): Promise<void> {
+    if (this.#distances.has(level)) return;
+    say('Measuring the distance to the scan.');
+    const generation = this.#generation;
+    const { distances } = await this.#decoder.ask('distance', { level });
+    if (generation === this.#generation) this.#distances.set(level, distances);
+  }
+
+  #showLegend(legend: Legend | undefined): void {
+    const box = element('legend');
+    box.hidden = legend === undefined;
+    if (!legend) return;
+    const parts: Node[] = [make('div', { textContent: legend.title })];
+    if (legend.gradient) {
+      const bar = make('div', { className: 'bar' });
+      bar.style.background = legend.gradient.css;
+      const { low, high } = legend.gradient;
+      parts.push(bar, make('div', { className: 'ends' }, make('span', {}, low), make('span', {}, high)));
+    }
+    for (const { css, name } of legend.patches ?? []) {
+      const colour = make('i');
+      colour.style.background = css;
+      parts.push(make('span', { className: 'patch' }, colour, name));
+    }
+    box.replaceChildren(...parts);
+  }
+
+  #tellLevel(): void {
+    const picture = this.#picture!;
+    const triangles = `${whole.format(picture.faces.length / 3)} triangles`;
+    element('level-text').textContent = `${picture.level}`;
+    this.#level.setAttribute('aria-valuetext', `level ${picture.level}, ${triangles}`);
+    element('canvas').setAttribute('aria-label', `${this.#name}: a surface of ${triangles}, level ${picture.level}`);
+  }
+
+  #tellFacts(): void {
+    const { control, levels, frame, certificate, metadata } = this.#info!;
+    const finest = levels.at(-1)!;
+    const share = (value: number | null) =>
+      value === null ? 'not stated' : `${figure(value * frame.diagonal)} (${(100 * value).toPrecision(2)} %)`;
+    const facts: [string, string][] = [
+      ['File', sizeText(this.#bytes!.length)],
+      ['Control mesh', `${whole.format(control.faces)} faces`],
+      ['Finest level', `${whole.format(finest.vertices)} vertices`],
+      ['RMS error', share(certificate.error_rms)],
+      ['Largest error', share(certificate.error_max)],
+      ['Diagonal', figure(frame.diagonal)],
+      ['Shape', control.closed ? 'closed' : 'open'],
+    ];
+    if (metadata.road) facts.push(['Road', metadata.road]);
+    element('name').textContent = this.#name;
+    element('facts').replaceChildren(
+      ...facts.flatMap(([term, text]) => [make('dt', { textContent: term }), make('dd', { textContent: text })]),
+    );
+  }
+
+  /** A scan has been read: its points are shown until a surface is there. */
+  async showScan(): Promise<void> {
+    this.#hasScan = true;
+    this.#scanFrame = undefined;
+    this.#distances.clear();
+    await this.#placeScan();
+    element('welcome').hidden = true;
+    this.applyVisibility();
+  }
+
+  forgetScan(): void {
+    this.#hasScan = false;
+    void this.#decoder.ask('forgetScan', undefined);
+    this.applyVisibility();
+  }
+
+  async #placeScan(): Promise<void> {
+    const frame = this.#info?.frame;
+    if (this.#scanFrame && this.#scanFrame === frame) return;
+    const scan = await this.#decoder.ask('scanPicture', { frame });
+    this.#scanFrame = frame;
+    this.#viewer.showScan(scan.positions);
+  }
+
+  applyVisibility(): void {
+    const scanBox = element<HTMLInputElement>('show-scan');
+    const errorOption = this.#colour.querySelector<HTMLOptionElement>('option[value=error]')!;
+    scanBox.disabled = errorOption.disabled = !this.#hasScan;
+    if (!this.#hasScan && this.#colour.value === 'error') this.#colour.value = 'stone';
+    const control = element<HTMLInputElement>('show-control').checked && this.hasSurface;
+    this.#viewer.setVisible({
+      surface: this.hasSurface,
+      control,
+      scan: this.#hasScan && (scanBox.checked || !this.hasSurface),
+    });
+  }
+
+  async save(format: string): Promise<void> {
+    if (!this.#bytes) return;
+    const stem = this.#name.replace(/\.[^.]*$/, '') || 'surface';
+    const level = Number(this.#level.value);
+    const bytes = format === 'dss' ? this.#bytes : await this.#decoder.ask(format as 'ply' | 'glb', { level });
+    download(bytes, `${stem}.${format}`);
+    say(`${stem}.${format} is being saved.`);
+  }
+}

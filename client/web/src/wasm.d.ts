@@ -1,0 +1,4 @@
+declare module 'rilievo.wasm?url' {
+  const address: string;
+  export default address;
+}

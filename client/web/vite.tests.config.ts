@@ -1,0 +1,13 @@
+// The tests, one module each, for Node.
+import { defineConfig } from 'vite';
+
+export default defineConfig({
+  build: {
+    ssr: true,
+    target: 'node20',
+    outDir: process.env.RILIEVO_WEB_TESTS ?? 'generated/tests',
+    emptyOutDir: true,
+    copyPublicDir: false,
+    rollupOptions: { input: { 'decoder.test': 'tests/decoder.test.ts' } },
+  },
+});

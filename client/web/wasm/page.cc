@@ -1,0 +1,185 @@
+#include "client/web/wasm/page.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <istream>
+#include <limits>
+#include <memory>
+#include <sstream>
+#include <streambuf>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/decoder_c/guarded.h"
+#include "client/formats/mesh_writer.h"
+#include "client/formats/scan_reader.h"
+#include "core/base/sha256.h"
+#include "core/base/status_macros.h"
+#include "core/surface/closest_point_tree.h"
+
+struct RilievoScan {
+  rilievo::ScanFile file;
+  std::vector<uint8_t> packed;
+};
+
+struct RilievoBytes {
+  std::string bytes;
+};
+
+namespace rilievo {
+namespace {
+
+using decoder_c::Elements;
+using decoder_c::Guarded;
+
+// Bytes of the caller as a stream that can be sought in.
+class MemoryBuffer : public std::streambuf {
+ public:
+  MemoryBuffer(const char* bytes, size_t size) {
+    char* begin = const_cast<char*>(bytes);  // read only, whatever streambuf's types say
+    setg(begin, begin, begin + size);
+  }
+
+ protected:
+  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
+    const char* base = from == std::ios_base::beg   ? eback()
+                       : from == std::ios_base::cur ? gptr()
+                                                    : egptr();
+    const off_type position = base - eback() + offset;
+    if (position < 0 || position > egptr() - eback()) return pos_type(off_type(-1));
+    setg(eback(), eback() + position, egptr());
+    return pos_type(position);
+  }
+  pos_type seekpos(pos_type position, std::ios_base::openmode which) override {
+    return seekoff(off_type(position), std::ios_base::beg, which);
+  }
+};
+
+TriangleMesh MeshOf(const RilievoMesh* mesh) {
+  size_t numbers = 0, corners = 0, components = 0;
+  const double* vertices = rilievo_mesh_vertices(mesh, &numbers);
+  const uint32_t* faces = rilievo_mesh_faces(mesh, &corners);
+  const float* normals = rilievo_mesh_normals(mesh, &components);
+  TriangleMesh result;
+  result.vertices = Eigen::Map<const Eigen::Matrix3Xd>(vertices, 3, numbers / 3);
+  result.triangles =
+      Eigen::Map<const Eigen::Matrix<uint32_t, 3, Eigen::Dynamic>>(faces, 3, corners / 3)
+          .cast<int>();
+  result.normals = Eigen::Map<const Eigen::Matrix3Xf>(normals, 3, components / 3).cast<double>();
+  return result;
+}
+
+template <typename Number>
+std::vector<uint8_t> Pack(const Eigen::Matrix3Xd& points) {
+  const Eigen::Matrix<Number, 3, Eigen::Dynamic> numbers = points.cast<Number>();
+  std::vector<uint8_t> bytes(static_cast<size_t>(numbers.size()) * sizeof(Number));
+  if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
+  return bytes;
+}
+
+bool FloatLosesNothing(const Eigen::Matrix3Xd& points) {
+  return std::all_of(points.data(), points.data() + points.size(), [](double value) {
+    return !std::isfinite(value) || static_cast<double>(static_cast<float>(value)) == value;
+  });
+}
+
+absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh& mesh,
+                             float* distances, double* rms) {
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                           ClosestPointTree::Build(mesh.vertices, mesh.triangles, RunContext()));
+  std::vector<double> sums(mesh.vertices.cols());
+  std::vector<int> counts(mesh.vertices.cols());
+  double squares = 0;
+  int64_t measured = 0;
+  int hint = -1;
+  for (const auto point : points.colwise()) {
+    if (!point.allFinite()) continue;
+    const ClosestPointTree::Hit hit = tree.Closest(point, hint);
+    hint = hit.item;
+    squares += hit.squared_distance;
+    ++measured;
+    for (int corner = 0; corner < 3; ++corner) {
+      const int v = mesh.triangles(corner, tree.source()[hit.item]);
+      sums[v] += std::sqrt(hit.squared_distance);
+      ++counts[v];
+    }
+  }
+  for (size_t v = 0; v < counts.size(); ++v) {
+    distances[v] = counts[v] > 0 ? static_cast<float>(sums[v] / counts[v])
+                                 : std::numeric_limits<float>::quiet_NaN();
+  }
+  if (rms != nullptr) *rms = measured > 0 ? std::sqrt(squares / measured) : 0;
+  return absl::OkStatus();
+}
+
+}  // namespace
+}  // namespace rilievo
+
+using rilievo::Guarded;
+
+RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* name,
+                                   RilievoScan** scan) {
+  return Guarded([&]() -> absl::Status {
+    *scan = nullptr;
+    rilievo::MemoryBuffer buffer(bytes, size);
+    std::istream in(&buffer);
+    RILIEVO_ASSIGN_OR_RETURN(rilievo::ScanFile file, rilievo::ReadScanStream(in, name));
+    *scan = new RilievoScan{.file = std::move(file), .packed = {}};
+    return absl::OkStatus();
+  });
+}
+
+void rilievo_page_scan_free(RilievoScan* scan) { delete scan; }
+
+const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count) {
+  return rilievo::Elements(scan->file.cloud.points, count);
+}
+
+const char* rilievo_page_scan_format(const RilievoScan* scan) { return scan->file.format.c_str(); }
+
+const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes, uint8_t* sha256,
+                                        size_t* count) {
+  static_assert(std::endian::native == std::endian::little);
+  const Eigen::Matrix3Xd& points = scan->file.cloud.points;
+  const bool single = rilievo::FloatLosesNothing(points);
+  scan->packed = single ? rilievo::Pack<float>(points) : rilievo::Pack<double>(points);
+  *coordinate_bytes = single ? 4 : 8;
+  rilievo::Sha256 hash;
+  hash.Add(scan->packed);
+  const auto digest = hash.Finish();
+  std::copy(digest.begin(), digest.end(), sha256);
+  return rilievo::Elements(scan->packed, count);
+}
+
+RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,
+                                       float* distances, double* rms) {
+  return Guarded([&] {
+    return rilievo::MeasureDistance(scan->file.cloud.points, rilievo::MeshOf(mesh), distances, rms);
+  });
+}
+
+RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes) {
+  return Guarded([&]() -> absl::Status {
+    *bytes = nullptr;
+    size_t count = 0;
+    const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
+    std::vector<rilievo::HeightSource> sources(count);
+    std::transform(flags, flags + count, sources.begin(),
+                   [](uint8_t flag) { return static_cast<rilievo::HeightSource>(flag); });
+    std::ostringstream out;
+    RILIEVO_RETURN_IF_ERROR(rilievo::WritePlyMesh(rilievo::MeshOf(mesh), sources, out));
+    *bytes = new RilievoBytes{.bytes = std::move(out).str()};
+    return absl::OkStatus();
+  });
+}
+
+const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count) {
+  *count = bytes->bytes.size();
+  return reinterpret_cast<const uint8_t*>(bytes->bytes.data());
+}
+
+void rilievo_page_bytes_free(RilievoBytes* bytes) { delete bytes; }

@@ -1,0 +1,44 @@
+/* What the page needs beside the decoder (client/decoder_c/rilievo_decoder.h): the readers of
+ * scans, the distance of a scan to a surface, and mesh files. Same rules as there. Points are x, y,
+ * z. */
+#ifndef RILIEVO_PAGE_H_
+#define RILIEVO_PAGE_H_
+
+#include "client/decoder_c/rilievo_decoder.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct RilievoScan RilievoScan;
+typedef struct RilievoBytes RilievoBytes;
+
+/* A scan file in any format that the command line reads; `name` for its extension. */
+RILIEVO_API RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* name,
+                                               RilievoScan** scan);
+RILIEVO_API void rilievo_page_scan_free(RilievoScan* scan);
+/* Scan frame, as in the file: non-finite points are kept. */
+RILIEVO_API const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count);
+/* For people: "PLY binary_little_endian". */
+RILIEVO_API const char* rilievo_page_scan_format(const RilievoScan* scan);
+/* PointChunk.data for all points: float32 where that loses nothing (*coordinate_bytes 4), else
+ * float64 (8). *sha256 is of these bytes. */
+RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes,
+                                                    uint8_t* sha256, size_t* count);
+
+/* The distance of each finite point to the triangles, given to the corners of the nearest one and
+ * averaged there: one figure a vertex, scan unit, NaN where no point is near. *rms, which may be
+ * NULL, is that of the points. */
+RILIEVO_API RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,
+                                                   float* distances, double* rms);
+
+/* A mesh as a file: PLY with normals and flags. */
+RILIEVO_API RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes);
+RILIEVO_API const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count);
+RILIEVO_API void rilievo_page_bytes_free(RilievoBytes* bytes);
+
+#ifdef __cplusplus
+} /* extern "C" */
+#endif
+
+#endif /* RILIEVO_PAGE_H_ */
