@@ -68,7 +68,7 @@ with socket.socket() as s:
   else
     inner_port=$port
     "${engine[@]}" run "${flags[@]}" --read-only-tmpfs=false "$2" \
-      --listen "127.0.0.1:$port"
+      --listen "127.0.0.1:$port" --store /var/lib/rilievo
   fi
 }
 

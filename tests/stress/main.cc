@@ -1,0 +1,82 @@
+// rilievo_stress: hardship for a real rilievod over real sockets, and a table of what was seen.
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "CLI/CLI.hpp"
+#include "proto/keep_grpc_running.h"
+#include "tests/stress/known_scans.h"
+#include "tests/stress/parts.h"
+
+namespace rilievo::stress {
+namespace {
+
+struct Part {
+  std::string name;
+  std::function<void(const Scale&, Report*)> run;
+  bool in_short_form = true;
+};
+
+const std::vector<Part>& Parts() {
+  static const std::vector<Part> parts = {
+      {"clients", ManyClients},     {"kills", Kills}, {"repeats", Repeats},
+      {"readers", SlowReaders},     {"bombs", Bombs}, {"exhaustion", Exhaustion},
+      {"cost", ServingCost, false},
+  };
+  return parts;
+}
+
+constexpr char kHalfOpen[] = "half-open";
+
+struct CommandLine {
+  int seconds = 300;
+  bool brief = false, json = false;
+  std::vector<std::string> only;
+
+  bool Wants(const std::string& part) const {
+    return only.empty() || std::find(only.begin(), only.end(), part) != only.end();
+  }
+};
+
+int Run(const CommandLine& line) {
+  KeepGrpcRunning();
+  Scale scale;
+  scale.client_time = std::chrono::seconds(line.seconds);
+  if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1};
+  Report report;
+  KnownScans();
+  {
+    // It waits for half a minute and does nothing: beside the others.
+    std::jthread beside;
+    if (line.Wants(kHalfOpen)) beside = std::jthread([&] { HalfOpenPeers(scale, &report); });
+    for (const Part& part : Parts()) {
+      const bool due =
+          line.only.empty() ? part.in_short_form || !line.brief : line.Wants(part.name);
+      if (due) part.run(scale, &report);
+    }
+  }
+  std::printf("%s\n", (line.json ? report.Json() : report.Table()).c_str());
+  return report.Passed() ? 0 : 1;
+}
+
+int Main(int argc, char** argv) {
+  CommandLine line;
+  CLI::App app{"Drives a real rilievod through hardship and tells what was seen."};
+  std::vector<std::string> names = {kHalfOpen};
+  for (const Part& part : Parts()) names.push_back(part.name);
+  app.add_option("--seconds", line.seconds, "the many clients take")
+      ->check(CLI::Range(3, 86'400))
+      ->capture_default_str();
+  app.add_flag("--short", line.brief, "at most 90 s in all, without the cost of serving");
+  app.add_option("--only", line.only, "these parts")->check(CLI::IsMember(names))->delimiter(',');
+  app.add_flag("--json", line.json, "print JSON instead of a table");
+  CLI11_PARSE(app, argc, argv);
+  return Run(line);
+}
+
+}  // namespace
+}  // namespace rilievo::stress
+
+int main(int argc, char** argv) { return rilievo::stress::Main(argc, argv); }

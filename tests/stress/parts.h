@@ -1,0 +1,42 @@
+// The parts of the program: each asks one kind of hardship of the server, and reports.
+#pragma once
+
+#include <chrono>
+
+#include "tests/stress/report.h"
+
+namespace rilievo::stress {
+
+// How much of everything. The defaults are those of the full form.
+struct Scale {
+  std::chrono::seconds client_time{300};
+  int kills = 100;  // of the server, and again of a worker
+  int cuts = 50;    // of an upload
+  int cost_pairs = 9;
+};
+
+// 64 clients, a third of them cancelling or cutting the line.
+void ManyClients(const Scale& scale, Report* report);
+
+// kill -9 of the server and of workers.
+void Kills(const Scale& scale, Report* report);
+
+// Uploads that are cut, and a request that comes sixteen times at once.
+void Repeats(const Scale& scale, Report* report);
+
+// Readers that stop reading.
+void SlowReaders(const Scale& scale, Report* report);
+
+// Peers that vanish without a word. Waits for half a minute.
+void HalfOpenPeers(const Scale& scale, Report* report);
+
+// Small things that ask for much memory.
+void Bombs(const Scale& scale, Report* report);
+
+// No disk, no files, no memory.
+void Exhaustion(const Scale& scale, Report* report);
+
+// What a server costs over the library call.
+void ServingCost(const Scale& scale, Report* report);
+
+}  // namespace rilievo::stress
