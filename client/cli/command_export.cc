@@ -2,6 +2,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,8 +12,10 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/text_layout.h"
+#include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_writer.h"
+#include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
@@ -24,6 +27,9 @@ struct ExportArguments {
   std::string input, output;
   std::optional<int> level;
   AdaptiveOptions adaptive;
+  bool cage = false;
+
+  bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
 };
 
 struct ExportedMesh {
@@ -35,7 +41,15 @@ struct ExportedMesh {
 absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
                                     const ExportArguments& arguments, const RunContext& context) {
   ExportedMesh exported;
-  if (!arguments.adaptive.tolerance && !arguments.adaptive.triangles) {
+  if (arguments.cage) {
+    const ControlMesh& control = surface.control_mesh;
+    exported.mesh.vertices =
+        (control.vertices * surface.frame.diagonal).colwise() + surface.frame.center;
+    exported.mesh.triangles = control.faces;
+    exported.how = "control mesh";
+    return exported;
+  }
+  if (!arguments.adapts()) {
     const int level = arguments.level.value_or(surface.max_level);
     RILIEVO_ASSIGN_OR_RETURN(exported.mesh, Tessellate(surface, level, context));
     exported.sources = SourcesAtLevel(surface, level);
@@ -51,20 +65,67 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
   return exported;
 }
 
+// Formats that hold the surface itself, not triangles of it: they have levels only.
+bool HoldsSurface(const std::string& extension) {
+  return extension == "usda" || extension == "png";
+}
+
+absl::Status CheckFormat(const ExportArguments& arguments, const std::string& extension) {
+  const std::set<std::string> meshes = {"ply", "obj", "stl", "glb"};
+  std::string problem;
+  if (!HoldsSurface(extension) && !meshes.contains(extension)) {
+    problem = "the extension must be .ply, .obj, .stl, .glb, .usda or .png";
+  } else if (HoldsSurface(extension) && (arguments.adapts() || arguments.cage)) {
+    problem = absl::StrCat(".", extension, " takes --level alone");
+  }
+  if (problem.empty()) return absl::OkStatus();
+  return WithExitCode(absl::InvalidArgumentError(absl::StrCat(arguments.output, ": ", problem)),
+                      ExitCode::kUsage);
+}
+
+absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArguments& arguments,
+                           const std::string& extension, const RunContext& context) {
+  const int level = arguments.level.value_or(surface.max_level);
+  if (level > surface.max_level) {
+    return WithExitCode(
+        absl::InvalidArgumentError(absl::StrCat(
+            "--level ", level, ": .", extension,
+            " holds heights, and the surface has those of level 0 to ", surface.max_level)),
+        ExitCode::kUsage);
+  }
+  const absl::Status written = WriteFileAtomically(arguments.output, [&](std::ostream& out) {
+    return extension == "usda" ? WriteUsdSurface(surface, level, context, out)
+                               : WriteDisplacementAtlas(surface, level, context, out);
+  });
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
+  std::cout << arguments.output << ": level " << level << ", "
+            << Counted(surface.control_mesh.faces.cols(), "control face", "control faces") << '\n';
+  return absl::OkStatus();
+}
+
+absl::Status WriteExported(const DisplacedSurface& surface, const ExportArguments& arguments,
+                           const ExportedMesh& exported, const std::string& extension) {
+  if (arguments.cage && extension == "obj") {  // the one mesh format that can tell the creases
+    return WriteFileAtomically(arguments.output, [&](std::ostream& out) {
+      return WriteObjCage(surface.control_mesh, surface.frame, out);
+    });
+  }
+  return WriteMesh(arguments.output, exported.mesh, exported.sources);
+}
+
 absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string extension = Extension(arguments.output);
-  if (extension != "ply" && extension != "obj" && extension != "stl") {
-    return WithExitCode(absl::InvalidArgumentError(absl::StrCat(
-                            arguments.output, ": the extension must be .ply, .obj or .stl")),
-                        ExitCode::kUsage);
-  }
+  RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  if (HoldsSurface(extension)) {
+    return ExportSurface(decoded.surface, arguments, extension, context);
+  }
   RILIEVO_ASSIGN_OR_RETURN(const ExportedMesh exported,
                            MeshOf(decoded.surface, arguments, context));
-  RILIEVO_RETURN_IF_ERROR(WithExitCode(WriteMesh(arguments.output, exported.mesh, exported.sources),
-                                       ExitCode::kOutput));
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(
+      WriteExported(decoded.surface, arguments, exported, extension), ExitCode::kOutput));
   std::cout << Wrap(absl::StrCat(arguments.output, ": ", exported.how, ", ",
                                  Counted(exported.mesh.vertices.cols(), "vertex", "vertices"), ", ",
                                  Counted(exported.mesh.triangles.cols(), "face", "faces")),
@@ -76,12 +137,13 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
 }  // namespace
 
 Command AddExport(CLI::App& program) {
-  CLI::App* app = program.add_subcommand("export", "Write a surface as a triangle mesh");
+  CLI::App* app = program.add_subcommand("export", "Write a surface as a mesh");
   const auto arguments = std::make_shared<ExportArguments>();
   app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
   app->add_option("OUT", arguments->output,
                   "the mesh: .ply (with normals and, a vertex, where its height comes from: 0 "
-                  "measured, 1 smoothed, 2 filled in), .obj or .stl")
+                  "measured, 1 smoothed, 2 filled in), .obj, .stl or .glb; the subdivision surface "
+                  "with its heights: .usda; the heights alone as a 16-bit picture: .png")
       ->required();
   app->add_option("--level", arguments->level,
                   "fineness: 0 is the control mesh's; default the finest")
@@ -98,6 +160,11 @@ Command AddExport(CLI::App& program) {
       ->check(CLI::Range(int64_t{1}, int64_t{1} << 40))
       ->excludes(level)
       ->excludes(tolerance);
+  app->add_flag("--cage", arguments->cage,
+                "the control mesh itself; .obj tells its creases too, as OpenSubdiv's tags")
+      ->excludes(level)
+      ->excludes(tolerance)
+      ->excludes("--triangles");
   return {app, [arguments](std::stop_token stop) { return Export(*arguments, stop); }};
 }
 

@@ -1,47 +1,18 @@
 #include "client/formats/mesh_writer.h"
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <bit>
 #include <cstdint>
-#include <cstring>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/atomic_file.h"
+#include "client/formats/block_writer.h"
 #include "client/formats/file_kind.h"
+#include "client/formats/glb_writer.h"
 #include "client/formats/number_text.h"
 
 namespace rilievo {
 namespace {
-
-// Gathers small pieces and hands them on in blocks.
-class BlockWriter {
- public:
-  explicit BlockWriter(std::ostream& out) : out_(out) { block_.reserve(kBlock + 256); }
-  ~BlockWriter() { Flush(); }
-
-  std::string& text() {
-    if (block_.size() > kBlock) Flush();
-    return block_;
-  }
-  template <typename T>
-  void Little(T value) {
-    char raw[sizeof(T)];
-    std::memcpy(raw, &value, sizeof(T));
-    if constexpr (std::endian::native == std::endian::big) std::reverse(raw, raw + sizeof(T));
-    text().append(raw, sizeof(T));
-  }
-
- private:
-  static constexpr size_t kBlock = size_t{1} << 18;
-  void Flush() {
-    out_.write(block_.data(), static_cast<std::streamsize>(block_.size()));
-    block_.clear();
-  }
-  std::ostream& out_;
-  std::string block_;
-};
 
 bool HasNormals(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals) {
   return normals.cols() == points.cols() && points.cols() > 0;
@@ -192,13 +163,14 @@ absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources) {
   const std::string extension = Extension(path);
-  if (extension != "ply" && extension != "obj" && extension != "stl") {
+  if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb") {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": the extension must be .ply, .obj or .stl"));
+        absl::StrCat(path, ": the extension must be .ply, .obj, .stl or .glb"));
   }
   return WriteFileAtomically(path, [&](std::ostream& out) {
     if (extension == "obj") return WriteObjMesh(mesh, out);
     if (extension == "stl") return WriteStlMesh(mesh, out);
+    if (extension == "glb") return WriteGlbMesh(mesh, sources, out);
     return WritePlyMesh(mesh, sources, out);
   });
 }

@@ -31,7 +31,7 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out);
 // triangles (INVALID_ARGUMENT beyond).
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 
-// By the extension of `path`: .ply, .obj or .stl; INVALID_ARGUMENT for any other. Atomic, see
+// By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Atomic, see
 // WriteFileAtomically().
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources);

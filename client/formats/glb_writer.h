@@ -1,0 +1,21 @@
+// Meshes as binary glTF 2.0.
+#pragma once
+
+#include <ostream>
+#include <span>
+
+#include "absl/status/status.h"
+#include "core/displacement/height_source.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// One mesh of one primitive: POSITION, NORMAL when the mesh has normals, _SOURCE (see HeightSource)
+// when `sources` is not empty (then one a vertex), indices. Positions are float about the middle of
+// the bounding box, which is the node's translation in double, so that map grids keep their detail.
+// Axes are the scan's. INVALID_ARGUMENT without vertices or triangles, or beyond the 4 GiB of the
+// format.
+absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                          std::ostream& out);
+
+}  // namespace rilievo

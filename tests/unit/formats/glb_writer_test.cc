@@ -1,0 +1,117 @@
+// GLB, taken apart again.
+#include "client/formats/glb_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "tests/unit/formats/surface_samples.h"
+
+namespace rilievo {
+namespace {
+
+template <typename T>
+T At(const std::string& bytes, size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+struct Glb {
+  nlohmann::json json;
+  std::string binary;
+
+  // Value `k` of element `i` of an accessor.
+  template <typename T>
+  T Value(int accessor, size_t i, size_t k = 0) const {
+    const auto& a = json["accessors"][accessor];
+    const auto& view = json["bufferViews"][a["bufferView"].get<int>()];
+    const size_t size = a["type"] == "VEC3" ? 3 * sizeof(T) : sizeof(T);
+    return At<T>(binary, view["byteOffset"].get<size_t>() + i * view.value("byteStride", size) +
+                             k * sizeof(T));
+  }
+};
+
+Glb TakeApart(const std::string& bytes) {
+  EXPECT_EQ(bytes.substr(0, 4), "glTF");
+  EXPECT_EQ(At<uint32_t>(bytes, 4), 2u);
+  EXPECT_EQ(At<uint32_t>(bytes, 8), bytes.size());
+  const auto json_bytes = At<uint32_t>(bytes, 12);
+  EXPECT_EQ(bytes.substr(16, 4), "JSON");
+  EXPECT_EQ(json_bytes % 4, 0u);
+  EXPECT_EQ(bytes.substr(24 + json_bytes, 4), std::string("BIN\0", 4));
+  EXPECT_EQ(At<uint32_t>(bytes, 20 + json_bytes), bytes.size() - 28 - json_bytes);
+  return {nlohmann::json::parse(bytes.substr(20, json_bytes)), bytes.substr(28 + json_bytes)};
+}
+
+TEST(GlbWriterTest, HoldsTheMeshAndKeepsMapGrids) {
+  const DisplacedSurface surface = testing::CreasedOctahedron(2);
+  const TriangleMesh mesh = *Tessellate(surface, 2, RunContext());
+  const std::vector<HeightSource> sources = SourcesAtLevel(surface, 2);
+  std::ostringstream out;
+  ASSERT_TRUE(WriteGlbMesh(mesh, sources, out).ok());
+  const Glb glb = TakeApart(out.str());
+  const auto& primitive = glb.json["meshes"][0]["primitives"][0];
+  const auto& attributes = primitive["attributes"];
+  const auto& moved = glb.json["nodes"][0]["translation"];
+  const int position = attributes["POSITION"], normal = attributes["NORMAL"];
+  ASSERT_EQ(glb.json["accessors"][position]["count"], mesh.vertices.cols());
+  EXPECT_EQ(glb.json["buffers"][0]["byteLength"], glb.binary.size());
+  Eigen::Vector3f low = Eigen::Vector3f::Constant(1e9f), high = -low;
+  for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<size_t>(axis);
+      const auto local = glb.Value<float>(position, static_cast<size_t>(v), k);
+      low(axis) = std::min(low(axis), local);
+      high(axis) = std::max(high(axis), local);
+      // 4.6e6 in float would be off by a quarter.
+      EXPECT_NEAR(local + moved[k].get<double>(), mesh.vertices(axis, v), 1e-6);
+      EXPECT_EQ(glb.Value<float>(normal, static_cast<size_t>(v), k),
+                static_cast<float>(mesh.normals(axis, v)));
+    }
+    EXPECT_EQ(glb.Value<uint8_t>(attributes["_SOURCE"], static_cast<size_t>(v)),
+              static_cast<uint8_t>(sources[static_cast<size_t>(v)]));
+  }
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const auto& accessor = glb.json["accessors"][position];
+    EXPECT_EQ(accessor["min"][axis].get<float>(), low(static_cast<int>(axis)));
+    EXPECT_EQ(accessor["max"][axis].get<float>(), high(static_cast<int>(axis)));
+  }
+  ASSERT_EQ(glb.json["accessors"][primitive["indices"].get<int>()]["count"], mesh.triangles.size());
+  for (Eigen::Index i = 0; i < mesh.triangles.size(); ++i) {
+    EXPECT_EQ(glb.Value<uint32_t>(primitive["indices"], static_cast<size_t>(i)),
+              static_cast<uint32_t>(mesh.triangles.data()[i]));
+  }
+}
+
+TEST(GlbWriterTest, WithoutNormalsAndSources) {
+  TriangleMesh mesh;
+  mesh.vertices = Eigen::Matrix3Xd::Identity(3, 3);
+  mesh.triangles.resize(3, 1);
+  mesh.triangles << 0, 1, 2;
+  std::ostringstream out;
+  ASSERT_TRUE(WriteGlbMesh(mesh, {}, out).ok());
+  const Glb glb = TakeApart(out.str());
+  EXPECT_EQ(glb.json["meshes"][0]["primitives"][0]["attributes"].size(), 1u);
+  EXPECT_EQ(glb.binary.size(), 3u * 12 + 12);
+}
+
+TEST(GlbWriterTest, RefusesWhatTheFormatCannotHold) {
+  std::ostringstream out;
+  EXPECT_FALSE(WriteGlbMesh({}, {}, out).ok());
+  TriangleMesh mesh;
+  mesh.vertices = Eigen::Matrix3Xd::Identity(3, 3);
+  EXPECT_FALSE(WriteGlbMesh(mesh, {}, out).ok());
+  mesh.triangles.resize(3, 1);
+  mesh.triangles << 0, 1, 2;
+  const std::vector<HeightSource> two(2, HeightSource::kFilled);
+  EXPECT_FALSE(WriteGlbMesh(mesh, two, out).ok());
+  EXPECT_TRUE(out.str().empty());
+}
+
+}  // namespace
+}  // namespace rilievo
