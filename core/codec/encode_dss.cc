@@ -116,7 +116,8 @@ DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology
   header.has_boundary = topology.face_neighbors.minCoeff() < 0;
   header.max_level = surface.max_level;
   header.frame = surface.frame;
-  header.position_step = StoredStep(options.position_step);
+  header.position_step =
+      StoredStep(options.position_step > 0 ? options.position_step : kPositionStep);
   header.height_unit = header.position_step;  // until the heights are coded
   header.metadata = metadata;
   return header;
@@ -170,7 +171,7 @@ absl::Status EncodeOptions::Validate() const {
         absl::StrCat("encode.", name, " is ", value, ", must be in ", range));
   };
   if (height_step != 0) RILIEVO_RETURN_IF_ERROR(CheckStep(height_step, "height_step"));
-  RILIEVO_RETURN_IF_ERROR(CheckStep(position_step, "position_step"));
+  if (position_step != 0) RILIEVO_RETURN_IF_ERROR(CheckStep(position_step, "position_step"));
   if (max_error && !(*max_error >= 1e-7 && *max_error <= 0.1)) {
     return refuse("max_error", *max_error, "[1e-7, 0.1]");
   }

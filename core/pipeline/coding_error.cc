@@ -8,6 +8,8 @@ namespace rilievo {
 namespace {
 
 constexpr double kShareOfOwn = 0.3;  // sqrt(1 + 0.3^2) = 1.044
+// Of an error asked for: what the surface errs between the points is not all in its own error.
+constexpr double kAim = 0.96;
 constexpr double kFinest = 1e-6, kCoarsest = 1e-2;
 
 }  // namespace
@@ -28,8 +30,8 @@ double CodingError(const ReconstructReport& report, bool measured) {
 }
 
 double CodingErrorWithin(double max_error, const ReconstructReport& report, bool measured) {
-  const double own = OwnError(report, measured);
-  const double left = std::sqrt(std::max(0.0, max_error * max_error - own * own));
+  const double own = OwnError(report, measured), aim = kAim * max_error;
+  const double left = std::sqrt(std::max(0.0, aim * aim - own * own));
   return std::clamp(std::max(left, kShareOfOwn * own), kFinest, 10 * kCoarsest);
 }
 

@@ -97,7 +97,8 @@ class Writer {
 
 class Reader {
  public:
-  explicit Reader(std::map<absl::string_view, absl::string_view> words) : words_(std::move(words)) {}
+  explicit Reader(std::map<absl::string_view, absl::string_view> words)
+      : words_(std::move(words)) {}
 
   template <typename Number>
   void operator()(const char* name, Number& value) {

@@ -9,37 +9,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/codec/prepare_control_mesh.h"
-#include "core/loop/refinement.h"
 #include "core/pipeline/certificate.h"
-#include "core/pipeline/coding_error.h"
+#include "core/pipeline/fit_under_noise.h"
 #include "core/pipeline/options_text.h"
+#include "core/pipeline/relief.h"
 #include "core/pipeline/report_warnings.h"
+#include "core/pipeline/search_control_faces.h"
+#include "core/pipeline/stage_timer.h"
 
 namespace rilievo {
 namespace {
-
-// Charges the time between its construction and destruction to one stage.
-class StageTimer {
- public:
-  StageTimer(Stage stage, const RunContext& context, ReconstructReport* report)
-      : stage_(stage), context_(context), report_(report) {
-    context_.Report(stage_, 0.0);
-  }
-  ~StageTimer() {
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-    report_->stage_seconds[static_cast<int>(stage_)] += elapsed.count();
-    context_.Report(stage_, 1.0);
-  }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
- private:
-  Stage stage_;
-  const RunContext& context_;
-  ReconstructReport* report_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 absl::StatusOr<CheckedScan> Check(const PointCloud& scan, const ReconstructOptions& options,
                                   const RunContext& context, ReconstructReport* report) {
@@ -100,95 +79,6 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
   return std::move(result.mesh);
 }
 
-absl::StatusOr<ControlMesh> FitDomain(const ScanSurface& scan, const ControlMesh& start,
-                                      const ReconstructOptions& options, const RunContext& context,
-                                      ReconstructReport* report) {
-  const StageTimer timer(Stage::kDomainFit, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(const DomainFit fit,
-                           FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
-  report->domain_rms = fit.rms_after;
-  report->fit_rounds = fit.rounds;
-  report->fit_converged = fit.converged;
-  // Rounded before heights are sampled: the heights take up the rounding.
-  return PrepareControlMesh(fit.control_mesh, options.encode.position_step);
-}
-
-absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
-  if (control_faces <= most >> (2 * level)) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(control_faces, " control faces at level ", level,
-                                                   " make more than max_surface_faces, ", most,
-                                                   "; lower max_level or target_faces"));
-}
-
-// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l.
-int ChooseLevel(const ReconstructOptions& options, int64_t points, int64_t control_faces) {
-  if (options.max_level) return *options.max_level;
-  const double steps = std::log2(2.0 * static_cast<double>(points) / control_faces) / 2;
-  int level = std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
-  while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
-  return level;
-}
-
-struct Relief {
-  DisplacedSurface surface;
-  Shape shape;  // of the finest level, unit frame
-};
-
-absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& control_mesh,
-                                const ReconstructOptions& options, const RunContext& context,
-                                ReconstructReport* report) {
-  const StageTimer timer(Stage::kDisplacement, context, report);
-  Relief relief;
-  DisplacedSurface& surface = relief.surface;
-  surface.frame = scan.frame;
-  surface.control_mesh = control_mesh;
-  surface.max_level = ChooseLevel(options, report->points_used, control_mesh.faces.cols());
-  RILIEVO_RETURN_IF_ERROR(
-      CheckSurfaceFaces(control_mesh.faces.cols(), surface.max_level, options.max_surface_faces));
-  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineTopology(control_mesh, surface.max_level, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const LimitSurface limit,
-      EvaluateLimit(refinement, control_mesh.vertices, surface.max_level, context));
-  RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
-                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, limit,
-                                              options.displacement, context));
-  relief.shape.vertices = limit.positions;
-  for (int64_t v = 0; v < limit.positions.cols(); ++v) {
-    relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
-  }
-  relief.shape.triangles = refinement.levels.back().faces;
-  report->max_level = surface.max_level;
-  report->surface_vertices = relief.shape.vertices.cols();
-  report->surface_faces = relief.shape.triangles.cols();
-  report->heights_measured = field.measured;
-  report->heights_smoothed = field.smoothed;
-  report->heights_filled = field.filled;
-  surface.heights = std::move(field.heights);
-  surface.sources = std::move(field.source);
-  return relief;
-}
-
-// Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
-Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
-  constexpr Eigen::Index kMost = 50000;
-  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
-  Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
-  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
-  return some;
-}
-
-// How far the points lie from the surface before it is coded: how exactly it is worth coding
-// follows from that. The errors of the report are those of the coded surface (Certify).
-absl::Status Measure(const ScanSurface& scan, const Shape& shape, const RunContext& context,
-                     ReconstructReport* report) {
-  const StageTimer timer(Stage::kMeasure, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(
-      report->error.b_to_a,
-      MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context));
-  return absl::OkStatus();
-}
-
 // What is known of the surface before it is coded.
 DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options, uint64_t seed,
                        const ReconstructReport& report) {
@@ -198,38 +88,7 @@ DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options
   metadata.road = report.road;
   metadata.input_hash = HashOfScan(scan);
   metadata.options = OptionsText(options, seed);
-  const double heights = static_cast<double>(report.heights_measured + report.heights_smoothed +
-                                             report.heights_filled);
-  metadata.smoothed_share = static_cast<double>(report.heights_smoothed) / heights;
   return metadata;
-}
-
-// With figures that take as many bytes as any, so that a size kept with them is kept with the true
-// ones.
-DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces) {
-  constexpr double kWide = 1.0 / 3;
-  if (measured) {
-    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
-    metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
-  }
-  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
-  metadata.folds = faces;
-  return metadata;
-}
-
-absl::StatusOr<EncodedSurface> Encode(const DisplacedSurface& surface, const DssMetadata& metadata,
-                                      const ReconstructOptions& options, const RunContext& context,
-                                      ReconstructReport* report) {
-  const StageTimer timer(Stage::kEncode, context, report);
-  EncodeOptions encode = options.encode;
-  if (encode.height_step == 0 && !encode.max_error && !encode.max_bytes) {
-    encode.max_error = CodingError(*report, options.measure);
-  } else if (encode.max_error) {
-    encode.max_error = CodingErrorWithin(*encode.max_error, *report, options.measure);
-    report->error_unreachable = OwnError(*report, options.measure) > *options.encode.max_error;
-  }
-  return EncodeDss(surface, WithWidestFigures(metadata, options.measure, report->surface_faces),
-                   encode, context);
 }
 
 // Decodes the bytes that go out, and writes into them what they are worth.
@@ -270,6 +129,19 @@ absl::Status ReconstructOptions::Validate() const {
 
 namespace {
 
+// The number of control faces is the caller's, or the one that serves best.
+absl::StatusOr<CodedRelief> Relieve(const ScanSurface& scan, const ControlMesh& start,
+                                    const DssMetadata& metadata, const ReconstructOptions& options,
+                                    const RunContext& context, ReconstructReport* report) {
+  const bool given = options.control.target_faces > 0 || options.control.user_mesh;
+  if (!given && (options.encode.max_error || options.encode.max_bytes)) {
+    return SearchControlFaces(scan, start, metadata, options, context, report);
+  }
+  const auto fit = given ? FitDomain : FitUnderNoise;
+  RILIEVO_ASSIGN_OR_RETURN(const Domain domain, fit(scan, start, options, context, report));
+  return MakeRelief(scan, domain, metadata, options, context, report);
+}
+
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const ReconstructOptions& options,
                                          const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
@@ -279,16 +151,12 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Reconstru
   RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, Check(scan, options, context, report));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, Analyze(checked, options, context, report));
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh domain,
-                           FitDomain(cleaned, coarse, options, context, report));
-  RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(cleaned, domain, options, context, report));
-  if (options.measure) {
-    RILIEVO_RETURN_IF_ERROR(Measure(cleaned, relief.shape, context, report));
-  }
   const DssMetadata metadata = MetadataOf(scan, options, context.seed, *report);
-  RILIEVO_ASSIGN_OR_RETURN(result.encoded,
-                           Encode(relief.surface, metadata, options, context, report));
-  RILIEVO_RETURN_IF_ERROR(Certify(cleaned, metadata, options, context, &result.encoded, report));
+  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
+                           Relieve(cleaned, coarse, metadata, options, context, report));
+  RILIEVO_RETURN_IF_ERROR(
+      Certify(cleaned, relief.metadata, options, context, &relief.encoded, report));
+  result.encoded = std::move(relief.encoded);
   result.surface = std::move(relief.surface);
 
   report->total_seconds =

@@ -31,7 +31,7 @@ DisplacedSurface WavyTorus(double noise) {
     }
   }
   DisplacedSurface surface;
-  surface.control_mesh = *PrepareControlMesh(mesh, EncodeOptions().position_step);
+  surface.control_mesh = *PrepareControlMesh(mesh, kPositionStep);
   surface.max_level = kLevel;
   const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kLevel, RunContext());
   const LimitSurface limit =

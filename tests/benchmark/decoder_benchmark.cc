@@ -48,7 +48,7 @@ ControlMesh BumpyTorus() {
 
 DisplacedSurface Relief() {
   DisplacedSurface surface;
-  surface.control_mesh = *PrepareControlMesh(BumpyTorus(), EncodeOptions().position_step);
+  surface.control_mesh = *PrepareControlMesh(BumpyTorus(), kPositionStep);
   surface.max_level = kLevel;
   const size_t count = (surface.control_mesh.faces.cols() / 2) << (2 * kLevel);
   surface.heights.resize(count);

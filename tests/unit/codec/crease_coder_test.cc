@@ -181,7 +181,7 @@ TEST(CreaseCoderTest, CutBytesAreDataLoss) {
 
 TEST(CreaseCoderTest, TagsTravelInTheStream) {
   const ControlMesh box = CreasedBox(3, 1.5f);
-  const DisplacedSurface surface = SurfaceOver(box, 2, EncodeOptions().position_step, 0);
+  const DisplacedSurface surface = SurfaceOver(box, 2, kPositionStep, 0);
   const auto encoded = EncodeDss(surface, {}, {}, RunContext());
   ASSERT_TRUE(encoded.ok()) << encoded.status();
   const auto decoded = DecodeDss(encoded->Concatenate(), RunContext());

@@ -23,7 +23,7 @@ constexpr uint8_t kEmptyLayer = 128;  // first byte of a layer without coefficie
 EncodedSurface EncodedSheet(int max_level) {
   DssMetadata metadata;
   metadata.generator = "codec test";
-  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, EncodeOptions().position_step, 1e-4),
+  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, kPositionStep, 1e-4),
                     metadata, {}, RunContext());
 }
 
@@ -76,7 +76,7 @@ TEST(DecodeDssTest, EveryPrefixOfWholeChunksIsASurface) {
 
 // Whatever comes first helps most.
 TEST(DecodeDssTest, EveryLayerLowersTheError) {
-  const DisplacedSurface surface = SurfaceOver(Torus(10, 6), 4, EncodeOptions().position_step, 0);
+  const DisplacedSurface surface = SurfaceOver(Torus(10, 6), 4, kPositionStep, 0);
   const std::vector<float>& heights = surface.heights;
   const EncodedSurface encoded = *EncodeDss(surface, {}, {}, RunContext());
   std::vector<uint8_t> bytes;
@@ -245,7 +245,7 @@ TEST(DecodeDssTest, HugeCountsInFewBytesAreRefused) {
 // Layers too short for the number of vertices that the refinement has there.
 TEST(DecodeDssTest, LayersBeyondTheLawAreRefused) {
   EncodedSurface encoded = *EncodeDss(
-      SurfaceOver(Octahedron(), 0, EncodeOptions().position_step, 1e-4), {}, {}, RunContext());
+      SurfaceOver(Octahedron(), 0, kPositionStep, 1e-4), {}, {}, RunContext());
   std::vector<uint8_t> bytes = WithMaxLevel(encoded, 8);
   const std::vector<uint8_t> stub = {kEmptyLayer, 0};
   for (int level = 0; level <= 8; ++level) {
@@ -255,7 +255,7 @@ TEST(DecodeDssTest, LayersBeyondTheLawAreRefused) {
     // An octahedron has 4^(l + 1) + 2 vertices at level l: 262146 at level 8.
     EXPECT_TRUE(status.ok()) << status;
   }
-  encoded = *EncodeDss(SurfaceOver(Torus(5, 4), 0, EncodeOptions().position_step, 1e-4), {}, {},
+  encoded = *EncodeDss(SurfaceOver(Torus(5, 4), 0, kPositionStep, 1e-4), {}, {},
                        RunContext());
   bytes = WithMaxLevel(encoded, 8);
   for (int level = 0; level <= 8; ++level) {

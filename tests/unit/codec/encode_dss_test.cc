@@ -101,7 +101,7 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
 
 TEST(EncodeDssTest, SaysTheErrorThatADecoderFinds) {
   const DisplacedSurface surface =
-      SurfaceOver(Torus(12, 8), 4, EncodeOptions().position_step, 1e-4);
+      SurfaceOver(Torus(12, 8), 4, kPositionStep, 1e-4);
   for (double step : {1e-5, 1e-4, 1e-3}) {
     EncodeOptions options;
     options.height_step = step;
@@ -150,7 +150,7 @@ TEST(EncodeDssTest, KeepsTheErrorOrTheBytesAskedFor) {
 
 TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
   const DisplacedSurface surface =
-      SurfaceOver(Torus(12, 8), 4, EncodeOptions().position_step, 2e-4);
+      SurfaceOver(Torus(12, 8), 4, kPositionStep, 2e-4);
   EncodeOptions options;
   const int64_t plain = EncodeDss(surface, {}, options, RunContext())->Concatenate().size();
   options.noise_floor = 1e-4;
@@ -169,7 +169,7 @@ TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
 }
 
 TEST(EncodeDssTest, MetadataCanComeLater) {
-  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, EncodeOptions().position_step, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, kPositionStep, 1e-4);
   EncodedSurface encoded = *EncodeDss(surface, {}, {}, RunContext());
   const auto before = *DecodeDss(encoded.Concatenate(), RunContext());
   EXPECT_EQ(before.metadata.error_rms, -1);
@@ -271,7 +271,7 @@ TEST(EncodeDssTest, NamesWhatIsWrong) {
 }
 
 TEST(EncodeDssTest, StopsWhenAsked) {
-  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, EncodeOptions().position_step, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(8, 6), 2, kPositionStep, 1e-4);
   std::stop_source source;
   source.request_stop();
   RunContext context;

@@ -1,0 +1,40 @@
+// From one control mesh to the bytes of a surface.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/dss.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/pipeline/reconstruct.h"
+#include "core/scan/scan_surface.h"
+#include "core/surface/displaced_surface.h"
+
+namespace rilievo {
+
+// A fitted control mesh, rounded as the file will hold it.
+struct Domain {
+  ControlMesh mesh;
+  double position_step = 0;
+};
+
+// The Loop surface of `start`, fitted to the points. Fills in what the report says of it, the
+// control mesh's counts too.
+absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,
+                                 const ReconstructOptions& options, const RunContext& context,
+                                 ReconstructReport* report);
+
+struct CodedRelief {
+  DisplacedSurface surface;  // before coding
+  EncodedSurface encoded;    // room is kept for the figures of the certificate
+  DssMetadata metadata;
+};
+
+// Samples heights over the domain, measures how far the surface lies from the points and encodes
+// it. Fills in what the report says of these stages. `metadata`: what is known before.
+// RESOURCE_EXHAUSTED also when encode.max_bytes cannot be kept.
+absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, const Domain& domain,
+                                       const DssMetadata& metadata,
+                                       const ReconstructOptions& options, const RunContext& context,
+                                       ReconstructReport* report);
+
+}  // namespace rilievo

@@ -1,0 +1,148 @@
+#include "core/pipeline/search_control_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/control/coarser_control_mesh.h"
+#include "core/pipeline/coding_error.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kRatio = 0.4;
+constexpr int kFewestFaces = 40;
+constexpr double kAlike = 1.01;  // errors
+// Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
+constexpr double kBytesPerFace = 1.0;
+
+// What a trial is worth.
+struct Worth {
+  double own = 0, coding = 0;  // RMS errors
+  double from_points = 0;      // RMS distance of the points, noise and strays with it
+  double bytes = 0;
+};
+
+struct Trial {
+  CodedRelief relief;
+  ReconstructReport report;
+  Worth worth;
+};
+
+class Search {
+ public:
+  Search(const ScanSurface& scan, const ControlMesh& start, const DssMetadata& metadata,
+         const ReconstructOptions& options, const RunContext& context, ReconstructReport* report)
+      : scan_(scan),
+        start_(start),
+        metadata_(metadata),
+        options_(options),
+        context_(context),
+        report_(report) {}
+
+  absl::StatusOr<CodedRelief> Run() {
+    const int first = FirstRung();
+    RILIEVO_RETURN_IF_ERROR(Try(first));
+    int rung = first;
+    // Fewer faces while they win, else more.
+    while (FacesAt(rung + 1) >= kFewestFaces && best_rung_ == (best_ ? rung : -1)) {
+      RILIEVO_RETURN_IF_ERROR(Try(++rung));
+    }
+    if (best_rung_ <= first) {
+      for (rung = first - 1; rung >= 0 && best_rung_ == (best_ ? rung + 1 : -1); --rung) {
+        RILIEVO_RETURN_IF_ERROR(Try(rung));
+      }
+    }
+    if (!best_) return failure_;
+    const ReconstructReport spent = *report_;
+    *report_ = std::move(best_->report);
+    std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
+              std::begin(report_->stage_seconds));
+    return std::move(best_->relief);
+  }
+
+ private:
+  int FacesAt(int rung) const {
+    return static_cast<int>(static_cast<double>(start_.faces.cols()) * std::pow(kRatio, rung));
+  }
+
+  int FirstRung() const {
+    int rung = FacesAt(1) >= kFewestFaces ? 1 : 0;
+    if (!options_.encode.max_bytes) return rung;
+    while (FacesAt(rung + 1) >= kFewestFaces &&
+           FacesAt(rung) * kBytesPerFace > static_cast<double>(*options_.encode.max_bytes)) {
+      ++rung;
+    }
+    return rung;
+  }
+
+  absl::Status Try(int rung) {
+    ControlMesh mesh = start_;
+    if (rung > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(mesh,
+                               CoarserControlMesh(scan_.cloud, scan_.index, start_, FacesAt(rung),
+                                                  options_.control.creases, context_));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
+                             FitDomain(scan_, mesh, options_, context_, report_));
+    auto relief = MakeRelief(scan_, domain, metadata_, options_, context_, report_);
+    if (absl::IsResourceExhausted(relief.status())) {
+      failure_ = relief.status();
+      return absl::OkStatus();
+    }
+    RILIEVO_RETURN_IF_ERROR(relief.status());
+    Worth worth{OwnError(*report_, options_.measure), relief->encoded.height_rms,
+                report_->error.b_to_a.rms, 0};
+    for (const auto& chunk : relief->encoded.chunks) {
+      worth.bytes += static_cast<double>(chunk.size());
+    }
+    if (!best_ || IsBetter(worth, best_->worth)) {
+      best_ = Trial{*std::move(relief), *report_, worth};
+      best_rung_ = rung;
+    }
+    return absl::OkStatus();
+  }
+
+  // Parts of the scan that one trial has and the other lost stand out of what both have of noise.
+  static double Error(const Worth& worth, const Worth& other) {
+    const double least = std::min(worth.from_points, other.from_points);
+    const double lost = worth.from_points * worth.from_points - least * least;
+    return std::sqrt(worth.own * worth.own + worth.coding * worth.coding + lost);
+  }
+
+  bool IsBetter(const Worth& worth, const Worth& other) const {
+    const double error = Error(worth, other), other_error = Error(other, worth);
+    if (options_.encode.max_bytes) return error < other_error;
+    const double limit = *options_.encode.max_error;
+    if (error <= limit && other_error <= limit) return worth.bytes < other.bytes;
+    if (error > limit && other_error > limit && worth.own > limit && other.own > limit) {
+      // Neither can: the default coding is used, and a little error buys no bytes.
+      return error < kAlike * other_error && worth.bytes < other.bytes;
+    }
+    return error < other_error;
+  }
+
+  const ScanSurface& scan_;
+  const ControlMesh& start_;
+  const DssMetadata& metadata_;
+  const ReconstructOptions& options_;
+  const RunContext& context_;
+  ReconstructReport* report_;
+  std::optional<Trial> best_;
+  int best_rung_ = -1;
+  absl::Status failure_;
+};
+
+}  // namespace
+
+absl::StatusOr<CodedRelief> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
+                                               const DssMetadata& metadata,
+                                               const ReconstructOptions& options,
+                                               const RunContext& context,
+                                               ReconstructReport* report) {
+  return Search(scan, start, metadata, options, context, report).Run();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,44 @@
+#include "core/pipeline/relief.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/pipeline/prepared_scan.h"
+
+namespace rilievo {
+namespace {
+
+TEST(ReliefTest, TheDomainIsRoundedAndTheFileHoldsTheRelief) {
+  PreparedScan prepared = PrepareScan(*MakeTorus(), 10000, 0);
+  ReconstructOptions options;
+  options.encode.position_step = 1e-3;
+  const Domain domain =
+      FitDomain(prepared.scan, prepared.control, options, RunContext{}, &prepared.report).value();
+  EXPECT_EQ(domain.position_step, 1e-3);
+  EXPECT_EQ(prepared.report.control_faces, prepared.control.faces.cols());
+  const double step = 1e-3, off = domain.mesh.vertices(0, 0) / step;
+  EXPECT_NEAR(off, std::round(off), 0.2);  // the stored step has 12 binary digits
+  const CodedRelief relief =
+      MakeRelief(prepared.scan, domain, {}, options, RunContext{}, &prepared.report).value();
+  const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), RunContext{}).value();
+  EXPECT_EQ(decoded.surface.control_mesh.vertices, domain.mesh.vertices);
+  EXPECT_EQ(decoded.surface.heights.size(), relief.surface.heights.size());
+  EXPECT_LT(prepared.report.error.b_to_a.rms, 1e-3);
+  EXPECT_EQ(prepared.report.surface_vertices, static_cast<int64_t>(relief.surface.heights.size()));
+}
+
+TEST(ReliefTest, ASizeBelowTheControlMeshIsRefused) {
+  PreparedScan prepared = PrepareScan(*MakeTorus(), 10000, 0);
+  ReconstructOptions options;
+  options.encode.max_bytes = 100;
+  const Domain domain =
+      FitDomain(prepared.scan, prepared.control, options, RunContext{}, &prepared.report).value();
+  EXPECT_EQ(MakeRelief(prepared.scan, domain, {}, options, RunContext{}, &prepared.report)
+                .status()
+                .code(),
+            absl::StatusCode::kResourceExhausted);
+}
+
+}  // namespace
+}  // namespace rilievo
