@@ -67,7 +67,7 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
   for (const Case& c : Cases()) {
     SCOPED_TRACE(c.name);
     const DisplacedSurface surface =
-        SurfaceOver(Shuffled(c.mesh, 5), c.max_level, options.position_step, 1e-4);
+        SurfaceOver(Shuffled(c.mesh, 5), c.max_level, kPositionStep, 1e-4);
     DssMetadata metadata;
     metadata.generator = "codec test";
     metadata.road = "spherical";
@@ -188,7 +188,7 @@ TEST(EncodeDssTest, MetadataCanComeLater) {
 
 TEST(EncodeDssTest, ThreadsDoNotChangeTheBytes) {
   const EncodeOptions options;
-  const DisplacedSurface surface = SurfaceOver(Torus(20, 12), 4, options.position_step, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(20, 12), 4, kPositionStep, 1e-4);
   RunContext one, two;
   one.threads = 1;
   two.threads = 2;
@@ -200,7 +200,7 @@ TEST(EncodeDssTest, ThreadsDoNotChangeTheBytes) {
 TEST(EncodeDssTest, PadsWhatIsTooSmallForTheLaw) {
   const EncodeOptions options;
   for (int level : {4, 5}) {
-    DisplacedSurface surface = SurfaceOver(Torus(40, 24), level, options.position_step, 0);
+    DisplacedSurface surface = SurfaceOver(Torus(40, 24), level, kPositionStep, 0);
     std::fill(surface.heights.begin(), surface.heights.end(), 0.0f);
     std::fill(surface.sources.begin(), surface.sources.end(), HeightSource::kMeasured);
     const auto encoded = EncodeDss(surface, {}, options, RunContext());
@@ -219,7 +219,7 @@ TEST(EncodeDssTest, PadsWhatIsTooSmallForTheLaw) {
 
 TEST(EncodeDssTest, NamesWhatIsWrong) {
   const EncodeOptions options;
-  const DisplacedSurface good = SurfaceOver(Torus(8, 6), 2, options.position_step, 1e-4);
+  const DisplacedSurface good = SurfaceOver(Torus(8, 6), 2, kPositionStep, 1e-4);
   const auto message = [&](const DisplacedSurface& surface, const EncodeOptions& with) {
     const absl::Status status = EncodeDss(surface, {}, with, RunContext()).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << status;
