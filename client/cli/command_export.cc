@@ -28,6 +28,7 @@ struct ExportArguments {
   std::optional<int> level;
   AdaptiveOptions adaptive;
   bool cage = false;
+  std::vector<double> camera;  // x, y, z, or empty
 
   bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
 };
@@ -60,8 +61,10 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
                            TessellateAdaptively(surface, arguments.adaptive, context));
   exported.mesh = std::move(adaptive.mesh);
   for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
-  exported.how = absl::StrCat("within ", Percent(adaptive.error), " of the diagonal of level ",
-                              surface.max_level);
+  exported.how = absl::StrCat(
+      "within ", Percent(adaptive.error),
+      arguments.adaptive.camera ? " of its distance from the camera" : " of the diagonal",
+      " of level ", surface.max_level);
   return exported;
 }
 
@@ -165,7 +168,21 @@ Command AddExport(CLI::App& program) {
       ->excludes(level)
       ->excludes(tolerance)
       ->excludes("--triangles");
-  return {app, [arguments](std::stop_token stop) { return Export(*arguments, stop); }};
+  app->add_option("--camera", arguments->camera,
+                  "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
+                  "fraction of the distance from there, 0.001 (a pixel of 1080 over 60 degrees) "
+                  "unless --tolerance or --triangles are given")
+      ->expected(3)
+      ->excludes(level)
+      ->excludes("--cage");
+  return {app, [arguments](std::stop_token stop) {
+            if (!arguments->camera.empty()) {
+              AdaptiveOptions& adaptive = arguments->adaptive;
+              adaptive.camera = Eigen::Vector3d(arguments->camera.data());
+              if (!adaptive.tolerance && !adaptive.triangles) adaptive.tolerance = 1e-3;
+            }
+            return Export(*arguments, stop);
+          }};
 }
 
 }  // namespace rilievo

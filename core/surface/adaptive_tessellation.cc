@@ -25,8 +25,17 @@ using Triangles = std::vector<std::array<int, 3>>;
 class AdaptiveTessellation {
  public:
   // `finest`: the finest level in the unit frame. `levels`: those before it, at least one.
-  AdaptiveTessellation(const TriangleMesh& finest, std::span<const MeshTopology> levels)
+  // `camera`: in the unit frame, or null.
+  AdaptiveTessellation(const TriangleMesh& finest, std::span<const MeshTopology> levels,
+                       const Eigen::Vector3d* camera)
       : finest_(finest), levels_(levels) {
+    if (camera != nullptr) {
+      constexpr double kNearest = 1e-6;  // a camera on the surface sees a point of it
+      const auto away = (finest.vertices.colwise() - *camera).colwise().squaredNorm();
+      squared_scale_ = away.array().max(kNearest * kNearest).inverse();
+    } else {
+      squared_scale_ = Eigen::ArrayXd::Ones(finest.vertices.cols());
+    }
     for (size_t level = 0; level < levels.size(); ++level) {
       lattices_.emplace_back(static_cast<int>(levels.size() - level));
     }
@@ -129,7 +138,8 @@ class AdaptiveTessellation {
   }
 
  private:
-  // Largest distance of what lies under a face from the triangles that stand for it. Distance from
+  // Largest distance of what lies under a face from the triangles that stand for it, as the camera
+  // sees it if there is one. Distance from
   // one triangle is convex, so its values at the corners bound it on a finest triangle. Where
   // several stand for the face, the lines between them run along finest edges and medians of finest
   // triangles: each half may be near another one.
@@ -144,7 +154,8 @@ class AdaptiveTessellation {
     double largest = 0;
     if (triangles.size() == 1) {
       for (int v : vertices) {
-        largest = std::max(largest, squared(finest_.vertices.col(v), triangles[0]));
+        largest =
+            std::max(largest, squared_scale_[v] * squared(finest_.vertices.col(v), triangles[0]));
       }
       return std::sqrt(largest);
     }
@@ -159,13 +170,17 @@ class AdaptiveTessellation {
     };
     for (const auto under : lattices_[at.level].triangles().colwise()) {
       std::array<Eigen::Vector3d, 3> p;
-      for (int k = 0; k < 3; ++k) p[k] = finest_.vertices.col(vertices[under[k]]);
-      double least = nearest(p);
+      double scale = 0;
+      for (int k = 0; k < 3; ++k) {
+        p[k] = finest_.vertices.col(vertices[under[k]]);
+        scale = std::max(scale, squared_scale_[vertices[under[k]]]);
+      }
+      double least = scale * nearest(p);
       for (int k = 0; k < 3 && least > largest; ++k) {
         const Eigen::Vector3d &top = p[k], &left = p[(k + 1) % 3], &right = p[(k + 2) % 3];
         const Eigen::Vector3d middle = 0.5 * (left + right);
-        least =
-            std::min(least, std::max(nearest({top, left, middle}), nearest({top, middle, right})));
+        least = std::min(
+            least, scale * std::max(nearest({top, left, middle}), nearest({top, middle, right})));
       }
       largest = std::max(largest, least);
     }
@@ -221,6 +236,7 @@ class AdaptiveTessellation {
   std::vector<PatchLattice> lattices_;  // from each level to the finest
   std::vector<PatchNumbering> numberings_;
   std::vector<std::vector<double>> errors_;
+  Eigen::ArrayXd squared_scale_;  // per finest vertex: of squared distances
 };
 
 }  // namespace
@@ -232,6 +248,9 @@ absl::Status AdaptiveOptions::Validate() const {
   if (tolerance && !(*tolerance >= 0 && *tolerance <= 1)) {
     return absl::InvalidArgumentError(
         absl::StrCat("tolerance is ", *tolerance, ", must lie in [0, 1], of the diagonal"));
+  }
+  if (camera && !camera->allFinite()) {
+    return absl::InvalidArgumentError("camera is not finite: give a place in the scan's frame");
   }
   return absl::OkStatus();
 }
@@ -259,7 +278,9 @@ absl::StatusOr<AdaptiveMesh> TessellateAdaptively(const DisplacedSurface& surfac
   }
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(surface.control_mesh, surface.max_level - 1, context));
-  AdaptiveTessellation tessellation(finest, refinement.levels);
+  std::optional<Eigen::Vector3d> camera;
+  if (options.camera) camera = surface.frame.UnitFromScan(*options.camera);
+  AdaptiveTessellation tessellation(finest, refinement.levels, camera ? &*camera : nullptr);
   RILIEVO_RETURN_IF_ERROR(tessellation.MeasureFaces(context));
   const RedGreenForest forest = options.tolerance
                                     ? tessellation.WithinTolerance(*options.tolerance)

@@ -1,6 +1,7 @@
 // A surface as few triangles: fine where it bends, coarse where it is flat, and without cracks.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace rilievo {
 
-// Exactly one of the two.
+// Exactly one of `tolerance` and `triangles`.
 struct AdaptiveOptions {
   // No point of the finest level is farther than this from the mesh; fraction of the diagonal. The
   // mesh' own points are as near but for creases and folds. [0, 1]; 0 gives the finest level
@@ -20,13 +21,17 @@ struct AdaptiveOptions {
   std::optional<double> tolerance;
   // At most so many triangles, at the smallest such tolerance. At least as many as control faces.
   std::optional<int64_t> triangles;
+  // Where the surface is looked at from, scan frame, finite. Then each point's distance is divided
+  // by its distance from there, so that tolerance and error are angles in radians: a pixel is about
+  // 1e-3 where 1080 of them see 60 degrees. What lies behind others or aside is kept as well.
+  std::optional<Eigen::Vector3d> camera;
   absl::Status Validate() const;
 };
 
 struct AdaptiveMesh {
   TriangleMesh mesh;          // scan frame
   std::vector<int> vertices;  // of level max_level, ascending: the vertex that each column is
-  double error = 0;           // largest such distance, fraction of the diagonal
+  double error = 0;           // largest such distance, fraction of the diagonal; or angle
 };
 
 // Red-green refinement (Bank, Sherman, Weiser 1983) of the nested levels: a face is cut into its

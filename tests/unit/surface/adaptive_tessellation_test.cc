@@ -7,6 +7,7 @@
 
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/loop_patches.h"
+#include "core/surface/closest_point_tree.h"
 #include "core/surface/measure_error.h"
 #include "tests/unit/geometry/test_meshes.h"
 
@@ -135,6 +136,39 @@ TEST(TessellateAdaptivelyTest, ThreadsDoNotChangeIt) {
   const auto b = TessellateAdaptively(surface, options, four);
   EXPECT_EQ(a->mesh.vertices, b->mesh.vertices);
   EXPECT_EQ(a->mesh.triangles, b->mesh.triangles);
+}
+
+// Each point of the finest level within the angle, seen from the camera; near parts finer than the
+// same shape far away; no cracks between.
+TEST(TessellateAdaptivelyTest, FromACameraWhatIsNearIsFine) {
+  DisplacedSurface surface = Wavy(testing::Torus(12, 8), 4);
+  surface.heights.assign(surface.heights.size(), 0.0f);
+  const TriangleMesh finest = *Tessellate(surface, 4, RunContext());
+  const Eigen::Vector3d middle = finest.vertices.rowwise().mean();
+  const double reach = (finest.vertices.row(0).array() - middle.x()).maxCoeff();
+  AdaptiveOptions options;
+  options.tolerance = 2e-3;
+  options.camera = middle + Eigen::Vector3d(1.2 * reach, 0, 0);
+  const AdaptiveMesh adaptive = *TessellateAdaptively(surface, options, RunContext());
+  EXPECT_LE(adaptive.error, *options.tolerance);
+  const TopologySummary topology =
+      SummarizeTopology(adaptive.mesh.triangles, static_cast<int>(adaptive.mesh.vertices.cols()));
+  EXPECT_TRUE(topology.closed() && topology.manifold() && topology.oriented);
+  const ClosestPointTree tree =
+      *ClosestPointTree::Build(adaptive.mesh.vertices, adaptive.mesh.triangles, RunContext());
+  for (Eigen::Index v = 0; v < finest.vertices.cols(); v += 7) {
+    const Eigen::Vector3d point = finest.vertices.col(v);
+    EXPECT_LE(std::sqrt(tree.Closest(point).squared_distance),
+              (1 + 1e-6) * *options.tolerance * (point - *options.camera).norm());
+  }
+  int near = 0, far = 0;
+  for (const auto v : adaptive.mesh.vertices.colwise()) {
+    ++(v.x() > middle.x() ? near : far);
+  }
+  EXPECT_GT(near, 2 * far);
+  options.camera = Eigen::Vector3d(std::nan(""), 0, 0);
+  EXPECT_EQ(TessellateAdaptively(surface, options, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
 }
 
 TEST(TessellateAdaptivelyTest, NamesWhatIsWrong) {
