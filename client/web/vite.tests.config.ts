@@ -8,6 +8,6 @@ export default defineConfig({
     outDir: process.env.RILIEVO_WEB_TESTS ?? 'generated/tests',
     emptyOutDir: true,
     copyPublicDir: false,
-    rollupOptions: { input: { 'decoder.test': 'tests/decoder.test.ts' } },
+    rollupOptions: { input: { 'decoder.test': 'tests/decoder.test.ts', 'page.test': 'tests/page.test.ts' } },
   },
 });

@@ -14,7 +14,7 @@ export interface LayerTime {
   name: string;
   bytes: number;
   decodeMs: number;
-  /** From the arrival of the layer's last byte to the end of the draw call. */
+  /** From the arrival of the layer's last byte until its picture is on the screen. */
   toPictureMs: number;
 }
 
@@ -64,6 +64,9 @@ export class SurfaceView {
       const picture = await this.#decoder.ask('picture', { level: this.#levelOf(decoded.info) });
       if (generation !== this.#generation) return;
       this.#show(decoded, picture);
+      // Seen before the next layer is drawn: the second frame from now begins once this one is shown.
+      for (let frame = 0; frame < 2 && !document.hidden; ++frame) await new Promise(requestAnimationFrame);
+      if (generation !== this.#generation) return;
       const { arrived = 0, end } = stream.chunks[count - 1]!;
       this.#addTime({
         name: count === 1 ? 'control' : `${count - 2}`,
@@ -73,7 +76,6 @@ export class SurfaceView {
       });
       drawn = count;
       if (stream.isComplete && drawn === stream.chunks.length) this.#complete(stream.bytes);
-      await new Promise(requestAnimationFrame); // this layer is seen before the next is drawn
     }
   }
 
@@ -108,7 +110,9 @@ export class SurfaceView {
   #addTime(time: LayerTime): void {
     this.times.push(time);
     const cells = [time.name, sizeText(time.bytes), milliseconds(time.decodeMs), milliseconds(time.toPictureMs)];
-    element('times').append(make('tr', {}, ...cells.map((text) => make('td', { textContent: text }))));
+    const row = make('tr', {}, ...cells.map((text) => make('td', { textContent: text })));
+    row.dataset.toPicture = time.toPictureMs.toFixed(1);
+    element('times').append(row);
   }
 
   async showLevel(level: number): Promise<void> {

@@ -110,7 +110,7 @@ export class Viewer {
   resetView(): void {
     this.#controls.target.set(0, 0, 0);
     // The unit box has a diagonal of 1; a narrow picture needs more room.
-    const distance = 1.75 / Math.min(1, this.#camera.aspect || 1) ** 0.85;
+    const distance = 1.55 / Math.min(1, this.#camera.aspect || 1) ** 0.85;
     this.#camera.position.set(0.62, -0.68, 0.4).setLength(distance);
     this.#controls.update();
     this.draw();

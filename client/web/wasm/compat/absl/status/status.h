@@ -32,6 +32,11 @@ class [[nodiscard]] Status {
   StatusCode code() const { return code_; }
   std::string_view message() const { return message_; }
   void IgnoreError() const {}
+  // Payloads are for calls over a network.
+  template <typename Visitor>
+  void ForEachPayload(const Visitor&) const {}
+  template <typename Payload>
+  void SetPayload(std::string_view, const Payload&) {}
 
  private:
   StatusCode code_ = StatusCode::kOk;

@@ -1,0 +1,4 @@
+// absl::string_view, which is std's; see absl/status/status.h.
+#pragma once
+
+#include "absl/status/status.h"
