@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr double kAlike = 1.01;  // errors
+constexpr double kNone = -1, kHalf = 0.5;  // rungs
+constexpr double kAlike = 1.01;            // errors
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
 constexpr double kBytesPerFace = 1.0;
 
@@ -47,12 +48,18 @@ class Search {
     RILIEVO_RETURN_IF_ERROR(Try(first));
     int rung = first;
     // Fewer faces while they win, else more.
-    while (FacesAt(rung + 1) >= kFewestFaces && best_rung_ == (best_ ? rung : -1)) {
+    while (FacesAt(rung + 1) >= kFewestFaces && best_rung_ == (best_ ? rung : kNone)) {
       RILIEVO_RETURN_IF_ERROR(Try(++rung));
     }
     if (best_rung_ <= first) {
-      for (rung = first - 1; rung >= 0 && best_rung_ == (best_ ? rung + 1 : -1); --rung) {
+      for (rung = first - 1; rung >= 0 && best_rung_ == (best_ ? rung + 1 : kNone); --rung) {
         RILIEVO_RETURN_IF_ERROR(Try(rung));
+      }
+    }
+    const double coarse_best = best_rung_;
+    for (const double between : {coarse_best + kHalf, coarse_best - kHalf}) {
+      if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
+        RILIEVO_RETURN_IF_ERROR(Try(between));
       }
     }
     if (!best_) return failure_;
@@ -64,7 +71,7 @@ class Search {
   }
 
  private:
-  int FacesAt(int rung) const {
+  int FacesAt(double rung) const {
     return static_cast<int>(static_cast<double>(start_.faces.cols()) * std::pow(kRatio, rung));
   }
 
@@ -78,7 +85,7 @@ class Search {
     return rung;
   }
 
-  absl::Status Try(int rung) {
+  absl::Status Try(double rung) {
     ControlMesh mesh = start_;
     if (rung > 0) {
       RILIEVO_ASSIGN_OR_RETURN(mesh,
@@ -109,7 +116,7 @@ class Search {
   static double Error(const Worth& worth, const Worth& other) {
     const double least = std::min(worth.from_points, other.from_points);
     const double lost = worth.from_points * worth.from_points - least * least;
-    return std::sqrt(worth.own * worth.own + worth.coding * worth.coding + lost);
+    return std::sqrt(std::max(worth.own * worth.own, lost) + worth.coding * worth.coding);
   }
 
   bool IsBetter(const Worth& worth, const Worth& other) const {
@@ -131,7 +138,7 @@ class Search {
   const RunContext& context_;
   ReconstructReport* report_;
   std::optional<Trial> best_;
-  int best_rung_ = -1;
+  double best_rung_ = kNone;
   absl::Status failure_;
 };
 

@@ -8,8 +8,9 @@ namespace rilievo {
 // Makes the relief over `start` and over coarser meshes of the same topology, each of 0.4 times the
 // faces of the one before, and keeps the best one: of those within encode.max_error the one of the
 // fewest bytes; for encode.max_bytes that of the least error. The bytes are taken to have one
-// minimum: from the second mesh the search goes the way in which they fall. A trial costs the fit,
-// the heights, their measure and the codec, a third to half of a whole reconstruction.
+// minimum: from the second mesh the search goes the way in which they fall, and then tries half a
+// step to either side of the best. A trial costs the fit, the heights, their measure and the codec,
+// a third to half of a whole reconstruction.
 absl::StatusOr<CodedRelief> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
                                                const DssMetadata& metadata,
                                                const ReconstructOptions& options,
