@@ -45,11 +45,16 @@ ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext*
       begin_(Clock::now()),
       last_transfer_(begin_) {
   record_.job = core_->next_job++;
+  record_.owner = caller_.owner;
+  record_.trace_id = caller_.trace_id;
+  record_.parent_id = caller_.parent_id;
 }
 
 ReconstructCall::~ReconstructCall() {
   record_.total_seconds = SecondsBetween(begin_, Clock::now());
-  if (core_->log) core_->log(record_);
+  core_->metrics->CountReceived(record_.bytes_in);
+  core_->metrics->CountSent(record_.bytes_out);
+  core_->Report(record_);
   ticket_.reset();
   core_->live_calls.Leave(this);
 }
@@ -221,6 +226,7 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   last_transfer_ = Clock::now();
   if (result.ok()) {
     record_.road = result->report.road();
+    record_.stage_seconds = StageSeconds(result->report);
     download_.emplace(std::move(result->encoded), std::move(result->report));
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);

@@ -9,7 +9,6 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
-#include "server/calls/job_log.h"
 #include "server/calls/job_pool.h"
 #include "server/calls/live_calls.h"
 #include "server/calls/progress_queue.h"
@@ -18,6 +17,7 @@
 #include "server/conversion/job_request.h"
 #include "server/conversion/point_upload.h"
 #include "server/doors/caller.h"
+#include "server/eyes/job_log.h"
 #include "server/surface_download.h"
 
 namespace rilievo {

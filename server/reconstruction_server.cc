@@ -1,6 +1,7 @@
 #include "server/reconstruction_server.h"
 
 #include <utility>
+#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -8,14 +9,18 @@
 #include "grpcpp/channel.h"
 #include "grpcpp/ext/proto_server_reflection_plugin.h"
 #include "grpcpp/health_check_service_interface.h"
+#include "grpcpp/impl/server_builder_option.h"
+#include "grpcpp/impl/server_builder_plugin.h"
 #include "grpcpp/resource_quota.h"
 #include "grpcpp/security/server_credentials.h"
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "proto/keep_grpc_running.h"
 #include "server/doors/server_credentials.h"
+#include "server/eyes/server_metrics.h"
 #include "server/jobs/jobs_service.h"
 #include "server/reconstruction_service.h"
+#include "server/store/temporary_folder.h"
 
 namespace rilievo {
 namespace {
@@ -38,21 +43,32 @@ void RefuseCompression(grpc::ServerBuilder* builder) {
   builder->SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
 }
 
-void GuardConnections(grpc::ServerBuilder* builder) {
+// gRPC's reflection adds itself to every server of a program that is linked with it.
+class WithoutReflection final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments* /*arguments*/) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins,
+                  [](const auto& plugin) { return plugin->name() == "proto_server_reflection"; });
+  }
+};
+
+void GuardConnections(const ServerOptions& options, grpc::ServerBuilder* builder) {
   builder->SetResourceQuota(grpc::ResourceQuota("rilievod").Resize(kTransportBytes));
-  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 128);
-  // A peer that vanished is noticed after 30 s, with or without a call, as is one that connects and
-  // never speaks; clients may ask as often as every 10 s.
-  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
-  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_connection_streams);
+  // A peer that vanished is noticed after both times, with or without a call, as is one that
+  // connects and never speaks; clients may ask as often as every 10 s.
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
+                              static_cast<int>(options.keepalive_time.count()));
+  builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                              static_cast<int>(options.keepalive_timeout.count()));
   builder->AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder->AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 20'000);
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
-// `listen` with its port, if it has one, replaced by the one that was bound.
+// `listen` with its port replaced by the one that was bound.
 std::string BoundAddress(const std::string& listen, int port) {
-  if (absl::StartsWith(listen, "unix")) return listen;
   return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
 }
 
@@ -61,6 +77,7 @@ std::string BoundAddress(const std::string& listen, int port) {
 ReconstructionServer::ReconstructionServer() = default;
 
 ReconstructionServer::~ReconstructionServer() {
+  if (core_) core_->metrics->Watch({});
   if (server_) Shutdown();
   jobs_.reset();
   // Calls whose gRPC side is gone may still be held by work that is just ending.
@@ -80,10 +97,14 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embe
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
-    const ServerOptions& options, bool embedded, JobWork work, JobLog log) {
+    ServerOptions options, bool embedded, JobWork work, JobLog log) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
+  if (options.ephemeral && options.store.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(result->temporary_, TemporaryFolder::Make());
+    options.store = result->temporary_->path();
+  }
   auto door = std::make_unique<Doorkeeper>();
   if (!embedded) {
     RILIEVO_ASSIGN_OR_RETURN(door, Doorkeeper::Open(options));
@@ -92,32 +113,49 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
       std::make_unique<ServiceCore>(options, std::move(work), std::move(log), std::move(door));
   result->service_ = std::make_unique<ReconstructionService>(result->core_.get());
   RILIEVO_ASSIGN_OR_RETURN(result->jobs_, JobsService::Open(result->core_.get()));
+  result->core_->metrics->Watch([raw = result.get()] { return raw->State(); });
   // Both switches are global and count for the servers built after them.
   grpc::EnableDefaultHealthCheckService(!embedded);
   if (!embedded && options.reflection) grpc::reflection::InitProtoReflectionServerBuilderPlugin();
 
   grpc::ServerBuilder builder;
+  if (embedded || !options.reflection) builder.SetOption(std::make_unique<WithoutReflection>());
   builder.RegisterService(result->service_.get());
   builder.RegisterService(result->jobs_.get());
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(CallCounter(result->core_->metrics));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   RefuseCompression(&builder);
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> connections;
+  int socket = 0;  // not 0 when there is one
   if (!embedded) {
-    GuardConnections(&builder);
+    GuardConnections(options, &builder);
     RILIEVO_ASSIGN_OR_RETURN(const auto credentials, MakeServerCredentials(options));
-    RILIEVO_ASSIGN_OR_RETURN(result->listener_, ConnectionListener::Open(options.listen));
-    connections = builder.experimental().AddExternalConnectionAcceptor(
-        grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+    if (absl::StartsWith(options.listen, "unix")) {
+      builder.AddListeningPort(options.listen, credentials, &socket);
+    } else {
+      RILIEVO_ASSIGN_OR_RETURN(result->listener_, ConnectionListener::Open(options.listen));
+      connections = builder.experimental().AddExternalConnectionAcceptor(
+          grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+    }
   }
   result->server_ = builder.BuildAndStart();
+  if (!embedded && !result->listener_ && socket == 0) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on \"", options.listen, "\"; can it be written there?"));
+  }
   if (!result->server_) return absl::InternalError("gRPC did not start");
-  if (!embedded) {
+  if (result->listener_) {
     result->listener_->Start([to = std::shared_ptr(std::move(connections))](FileDescriptor one) {
       grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
       connection.fd = one.Release();
       to->HandleNewConnection(&connection);
     });
-    result->address_ = BoundAddress(options.listen, result->listener_->port());
+  }
+  if (!embedded) {
+    result->address_ = result->listener_ ? BoundAddress(options.listen, result->listener_->port())
+                                         : options.listen;
     result->server_->GetHealthCheckService()->SetServingStatus(
         v1::ReconstructionService::service_full_name(), true);
     result->server_->GetHealthCheckService()->SetServingStatus(v1::JobsService::service_full_name(),
@@ -126,14 +164,26 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   return result;
 }
 
+ServerState ReconstructionServer::State() const {
+  const JobPool::State pool = core_->pool.state();
+  return {.queued = pool.waiting,
+          .running = pool.running,
+          .oldest_wait_seconds = pool.oldest_wait.count(),
+          .streams = core_->live_calls.size(),
+          .foreign_requests = jobs_->foreign_requests()};
+}
+
+std::shared_ptr<ServerMetrics> ReconstructionServer::metrics() const { return core_->metrics; }
+
 std::shared_ptr<grpc::ChannelInterface> ReconstructionServer::InProcessChannel() const {
   return server_->InProcessChannel({});
 }
 
 void ReconstructionServer::BeginDrain() {
+  // First: who asks before it calls goes elsewhere.
+  if (auto* health = server_->GetHealthCheckService()) health->SetServingStatus(false);
   core_->draining = true;
   jobs_->BeginDrain();
-  if (auto* health = server_->GetHealthCheckService()) health->SetServingStatus(false);
 }
 
 bool ReconstructionServer::WaitUntilIdle(std::chrono::milliseconds timeout) {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/calls/job_log.h"
 #include "server/conversion/server_options.h"
+#include "server/eyes/job_log.h"
 #include "server/system/connection_listener.h"
 #include "server/worker/job_work.h"
 
@@ -20,6 +20,9 @@ namespace rilievo {
 
 class JobsService;
 class ReconstructionService;
+class ServerMetrics;
+class TemporaryFolder;
+struct ServerState;
 struct ServiceCore;
 
 class ReconstructionServer {
@@ -41,6 +44,9 @@ class ReconstructionServer {
 
   std::shared_ptr<grpc::ChannelInterface> InProcessChannel() const;
 
+  // Of this server; may outlive it.
+  std::shared_ptr<ServerMetrics> metrics() const;
+
   // Health says NOT_SERVING and new jobs are refused; those under way go on.
   void BeginDrain();
 
@@ -53,10 +59,13 @@ class ReconstructionServer {
  private:
   ReconstructionServer();
 
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(const ServerOptions& options,
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(ServerOptions options,
                                                                      bool embedded, JobWork work,
                                                                      JobLog log);
 
+  ServerState State() const;
+
+  std::unique_ptr<TemporaryFolder> temporary_;
   // Destroyed after the server, whose calls they serve; the core last.
   std::unique_ptr<ServiceCore> core_;
   std::unique_ptr<ReconstructionService> service_;

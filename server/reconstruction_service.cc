@@ -29,7 +29,7 @@ void FillLimits(const ServerOptions& options, v1::Limits* limits) {
 grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>*
 ReconstructionService::Reconstruct(grpc::CallbackServerContext* context) {
   Caller caller;
-  if (const auto error = core_->door->Admit(*context, &caller)) {
+  if (const auto error = core_->AdmitStream(*context, &caller)) {
     return new Refusal<grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>>(
         GrpcStatus(*error));
   }

@@ -56,7 +56,8 @@ uint64_t JobPool::Submit(std::function<void()> work, const Demand& demand) {
     auto line = std::find_if(lines_.begin(), lines_.end(),
                              [&](const Line& other) { return other.client == demand.client; });
     if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
-    line->entries.push_back({number, std::move(work), demand.memory});
+    line->entries.push_back(
+        {number, std::move(work), demand.memory, std::chrono::steady_clock::now()});
   }
   wake_.notify_one();
   return number;
@@ -105,6 +106,21 @@ std::chrono::milliseconds JobPool::RetryDelay() const {
   const double rounds = static_cast<double>(admitted_) / workers_;
   return std::chrono::milliseconds(
       static_cast<int64_t>(1000 * std::clamp(rounds * mean_seconds_, 1.0, 60.0)));
+}
+
+JobPool::State JobPool::state() const {
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  State state;
+  state.running = running_;
+  for (const Line& line : lines_) {
+    state.waiting += static_cast<int>(line.entries.size());
+    for (const Entry& entry : line.entries) {
+      state.oldest_wait =
+          std::max<std::chrono::duration<double>>(state.oldest_wait, now - entry.since);
+    }
+  }
+  return state;
 }
 
 int JobPool::admitted() const {

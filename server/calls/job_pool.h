@@ -64,6 +64,13 @@ class JobPool {
   // and 60 s.
   std::chrono::milliseconds RetryDelay() const;
 
+  // Of the work in hand.
+  struct State {
+    int running = 0, waiting = 0;
+    std::chrono::duration<double> oldest_wait{0};  // of what waits; 0 when nothing does
+  };
+  State state() const;
+
   int admitted() const;
   int running() const;
 
@@ -72,6 +79,7 @@ class JobPool {
     uint64_t number;
     std::function<void()> work;
     int64_t memory;
+    std::chrono::steady_clock::time_point since;
   };
   // The jobs of a client that wait; never empty.
   struct Line {

@@ -4,31 +4,36 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <utility>
+#include <optional>
 
-#include "server/calls/job_log.h"
 #include "server/calls/job_pool.h"
 #include "server/calls/live_calls.h"
+#include "server/conversion/call_error.h"
 #include "server/conversion/server_options.h"
 #include "server/doors/doorkeeper.h"
+#include "server/eyes/job_log.h"
+#include "server/eyes/server_metrics.h"
 #include "server/worker/job_work.h"
 
 namespace rilievo {
 
 struct ServiceCore {
   ServiceCore(const ServerOptions& server_options, JobWork job_work, JobLog job_log,
-              std::unique_ptr<const Doorkeeper> doorkeeper)
-      : options(server_options),
-        work(std::move(job_work)),
-        log(std::move(job_log)),
-        door(std::move(doorkeeper)),
-        pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs,
-             server_options.MemoryBudget()) {}
+              std::unique_ptr<const Doorkeeper> doorkeeper);
+
+  // As the doorkeeper's Admit(); then RESOURCE_EXHAUSTED, CALLS_LIMIT, when as many streams are
+  // under way as the server takes.
+  std::optional<CallError> AdmitStream(const grpc::CallbackServerContext& context,
+                                       Caller* caller) const;
+
+  // A job has ended: counts it and logs it.
+  void Report(const JobRecord& record) const;
 
   const ServerOptions options;
   const JobWork work;
   const JobLog log;
   const std::unique_ptr<const Doorkeeper> door;
+  const std::shared_ptr<ServerMetrics> metrics = std::make_shared<ServerMetrics>();
   std::atomic<uint64_t> next_job{1};
   std::atomic<bool> draining{false};  // no new jobs
   LiveCalls live_calls;               // outlives the pool, whose work may be the last to leave

@@ -40,6 +40,18 @@ absl::Status ServerOptions::Validate() const {
   if (max_waiting_jobs < 1 || max_waiting_jobs > 1'000'000) {
     return Outside("max_waiting_jobs", max_waiting_jobs, "[1, 1000000]");
   }
+  if (max_calls < 1 || max_calls > 1'000'000) {
+    return Outside("max_calls", max_calls, "[1, 1000000]");
+  }
+  if (max_connection_streams < 1 || max_connection_streams > 100'000) {
+    return Outside("max_connection_streams", max_connection_streams, "[1, 100000]");
+  }
+  if (keepalive_time.count() < 1 || keepalive_time.count() > 86'400'000) {
+    return Outside("keepalive_time", keepalive_time.count(), "[1, 86400000] ms");
+  }
+  if (keepalive_timeout.count() < 1 || keepalive_timeout.count() > 86'400'000) {
+    return Outside("keepalive_timeout", keepalive_timeout.count(), "[1, 86400000] ms");
+  }
   return absl::OkStatus();
 }
 

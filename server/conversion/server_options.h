@@ -44,6 +44,14 @@ struct ServerOptions {
   // certificates callers must have, empty when they need none.
   std::string tls_certificate, tls_key, tls_client_ca;
   bool allow_plaintext = false;  // though other machines reach `listen`
+  bool ephemeral =
+      false;  // without `store`: keep jobs in a temporary folder that ends with the server
+  int max_calls = 1024;              // streams under way, all clients together, [1, 1000000]
+  int max_connection_streams = 128;  // calls under way on one connection, [1, 100000]
+  // A connection that is silent for so long is asked whether its peer lives, and closed without an
+  // answer. Both > 0.
+  std::chrono::milliseconds keepalive_time{20'000};
+  std::chrono::milliseconds keepalive_timeout{10'000};
   bool reflection = true;
 
   // INVALID_ARGUMENT that names the field.

@@ -10,6 +10,8 @@ struct Caller {
   std::string owner;
   // Takes turns with others: the owner, else the machine that calls.
   std::string client;
+  // Of the trace that the call is part of; may be empty.
+  std::string trace_id, parent_id;
 };
 
 // "ipv4:10.0.0.1" of "ipv4:10.0.0.1:4711"; what has no port stays as it is.

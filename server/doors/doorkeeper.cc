@@ -9,6 +9,7 @@
 #include "absl/strings/strip.h"
 #include "core/base/status_macros.h"
 #include "grpcpp/server_context.h"
+#include "server/eyes/trace_parent.h"
 
 namespace rilievo {
 namespace {
@@ -47,6 +48,13 @@ absl::StatusOr<std::unique_ptr<Doorkeeper>> Doorkeeper::Open(const ServerOptions
 
 std::optional<CallError> Doorkeeper::Admit(const grpc::CallbackServerContext& context,
                                            Caller* caller) const {
+  const auto trace = context.client_metadata().find("traceparent");
+  if (trace != context.client_metadata().end()) {
+    if (auto parent = ParseTraceParent({trace->second.data(), trace->second.size()})) {
+      caller->trace_id = std::move(parent->trace_id);
+      caller->parent_id = std::move(parent->parent_id);
+    }
+  }
   if (needs_certificate_) {
     caller->owner = CommonName(context);
     if (caller->owner.empty()) {

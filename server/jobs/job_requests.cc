@@ -104,6 +104,7 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   stored.job.set_scan_id(request.scan_id());
   stored.job.set_state(v1::JOB_STATE_QUEUED);
   stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, 0));
+  stored.job.set_trace_id(caller.trace_id);
   SetTime(stored.job.mutable_create_time());
   const auto kept = core->store->Insert(stored);
   if (!kept.ok()) return Refused(kept.status());

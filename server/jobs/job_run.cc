@@ -103,7 +103,6 @@ JobOutcome JobRun::Work() {
 }
 
 void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double seconds) const {
-  if (!core_->log) return;
   const v1::Job& job = outcome.job.job;
   JobRecord record;
   record.job = number_;
@@ -117,7 +116,10 @@ void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double se
   record.bytes_out = static_cast<int64_t>(job.surface().total_bytes());
   record.work_seconds = record.total_seconds = seconds;
   record.road = job.report().road();
-  core_->log(record);
+  record.stage_seconds = StageSeconds(job.report());
+  record.owner = stored_.owner;
+  record.trace_id = job.trace_id();
+  core_->Report(record);
 }
 
 absl::Status JobRun::Keep(const JobOutcome& outcome) {

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/calls/job_log.h"
 #include "server/calls/live_calls.h"
 #include "server/calls/progress_queue.h"
 #include "server/calls/service_core.h"
+#include "server/eyes/job_log.h"
 #include "server/jobs/job_events.h"
 #include "server/store/job_store.h"
 

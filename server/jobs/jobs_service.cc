@@ -30,6 +30,13 @@ std::optional<grpc::Status> JobsService::Refuse(const grpc::CallbackServerContex
   return std::nullopt;
 }
 
+std::optional<grpc::Status> JobsService::RefuseStream(const grpc::CallbackServerContext& context,
+                                                      Caller* caller) const {
+  if (const auto error = service_->AdmitStream(context, caller)) return GrpcStatus(*error);
+  if (!core_) return NoStore();
+  return std::nullopt;
+}
+
 template <typename Request, typename Response>
 grpc::ServerUnaryReactor* JobsService::OnDisk(grpc::CallbackServerContext* context,
                                               const Request* request, Response* response,
@@ -57,6 +64,10 @@ absl::StatusOr<std::unique_ptr<JobsService>> JobsService::Open(ServiceCore* core
 
 JobsService::~JobsService() = default;
 
+int64_t JobsService::foreign_requests() const {
+  return core_ ? core_->store->foreign_requests() : 0;
+}
+
 void JobsService::BeginDrain() {
   if (core_) core_->board.BeginDrain();
 }
@@ -64,7 +75,7 @@ void JobsService::BeginDrain() {
 grpc::ServerReadReactor<v1::UploadScanRequest>* JobsService::UploadScan(
     grpc::CallbackServerContext* context, v1::UploadScanResponse* response) {
   Caller caller;
-  if (const auto refused = Refuse(*context, &caller)) {
+  if (const auto refused = RefuseStream(*context, &caller)) {
     return new Refusal<grpc::ServerReadReactor<v1::UploadScanRequest>>(*refused);
   }
   return UploadScanCall::Begin(core_.get(), std::move(caller), response);
@@ -97,7 +108,7 @@ grpc::ServerUnaryReactor* JobsService::ListJobs(grpc::CallbackServerContext* con
 grpc::ServerWriteReactor<v1::WatchJobResponse>* JobsService::WatchJob(
     grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) {
   Caller caller;
-  if (const auto refused = Refuse(*context, &caller)) {
+  if (const auto refused = RefuseStream(*context, &caller)) {
     return new Refusal<grpc::ServerWriteReactor<v1::WatchJobResponse>>(*refused);
   }
   return WatchJobCall::Begin(core_.get(), std::move(caller), *request);
@@ -106,7 +117,7 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* JobsService::WatchJob(
 grpc::ServerWriteReactor<v1::StreamSurfaceResponse>* JobsService::StreamSurface(
     grpc::CallbackServerContext* context, const v1::StreamSurfaceRequest* request) {
   Caller caller;
-  if (const auto refused = Refuse(*context, &caller)) {
+  if (const auto refused = RefuseStream(*context, &caller)) {
     return new Refusal<grpc::ServerWriteReactor<v1::StreamSurfaceResponse>>(*refused);
   }
   return StreamSurfaceCall::Begin(core_.get(), context, std::move(caller), *request);

@@ -22,6 +22,9 @@ class JobsService final : public v1::JobsService::CallbackService {
   // The gRPC server is gone. Stops what runs; a later server goes on with it.
   ~JobsService() override;
 
+  // How many requests so far were for a job of another owner.
+  int64_t foreign_requests() const;
+
   // No more jobs begin, and watchers are sent elsewhere.
   void BeginDrain();
 
@@ -59,6 +62,8 @@ class JobsService final : public v1::JobsService::CallbackService {
   // Sets the caller, or gives the status to end the call with.
   std::optional<grpc::Status> Refuse(const grpc::CallbackServerContext& context,
                                      Caller* caller) const;
+  std::optional<grpc::Status> RefuseStream(const grpc::CallbackServerContext& context,
+                                           Caller* caller) const;
 
   // `function` of job_requests.h, called on a disk thread. What gRPC gave lives until Finish().
   template <typename Request, typename Response>

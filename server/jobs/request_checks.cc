@@ -88,7 +88,10 @@ CallError ErrorOfStore(const absl::Status& status) {
   CallError error;
   error.code = status.code();
   error.message = std::string(status.message());
-  switch (status.code()) {
+  // What names a file is not meant for clients: something of the store is missing.
+  const bool names_a_file = error.message.find('/') != std::string::npos;
+  switch (names_a_file && !absl::IsResourceExhausted(status) ? absl::StatusCode::kInternal
+                                                             : status.code()) {
     case absl::StatusCode::kNotFound:
     case absl::StatusCode::kOutOfRange:
     case absl::StatusCode::kDataLoss:

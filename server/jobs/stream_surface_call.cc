@@ -86,6 +86,9 @@ std::optional<CallError> StreamSurfaceCall::Open() {
 void StreamSurfaceCall::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   write_in_flight_ = false;
+  if (ok) {
+    core_->service->metrics->CountSent(static_cast<int64_t>(response_.piece().data().size()));
+  }
   if (!ok && stop_reason_ == StopReason::kNone) stop_reason_ = StopReason::kClient;
   if (stop_reason_ != StopReason::kNone) {
     FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));

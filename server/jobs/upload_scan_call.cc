@@ -149,6 +149,7 @@ std::optional<CallError> UploadScanCall::TakeChunk() {
     return Violation(
         "chunk", absl::StrCat("more than the ", total_bytes_, " bytes of header.total_bytes came"));
   }
+  core_->service->metrics->CountReceived(static_cast<int64_t>(bytes.size()));
   const absl::Status written = writer_->Append(bytes);
   if (!written.ok()) return ErrorOfStore(written);
   return std::nullopt;

@@ -14,10 +14,14 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/reconstruct.h"
-#include "server/calls/job_log.h"
+#include "grpcpp/server.h"
 #include "server/conversion/server_options.h"
 #include "server/doors/access_tokens.h"
 #include "server/doors/token_file.h"
+#include "server/eyes/job_log.h"
+#include "server/eyes/port/channelz_port.h"
+#include "server/eyes/port/metrics_port.h"
+#include "server/eyes/server_metrics.h"
 #include "server/health_probe.h"
 #include "server/reconstruction_server.h"
 #include "server/worker/in_worker_process.h"
@@ -30,13 +34,15 @@ constexpr std::chrono::seconds kProbeTimeout{3};
 
 struct CommandLine {
   ServerOptions options;
-  bool ephemeral = false;
   double keep_days = 7;
   double max_job_seconds = 600, max_idle_seconds = 60, drain_seconds = 30;
   std::string worker;
   bool in_process = false;
   std::string probe;
   std::string make_token;
+  std::string metrics, channelz;
+  std::string log = "json", reflection = "auto";
+  double keepalive_seconds = 20, keepalive_timeout_seconds = 10;
 };
 
 void DeclareOptions(CommandLine* line, CLI::App* app) {
@@ -68,7 +74,8 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   CLI::Option* store =
       app->add_option("--store", options.store, "a folder to keep jobs, scans and surfaces in");
-  app->add_flag("--ephemeral", line->ephemeral, "keep nothing (default without --store)")
+  app->add_flag("--ephemeral", options.ephemeral,
+                "keep jobs in a temporary folder, until this server ends")
       ->excludes(store);
   app->add_option("--keep-days", line->keep_days, "finished jobs and unused scans are kept")
       ->capture_default_str();
@@ -83,8 +90,31 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                   "the program rilievo-worker (default: the one beside this)");
   app->add_flag("--in-process", line->in_process,
                 "work in this process: a job that crashes takes all others along");
-  app->add_flag("--reflection,!--no-reflection", options.reflection,
-                "serve the protocol's description (default on)");
+  app->add_option("--reflection", line->reflection,
+                  "serve the protocol's description: on, off, or auto: unless callers need a token "
+                  "or a certificate")
+      ->check(CLI::IsMember({"on", "off", "auto"}))
+      ->capture_default_str();
+  app->add_flag_callback(
+      "--no-reflection", [line] { line->reflection = "off"; }, "as --reflection off");
+  app->add_option("--max-calls", options.max_calls, "streams under way, all clients together")
+      ->capture_default_str();
+  app->add_option("--max-connection-streams", options.max_connection_streams,
+                  "calls under way on one connection")
+      ->capture_default_str();
+  app->add_option("--keepalive-seconds", line->keepalive_seconds,
+                  "of silence, then a peer is asked whether it lives")
+      ->capture_default_str();
+  app->add_option("--keepalive-timeout-seconds", line->keepalive_timeout_seconds,
+                  "without an answer, then its connection is closed")
+      ->capture_default_str();
+  app->add_option("--metrics", line->metrics,
+                  "HOST:PORT for Prometheus' GET /metrics, which asks nobody for a token");
+  app->add_option("--channelz", line->channelz,
+                  "HOST:PORT of a loopback address for gRPC's own view of its connections");
+  app->add_option("--log", line->log, "one line a job on standard error: json or text")
+      ->check(CLI::IsMember({"json", "text"}))
+      ->capture_default_str();
   app->add_option("--tokens", options.tokens,
                   "file of the tokens that callers must have; read again when it changes");
   app->add_option("--tls-cert", options.tls_certificate,
@@ -123,15 +153,39 @@ int PrintNewToken(const std::string& name, const std::string& file) {
   return 0;
 }
 
-void LogJob(const JobRecord& record) {
+void LogJob(const JobRecord& record, bool as_json) {
   static std::mutex mutex;
   char time[32];
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   std::strftime(time, sizeof(time), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
-  const std::string line = JobLine(record);
+  const std::string line =
+      as_json ? JobJson(record, time) : absl::StrCat(time, " ", JobLine(record));
   const std::lock_guard lock(mutex);
-  std::fprintf(stderr, "%s %s\n", time, line.c_str());
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+// What an operator looks at.
+struct OperatorPorts {
+  std::unique_ptr<MetricsPort> metrics;
+  std::unique_ptr<grpc::Server> channelz;
+};
+
+absl::StatusOr<OperatorPorts> OpenPorts(const CommandLine& line,
+                                        const ReconstructionServer& server) {
+  OperatorPorts ports;
+  if (!line.metrics.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(ports.metrics,
+                             MetricsPort::Open(line.metrics, server.metrics()->collectable()));
+    std::fprintf(stderr, "rilievod: metrics at http://%s/metrics\n",
+                 ports.metrics->address().c_str());
+  }
+  if (!line.channelz.empty()) {
+    std::string bound;
+    RILIEVO_ASSIGN_OR_RETURN(ports.channelz, OpenChannelzPort(line.channelz, &bound));
+    std::fprintf(stderr, "rilievod: channelz at %s\n", bound.c_str());
+  }
+  return ports;
 }
 
 // Until the running jobs are done, the time is over, or a second signal comes.
@@ -164,7 +218,7 @@ absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
   return InWorkerProcess(SettingsOfWorkers(line, line.worker));
 }
 
-int Serve(const ServerOptions& options, JobWork work) {
+int Serve(const CommandLine& line, JobWork work) {
   // Blocked before any thread starts, so that all inherit it and only this one takes them.
   sigset_t signals;
   sigemptyset(&signals);
@@ -176,8 +230,12 @@ int Serve(const ServerOptions& options, JobWork work) {
   // A file that may not grow is an error of its write, not the end of the server.
   std::signal(SIGXFSZ, SIG_IGN);
 
-  auto server = ReconstructionServer::Listen(options, std::move(work), LogJob);
+  auto server = ReconstructionServer::Listen(
+      line.options, std::move(work),
+      [as_json = line.log == "json"](const JobRecord& record) { LogJob(record, as_json); });
   if (!server.ok()) return Fail(server.status());
+  const auto ports = OpenPorts(line, **server);
+  if (!ports.ok()) return Fail(ports.status());
   std::printf("rilievod listening on %s\n", (*server)->address().c_str());
   std::fflush(stdout);
 
@@ -185,7 +243,7 @@ int Serve(const ServerOptions& options, JobWork work) {
   sigwait(&signals, &signal);
   std::fprintf(stderr, "rilievod: draining\n");
   (*server)->BeginDrain();
-  Drain(signals, options.drain_time, server->get());
+  Drain(signals, line.options.drain_time, server->get());
   (*server)->Shutdown();
   std::fprintf(stderr, "rilievod: ended\n");
   return 0;
@@ -201,9 +259,12 @@ int Main(int argc, char** argv) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout);
     return health.ok() ? 0 : Fail(health);
   }
-  for (const auto& [name, seconds] : {std::pair("--max-job-seconds", line.max_job_seconds),
-                                      std::pair("--max-idle-seconds", line.max_idle_seconds),
-                                      std::pair("--drain-seconds", line.drain_seconds)}) {
+  for (const auto& [name, seconds] :
+       {std::pair("--max-job-seconds", line.max_job_seconds),
+        std::pair("--max-idle-seconds", line.max_idle_seconds),
+        std::pair("--drain-seconds", line.drain_seconds),
+        std::pair("--keepalive-seconds", line.keepalive_seconds),
+        std::pair("--keepalive-timeout-seconds", line.keepalive_timeout_seconds)}) {
     if (std::isfinite(seconds)) continue;
     return Fail(absl::InvalidArgumentError(
         absl::StrCat(name, " ", seconds, " is no number of seconds; give for example 60")));
@@ -212,9 +273,13 @@ int Main(int argc, char** argv) {
   line.options.max_idle_time = Milliseconds(line.max_idle_seconds);
   line.options.keep_time = Milliseconds(std::min(line.keep_days, 10'000.0) * 24 * 3600);
   line.options.drain_time = Milliseconds(line.drain_seconds);
+  line.options.keepalive_time = Milliseconds(line.keepalive_seconds);
+  line.options.keepalive_timeout = Milliseconds(line.keepalive_timeout_seconds);
+  const bool anybody = line.options.tokens.empty() && line.options.tls_client_ca.empty();
+  line.options.reflection = line.reflection == "on" || (line.reflection == "auto" && anybody);
   auto work = ChooseWork(line);
   if (!work.ok()) return Fail(work.status());
-  return Serve(line.options, *std::move(work));
+  return Serve(line, *std::move(work));
 }
 
 }  // namespace

@@ -88,11 +88,13 @@ absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::str
   const std::lock_guard lock(mutex_);
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
-      database_.Prepare(
-          absl::StrCat("SELECT ", kColumns, " FROM jobs WHERE job_id = ? AND owner = ?").c_str()));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(job_id).Bind(owner).Step());
+      database_.Prepare(absl::StrCat("SELECT ", kColumns, " FROM jobs WHERE job_id = ?").c_str()));
+  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(job_id).Step());
   if (!found) return NoSuchJob();
-  return Decode(query);
+  RILIEVO_ASSIGN_OR_RETURN(StoredJob stored, Decode(query));
+  if (stored.owner == owner) return stored;
+  ++foreign_requests_;
+  return NoSuchJob();
 }
 
 absl::StatusOr<std::optional<StoredJob>> JobStore::Find(const std::string& owner,

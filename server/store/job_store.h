@@ -1,6 +1,7 @@
 // What a server remembers over its own end: jobs, their scans and their surfaces.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -54,6 +55,9 @@ class JobStore {
   // NOT_FOUND when there is none, or it is another's.
   absl::StatusOr<StoredJob> Get(const std::string& owner, const std::string& job_id);
 
+  // How many Get() calls were for a job of another owner.
+  int64_t foreign_requests() const { return foreign_requests_; }
+
   // The request_id's job, when there is one.
   absl::StatusOr<std::optional<StoredJob>> Find(const std::string& owner,
                                                 const std::string& request_id);
@@ -98,6 +102,7 @@ class JobStore {
   absl::StatusOr<int64_t> RemoveIfUnused(const std::string& blob);
 
   const FileDescriptor lock_;
+  std::atomic<int64_t> foreign_requests_{0};
   std::mutex mutex_;  // of the database, and of what refers to blobs
   Database database_;
   std::multiset<std::string> coming_;  // surfaces whose jobs do not refer to them yet

@@ -126,10 +126,10 @@ TEST(Daemon, CancelReachesEveryStageWithinASecond) {
     call.stop = stop.get_token();
     const auto result = client.Reconstruct(scan, {}, callbacks, call);
     EXPECT_EQ(result.status().code(), absl::StatusCode::kCancelled) << result.status();
-    const auto line = daemon.WaitForLine("job=" + std::to_string(++job) + " ", seconds(20));
+    const auto line = daemon.WaitForLine("\"job\":" + std::to_string(++job) + ",", seconds(20));
     EXPECT_LT(SecondsSince(cancelled), 1) << v1::Stage_Name(static_cast<v1::Stage>(stage));
     ASSERT_TRUE(line.has_value());
-    EXPECT_THAT(*line, HasSubstr("status=CANCELLED")) << *line;
+    EXPECT_THAT(*line, HasSubstr("\"status\":\"CANCELLED\"")) << *line;
   }
 }
 

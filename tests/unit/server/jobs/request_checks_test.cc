@@ -82,6 +82,8 @@ TEST(RequestChecks, TheStoresErrorsSayNothingOfTheMachine) {
   EXPECT_EQ(broken.code, absl::StatusCode::kInternal);
   EXPECT_EQ(broken.message.find("/var"), std::string::npos);
   EXPECT_EQ(ErrorOfStore(absl::NotFoundError("no such job")).code, absl::StatusCode::kNotFound);
+  EXPECT_EQ(ErrorOfStore(absl::NotFoundError("/var/x is not there")).code,
+            absl::StatusCode::kInternal);
 }
 
 }  // namespace

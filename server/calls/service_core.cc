@@ -1,0 +1,32 @@
+#include "server/calls/service_core.h"
+
+#include <chrono>
+#include <utility>
+
+namespace rilievo {
+
+ServiceCore::ServiceCore(const ServerOptions& server_options, JobWork job_work, JobLog job_log,
+                         std::unique_ptr<const Doorkeeper> doorkeeper)
+    : options(server_options),
+      work(std::move(job_work)),
+      log(std::move(job_log)),
+      door(std::move(doorkeeper)),
+      pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs,
+           server_options.MemoryBudget()) {}
+
+std::optional<CallError> ServiceCore::AdmitStream(const grpc::CallbackServerContext& context,
+                                                  Caller* caller) const {
+  if (auto error = door->Admit(context, caller)) return error;
+  if (live_calls.size() < options.max_calls) return std::nullopt;
+  return CallError{.code = absl::StatusCode::kResourceExhausted,
+                   .message = "as many calls as this server takes are under way; try again later",
+                   .reason = "CALLS_LIMIT",
+                   .retry_delay = std::chrono::seconds(2)};
+}
+
+void ServiceCore::Report(const JobRecord& record) const {
+  metrics->CountJob(record);
+  if (log) log(record);
+}
+
+}  // namespace rilievo

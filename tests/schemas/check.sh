@@ -1,0 +1,72 @@
+#!/usr/bin/env bash
+# The protocol by buf (lint, and nothing broken since the release kept in proto/released.binpb), the
+# Kubernetes manifests by the schemas of its API, and the options that manifests, compose file and image
+# give to the server by the server itself.
+#   check.sh SOURCE WORK RILIEVOD
+# Exit code 77: the tools cannot be had here.
+set -euo pipefail
+source=$(realpath "$1") rilievod=$(realpath "$3")
+work=$2
+failed=0
+
+skip() {
+  echo "SKIPPED: $1"
+  exit 77
+}
+check() { # NAME COMMAND...
+  local name=$1 said
+  shift
+  if said=$("$@" 2>&1); then
+    echo "ok      $name"
+  else
+    echo "FAILED  $name"
+    sed 's/^/  /' <<<"$said"
+    failed=1
+  fi
+}
+not() { ! "$@"; }
+
+command -v npm >/dev/null || skip "npm is not installed"
+mkdir -p "$work"
+cp "$source"/tests/schemas/package{,-lock}.json "$work"
+[ -x "$work/node_modules/.bin/buf" ] && cmp -s "$source/tests/schemas/package-lock.json" "$work/installed" ||
+  (cd "$work" && npm install --no-audit --no-fund --silent && cp package-lock.json installed) ||
+  skip "npm cannot fetch what tests/schemas/package.json names"
+buf=$work/node_modules/.bin/buf
+modules=$(realpath "$work")
+manifests=("$source"/deploy/kubernetes/*.yaml)
+
+cd "$source/proto"
+check "buf lint" "$buf" lint
+check "buf breaking, since the last release" "$buf" breaking --against released.binpb
+
+# Checks that cannot fail are none: a field that changes its number, a name against the rules, a wrong
+# type and a name that does not exist must be found.
+cp -r "$source/proto" "$work/changed"
+trap 'rm -rf "$work/changed"' EXIT
+sed -i 's/uint64 point_count = 1;/uint64 pointCount = 91;/' "$work/changed/rilievo/v1/reconstruction.proto"
+cd "$work/changed"
+check "buf lint finds a wrong name" not "$buf" lint
+check "buf breaking finds a field that moved" not "$buf" breaking --against released.binpb
+cd "$source"
+check "manifests match the schemas" \
+  node tests/schemas/check_manifests.mjs "$modules" "${manifests[@]}"
+for change in 's/containerPort: 50051/containerPort: fifty/' 's/startupProbe/startProbe/' \
+  's/targetPort: grpc/targetPort: grcp/'; do
+  sed "$change" "${manifests[@]}" >"$work/changed/wrong.yaml"
+  check "a manifest with $change is refused" \
+    not node tests/schemas/check_manifests.mjs "$modules" "$work/changed/wrong.yaml"
+done
+
+# The server's own judgement of the options it would be started with; it makes a token instead.
+arguments() {
+  node tests/schemas/container_arguments.mjs "$modules" "$1"
+}
+for file in "${manifests[@]}" docker/compose.yaml docker/Dockerfile; do
+  mapfile -t options < <(arguments "$file")
+  [ ${#options[@]} -gt 1 ] || options=(--no-options-found-in="$file")
+  # Without the tokens of the file: the line goes to standard error.
+  mapfile -t options < <(printf '%s\n' "${options[@]}" | grep -v '^--tokens=')
+  check "rilievod takes the options of $file" "$rilievod" "${options[@]}" --make-token x
+done
+exit $failed
