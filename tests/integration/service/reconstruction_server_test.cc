@@ -218,6 +218,7 @@ TEST_F(ReconstructionServerTest, WrongOptionsAreTold) {
       ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
       absl::StatusCode::kInvalidArgument);
   options.listen = "no.such.host.invalid:50051";
+  options.allow_plaintext = true;
   EXPECT_EQ(
       ReconstructionServer::Listen(options, InThisProcess(work_.Function()), {}).status().code(),
       absl::StatusCode::kUnavailable);
