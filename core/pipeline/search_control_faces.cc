@@ -7,6 +7,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/coarser_control_mesh.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
 
 namespace rilievo {
@@ -14,6 +15,8 @@ namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
+constexpr int kKeepRounds = 2;
+constexpr double kLeastFiner = 0.5;
 constexpr double kNone = -1, kHalf = 0.5;  // rungs
 constexpr double kAlike = 1.01;            // errors
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
@@ -27,6 +30,7 @@ struct Worth {
 };
 
 struct Trial {
+  Domain domain;
   CodedRelief relief;
   ReconstructReport report;
   Worth worth;
@@ -63,6 +67,7 @@ class Search {
       }
     }
     if (!best_) return failure_;
+    RILIEVO_RETURN_IF_ERROR(KeepError());
     const ReconstructReport spent = *report_;
     *report_ = std::move(best_->report);
     std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
@@ -106,8 +111,36 @@ class Search {
       worth.bytes += static_cast<double>(chunk.size());
     }
     if (!best_ || IsBetter(worth, best_->worth)) {
-      best_ = Trial{*std::move(relief), *report_, worth};
+      best_ = Trial{domain, *std::move(relief), *report_, worth};
       best_rung_ = rung;
+    }
+    return absl::OkStatus();
+  }
+
+  // The points tell how far coding has moved the surface away from them in truth: where that is
+  // more than the heights' own error foretold, they are coded again more finely.
+  absl::Status KeepError() {
+    if (!options_.encode.max_error || !options_.measure) return absl::OkStatus();
+    const double limit = *options_.encode.max_error;
+    double asked = limit;
+    for (int round = 0; round < kKeepRounds; ++round) {
+      if (best_->report.error_unreachable) return absl::OkStatus();
+      RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
+                               DecodeDss(best_->relief.encoded.Concatenate(), context_));
+      RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError coded,
+                               MeasureSurface(decoded.surface, scan_.cloud.points, context_));
+      const Worth& worth = best_->worth;
+      const double added =
+          coded.b_to_a.rms * coded.b_to_a.rms - worth.from_points * worth.from_points;
+      const double error = std::sqrt(worth.own * worth.own + std::max(0.0, added));
+      if (error <= limit) return absl::OkStatus();
+      asked *= std::max(kLeastFiner, 0.98 * limit / error);
+      ReconstructOptions finer = options_;
+      finer.encode.max_error = asked;
+      RILIEVO_ASSIGN_OR_RETURN(
+          best_->relief, MakeRelief(scan_, best_->domain, metadata_, finer, context_, report_));
+      best_->report = *report_;
+      best_->report.error_unreachable = false;  // of the error asked for, not of the finer one
     }
     return absl::OkStatus();
   }
