@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 
 #include "core/base/status_macros.h"
@@ -57,6 +58,8 @@ absl::Status LimitThisProcess(const WorkerLimits& limits) {
                                   "processor time limit", kGraceSeconds));
   }
   RILIEVO_RETURN_IF_ERROR(Limit(RLIMIT_NOFILE, kOpenFiles, "limit of open files"));
+  // A library that warns on a standard error that is a file must not end the job.
+  std::signal(SIGXFSZ, SIG_IGN);
   RILIEVO_RETURN_IF_ERROR(Limit(RLIMIT_FSIZE, 0, "limit of written files"));
   return Limit(RLIMIT_CORE, 0, "limit of core files");
 }
