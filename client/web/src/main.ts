@@ -24,6 +24,8 @@ function start(): void {
     return;
   }
   const decoder = new DecoderClient();
+  // Loads the module before it is needed; what cannot be loaded is told when it is.
+  void decoder.ask('version', undefined).catch(() => undefined);
   const view = new SurfaceView(decoder, viewer);
   const list = new JobList((job) => void openJob(job));
 

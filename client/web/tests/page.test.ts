@@ -101,12 +101,17 @@ test('a scan dropped on the page becomes a picture, and the same files as on the
     const mesh = join(folder, 'handles_mesh.ply');
     rilievo('export', surface, mesh);
     assert.ok((await saved(page, 'PLY')).equals(readFileSync(mesh)), 'the PLY differs');
-    const report = await validateBytes(new Uint8Array(await saved(page, 'GLB')));
+    const glb = join(folder, 'handles_mesh.glb');
+    rilievo('export', surface, glb);
+    const savedGlb = await saved(page, 'GLB');
+    assert.ok(savedGlb.equals(readFileSync(glb)), 'the GLB differs');
+    const report = await validateBytes(new Uint8Array(savedGlb));
     assert.equal(report.issues.numErrors + report.issues.numWarnings, 0, JSON.stringify(report.issues.messages));
     assert.ok(report.info.totalTriangleCount > 10_000);
 
     // The job is in the list under the file's name, and opens again; its first layer is in the
     // picture within 300 ms of its bytes' arrival. Median of three: other tests share the machine.
+    const cold = (await firstLayerTimes(page))[0]!;
     const times: number[] = [];
     for (let round = 0; round < 3; ++round) {
       await page.getByRole('button', { name: 'Open handles.ply' }).click();
@@ -114,7 +119,7 @@ test('a scan dropped on the page becomes a picture, and the same files as on the
       times.push((await firstLayerTimes(page))[0]!);
     }
     times.sort((a, b) => a - b);
-    console.log(`# first layer from bytes to picture: ${times.map((time) => time.toFixed(0)).join(', ')} ms`);
+    console.log(`# first layer from bytes to picture: ${times.map((time) => time.toFixed(0)).join(', ')} ms; of a fresh page ${cold.toFixed(0)} ms`);
     assert.ok(times[1]! <= 300, `${times}`);
   });
 });

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "client/decoder_c/guarded.h"
+#include "client/formats/glb_writer.h"
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_reader.h"
 #include "core/base/sha256.h"
@@ -116,6 +117,21 @@ absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh&
   return absl::OkStatus();
 }
 
+// `write`: one of the writers of meshes with flags.
+template <typename Write>
+absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, RilievoBytes** bytes) {
+  *bytes = nullptr;
+  size_t count = 0;
+  const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
+  std::vector<HeightSource> sources(count);
+  std::transform(flags, flags + count, sources.begin(),
+                 [](uint8_t flag) { return static_cast<HeightSource>(flag); });
+  std::ostringstream out;
+  RILIEVO_RETURN_IF_ERROR(write(MeshOf(mesh), sources, out));
+  *bytes = new RilievoBytes{.bytes = std::move(out).str()};
+  return absl::OkStatus();
+}
+
 }  // namespace
 }  // namespace rilievo
 
@@ -163,18 +179,11 @@ RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMes
 }
 
 RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes) {
-  return Guarded([&]() -> absl::Status {
-    *bytes = nullptr;
-    size_t count = 0;
-    const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
-    std::vector<rilievo::HeightSource> sources(count);
-    std::transform(flags, flags + count, sources.begin(),
-                   [](uint8_t flag) { return static_cast<rilievo::HeightSource>(flag); });
-    std::ostringstream out;
-    RILIEVO_RETURN_IF_ERROR(rilievo::WritePlyMesh(rilievo::MeshOf(mesh), sources, out));
-    *bytes = new RilievoBytes{.bytes = std::move(out).str()};
-    return absl::OkStatus();
-  });
+  return Guarded([&] { return rilievo::WriteInto(rilievo::WritePlyMesh, mesh, bytes); });
+}
+
+RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, RilievoBytes** bytes) {
+  return Guarded([&] { return rilievo::WriteInto(rilievo::WriteGlbMesh, mesh, bytes); });
 }
 
 const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count) {

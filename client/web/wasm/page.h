@@ -32,8 +32,9 @@ RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coor
 RILIEVO_API RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,
                                                    float* distances, double* rms);
 
-/* A mesh as a file: PLY with normals and flags. */
+/* A mesh as a file, PLY or binary glTF, with normals and flags. */
 RILIEVO_API RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes);
+RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, RilievoBytes** bytes);
 RILIEVO_API const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count);
 RILIEVO_API void rilievo_page_bytes_free(RilievoBytes* bytes);
 

@@ -58,8 +58,7 @@ export interface Tasks {
   scanPicture: { ask: { frame: Frame | undefined }; answer: ScanPicture };
   forgetScan: { ask: undefined; answer: undefined };
   distance: { ask: { level: number }; answer: { distances: Float32Array; rms: number } };
-  ply: { ask: { level: number }; answer: Uint8Array<ArrayBuffer> };
-  glb: { ask: { level: number }; answer: Uint8Array<ArrayBuffer> };
+  meshFile: { ask: { format: 'ply' | 'glb'; level: number }; answer: Uint8Array<ArrayBuffer> };
 }
 
 export type TaskName = keyof Tasks;

@@ -60,7 +60,7 @@ export interface PackedScan {
 const ERROR_INTERNAL = 13;
 const ERROR_RESOURCE_EXHAUSTED = 8;
 
-/** The one import the module has: a system without files, without arguments, with a clock of zero. */
+/** All that the module imports: a system without files, arguments or clock. */
 function quietSystem(): WebAssembly.ModuleImports {
   const notThere = () => 8; // WASI: EBADF
   return new Proxy({}, { get: (_target, name) => (name === 'proc_exit' ? trap : notThere) });
@@ -108,9 +108,9 @@ export class Surface {
     }));
   }
 
-  /** A PLY file with normals and flags. */
-  ply(level: number): Uint8Array<ArrayBuffer> {
-    return this.withMesh(level, (mesh) => this.#module.file('rilievo_page_write_ply', mesh));
+  /** A file of the mesh, with normals and flags. */
+  file(format: 'ply' | 'glb', level: number): Uint8Array<ArrayBuffer> {
+    return this.withMesh(level, (mesh) => this.#module.file(`rilievo_page_write_${format}`, mesh));
   }
 
   /**

@@ -1,6 +1,5 @@
 // The decoder in a thread of its own: the page stays awake while a level is decoded.
 import wasmAddress from 'rilievo.wasm?url';
-import { glbOf } from '../export/glb';
 import type { Answered, Asked, ControlPicture, Decoded, Frame, Picture, ReadScan, ScanPicture, TaskName, Tasks } from './messages';
 import { type ControlMesh, DecoderError, DecoderModule, type Scan, type Surface } from './module';
 
@@ -149,8 +148,7 @@ const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] } =
     return undefined;
   },
   distance: ({ level }) => theSurface().distanceToScan(level, theScan()),
-  ply: ({ level }) => theSurface().ply(level),
-  glb: ({ level }) => glbOf(theSurface().tessellate(level), frame!),
+  meshFile: ({ format, level }) => theSurface().file(format, level),
 };
 
 function buffersOf(answer: unknown): ArrayBuffer[] {

@@ -236,7 +236,8 @@ export class SurfaceView {
     if (!this.#bytes) return;
     const stem = this.#name.replace(/\.[^.]*$/, '') || 'surface';
     const level = Number(this.#level.value);
-    const bytes = format === 'dss' ? this.#bytes : await this.#decoder.ask(format as 'ply' | 'glb', { level });
+    const bytes =
+      format === 'dss' ? this.#bytes : await this.#decoder.ask('meshFile', { format: format as 'ply' | 'glb', level });
     download(bytes, `${stem}.${format}`);
     say(`${stem}.${format} is being saved.`);
   }

@@ -61,7 +61,8 @@ function quantile(values: Float32Array, share: number): number {
 export function figure(value: number): string {
   if (value === 0) return '0';
   const size = Math.abs(value);
-  if (size >= 1e6 || size < 1e-3) return value.toExponential(1).replace('e', ' × 10^').replace('+', '');
+  if (size >= 1e6 || size < 1e-5) return value.toExponential(1).replace('e', ' × 10^').replace('+', '');
+  if (size < 1e-3) return value.toFixed(6).replace(/0+$/, '');
   return size >= 100 ? value.toFixed(0) : value.toPrecision(3);
 }
 

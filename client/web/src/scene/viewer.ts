@@ -45,9 +45,21 @@ export class Viewer {
     light.position.set(-0.6, 0.9, 0.8);
     this.#camera.add(light);
     this.#scene.add(this.#camera, new HemisphereLight(0xffffff, 0x8a8378, 1.25), this.#surface, this.#edges, this.#creases, this.#points);
-    for (const object of [this.#surface, this.#edges, this.#creases, this.#points]) object.visible = false;
+    this.#warmUp();
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement!);
     this.resetView();
+  }
+
+  /** Builds the shaders now: the first layer of a surface does not wait for them. */
+  #warmUp(): void {
+    const nothing = new Float32Array(9);
+    for (const object of [this.#surface, this.#edges, this.#creases, this.#points]) {
+      object.geometry = geometryOf(nothing);
+      object.frustumCulled = false;
+    }
+    for (const name of ['normal', 'color']) this.#surface.geometry.setAttribute(name, new BufferAttribute(nothing, 3));
+    this.#renderer.render(this.#scene, this.#camera);
+    for (const object of [this.#surface, this.#edges, this.#creases, this.#points]) object.visible = false;
   }
 
   showSurface(picture: Picture, colours: Float32Array): void {
