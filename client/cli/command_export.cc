@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/carried_layers.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
@@ -15,6 +16,7 @@
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_writer.h"
+#include "client/formats/scan_reader.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
 #include "core/surface/adaptive_tessellation.h"
@@ -29,6 +31,7 @@ struct ExportArguments {
   AdaptiveOptions adaptive;
   bool cage = false;
   std::vector<double> camera;  // x, y, z, or empty
+  std::string carry;           // a scan
 
   bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
 };
@@ -36,6 +39,7 @@ struct ExportArguments {
 struct ExportedMesh {
   TriangleMesh mesh;
   std::vector<HeightSource> sources;
+  PointLayers layers;
   std::string how;  // for people
 };
 
@@ -78,8 +82,11 @@ absl::Status CheckFormat(const ExportArguments& arguments, const std::string& ex
   std::string problem;
   if (!HoldsSurface(extension) && !meshes.contains(extension)) {
     problem = "the extension must be .ply, .obj, .stl, .glb, .usda or .png";
-  } else if (HoldsSurface(extension) && (arguments.adapts() || arguments.cage)) {
+  } else if (HoldsSurface(extension) &&
+             (arguments.adapts() || arguments.cage || !arguments.carry.empty())) {
     problem = absl::StrCat(".", extension, " takes --level alone");
+  } else if (!arguments.carry.empty() && extension != "ply" && extension != "glb") {
+    problem = "only .ply and .glb can --carry colours and intensity";
   }
   if (problem.empty()) return absl::OkStatus();
   return WithExitCode(absl::InvalidArgumentError(absl::StrCat(arguments.output, ": ", problem)),
@@ -106,6 +113,15 @@ absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArgument
   return absl::OkStatus();
 }
 
+absl::StatusOr<PointLayers> Carried(const std::string& path, const Eigen::Matrix3Xd& vertices,
+                                    const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan,
+                           ReadScan(path, {.intensity = true, .colors = true}));
+  absl::StatusOr<PointLayers> layers = LayersAt(vertices, scan, context);
+  if (layers.ok()) return layers;
+  return absl::Status(layers.status().code(), absl::StrCat(path, ": ", layers.status().message()));
+}
+
 absl::Status WriteExported(const DisplacedSurface& surface, const ExportArguments& arguments,
                            const ExportedMesh& exported, const std::string& extension) {
   if (arguments.cage && extension == "obj") {  // the one mesh format that can tell the creases
@@ -113,7 +129,7 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
       return WriteObjCage(surface.control_mesh, surface.frame, out);
     });
   }
-  return WriteMesh(arguments.output, exported.mesh, exported.sources);
+  return WriteMesh(arguments.output, exported.mesh, exported.sources, exported.layers);
 }
 
 absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
@@ -125,8 +141,11 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   if (HoldsSurface(extension)) {
     return ExportSurface(decoded.surface, arguments, extension, context);
   }
-  RILIEVO_ASSIGN_OR_RETURN(const ExportedMesh exported,
-                           MeshOf(decoded.surface, arguments, context));
+  RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded.surface, arguments, context));
+  if (!arguments.carry.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(exported.layers,
+                             Carried(arguments.carry, exported.mesh.vertices, context));
+  }
   RILIEVO_RETURN_IF_ERROR(WithExitCode(
       WriteExported(decoded.surface, arguments, exported, extension), ExitCode::kOutput));
   std::cout << Wrap(absl::StrCat(arguments.output, ": ", exported.how, ", ",
@@ -168,6 +187,9 @@ Command AddExport(CLI::App& program) {
       ->excludes(level)
       ->excludes(tolerance)
       ->excludes("--triangles");
+  app->add_option("--carry", arguments->carry,
+                  "a scan (PLY, LAS, PTX) whose colours and intensity the vertices take from their "
+                  "nearest points; .ply and .glb");
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
                   "fraction of the distance from there, 0.001 (a pixel of 1080 over 60 degrees) "

@@ -1,5 +1,6 @@
 #include "client/formats/glb_writer.h"
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -7,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/block_writer.h"
 #include "client/formats/number_text.h"
+#include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
@@ -18,7 +20,7 @@ constexpr uint32_t kMagic = 0x46546c67, kJson = 0x4e4f534a, kBinary = 0x004e4942
 
 struct Layout {
   uint64_t vertices = 0, triangles = 0;
-  bool normals = false, sources = false;
+  bool normals = false, sources = false, colors = false, intensity = false;
   Eigen::Vector3d middle;
   Eigen::Vector3f low, high;  // of the positions as floats
 
@@ -26,9 +28,13 @@ struct Layout {
   uint64_t normal_bytes() const { return normals ? 12 * vertices : 0; }
   // One byte used of four: vertex attributes are aligned.
   uint64_t source_bytes() const { return sources ? 4 * vertices : 0; }
+  // With an alpha, for alignment's sake.
+  uint64_t color_bytes() const { return colors ? 4 * vertices : 0; }
+  uint64_t intensity_bytes() const { return intensity ? 4 * vertices : 0; }
   uint64_t index_bytes() const { return 12 * triangles; }
   uint64_t bytes() const {
-    return position_bytes() + normal_bytes() + source_bytes() + index_bytes();
+    return position_bytes() + normal_bytes() + source_bytes() + color_bytes() + intensity_bytes() +
+           index_bytes();
   }
 };
 
@@ -36,12 +42,14 @@ Eigen::Vector3f Moved(const TriangleMesh& mesh, const Layout& layout, Eigen::Ind
   return (mesh.vertices.col(vertex) - layout.middle).cast<float>();
 }
 
-Layout LayOut(const TriangleMesh& mesh, bool sources) {
+Layout LayOut(const TriangleMesh& mesh, bool sources, const PointLayers& layers) {
   Layout layout;
   layout.vertices = static_cast<uint64_t>(mesh.vertices.cols());
   layout.triangles = static_cast<uint64_t>(mesh.triangles.cols());
   layout.normals = mesh.normals.cols() == mesh.vertices.cols();
   layout.sources = sources;
+  layout.colors = !layers.colors.empty();
+  layout.intensity = !layers.intensity.empty();
   layout.middle = (mesh.vertices.rowwise().minCoeff() + mesh.vertices.rowwise().maxCoeff()) / 2;
   layout.low = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
   layout.high = -layout.low;
@@ -98,6 +106,16 @@ std::string Describe(const Layout& layout) {
     add(layout.source_bytes(), kArrayBuffer, 4,
         Accessor(count, kUnsignedByte, layout.vertices, "SCALAR", ""));
   }
+  if (layout.colors) {
+    absl::StrAppend(&attributes, ",\"COLOR_0\":", count);
+    add(layout.color_bytes(), kArrayBuffer, 4,
+        Accessor(count, kUnsignedByte, layout.vertices, "VEC4", ",\"normalized\":true"));
+  }
+  if (layout.intensity) {
+    absl::StrAppend(&attributes, ",\"_INTENSITY\":", count);
+    add(layout.intensity_bytes(), kArrayBuffer, 4,
+        Accessor(count, kFloat, layout.vertices, "SCALAR", ""));
+  }
   const int indices = count;
   add(layout.index_bytes(), kElementArrayBuffer, 0,
       Accessor(indices, kUnsignedInt, 3 * layout.triangles, "SCALAR", ""));
@@ -112,7 +130,7 @@ std::string Describe(const Layout& layout) {
 }
 
 void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                 const Layout& layout, BlockWriter* writer) {
+                 const PointLayers& layers, const Layout& layout, BlockWriter* writer) {
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     const Eigen::Vector3f position = Moved(mesh, layout, v);
     for (int axis = 0; axis < 3; ++axis) writer->Little(position(axis));
@@ -123,6 +141,11 @@ void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources
     }
   }
   for (const HeightSource source : sources) writer->Little(static_cast<uint32_t>(source));
+  for (const std::array<uint8_t, 3>& color : layers.colors) {
+    for (const uint8_t channel : color) writer->Little(channel);
+    writer->Little(uint8_t{255});
+  }
+  for (const float intensity : layers.intensity) writer->Little(intensity);
   for (Eigen::Index i = 0; i < mesh.triangles.size(); ++i) {
     writer->Little(static_cast<uint32_t>(mesh.triangles.data()[i]));
   }
@@ -131,7 +154,7 @@ void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources
 }  // namespace
 
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out) {
+                          std::ostream& out, const PointLayers& layers) {
   if (!sources.empty() && static_cast<Eigen::Index>(sources.size()) != mesh.vertices.cols()) {
     return absl::InvalidArgumentError(
         absl::StrCat(sources.size(), " height sources for ", mesh.vertices.cols(), " vertices"));
@@ -139,7 +162,8 @@ absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource
   if (mesh.vertices.cols() == 0 || mesh.triangles.cols() == 0) {
     return absl::InvalidArgumentError("GLB holds no mesh without triangles");
   }
-  const Layout layout = LayOut(mesh, !sources.empty());
+  RILIEVO_RETURN_IF_ERROR(CheckLayers(layers, mesh.vertices.cols()));
+  const Layout layout = LayOut(mesh, !sources.empty(), layers);
   std::string json = Describe(layout);
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const uint64_t total = 12 + 8 + json.size() + 8 + layout.bytes();
@@ -155,7 +179,7 @@ absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource
   writer.text() += json;
   writer.Little(static_cast<uint32_t>(layout.bytes()));
   writer.Little(kBinary);
-  WriteBinary(mesh, sources, layout, &writer);
+  WriteBinary(mesh, sources, layers, layout, &writer);
   return absl::OkStatus();
 }
 

@@ -5,17 +5,18 @@
 #include <span>
 
 #include "absl/status/status.h"
+#include "client/formats/point_layers.h"
 #include "core/displacement/height_source.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
 
 // One mesh of one primitive: POSITION, NORMAL when the mesh has normals, _SOURCE (see HeightSource)
-// when `sources` is not empty (then one a vertex), indices. Positions are float about the middle of
-// the bounding box, which is the node's translation in double, so that map grids keep their detail.
-// Axes are the scan's. INVALID_ARGUMENT without vertices or triangles, or beyond the 4 GiB of the
-// format.
+// when `sources` is not empty (then one a vertex), COLOR_0 and _INTENSITY for layers, indices.
+// Positions are float about the middle of the bounding box, which is the node's translation in
+// double, so that map grids keep their detail. Axes are the scan's. INVALID_ARGUMENT without
+// vertices or triangles, or beyond the 4 GiB of the format.
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out);
+                          std::ostream& out, const PointLayers& layers = {});
 
 }  // namespace rilievo

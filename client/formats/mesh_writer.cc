@@ -10,6 +10,7 @@
 #include "client/formats/file_kind.h"
 #include "client/formats/glb_writer.h"
 #include "client/formats/number_text.h"
+#include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
@@ -40,6 +41,7 @@ struct PlyColumns {
   const Eigen::Matrix3Xd& points;
   const Eigen::Matrix3Xd& normals;
   std::span<const HeightSource> sources;
+  const PointLayers& layers;
   bool float_points;
 };
 
@@ -53,6 +55,10 @@ std::string PlyVertexHeader(const PlyColumns& columns) {
     header += "property float nx\nproperty float ny\nproperty float nz\n";
   }
   if (!columns.sources.empty()) header += "property uchar source\n";
+  if (!columns.layers.colors.empty()) {
+    header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  }
+  if (!columns.layers.intensity.empty()) header += "property float intensity\n";
   return header;
 }
 
@@ -63,6 +69,14 @@ void WritePlyVertices(const PlyColumns& columns, BlockWriter* writer) {
     if (normals) WriteCoordinates(columns.normals.col(i), true, writer);
     if (!columns.sources.empty()) {
       writer->Little(static_cast<uint8_t>(columns.sources[static_cast<size_t>(i)]));
+    }
+    if (!columns.layers.colors.empty()) {
+      for (const uint8_t channel : columns.layers.colors[static_cast<size_t>(i)]) {
+        writer->Little(channel);
+      }
+    }
+    if (!columns.layers.intensity.empty()) {
+      writer->Little(columns.layers.intensity[static_cast<size_t>(i)]);
     }
   }
 }
@@ -79,12 +93,13 @@ Eigen::Vector3d FaceNormal(const TriangleMesh& mesh, Eigen::Index face) {
 }  // namespace
 
 absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out) {
+                          std::ostream& out, const PointLayers& layers) {
   if (!sources.empty() && static_cast<Eigen::Index>(sources.size()) != mesh.vertices.cols()) {
     return absl::InvalidArgumentError(
         absl::StrCat(sources.size(), " height sources for ", mesh.vertices.cols(), " vertices"));
   }
-  const PlyColumns columns{mesh.vertices, mesh.normals, sources, FloatKeeps(mesh.vertices)};
+  RILIEVO_RETURN_IF_ERROR(CheckLayers(layers, mesh.vertices.cols()));
+  const PlyColumns columns{mesh.vertices, mesh.normals, sources, layers, FloatKeeps(mesh.vertices)};
   BlockWriter writer(out);
   absl::StrAppend(&writer.text(), PlyVertexHeader(columns), "element face ", mesh.triangles.cols(),
                   "\nproperty list uchar int vertex_indices\nend_header\n");
@@ -98,7 +113,8 @@ absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource
 
 absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
                             std::ostream& out) {
-  const PlyColumns columns{points, normals, {}, false};
+  const PointLayers none;
+  const PlyColumns columns{points, normals, {}, none, false};
   BlockWriter writer(out);
   absl::StrAppend(&writer.text(), PlyVertexHeader(columns), "end_header\n");
   WritePlyVertices(columns, &writer);
@@ -161,7 +177,7 @@ absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
 }
 
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
-                       std::span<const HeightSource> sources) {
+                       std::span<const HeightSource> sources, const PointLayers& layers) {
   const std::string extension = Extension(path);
   if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb") {
     return absl::InvalidArgumentError(
@@ -170,8 +186,8 @@ absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
   return WriteFileAtomically(path, [&](std::ostream& out) {
     if (extension == "obj") return WriteObjMesh(mesh, out);
     if (extension == "stl") return WriteStlMesh(mesh, out);
-    if (extension == "glb") return WriteGlbMesh(mesh, sources, out);
-    return WritePlyMesh(mesh, sources, out);
+    if (extension == "glb") return WriteGlbMesh(mesh, sources, out, layers);
+    return WritePlyMesh(mesh, sources, out, layers);
   });
 }
 

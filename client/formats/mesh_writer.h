@@ -8,6 +8,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "client/formats/point_layers.h"
 #include "core/displacement/height_source.h"
 #include "core/geometry/triangle_mesh.h"
 
@@ -16,9 +17,9 @@ namespace rilievo {
 // Binary little-endian PLY: x y z, the normals when the mesh has them (float nx ny nz), and for
 // each vertex `source` (uchar, see HeightSource) when `sources` is not empty (then one a vertex).
 // Coordinates are float where that keeps them to 1e-6 of the bounding-box diagonal, else double
-// (map grids).
+// (map grids). Layers, if any one a vertex, become uchar red, green, blue and float intensity.
 absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out);
+                          std::ostream& out, const PointLayers& layers = {});
 
 // Points alone, always double. `normals`: none (no columns), or one a point.
 absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
@@ -31,9 +32,9 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out);
 // triangles (INVALID_ARGUMENT beyond).
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 
-// By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Atomic, see
-// WriteFileAtomically().
+// By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Layers are
+// for .ply and .glb. Atomic, see WriteFileAtomically().
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
-                       std::span<const HeightSource> sources);
+                       std::span<const HeightSource> sources, const PointLayers& layers = {});
 
 }  // namespace rilievo

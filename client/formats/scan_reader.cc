@@ -17,7 +17,7 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
   RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
   switch (kind) {
     case FileKind::kPly:
-      return ReadPlyScan(input.stream());
+      return ReadPlyScan(input.stream(), wanted);
     case FileKind::kPcd:
       return ReadPcdScan(input.stream());
     case FileKind::kXyz:

@@ -14,7 +14,7 @@ namespace rilievo {
 struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
-  PointLayers layers = {};  // those wanted, of the formats that hold them: LAS and PTX
+  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, PTX
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -22,8 +22,10 @@ struct ScanFile {
 // format, DATA_LOSS for what ends too early; the message names the part of the file, the line,
 // element or property, the value found, and what would be right.
 
-// Any property types and order, lists, other elements before and after, either byte order.
-absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in);
+// Any property types and order, lists, other elements before and after, either byte order. Layers
+// are the properties red, green and blue (8 bits, the high 8 of longer integers, real numbers from
+// 0 to 1), and intensity or scalar_Intensity.
+absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in);

@@ -150,6 +150,33 @@ class ExportTest(unittest.TestCase):
                                  len(self.surface.vertices()))
         np.testing.assert_array_equal(vertices["source"], self.surface.flags())
 
+    def colored_scan(self) -> pathlib.Path:
+        """Vertices of the surface, moved a little, red by number."""
+        points = self.surface.vertices() + 1e-7
+        rows = "".join(f"{x!r} {y!r} {z!r} {i % 256} {i // 256} 7 {i / 4}\n"
+                       for i, (x, y, z) in enumerate(points.tolist()))
+        path = self.folder / "colors.ply"
+        path.write_text(f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" +
+                        "".join(f"property double {axis}\n" for axis in "xyz") +
+                        "".join(f"property uchar {c}\n" for c in ("red", "green", "blue")) +
+                        "property float intensity\nend_header\n" + rows)
+        return path
+
+    def test_colors_and_intensity_are_carried(self):
+        data = self.export("a.ply", "--carry", str(self.colored_scan())).read_bytes()
+        head, body = data.split(b"end_header\n", 1)
+        kinds = {"float": "f4", "double": "f8", "uchar": "u1"}
+        fields = [line.split() for line in head.decode().splitlines()
+                  if line.startswith("property") and "list" not in line]
+        count = len(self.surface.vertices())
+        vertices = np.frombuffer(body, [(name, "<" + kinds[kind]) for _, kind, name in fields],
+                                 count)
+        number = vertices["red"] + 256 * vertices["green"].astype(int)
+        # Some vertices lie at the same place.
+        np.testing.assert_allclose(self.surface.vertices()[number], self.surface.vertices(),
+                                   atol=1e-6)
+        np.testing.assert_array_equal(vertices["intensity"] * 4, number)
+
     def test_glb_passes_the_validator(self):
         validator = os.environ.get("RILIEVO_GLTF_VALIDATOR", "")
         node, npm = shutil.which("node"), shutil.which("npm")
@@ -164,7 +191,8 @@ class ExportTest(unittest.TestCase):
             if installed.returncode != 0:
                 self.skipTest("npm cannot install gltf-validator; no network?")
         files = [self.export("level0.glb", "--level", "0"), self.export("finest.glb"),
-                 self.export("few.glb", "--triangles", "300")]
+                 self.export("few.glb", "--triangles", "300"),
+                 self.export("colors.glb", "--carry", str(self.colored_scan()))]
         script = ("const validator = require('gltf-validator'); const fs = require('fs');"
                   "Promise.all(process.argv.slice(1).map(path => validator.validateBytes("
                   "new Uint8Array(fs.readFileSync(path))))).then(r => console.log("
@@ -181,7 +209,8 @@ class ExportTest(unittest.TestCase):
         for name, arguments, part in (("a.fbx", [], ".usda"), ("a.usda", ["--level", "9"], "level"),
                                       ("a.png", ["--triangles", "9"], "--level"),
                                       ("a.obj", ["--cage", "--level", "1"], "--cage"),
-                                      ("a.usda", ["--cage"], "--level")):
+                                      ("a.usda", ["--cage"], "--level"),
+                                      ("a.stl", ["--carry", "x.las"], ".glb")):
             shown = subprocess.run([program("RILIEVO_PROGRAM"), "export", str(GOLDEN),
                                     str(self.folder / name), *arguments], capture_output=True)
             self.assertEqual(shown.returncode, 2, shown.stderr)
