@@ -31,7 +31,7 @@ class AdaptiveTessellation {
       : finest_(finest), levels_(levels) {
     if (camera != nullptr) {
       constexpr double kNearest = 1e-6;  // a camera on the surface sees a point of it
-      const auto away = (finest.vertices.colwise() - *camera).colwise().squaredNorm();
+      const Eigen::VectorXd away = (finest.vertices.colwise() - *camera).colwise().squaredNorm();
       squared_scale_ = away.array().max(kNearest * kNearest).inverse();
     } else {
       squared_scale_ = Eigen::ArrayXd::Ones(finest.vertices.cols());
