@@ -3,11 +3,14 @@ RILIEVO_DECODER_LIBRARY names it. Everything else stands in pyproject.toml."""
 import os
 import pathlib
 import shutil
+import sys
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
 
-from generate_protocol import generate
+# Builds run by pip do not look beside this file.
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from generate_protocol import generate  # noqa: E402
 
 
 class BuildWithProtocol(build_py):
