@@ -10,6 +10,8 @@ import type { ControlPicture, Picture } from '../decoder/messages';
 
 const TURN = Math.PI / 24;
 const UP = new Vector3(0, 0, 1);
+/** The ground behind the lines and points. */
+const DARK = matchMedia('(prefers-color-scheme: dark)').matches;
 
 function geometryOf(positions: Float32Array): BufferGeometry {
   return new BufferGeometry().setAttribute('position', new BufferAttribute(positions, 3));
@@ -38,9 +40,9 @@ export class Viewer {
       // The lines of the control mesh lie over it.
       polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
     }));
-    this.#edges = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color('#2f4858'), transparent: true, opacity: 0.75 }));
-    this.#creases = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color('#b4472f') }));
-    this.#points = new Points(new BufferGeometry(), new PointsMaterial({ color: new Color('#1d6f8a'), size: 1.6, sizeAttenuation: false }));
+    this.#edges = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color(DARK ? '#b9cad4' : '#2f4858'), transparent: true, opacity: 0.75 }));
+    this.#creases = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color(DARK ? '#ff9a78' : '#b4472f') }));
+    this.#points = new Points(new BufferGeometry(), new PointsMaterial({ color: new Color(DARK ? '#7cc4de' : '#1d6f8a'), size: 1.6, sizeAttenuation: false }));
     const light = new DirectionalLight(0xffffff, 2.1);
     light.position.set(-0.6, 0.9, 0.8);
     this.#camera.add(light);
