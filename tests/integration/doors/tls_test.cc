@@ -63,7 +63,9 @@ TEST_F(TlsTest, AClientsNameIsThatOfItsCertificate) {
   certificates_.Make("ca", "bob", "/CN=bob");
   certificates_.Make("ca", "nobody", "/O=nobody");
   certificates_.Make("other-ca", "mallory", "/CN=alice");
-  StartServer(MutualTls());
+  auto arguments = MutualTls();
+  arguments.insert(arguments.end(), {"--metrics", "127.0.0.1:0"});
+  StartServer(arguments);
   const auto job = ClientOf("alice").Submit(PackScan(SphereScan(300)), {}, "one");
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_TRUE(ClientOf("alice").Watch(job->job_id()).ok());
@@ -76,6 +78,14 @@ TEST_F(TlsTest, AClientsNameIsThatOfItsCertificate) {
     EXPECT_EQ(ErrorReason(StatusFromGrpc(status)), "NO_CERTIFICATE") << rpc;
   }
   EXPECT_EQ(RunProgram({RILIEVOD_PROGRAM, "--probe", address_}), 0) << "health tells anybody";
+  const auto line = daemon_->WaitForLine("metrics at ", std::chrono::seconds(10));
+  ASSERT_TRUE(line.has_value());
+  ASSERT_EQ(std::system(("curl -s --max-time 10 -o " + Path("metrics") + " " +
+                         line->substr(line->find("http")))
+                            .c_str()),
+            0);
+  EXPECT_THAT(FileText(Path("metrics")),
+              HasSubstr("rilievo_refusals_total{reason=\"NO_CERTIFICATE\"}"));
 }
 
 TEST_F(TlsTest, ARenewedCertificateCountsWithoutARestart) {
