@@ -1,32 +1,45 @@
 #include <CLI/CLI.hpp>
-#include <cctype>
+#include <algorithm>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/frame_paths.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/output_target.h"
+#include "client/cli/surface_error.h"
 #include "client/cli/text_layout.h"
-#include "client/formats/atomic_file.h"
+#include "client/picture/animation.h"
 #include "client/picture/render.h"
 #include "client/picture/vertex_colors.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
 
+constexpr int kFrameMilliseconds = 100;
+
 struct ViewArguments {
-  std::string input, output, size = "960x720", color = "shade", up = "z";
+  std::string input, output, scan, format, size = "960x720", colors = "shade", up = "z";
+  std::string show = "surface";
   std::optional<int> level;
-  int views = 1;
+  int views = 1, turntable = 1;
   PictureOptions picture;
-  bool orthographic = false;
+  bool orthographic = false, json = false;
 };
+
+absl::Status UsageError(const std::string& message) {
+  return WithExitCode(absl::InvalidArgumentError(message), ExitCode::kUsage);
+}
 
 // "960" (three quarters as high) or "960x720".
 absl::Status ParseSize(const std::string& text, PictureOptions* picture) {
@@ -35,53 +48,169 @@ absl::Status ParseSize(const std::string& text, PictureOptions* picture) {
       absl::SimpleAtoi(text.substr(0, cross), &picture->width) &&
       (cross == std::string::npos || absl::SimpleAtoi(text.substr(cross + 1), &picture->height));
   if (ok && cross == std::string::npos) picture->height = std::max(16, picture->width * 3 / 4);
-  const absl::Status status =
-      ok ? picture->Validate()
-         : absl::InvalidArgumentError(absl::StrCat("--size ", text, ": write 960 or 960x720"));
-  return WithExitCode(status, ExitCode::kUsage);
+  if (!ok) return UsageError(absl::StrCat("--size ", text, ": write 960 or 960x720"));
+  return WithExitCode(picture->Validate(), ExitCode::kUsage);
 }
 
-absl::Status Color(const std::string& color, const LoadedShape& shape, Scene* scene) {
-  if (color == "shade") return absl::OkStatus();
-  const bool by_source = color == "source";
-  const size_t known = by_source ? shape.sources.size() : shape.heights.size();
-  if (known != static_cast<size_t>(shape.mesh.vertices.cols())) {
-    return WithExitCode(
-        absl::InvalidArgumentError(absl::StrCat(
-            "--color ", color, ": the input does not say it of its vertices; a .dss file does, ",
-            by_source ? "and a PLY exported from one" : "up to its finest level")),
-        ExitCode::kUsage);
+// Colours of the vertices, and what they mean in words.
+struct Coloring {
+  Eigen::Matrix3Xf colors;
+  std::string legend;
+};
+
+absl::Status Unknown(const std::string& colors) {
+  return UsageError(absl::StrCat("--colors ", colors,
+                                 ": the input does not say it of its vertices; a .dss file does",
+                                 colors == "flags" ? ", and a PLY exported from one" : ""));
+}
+
+absl::StatusOr<Coloring> ColorByDisplacement(const LoadedShape& shape) {
+  if (shape.heights.size() != static_cast<size_t>(shape.mesh.vertices.cols())) {
+    return Unknown("displacement");
   }
-  scene->colors = by_source ? ColorsBySource(shape.sources) : ColorsByValue(shape.heights);
-  return absl::OkStatus();
+  return Coloring{ColorsByValue(shape.heights),
+                  absl::StrCat("red above the smooth surface, blue below, full colour at ",
+                               Percent(FullColorValue(shape.heights)), " of the diagonal")};
+}
+
+absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArguments& arguments,
+                                      const RunContext& context) {
+  if (arguments.scan.empty()) {
+    return UsageError("--colors error: name the scan that the error is to: --scan SCAN");
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> errors,
+                           ErrorAtVertices(shape.mesh, scan.cloud.points, context));
+  return Coloring{ColorsByValue(errors),
+                  absl::StrCat("distance of the scan's points, from white, 0, to full red, ",
+                               Short(FullColorValue(errors)), "; grey where there are none")};
+}
+
+absl::StatusOr<Coloring> ColoringOf(const LoadedShape& shape, const ViewArguments& arguments,
+                                    const RunContext& context) {
+  if (arguments.colors == "displacement") return ColorByDisplacement(shape);
+  if (arguments.colors == "error") return ColorByError(shape, arguments, context);
+  if (arguments.colors == "flags") {
+    if (shape.sources.size() != static_cast<size_t>(shape.mesh.vertices.cols())) {
+      return Unknown("flags");
+    }
+    return Coloring{ColorsBySource(shape.sources),
+                    "heights measured stone, smoothed blue, filled in orange"};
+  }
+  if (arguments.colors == "normals") {
+    const TriangleMesh& mesh = shape.mesh;
+    if (mesh.triangles.cols() == 0 && mesh.normals.cols() == 0) return Unknown("normals");
+    return Coloring{ColorsByNormal(mesh.normals.cols() == mesh.vertices.cols()
+                                       ? mesh.normals
+                                       : VertexNormals(mesh.vertices, mesh.triangles)),
+                    "x, y and z of the normals as red, green and blue"};
+  }
+  return Coloring{};
+}
+
+absl::StatusOr<std::vector<Image>> Render(const Scene& scene, PictureOptions picture,
+                                          const ViewArguments& arguments,
+                                          const RunContext& context) {
+  std::vector<Image> images;
+  picture.steady = arguments.turntable > 1;
+  const double start = picture.camera.turn_degrees;
+  for (int i = 0; i < arguments.turntable; ++i) {
+    picture.camera.turn_degrees = start + 360.0 * i / arguments.turntable;
+    RILIEVO_ASSIGN_OR_RETURN(
+        Image image, arguments.views == 1 ? RenderPicture(scene, picture, context)
+                                          : RenderSheet(scene, picture, arguments.views, context));
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+// Numbered files, or one: a picture or an animation.
+absl::StatusOr<std::vector<std::string>> Write(const std::vector<Image>& images,
+                                               const std::string& output) {
+  std::vector<std::string> paths;
+  if (images.size() > 1) {
+    RILIEVO_ASSIGN_OR_RETURN(paths, FramePaths(output, static_cast<int>(images.size())));
+  }
+  if (paths.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        const std::string png,
+        images.size() == 1 ? EncodePng(images[0]) : EncodeAnimation(images, kFrameMilliseconds));
+    RILIEVO_RETURN_IF_ERROR(WriteText(output, png));
+    return std::vector<std::string>{output};
+  }
+  for (size_t i = 0; i < images.size(); ++i) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodePng(images[i]));
+    RILIEVO_RETURN_IF_ERROR(WriteText(paths[i], png));
+  }
+  return paths;
+}
+
+void Say(const ViewArguments& arguments, const std::vector<std::string>& paths,
+         const PictureOptions& picture, const std::string& shape, const std::string& legend) {
+  if (arguments.json) {
+    nlohmann::ordered_json json = {{"input", arguments.input},      {"outputs", paths},
+                                   {"width", picture.width},        {"height", picture.height},
+                                   {"frames", arguments.turntable}, {"shape", shape},
+                                   {"colors", arguments.colors},    {"legend", legend}};
+    std::cout << json.dump(2) << '\n';
+    return;
+  }
+  std::ostream& out = WordsBeside(arguments.output);
+  out << Wrap(absl::StrCat(
+                  paths.size() == 1 ? paths[0] : absl::StrCat(paths.front(), " to ", paths.back()),
+                  ": ", picture.width, " x ", picture.height,
+                  arguments.turntable > 1 ? absl::StrCat(", ", arguments.turntable, " frames") : "",
+                  ", ", shape),
+              2)
+      << '\n';
+  if (!legend.empty()) out << LabelledLine("colours", legend);
 }
 
 absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   RunContext context;
-  context.stop = stop;
+  context.stop = std::move(stop);
   PictureOptions picture = arguments.picture;
   picture.camera.perspective = !arguments.orthographic;
   picture.camera.up = arguments.up == "y" ? UpAxis::kY : UpAxis::kZ;
   RILIEVO_RETURN_IF_ERROR(ParseSize(arguments.size, &picture));
-  RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape, LoadShape(arguments.input, arguments.level, context));
-  Scene scene;
-  RILIEVO_RETURN_IF_ERROR(Color(arguments.color, shape, &scene));
-  scene.mesh = std::move(shape.mesh);
-  RILIEVO_ASSIGN_OR_RETURN(const Image image,
-                           arguments.views == 1
-                               ? RenderPicture(scene, picture, context)
-                               : RenderSheet(scene, picture, arguments.views, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
-  const absl::Status written = WriteFileAtomically(arguments.output, [&](std::ostream& out) {
-    out << png;
-    return absl::OkStatus();
-  });
-  RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  std::cout << Wrap(absl::StrCat(arguments.output, ": ", image.width, " x ", image.height, ", ",
-                                 shape.description),
-                    2)
-            << '\n';
+  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.scan}));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckOutputs({arguments.turntable > 1 ? "" : arguments.output}, {arguments.json ? "-" : ""}));
+  const ShownPart part = arguments.show == "surface"  ? ShownPart::kSurface
+                         : arguments.show == "domain" ? ShownPart::kDomain
+                                                      : ShownPart::kControlMesh;
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape, LoadShape(arguments.input, arguments.level, context,
+                                                        arguments.format, part));
+  RILIEVO_ASSIGN_OR_RETURN(Coloring coloring, ColoringOf(shape, arguments, context));
+  const Scene scene{std::move(shape.mesh), std::move(coloring.colors)};
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Image> images,
+                           Render(scene, picture, arguments, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> paths, Write(images, arguments.output));
+  picture.width = images[0].width;
+  picture.height = images[0].height;
+  Say(arguments, paths, picture, shape.description, coloring.legend);
   return absl::OkStatus();
+}
+
+void AddCamera(CLI::App* app, ViewArguments* arguments) {
+  app->add_option("--turn", arguments->picture.camera.turn_degrees, "around the up axis, degrees")
+      ->capture_default_str();
+  app->add_option("--elevation", arguments->picture.camera.elevation_degrees,
+                  "above the horizon, degrees")
+      ->check(CLI::Range(-90.0, 90.0))
+      ->capture_default_str();
+  app->add_option("--up", arguments->up, "the axis that points up: y or z")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->capture_default_str();
+  app->add_flag("--orthographic", arguments->orthographic, "without perspective");
+  CLI::Option* views = app->add_option("--views", arguments->views, "pictures on the sheet")
+                           ->check(CLI::Range(1, 4))
+                           ->capture_default_str();
+  app->add_option("--turntable", arguments->turntable,
+                  "so many pictures around: one animated PNG, or numbered files when the output is "
+                  "DIR/ or turn-%03d.png")
+      ->check(CLI::Range(2, 720))
+      ->excludes(views);
 }
 
 }  // namespace
@@ -90,30 +219,30 @@ Command AddView(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
       "view", "Draw a surface, a mesh or a scan as a PNG, without a display");
   const auto arguments = std::make_shared<ViewArguments>();
-  app->add_option("IN", arguments->input, "a surface (.dss), a mesh or a scan")->required();
-  app->add_option("-o,--output", arguments->output, "the picture, a PNG")->required();
+  app->add_option("IN", arguments->input, "a surface (.dss), a mesh or a scan; - is standard input")
+      ->required();
+  app->add_option("-o,--output", arguments->output, "the picture, a PNG; - is standard output")
+      ->required();
+  AddFormatOption(app, &arguments->format);
   app->add_option("--level", arguments->level, "of a surface; default the finest")
       ->check(CLI::Range(0, 10));
+  app->add_option("--show", arguments->show,
+                  "of a .dss: the surface, the domain (the smooth surface without heights), or the "
+                  "control-mesh")
+      ->check(CLI::IsMember({"surface", "domain", "control-mesh"}))
+      ->capture_default_str();
+  app->add_option("--colors", arguments->colors,
+                  "shade; displacement (red above the smooth surface, blue below); error (distance "
+                  "of the scan's points, white to red); flags (measured stone, smoothed blue, "
+                  "filled in orange); normals")
+      ->check(CLI::IsMember({"shade", "displacement", "error", "flags", "normals"}))
+      ->capture_default_str();
+  app->add_option("--scan", arguments->scan, "the scan of --colors error");
   app->add_option("--size", arguments->size, "in pixels: W or WxH")->capture_default_str();
-  app->add_option("--turn", arguments->picture.camera.turn_degrees, "around the up axis, degrees")
-      ->capture_default_str();
-  app->add_option("--elevation", arguments->picture.camera.elevation_degrees,
-                  "above the horizon, degrees")
-      ->check(CLI::Range(-90.0, 90.0))
-      ->capture_default_str();
-  app->add_option("--views", arguments->views, "pictures on the sheet")
-      ->check(CLI::Range(1, 4))
-      ->capture_default_str();
-  app->add_option("--up", arguments->up, "the axis that points up: y or z")
-      ->check(CLI::IsMember({"y", "z"}))
-      ->capture_default_str();
-  app->add_option("--color", arguments->color,
-                  "shade; height (red above the domain surface, blue below); source (measured "
-                  "grey, smoothed blue, filled in orange)")
-      ->check(CLI::IsMember({"shade", "height", "source"}))
-      ->capture_default_str();
+  AddCamera(app, arguments.get());
   app->add_flag("--flat", arguments->picture.flat, "show the facets");
-  app->add_flag("--orthographic", arguments->orthographic, "without perspective");
+  app->add_flag("--edges", arguments->picture.edges, "draw the edges");
+  app->add_flag("--json", arguments->json, "say in JSON what was drawn");
   return {app, [arguments](std::stop_token stop) { return View(*arguments, stop); }};
 }
 

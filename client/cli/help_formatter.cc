@@ -1,5 +1,6 @@
 #include "client/cli/help_formatter.h"
 
+#include "client/cli/command_outline.h"
 #include "client/cli/text_layout.h"
 
 namespace rilievo {
@@ -22,34 +23,15 @@ std::string Row(const std::string& name, const std::string& text) {
   return row + paragraph + '\n';
 }
 
-// "INT:INT in [0 - 8]" means a placeholder N and the range "0 - 8".
-std::string Placeholder(const std::string& type) {
-  const std::string kind = type.substr(0, type.find(':'));
-  if (kind == "INT" || kind == "UINT") return "N";
-  if (kind == "FLOAT") return "X";
-  return kind;
-}
-
-std::string Range(const std::string& type) {
-  const size_t begin = type.find(" in [");
-  if (begin == std::string::npos) return "";
-  return " [" + type.substr(begin + 5, type.rfind(']') - begin - 5) + "]";
-}
-
 }  // namespace
 
 HelpFormatter::HelpFormatter() { column_width(kColumn); }
 
 std::string HelpFormatter::make_option(const CLI::Option* option, bool is_positional) const {
   std::string name = make_option_name(option, is_positional);
-  std::string text = option->get_description();
-  if (option->get_type_size() != 0) {
-    const std::string type = option->get_type_name();
-    if (!is_positional && !type.empty()) name += " " + Placeholder(type);
-    text += Range(type);
-  }
-  if (!option->get_default_str().empty()) text += "; default " + option->get_default_str();
-  return Row(name, text);
+  const std::string placeholder = PlaceholderOf(*option);
+  if (!is_positional && !placeholder.empty()) name += " " + placeholder;
+  return Row(name, TextOf(*option));
 }
 
 std::string HelpFormatter::make_subcommand(const CLI::App* command) const {

@@ -1,6 +1,7 @@
 #include "client/cli/loaded_shape.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <istream>
 #include <limits>
 #include <utility>
@@ -38,22 +39,38 @@ std::vector<uint8_t> AllBytes(std::istream& in) {
   return bytes;
 }
 
+LoadedShape ControlMeshOf(const DisplacedSurface& surface) {
+  LoadedShape shape;
+  shape.mesh.vertices.resize(3, surface.control_mesh.vertices.cols());
+  for (Eigen::Index i = 0; i < shape.mesh.vertices.cols(); ++i) {
+    shape.mesh.vertices.col(i) = surface.frame.ScanFromUnit(surface.control_mesh.vertices.col(i));
+  }
+  shape.mesh.triangles = surface.control_mesh.faces;
+  shape.description =
+      absl::StrCat("control mesh, ", Grouped(shape.mesh.triangles.cols()), " faces");
+  return shape;
+}
+
 absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional<int> level,
-                                    const RunContext& context) {
-  const DisplacedSurface& surface = decoded.surface;
+                                    ShownPart part, const RunContext& context) {
+  if (part == ShownPart::kControlMesh) return ControlMeshOf(decoded.surface);
+  DisplacedSurface surface = decoded.surface;
   const int used = level.value_or(surface.max_level);
   LoadedShape shape;
+  const auto count_at = [&] { return static_cast<size_t>(shape.mesh.vertices.cols()); };
+  const std::vector<float> heights = surface.heights;
+  if (part == ShownPart::kDomain) std::fill(surface.heights.begin(), surface.heights.end(), 0.f);
   RILIEVO_ASSIGN_OR_RETURN(shape.mesh, Tessellate(surface, used, context));
   for (HeightSource source : SourcesAtLevel(surface, used)) {
     shape.sources.push_back(static_cast<uint8_t>(source));
   }
-  const auto count = static_cast<size_t>(shape.mesh.vertices.cols());
-  if (count <= surface.heights.size()) {
-    shape.heights.assign(surface.heights.begin(),
-                         surface.heights.begin() + static_cast<std::ptrdiff_t>(count));
+  if (count_at() <= heights.size()) {
+    shape.heights.assign(heights.begin(),
+                         heights.begin() + static_cast<std::ptrdiff_t>(count_at()));
   }
   shape.description =
-      absl::StrCat("surface at level ", used, ", ", Grouped(shape.mesh.triangles.cols()), " faces");
+      absl::StrCat(part == ShownPart::kDomain ? "smooth surface" : "surface", " at level ", used,
+                   ", ", Grouped(shape.mesh.triangles.cols()), " faces");
   return shape;
 }
 
@@ -98,7 +115,8 @@ absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext
 }
 
 absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,
-                                      const RunContext& context, const std::string& format) {
+                                      const RunContext& context, const std::string& format,
+                                      ShownPart part) {
   return WithInput(path, [&](std::istream& in) -> absl::StatusOr<LoadedShape> {
     const std::string name = NameOf(path, format);
     HeadedInput input(in);
@@ -106,7 +124,13 @@ absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int
     if (kind == FileKind::kDss) {
       RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
                                DecodeDss(AllBytes(input.stream()), context));
-      return ShapeOf(decoded, level, context);
+      return ShapeOf(decoded, level, part, context);
+    }
+    if (part != ShownPart::kSurface) {
+      return WithExitCode(
+          absl::InvalidArgumentError("only a .dss surface has a domain and a control mesh; leave "
+                                     "--show out"),
+          ExitCode::kUsage);
     }
     if (level) {
       return WithExitCode(

@@ -36,10 +36,18 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);
 
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context);
 
+// What is taken of a .dss.
+enum class ShownPart {
+  kSurface,
+  kDomain,       // the Loop surface: all heights zero
+  kControlMesh,  // its polygons
+};
+
 // A surface is tessellated at `level`, or at its finest. INVALID_ARGUMENT when a level is asked of
 // something that has none.
 absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,
-                                      const RunContext& context, const std::string& format = "");
+                                      const RunContext& context, const std::string& format = "",
+                                      ShownPart part = ShownPart::kSurface);
 
 // Length of the bounding box's diagonal over the finite vertices.
 double DiagonalOf(const Eigen::Matrix3Xd& vertices);

@@ -28,8 +28,8 @@ int RunProgram(int argc, const char* const* argv) {
                    ".dss (surfaces). 'rilievo COMMAND --help' explains a command.\n\n",
                    kExitCodeHelp));
   std::vector<Command> commands;
-  for (const auto add :
-       {AddReconstruct, AddExport, AddInfo, AddVerify, AddCompare, AddSimulate, AddView, AddJobs}) {
+  for (const auto add : {AddReconstruct, AddDiagnose, AddExport, AddInfo, AddVerify, AddCompare,
+                         AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

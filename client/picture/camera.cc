@@ -89,4 +89,36 @@ float Projection::HeightFromNearness(float nearness) const {
   return perspective_ ? static_cast<float>(distance_ - 1.0 / nearness) : nearness;
 }
 
+Eigen::Matrix3Xd CylinderAround(const Eigen::Matrix3Xd& points, const Camera& camera) {
+  const int up = camera.up == UpAxis::kY ? 1 : 2;
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    if (!points.col(i).allFinite()) continue;
+    low = low.cwiseMin(points.col(i));
+    high = high.cwiseMax(points.col(i));
+  }
+  if (!low.allFinite()) return Eigen::Matrix3Xd::Zero(3, 1);
+  const Vector3d center = 0.5 * low + 0.5 * high;
+  double radius = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    Vector3d across = points.col(i) - center;
+    across(up) = 0;
+    if (across.allFinite()) radius = std::max(radius, across.norm());
+  }
+  constexpr int kAround = 64;
+  Eigen::Matrix3Xd ring(3, 2 * kAround);
+  for (int i = 0; i < kAround; ++i) {
+    // Turned with the camera, so that it looks the same from every side.
+    const double angle = (camera.turn_degrees / 180 + 2.0 * i / kAround) * std::numbers::pi;
+    for (int end = 0; end < 2; ++end) {
+      Vector3d place = center;
+      place((up + 1) % 3) += radius * std::cos(angle);
+      place((up + 2) % 3) += radius * std::sin(angle);
+      place(up) = end == 0 ? low(up) : high(up);
+      ring.col(2 * i + end) = place;
+    }
+  }
+  return ring;
+}
+
 }  // namespace rilievo

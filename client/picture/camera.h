@@ -29,6 +29,10 @@ class Projection {
   Projection(const Camera& camera, const Eigen::Matrix3Xd& points, int width, int height);
 
   Projected Project(const Eigen::Vector3d& point) const;
+  // The nearness of what lies a little closer, by 0.4 % of the depth or of the scene.
+  float Nearer(float nearness) const {
+    return perspective_ ? 1.004f * nearness : nearness + 0.004f;
+  }
   // Rows: right, up, towards the camera.
   const Eigen::Matrix3d& view_from_scene() const { return view_from_scene_; }
   // Towards the camera from `point`, unit, in view axes.
@@ -47,5 +51,9 @@ class Projection {
   double focal_pixels_ = 1;  // pixels a scaled unit at distance one (or at all, orthographic)
   double half_width_, half_height_;
 };
+
+// Points of the narrowest upright cylinder around the middle of `points` that holds them, seen from
+// the camera: framed by them, the scene keeps its place and size at every turn.
+Eigen::Matrix3Xd CylinderAround(const Eigen::Matrix3Xd& points, const Camera& camera);
 
 }  // namespace rilievo

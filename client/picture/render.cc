@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "client/picture/edge_lines.h"
 #include "client/picture/point_shading.h"
 #include "client/picture/raster.h"
 #include "core/base/parallel_for.h"
@@ -93,11 +94,16 @@ absl::Status DrawSurface(const Scene& scene, const PictureOptions& options,
     DrawTriangle(corners, towards, back, row_begin, row_end, raster);
   };
   // Bands of rows, each drawn by one thread in the order of the triangles.
-  return ParallelFor(raster->height, kRowBlock, context, [&](int64_t begin, int64_t end) {
-    for (Eigen::Index f = 0; f < mesh.triangles.cols(); ++f) {
-      draw(f, static_cast<int>(begin), static_cast<int>(end));
-    }
-  });
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(raster->height, kRowBlock, context, [&](int64_t begin, int64_t end) {
+        for (Eigen::Index f = 0; f < mesh.triangles.cols(); ++f) {
+          draw(f, static_cast<int>(begin), static_cast<int>(end));
+        }
+      }));
+  if (!options.edges) return absl::OkStatus();
+  std::vector<Projected> at;
+  for (const DrawnVertex& vertex : drawn) at.push_back(vertex.at);
+  return DrawEdges(mesh, at, projection, context, raster);
 }
 
 // Radius at which discs of the points that fall on a cell about cover it twice, a cell each of
@@ -194,7 +200,10 @@ absl::StatusOr<Image> RenderPicture(const Scene& scene, const PictureOptions& op
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckScene(scene));
   Raster raster(kSamples * options.width, kSamples * options.height);
-  const Projection projection(options.camera, scene.mesh.vertices, raster.width, raster.height);
+  const Projection projection(
+      options.camera,
+      options.steady ? CylinderAround(scene.mesh.vertices, options.camera) : scene.mesh.vertices,
+      raster.width, raster.height);
   RILIEVO_RETURN_IF_ERROR(scene.mesh.triangles.cols() > 0
                               ? DrawSurface(scene, options, projection, context, &raster)
                               : DrawPoints(scene, projection, context, &raster));

@@ -24,6 +24,10 @@ struct PictureOptions {
   Camera camera;
   // One normal a triangle: shows the facets.
   bool flat = false;
+  // The edges of the triangles as dark lines.
+  bool edges = false;
+  // The scene keeps its place and size at every turn of the camera (see CylinderAround).
+  bool steady = false;
   absl::Status Validate() const;
 };
 

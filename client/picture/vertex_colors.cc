@@ -23,17 +23,23 @@ Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources) {
   return colors;
 }
 
-Eigen::Matrix3Xf ColorsByValue(std::span<const float> values) {
+Eigen::Matrix3Xf ColorsByNormal(const Eigen::Matrix3Xd& normals) {
+  return (0.5 * normals.array() + 0.5).matrix().cast<float>();
+}
+
+float FullColorValue(std::span<const float> values) {
   std::vector<float> sizes;
   for (float value : values) {
     if (std::isfinite(value)) sizes.push_back(std::abs(value));
   }
-  float full = 0;
-  if (!sizes.empty()) {
-    const auto rank = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
-    std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
-    full = sizes[static_cast<size_t>(rank)];
-  }
+  if (sizes.empty()) return 0;
+  const auto rank = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), sizes.begin() + rank, sizes.end());
+  return sizes[static_cast<size_t>(rank)];
+}
+
+Eigen::Matrix3Xf ColorsByValue(std::span<const float> values) {
+  const float full = FullColorValue(values);
   const Vector3f middle(0.80f, 0.79f, 0.76f), low(0.03f, 0.13f, 0.55f), high(0.62f, 0.04f, 0.03f);
   Eigen::Matrix3Xf colors(3, static_cast<Eigen::Index>(values.size()));
   for (size_t i = 0; i < values.size(); ++i) {

@@ -11,6 +11,12 @@ namespace rilievo {
 // else grey.
 Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources);
 
+// The colour of a direction: x, y, z from -1 to 1 as red, green, blue from 0 to 1.
+Eigen::Matrix3Xf ColorsByNormal(const Eigen::Matrix3Xd& normals);
+
+// Where ColorsByValue() reaches its full colour; 0 when no value is finite.
+float FullColorValue(std::span<const float> values);
+
 // Diverging from blue (below zero) over near-white to red; full colour at the 98th percentile of
 // |value|. Non-finite values are grey.
 Eigen::Matrix3Xf ColorsByValue(std::span<const float> values);

@@ -196,9 +196,9 @@ TEST_F(ProgramTest, FromScanToSurfaceToMesh) {
   ASSERT_EQ(compared.code, 0) << compared.err;
   EXPECT_LT(Json::parse(compared.out)["max_percent"], 1e-4);
 
-  for (const char* color : {"shade", "height", "source"}) {
-    EXPECT_EQ(Run({"view", At("a.dss"), "-o", At("a.png"), "--color", color, "--size", "160"}).code,
-              0);
+  for (const char* color : {"shade", "displacement", "flags", "normals"}) {
+    EXPECT_EQ(
+        Run({"view", At("a.dss"), "-o", At("a.png"), "--colors", color, "--size", "160"}).code, 0);
   }
 }
 

@@ -137,7 +137,7 @@ v1::ReconstructReport Report() {
   report.set_total_seconds(2);
   report.add_warnings(
       "1 % of the surface had no data and was filled in smoothly; look at the orange "
-      "parts of 'rilievo view --color source'.");
+      "parts of 'rilievo view --colors flags'.");
   return report;
 }
 

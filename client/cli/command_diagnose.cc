@@ -1,0 +1,52 @@
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/scan_diagnosis.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+struct DiagnoseArguments {
+  std::string scan, format;
+  int threads = 0;
+  bool json = false;
+};
+
+absl::Status Diagnose(const DiagnoseArguments& arguments, std::stop_token stop) {
+  RunContext context;
+  context.stop = stop;
+  context.threads = arguments.threads;
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
+  const absl::StatusOr<ScanDiagnosis> diagnosis = DiagnoseScan(scan.cloud, context);
+  if (!diagnosis.ok()) {
+    return absl::Status(diagnosis.status().code(),
+                        absl::StrCat(arguments.scan, ": ", diagnosis.status().message()));
+  }
+  if (arguments.json) {
+    std::cout << DiagnosisJson(*diagnosis, arguments.scan, scan.format);
+  } else {
+    std::cout << arguments.scan << " (" << scan.format << ")\n" << DiagnosisText(*diagnosis);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+Command AddDiagnose(CLI::App& program) {
+  CLI::App* app =
+      program.add_subcommand("diagnose", "Say what a scan is like and what to expect of it");
+  const auto arguments = std::make_shared<DiagnoseArguments>();
+  app->add_option("SCAN", arguments->scan, "the points; - is standard input")->required();
+  AddFormatOption(app, &arguments->format);
+  app->add_option("--threads", arguments->threads, "default all")->check(CLI::Range(0, 1024));
+  app->add_flag("--json", arguments->json, "for programs");
+  return {app, [arguments](std::stop_token stop) { return Diagnose(*arguments, stop); }};
+}
+
+}  // namespace rilievo

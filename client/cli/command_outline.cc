@@ -1,0 +1,82 @@
+#include "client/cli/command_outline.h"
+
+#include <CLI/CLI.hpp>
+
+#include "absl/strings/str_split.h"
+
+namespace rilievo {
+namespace {
+
+// "INT:INT in [0 - 8]" means a placeholder N and the range "0 - 8".
+std::string RangeOf(const std::string& type) {
+  const size_t begin = type.find(" in [");
+  if (begin == std::string::npos) return "";
+  return " [" + type.substr(begin + 5, type.rfind(']') - begin - 5) + "]";
+}
+
+// "TEXT:{auto,off}" means the choices auto and off.
+std::vector<std::string> ChoicesOf(const std::string& type) {
+  const size_t begin = type.find('{'), end = type.rfind('}');
+  if (begin == std::string::npos || end == std::string::npos) return {};
+  return absl::StrSplit(type.substr(begin + 1, end - begin - 1), ',');
+}
+
+OptionOutline OutlineOf(const CLI::Option& option) {
+  OptionOutline outline;
+  outline.positional = option.get_positional();
+  if (outline.positional) {
+    outline.names = {option.get_name(true)};
+  } else {
+    for (const std::string& name : option.get_snames()) outline.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) outline.names.push_back("--" + name);
+  }
+  outline.placeholder = PlaceholderOf(option);
+  outline.choices = ChoicesOf(option.get_type_name());
+  outline.text = TextOf(option);
+  outline.required = option.get_required();
+  outline.many = option.get_items_expected_max() > 1;
+  return outline;
+}
+
+void Append(const CLI::App& app, const std::vector<std::string>& path,
+            std::vector<CommandOutline>* commands) {
+  CommandOutline outline{path, app.get_description(), {}, {}};
+  for (const CLI::Option* option : app.get_options()) outline.options.push_back(OutlineOf(*option));
+  const auto children = app.get_subcommands([](const CLI::App*) { return true; });
+  for (const CLI::App* child : children) {
+    if (!child->get_group().empty()) outline.children.push_back(child->get_name());
+  }
+  commands->push_back(std::move(outline));
+  for (const CLI::App* child : children) {
+    if (child->get_group().empty()) continue;
+    std::vector<std::string> below = path;
+    below.push_back(child->get_name());
+    Append(*child, below, commands);
+  }
+}
+
+}  // namespace
+
+std::string PlaceholderOf(const CLI::Option& option) {
+  if (option.get_type_size() == 0) return "";
+  const std::string type = option.get_type_name();
+  const std::string kind = type.substr(0, type.find(':'));
+  if (kind == "INT" || kind == "UINT") return "N";
+  if (kind == "FLOAT") return "X";
+  return kind;
+}
+
+std::string TextOf(const CLI::Option& option) {
+  std::string text = option.get_description();
+  if (option.get_type_size() != 0) text += RangeOf(option.get_type_name());
+  if (!option.get_default_str().empty()) text += "; default " + option.get_default_str();
+  return text;
+}
+
+std::vector<CommandOutline> OutlineOf(const CLI::App& program) {
+  std::vector<CommandOutline> commands;
+  Append(program, {}, &commands);
+  return commands;
+}
+
+}  // namespace rilievo

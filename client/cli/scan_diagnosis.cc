@@ -1,0 +1,229 @@
+#include "client/cli/scan_diagnosis.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/text_layout.h"
+#include "core/base/status_macros.h"
+#include "core/control/build_control_mesh.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/scan/scan_surface.h"
+#include "server/conversion/memory_estimate.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kShares[] = {0.05, 0.25, 0.5, 0.75, 0.95};
+// Seconds of fit, heights, measure and coding by those of the stages before, on clean scans and on
+// noisy ones, where heights are local fits: 0.7 to 0.8 and 1.2 to 1.5 over the benchmark's clouds.
+constexpr double kLaterCleanRatio = 0.75, kLaterNoisyRatio = 1.3;
+// A .dss has 1.7 to 5.2 bytes a control face on the benchmark's noisy clouds, 4.6 to 20 on the
+// clean.
+constexpr double kNoisyBytesOfFace[] = {1.7, 5.5}, kCleanBytesOfFace[] = {4.5, 20};
+constexpr double kNoisySpacings = 0.1;  // noise from which on heights are smoothed
+
+Quantiles QuantilesOf(const std::vector<float>& values, double factor) {
+  std::vector<float> sorted = values;
+  std::sort(sorted.begin(), sorted.end());
+  Quantiles quantiles{};
+  if (sorted.empty()) return quantiles;
+  for (size_t i = 0; i < quantiles.size(); ++i) {
+    const double at = kShares[i] * static_cast<double>(sorted.size() - 1);
+    quantiles[i] = factor * sorted[static_cast<size_t>(std::lround(at))];
+  }
+  return quantiles;
+}
+
+// Each point stands for pi/4 of its spacing squared (see OrientedCloud); dense where spacing is
+// low.
+Quantiles DensityFrom(const Quantiles& spacing) {
+  Quantiles density{};
+  for (size_t i = 0; i < density.size(); ++i) {
+    const double of_point = std::numbers::pi / 4 * spacing[4 - i] * spacing[4 - i];
+    density[i] = of_point > 0 ? 1 / of_point : 0;
+  }
+  return density;
+}
+
+absl::StatusOr<std::vector<double>> LoopLengths(const ControlMesh& mesh, double diagonal) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  std::vector<double> lengths;
+  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
+    double length = 0;
+    for (size_t i = 0; i < loop.size(); ++i) {
+      length +=
+          (mesh.vertices.col(loop[i]) - mesh.vertices.col(loop[(i + 1) % loop.size()])).norm();
+    }
+    lengths.push_back(length * diagonal);
+  }
+  std::sort(lengths.begin(), lengths.end(), std::greater<>());
+  return lengths;
+}
+
+double Share(int64_t part, int64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
+std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
+  std::vector<std::string> advice;
+  const auto dropped = [&](int64_t count, const char* what, const char* remedy) {
+    if (Share(count, d.points_in) <= 0.01) return;
+    advice.push_back(
+        absl::StrCat(Percent(Share(count, d.points_in)), " of the points ", what, remedy));
+  };
+  dropped(d.non_finite, "are NaN or infinite",
+          " and are left out; export the scan without invalid returns to make it smaller.");
+  dropped(d.duplicates, "lie exactly on others",
+          " and are left out; remove overlaps when registering, or leave them.");
+  dropped(d.outliers, "belong to no surface", " and are left out; look at the scan for ghosts.");
+  dropped(d.island_points, "lie on small islands",
+          " and are left out; scan them more densely to keep them.");
+  if (d.noise[2] > d.spacing[2]) {
+    advice.push_back(
+        "The noise exceeds the spacing of the points: detail below the noise will be smoothed "
+        "away. "
+        "Average several scans, or expect a file of few bytes.");
+  } else if (d.noise[2] > kNoisySpacings * d.spacing[2]) {
+    advice.push_back(
+        "The scan is noisy: heights will be local fits (smoothed) rather than measured.");
+  }
+  if (d.spacing[4] > 5 * d.spacing[0]) {
+    advice.push_back(
+        "The spacing varies much: the surface will be as fine as the typical spacing. Scan the "
+        "sparse parts from nearer, or set --max-level.");
+  }
+  if (d.normal_disagreement > 0.05) {
+    advice.push_back(
+        "Neighbouring normals disagree in many places: sheets may touch, the surface may be "
+        "one-sided, or walls are as thin as the points are apart. Scan thin walls more densely, or "
+        "give --control-mesh.");
+  }
+  if (!d.loop_lengths.empty()) {
+    advice.push_back(
+        "The surface will be open where the scan is. --boundary close closes it; points from more "
+        "sides make it whole.");
+  }
+  if (d.road == std::string("arbitrary") && d.components > 1) {
+    advice.push_back(absl::StrCat("There are ", d.components,
+                                  " separate parts; reconstruct them one by one if they should not "
+                                  "share one file."));
+  }
+  if (advice.empty()) advice.push_back("Nothing stands in the way of a good surface.");
+  return advice;
+}
+
+void Expect(double seconds_so_far, ScanDiagnosis* d) {
+  const bool noisy = d->noise[2] > kNoisySpacings * d->spacing[2];
+  d->expected_seconds = seconds_so_far * (1 + (noisy ? kLaterNoisyRatio : kLaterCleanRatio));
+  const double* bytes = noisy ? kNoisyBytesOfFace : kCleanBytesOfFace;
+  d->expected_bytes_low = std::llround(bytes[0] * d->control_faces);
+  d->expected_bytes_high = std::llround(bytes[1] * d->control_faces);
+  JobRequest job;
+  job.point_count = d->points_in;
+  d->expected_memory = EstimateMemory(job);
+}
+
+std::string Spread(const Quantiles& q) {
+  return absl::StrCat(Short(q[2]), " in the middle; 5 % below ", Short(q[0]), ", 5 % above ",
+                      Short(q[4]));
+}
+
+std::string BytesText(int64_t bytes) {
+  if (bytes < 10'000) return absl::StrCat(Grouped(bytes), " bytes");
+  if (bytes < 10'000'000) return absl::StrCat(Grouped(bytes / 1000), " KB");
+  return absl::StrCat(Grouped(bytes / 1'000'000), " MB");
+}
+
+}  // namespace
+
+absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context) {
+  const auto start = std::chrono::steady_clock::now();
+  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, CheckScan(scan, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface surface, AnalyzeScan(checked, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ControlMeshResult control,
+      BuildControlMesh(surface.cloud, surface.graph, surface.index, {}, context));
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+
+  ScanDiagnosis d;
+  d.points_in = scan.points.cols();
+  d.non_finite = checked.non_finite;
+  d.duplicates = checked.duplicates;
+  d.strays = checked.strays;
+  d.outliers = surface.outliers;
+  d.island_points = surface.island_points;
+  const OrientedCloud& cloud = surface.cloud;
+  d.points_used = cloud.points.cols();
+  d.diagonal = surface.frame.diagonal;
+  const Eigen::Vector3d size =
+      (cloud.points.rowwise().maxCoeff() - cloud.points.rowwise().minCoeff()) * d.diagonal;
+  d.size = {size.x(), size.y(), size.z()};
+  d.spacing = QuantilesOf(cloud.spacing, d.diagonal);
+  d.noise = QuantilesOf(cloud.noise, d.diagonal);
+  d.density = DensityFrom(d.spacing);
+  d.normal_disagreement = surface.orientation.disagreement;
+  d.contested = Share(std::count(cloud.contested.begin(), cloud.contested.end(), 1), d.points_used);
+  d.point_components = surface.orientation.components;
+  d.road = TopologyName(control.road);
+  d.road_reason = control.reason;
+  d.components = control.components;
+  d.genus = control.genus;
+  d.control_faces = static_cast<int>(control.mesh.faces.cols());
+  RILIEVO_ASSIGN_OR_RETURN(d.loop_lengths, LoopLengths(control.mesh, d.diagonal));
+  Expect(elapsed.count(), &d);
+  d.advice = AdviceFor(d);
+  return d;
+}
+
+std::string DiagnosisText(const ScanDiagnosis& d) {
+  std::string text;
+  const auto add = [&](const char* label, const std::string& line) {
+    text += LabelledLine(label, line);
+  };
+  add("points", absl::StrCat(Grouped(d.points_used), " of ", Grouped(d.points_in), " usable; ",
+                             Grouped(d.non_finite), " non-finite, ", Grouped(d.duplicates),
+                             " duplicate, ", Grouped(d.strays), " stray, ", Grouped(d.outliers),
+                             " outlying, ", Grouped(d.island_points), " on islands"));
+  add("size", absl::StrCat(Short(d.size[0]), " x ", Short(d.size[1]), " x ", Short(d.size[2]),
+                           ", diagonal ", Short(d.diagonal)));
+  add("spacing", Spread(d.spacing));
+  add("density", absl::StrCat(Spread(d.density), " (points a square unit)"));
+  add("noise",
+      absl::StrCat(Spread(d.noise), "; ", Percent(d.noise[2] / d.diagonal), " of the diagonal, ",
+                   absl::StrFormat("%.2f", d.spacing[2] > 0 ? d.noise[2] / d.spacing[2] : 0),
+                   " spacings"));
+  add("normals",
+      absl::StrCat(Percent(d.normal_disagreement), " of neighbours disagree, ",
+                   Percent(d.contested), " of the points are in doubt about their side"));
+  add("parts", absl::StrCat(Counted(d.point_components, "group", "groups"), " of points; ",
+                            Counted(d.components, "component", "components"), " of genus ", d.genus,
+                            " together"));
+  if (d.loop_lengths.empty()) {
+    add("holes", "none: the surface will be closed");
+  } else {
+    std::string lengths;
+    for (size_t i = 0; i < std::min<size_t>(5, d.loop_lengths.size()); ++i) {
+      absl::StrAppend(&lengths, i == 0 ? "" : ", ", Short(d.loop_lengths[i]));
+    }
+    add("holes", absl::StrCat("open: ",
+                              Counted(static_cast<int64_t>(d.loop_lengths.size()), "boundary loop",
+                                      "boundary loops"),
+                              ", length ", lengths, d.loop_lengths.size() > 5 ? ", ..." : ""));
+  }
+  add("topology", absl::StrCat(d.road, ": ", d.road_reason));
+  add("expect",
+      absl::StrCat("about ", absl::StrFormat("%.1f s", d.expected_seconds), " and ",
+                   BytesText(d.expected_memory), " of memory here; a file of ",
+                   BytesText(d.expected_bytes_low), " to ", BytesText(d.expected_bytes_high),
+                   " over ", Counted(d.control_faces, "control face", "control faces")));
+  for (const std::string& sentence : d.advice) add("advice", sentence);
+  return text;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,125 @@
+// Pictures as the program draws them.
+#include "client/cli/surface_error.h"
+#include "client/picture/image.h"
+#include "tests/unit/cli/program_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::Each;
+using ::testing::HasSubstr;
+
+class ViewTest : public ProgramFixture {
+ protected:
+  Image Picture(const std::string& name) {
+    const auto image = DecodePng(Content(At(name)));
+    EXPECT_TRUE(image.ok()) << image.status();
+    return image.ok() ? *image : Image{};
+  }
+};
+
+int PixelsOf(const Image& image, const std::function<bool(int, int, int)>& kind) {
+  int count = 0;
+  for (size_t i = 0; i + 2 < image.rgb.size(); i += 3) {
+    count += kind(image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]);
+  }
+  return count;
+}
+
+bool Background(int r, int g, int b) { return r == 255 && g == 255 && b == 255; }
+
+TEST_F(ViewTest, EdgesAreDrawnWhereTheyAreSeen) {
+  // Two triangles over each other: the lower one's edges are hidden but for its rim.
+  std::ofstream(At("a.obj")) << "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
+  const auto dark = [](int r, int g, int b) { return r < 90 && g < 90 && b < 110; };
+  const auto draw = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "view",        At("a.obj"), "-o",     At("a.png"), "--size",        "200x200",
+        "--elevation", "89",        "--turn", "0",         "--orthographic"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended ended = Run(arguments);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    return PixelsOf(Picture("a.png"), dark);
+  };
+  EXPECT_EQ(draw({}), 0);
+  // Four sides of about 180 pixels and the diagonal, a pixel wide.
+  const int edges = draw({"--edges"});
+  EXPECT_GT(edges, 800);
+  EXPECT_LT(edges, 2500);
+}
+
+TEST_F(ViewTest, ATurntableIsOneAnimationOrNumberedPictures) {
+  ASSERT_EQ(Run({"simulate", "torus", "-o", At("a.ply"), "--points", "2000"}).code, 0);
+  const Ended one =
+      Run({"view", At("a.ply"), "-o", At("a.png"), "--size", "80x60", "--turntable", "5"});
+  ASSERT_EQ(one.code, 0) << one.err;
+  EXPECT_THAT(one.out, HasSubstr("5 frames"));
+  const std::string animation = Content(At("a.png"));
+  size_t frames = 0;
+  for (size_t at = 0; (at = animation.find("fcTL", at)) != std::string::npos; at += 4) ++frames;
+  EXPECT_EQ(frames, 5u);
+  // Those who do not know of animations see the first picture.
+  const Image first = Picture("a.png");
+
+  const Ended many = Run({"view", At("a.ply"), "-o", At("turn-%02d.png"), "--size", "80x60",
+                          "--turntable", "5", "--json"});
+  ASSERT_EQ(many.code, 0) << many.err;
+  EXPECT_EQ(Json::parse(many.out)["outputs"].size(), 5u);
+  EXPECT_EQ(Picture("turn-00.png").rgb, first.rgb);
+  EXPECT_NE(Picture("turn-02.png").rgb, first.rgb);
+  // The scene keeps its size: a body of revolution fills the same pixels at every turn.
+  const auto drawn = [](const Image& image) {
+    return PixelsOf(image, [](int r, int g, int b) { return !Background(r, g, b); });
+  };
+  EXPECT_NEAR(drawn(Picture("turn-03.png")), drawn(first), 0.05 * drawn(first));
+  EXPECT_EQ(Run({"view", At("a.ply"), "-o", At("in/"), "--size", "80", "--turntable", "2"}).code,
+            0);
+  EXPECT_TRUE(fs::exists(At("in/frame-001.png")));
+  EXPECT_EQ(Run({"view", At("a.ply"), "-o", At("%s.png"), "--turntable", "3"}).code, 2);
+  EXPECT_EQ(Run({"view", At("a.ply"), "-o", At("a.png"), "--turntable", "3", "--views", "2"}).code,
+            2);
+}
+
+TEST_F(ViewTest, PartsAndColorsOfASurface) {
+  ASSERT_EQ(Run({"simulate", "star", "-o", At("scan.ply"), "--points", "6000"}).code, 0);
+  ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--quiet"}).code, 0);
+  const auto draw = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"view", At("a.dss"), "-o", At("a.png"), "--size", "120"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ended ended = Run(arguments);
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_LE(WidestLine(ended.out.substr(ended.out.find("png"))), 80u) << ended.out;
+    return ended.out;
+  };
+  EXPECT_THAT(draw({"--show", "domain"}), HasSubstr("smooth surface"));
+  const Image domain = Picture("a.png");
+  EXPECT_THAT(draw({"--show", "control-mesh", "--edges"}), HasSubstr("control mesh"));
+  EXPECT_THAT(draw({}), HasSubstr("surface at level"));
+  EXPECT_NE(Picture("a.png").rgb, domain.rgb);
+  EXPECT_THAT(draw({"--colors", "error", "--scan", At("scan.ply")}), HasSubstr("full red"));
+  EXPECT_THAT(draw({"--colors", "displacement"}), HasSubstr("of the diagonal"));
+  EXPECT_EQ(Run({"view", At("a.dss"), "-o", At("a.png"), "--colors", "error"}).code, 2);
+  EXPECT_EQ(Run({"view", At("scan.ply"), "-o", At("a.png"), "--show", "domain"}).code, 2);
+  const Ended piped = RunPiped(Content(At("a.dss")), {"view", "-", "-o", "-", "--size", "120"});
+  EXPECT_EQ(piped.code, 0) << piped.err;
+  EXPECT_TRUE(DecodePng(piped.out).ok());
+}
+
+TEST(SurfaceErrorTest, IsTheDistanceOfThePoints) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, 4);
+  mesh.vertices << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
+  mesh.triangles.resize(3, 2);
+  mesh.triangles << 0, 0, 1, 2, 2, 3;
+  Eigen::Matrix3Xd points(3, 3);
+  points << 0.8, 0.9, NAN, 0.1, 0.2, 0, 0.3, -0.4, 0;
+  const auto errors = ErrorAtVertices(mesh, points, {});
+  ASSERT_TRUE(errors.ok()) << errors.status();
+  const float rms = std::sqrt((0.09f + 0.16f) / 2);
+  EXPECT_FLOAT_EQ((*errors)[1], rms);
+  EXPECT_FLOAT_EQ((*errors)[0], rms);
+  EXPECT_TRUE(std::isnan((*errors)[3]));  // of the triangle no point is near
+}
+
+}  // namespace
+}  // namespace rilievo
