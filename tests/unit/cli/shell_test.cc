@@ -87,7 +87,9 @@ TEST_F(ShellTest, TheManualNamesEveryOptionOfTheHelp) {
   EXPECT_THAT(plain, HasSubstr("cancelled (Ctrl-C)"));
   EXPECT_THAT(plain, Not(HasSubstr("manual")));  // made for packages
   std::ofstream(At("rilievo.1")) << page.out;
-  if (Exists("groff")) EXPECT_EQ(Output("groff -man -Tascii -ww -z " + At("rilievo.1")), "");
+  if (Exists("groff")) {
+    EXPECT_EQ(Output("groff -man -Tascii -ww -z " + At("rilievo.1")), "");
+  }
 }
 
 TEST_F(ShellTest, TheManualOfTheServerComesFromItsHelp) {

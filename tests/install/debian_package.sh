@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# Makes the Debian packages and looks at them: what they hold, and that their dependencies were found.
+#   debian_package.sh BUILD
+set -euo pipefail
+build=$1
+root=$(mktemp -d)
+trap 'rm -rf "$root"' EXIT
+
+(cd "$build" && cpack -G DEB -B "$root") >"$root/log" 2>&1 || { cat "$root/log" >&2; exit 1; }
+programs=$(ls "$root"/rilievo_*.deb)
+development=$(ls "$root"/librilievo-dev_*.deb)
+depends=$(dpkg-deb -f "$programs" Depends)
+echo "$(basename "$programs"): $(stat -c %s "$programs") bytes; $depends"
+for library in libc6 'libgrpc++' libsqlite3 libpng16; do
+  grep -q "$library" <<<"$depends" || { echo "no dependency on $library" >&2; exit 1; }
+done
+dpkg-deb -x "$programs" "$root/programs"
+for file in bin/rilievo bin/rilievod bin/rilievo-worker share/man/man1/rilievo.1 \
+  share/man/man8/rilievod.8 share/bash-completion/completions/rilievo \
+  lib/systemd/system/rilievod.service; do
+  [ -s "$root/programs/usr/$file" ] || { echo "not in the package: $file" >&2; exit 1; }
+done
+"$root/programs/usr/bin/rilievo" simulate sphere -o "$root/a.ply" --points 500
+"$root/programs/usr/bin/rilievo" reconstruct "$root/a.ply" -o "$root/a.dss" --quiet | head -1
+dpkg-deb -c "$development" | grep -q 'lib/cmake/rilievo/rilievo-config.cmake'
