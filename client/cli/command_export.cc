@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +13,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/output_target.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
@@ -26,10 +28,10 @@ namespace rilievo {
 namespace {
 
 struct ExportArguments {
-  std::string input, output;
+  std::string input, output, format = "ply";
   std::optional<int> level;
   AdaptiveOptions adaptive;
-  bool cage = false;
+  bool cage = false, json = false;
   std::vector<double> camera;  // x, y, z, or empty
   std::string carry;           // a scan
 
@@ -72,6 +74,16 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
   return exported;
 }
 
+// What was written, in words or as JSON.
+void Say(const ExportArguments& arguments, const std::string& what, nlohmann::ordered_json facts) {
+  if (arguments.json) {
+    facts["output"] = arguments.output;
+    std::cout << facts.dump(2) << '\n';
+    return;
+  }
+  WordsBeside(arguments.output) << Wrap(absl::StrCat(arguments.output, ": ", what), 2) << '\n';
+}
+
 // Formats that hold the surface itself, not triangles of it: they have levels only.
 bool HoldsSurface(const std::string& extension) {
   return extension == "usda" || extension == "png";
@@ -108,8 +120,10 @@ absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArgument
                                : WriteDisplacementAtlas(surface, level, context, out);
   });
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  std::cout << arguments.output << ": level " << level << ", "
-            << Counted(surface.control_mesh.faces.cols(), "control face", "control faces") << '\n';
+  Say(arguments,
+      absl::StrCat("level ", level, ", ",
+                   Counted(surface.control_mesh.faces.cols(), "control face", "control faces")),
+      {{"level", level}, {"control_faces", surface.control_mesh.faces.cols()}});
   return absl::OkStatus();
 }
 
@@ -129,12 +143,14 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
       return WriteObjCage(surface.control_mesh, surface.frame, out);
     });
   }
-  return WriteMesh(arguments.output, exported.mesh, exported.sources, exported.layers);
+  return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers);
 }
 
 absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
-  const std::string extension = Extension(arguments.output);
+  const std::string extension =
+      IsStandardOutput(arguments.output) ? arguments.format : Extension(arguments.output);
   RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
+  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
@@ -148,11 +164,13 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   }
   RILIEVO_RETURN_IF_ERROR(WithExitCode(
       WriteExported(decoded.surface, arguments, exported, extension), ExitCode::kOutput));
-  std::cout << Wrap(absl::StrCat(arguments.output, ": ", exported.how, ", ",
-                                 Counted(exported.mesh.vertices.cols(), "vertex", "vertices"), ", ",
-                                 Counted(exported.mesh.triangles.cols(), "face", "faces")),
-                    2)
-            << '\n';
+  const TriangleMesh& mesh = exported.mesh;
+  Say(arguments,
+      absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
+                   Counted(mesh.triangles.cols(), "face", "faces")),
+      {{"kind", exported.how},
+       {"vertices", mesh.vertices.cols()},
+       {"faces", mesh.triangles.cols()}});
   return absl::OkStatus();
 }
 
@@ -161,12 +179,18 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
 Command AddExport(CLI::App& program) {
   CLI::App* app = program.add_subcommand("export", "Write a surface as a mesh");
   const auto arguments = std::make_shared<ExportArguments>();
-  app->add_option("IN", arguments->input, "the surface, a .dss file")->required();
+  app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
+      ->required();
   app->add_option("OUT", arguments->output,
                   "the mesh: .ply (with normals and, a vertex, where its height comes from: 0 "
                   "measured, 1 smoothed, 2 filled in), .obj, .stl or .glb; the subdivision surface "
-                  "with its heights: .usda; the heights alone as a 16-bit picture: .png")
+                  "with its heights: .usda; the heights alone as a 16-bit picture: .png; - is "
+                  "standard output")
       ->required();
+  app->add_option("--format", arguments->format, "of the standard output")
+      ->check(CLI::IsMember({"ply", "obj", "stl", "glb", "usda", "png"}))
+      ->capture_default_str();
+  app->add_flag("--json", arguments->json, "say in JSON what was written");
   app->add_option("--level", arguments->level,
                   "fineness: 0 is the control mesh's; default the finest")
       ->check(CLI::Range(0, 10));

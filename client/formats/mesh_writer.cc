@@ -178,7 +178,12 @@ absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
 
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources, const PointLayers& layers) {
-  const std::string extension = Extension(path);
+  return WriteMesh(path, Extension(path), mesh, sources, layers);
+}
+
+absl::Status WriteMesh(const std::string& path, const std::string& extension,
+                       const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                       const PointLayers& layers) {
   if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb") {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": the extension must be .ply, .obj, .stl or .glb"));

@@ -37,4 +37,9 @@ absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources, const PointLayers& layers = {});
 
+// In the format of `extension`, whatever the path.
+absl::Status WriteMesh(const std::string& path, const std::string& extension,
+                       const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                       const PointLayers& layers = {});
+
 }  // namespace rilievo

@@ -9,7 +9,8 @@ trap 'rm -rf "$work"' EXIT
 mkdir -p "$out"
 
 "$bin/rilievo" simulate star -o "$work/scan.ply" --points 60000 --views 3 --dropout 0.3 --seed 4
-"$bin/rilievo" reconstruct "$work/scan.ply" -o "$work/surface.dss" --topology arbitrary --quiet
+"$bin/rilievo" reconstruct "$work/scan.ply" -o "$work/surface.dss" --control-faces 400 \
+  --topology arbitrary --boundary close --quiet
 draw() { # NAME INPUT OPTIONS...
   local name=$1 input=$2
   shift 2

@@ -27,6 +27,14 @@ TEST_F(PipesTest, ScanInSurfaceOut) {
   ASSERT_EQ(info.code, 0) << info.err;
   EXPECT_EQ(Json::parse(info.out)["bytes"], piped.out.size());
   EXPECT_EQ(RunPiped(piped.out, {"verify", "-", At("scan.ply")}).code, 0);
+  for (const char* format : {"ply", "obj", "stl"}) {
+    const std::string name = At(std::string("mesh.") + format);
+    const Ended exported = RunPiped(piped.out, {"export", "-", "-", "--format", format});
+    ASSERT_EQ(exported.code, 0) << exported.err;
+    const Ended to_file = Run({"export", At("a.dss"), name, "--json"});
+    EXPECT_GT(Json::parse(to_file.out)["faces"], 1000);
+    EXPECT_EQ(exported.out, Content(name));
+  }
   EXPECT_EQ(RunPiped(simulated.out, {"verify", At("a.dss"), "-"}).code, 0);
   const Ended compared = RunPiped(piped.out, {"compare", "-", At("a.dss"), "--json"});
   ASSERT_EQ(compared.code, 0) << compared.err;

@@ -31,7 +31,7 @@ bool Background(int r, int g, int b) { return r == 255 && g == 255 && b == 255; 
 TEST_F(ViewTest, EdgesAreDrawnWhereTheyAreSeen) {
   // Two triangles over each other: the lower one's edges are hidden but for its rim.
   std::ofstream(At("a.obj")) << "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
-  const auto dark = [](int r, int g, int b) { return r < 90 && g < 90 && b < 110; };
+  const auto dark = [](int r, int g, int b) { return r < 150 && g < 150 && b < 160; };
   const auto draw = [&](const std::vector<std::string>& more) {
     std::vector<std::string> arguments = {
         "view",        At("a.obj"), "-o",     At("a.png"), "--size",        "200x200",
