@@ -42,7 +42,7 @@ TEST_F(ProgramTest, WrongCommandLinesEndWithTwo) {
            {"reconstruct", "a.ply", "-o", "b.dss", "--creases", "sharp"},
            {"simulate", "cow", "-o", "a.ply"},
            {"simulate", "star", "-o", "a.ply", "--noise", "2"},
-           {"export", "a.dss", "b.glb"},
+           {"export", "a.dss", "b.blend"},
            {"view", "a.ply", "-o", "b.png", "--size", "axb"}}) {
     const Ended ended = Run(arguments);
     EXPECT_EQ(ended.code, 2) << ended.err;
