@@ -22,8 +22,8 @@ constexpr double kShares[] = {0.05, 0.25, 0.5, 0.75, 0.95};
 // Seconds of fit, heights, measure and coding by those of the stages before, on clean scans and on
 // noisy ones, where heights are local fits: 0.7 to 0.8 and 1.2 to 1.5 over the benchmark's clouds.
 constexpr double kLaterCleanRatio = 0.75, kLaterNoisyRatio = 1.3;
-// Bytes of a .dss a control face: 1.7 to 5.2 on the benchmark's noisy clouds, 4.6 to 20 on its clean
-// ones, 2 on a smooth shape without noise.
+// Bytes of a .dss a control face: 1.7 to 5.2 on the benchmark's noisy clouds, 4.6 to 20 on its
+// clean ones, 2 on a smooth shape without noise.
 constexpr double kNoisyBytesOfFace[] = {1.5, 6}, kCleanBytesOfFace[] = {1.5, 20};
 constexpr double kNoisySpacings = 0.1;  // noise from which on heights are smoothed
 
