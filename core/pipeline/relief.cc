@@ -7,6 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/prepare_control_mesh.h"
+#include "core/control/cut_openings.h"
+#include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
 #include "core/pipeline/coding_error.h"
 #include "core/pipeline/position_step.h"
@@ -69,6 +71,48 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
   surface.heights = std::move(field.heights);
   surface.sources = std::move(field.source);
   return relief;
+}
+
+// Per control face, the share of its heights that had no data.
+std::vector<float> UnmeasuredShares(const Relief& relief) {
+  const DisplacedSurface& surface = relief.surface;
+  std::vector<float> shares(surface.control_mesh.faces.cols(), 0.0f);
+  const float corner_share = 1.0f / static_cast<float>(int64_t{3} << (2 * surface.max_level));
+  for (int64_t f = 0; f < relief.shape.triangles.cols(); ++f) {
+    for (const int v : relief.shape.triangles.col(f)) {
+      if (surface.sources[v] == HeightSource::kFilled) {
+        shares[f >> (2 * surface.max_level)] += corner_share;
+      }
+    }
+  }
+  return shares;
+}
+
+void ReportTopology(const ControlMesh& mesh, ReconstructReport* report) {
+  const TopologySummary topology =
+      SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  report->components = static_cast<int>(topology.components);
+  report->boundary_loops = static_cast<int>(topology.boundary_loops);
+  report->genus = static_cast<int>(topology.genus);
+}
+
+// Where the scan turns out to have an opening the domain is cut, and fitted and sampled once more.
+// Other roads than the arbitrary one know their borders beforehand.
+absl::StatusOr<Relief> DisplaceAndCut(const ScanSurface& scan, Domain* domain,
+                                      const ReconstructOptions& options, const RunContext& context,
+                                      ReconstructReport* report) {
+  RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(scan, domain->mesh, options, context, report));
+  if (options.control.boundary == BoundaryRule::kClose ||
+      report->road != TopologyName(Topology::kArbitrary)) {
+    return relief;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh cut,
+                           CutOpenings(domain->mesh, UnmeasuredShares(relief), scan.cloud,
+                                       scan.index, CutOptions{}, context));
+  if (cut.faces.cols() == domain->mesh.faces.cols()) return relief;
+  ReportTopology(cut, report);
+  RILIEVO_ASSIGN_OR_RETURN(*domain, FitDomain(scan, cut, options, context, report));
+  return Displace(scan, domain->mesh, options, context, report);
 }
 
 // Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
@@ -143,11 +187,11 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   return domain;
 }
 
-absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, const Domain& domain,
+absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report) {
-  RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(scan, domain.mesh, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(Relief relief, DisplaceAndCut(scan, &domain, options, context, report));
   if (options.measure) {
     RILIEVO_RETURN_IF_ERROR(Measure(scan, relief.shape, context, report));
   }

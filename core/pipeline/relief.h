@@ -29,10 +29,11 @@ struct CodedRelief {
   DssMetadata metadata;
 };
 
-// Samples heights over the domain, measures how far the surface lies from the points and encodes
-// it. Fills in what the report says of these stages. `metadata`: what is known before.
-// RESOURCE_EXHAUSTED also when encode.max_bytes cannot be kept.
-absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, const Domain& domain,
+// Samples heights over the domain, cuts it where the scan turns out to have an opening, measures
+// how far the surface lies from the points and encodes it. Fills in what the report says of these
+// stages. `metadata`: what is known before. RESOURCE_EXHAUSTED also when encode.max_bytes cannot be
+// kept.
+absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report);

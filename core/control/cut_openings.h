@@ -1,0 +1,32 @@
+// Cutting the control mesh away where, after all, the scan has an opening.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+struct CutOptions {
+  // A control face is bare when at least this share of its heights has no data. (0, 1].
+  double bare_share = 0.9;
+  // Bare faces inside the surface are a hole to be kept filled when together they are at most this
+  // wide, in spacings of the points around; wider ones, and those at the boundary, are openings.
+  double filled_hole_spacings = 10;
+  // Where faces are cut, pieces of fewer faces than this that are mostly bare are dropped.
+  int min_piece_faces = 8;
+};
+
+// `unmeasured`: per face of `mesh`, the share of its heights without data. Result: the mesh without
+// the openings, tags and order of vertices and faces kept; the mesh as it is when there are none,
+// or when nothing else would remain.
+absl::StatusOr<ControlMesh> CutOpenings(const ControlMesh& mesh,
+                                        const std::vector<float>& unmeasured,
+                                        const OrientedCloud& cloud, const PointIndex& index,
+                                        const CutOptions& options, const RunContext& context);
+
+}  // namespace rilievo
