@@ -127,7 +127,7 @@ absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, RilievoBytes
   std::transform(flags, flags + count, sources.begin(),
                  [](uint8_t flag) { return static_cast<HeightSource>(flag); });
   std::ostringstream out;
-  RILIEVO_RETURN_IF_ERROR(write(MeshOf(mesh), sources, out));
+  RILIEVO_RETURN_IF_ERROR(write(MeshOf(mesh), sources, out, PointLayers{}));
   *bytes = new RilievoBytes{.bytes = std::move(out).str()};
   return absl::OkStatus();
 }
