@@ -70,10 +70,16 @@ TEST(CutOpeningsTest, AWideHoleBecomesAnOpening) {
   EXPECT_EQ(topology.boundary_loops, 2);
 }
 
-TEST(CutOpeningsTest, WhatHangsOverTheBoundaryIsCutHoweverSmall) {
+TEST(CutOpeningsTest, WhatHangsOverTheBoundaryIsCutHoweverNarrow) {
   std::vector<float> unmeasured = Nothing();
   MarkBare(0, kSide, 0, 1, &unmeasured);
   EXPECT_EQ(Cut(Sheet(), unmeasured).faces.cols(), 2 * kSide * (kSide - 1));
+}
+
+TEST(CutOpeningsTest, AFewFacesAreNotWorthAnotherFit) {
+  std::vector<float> unmeasured = Nothing();
+  MarkBare(0, 10, 0, 1, &unmeasured);
+  EXPECT_EQ(Cut(Sheet(), unmeasured).faces.cols(), 2 * kSide * kSide);
 }
 
 TEST(CutOpeningsTest, FacesThatArePartlyMeasuredStay) {
