@@ -67,6 +67,7 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/rilievo-config-version.cmak
 install(FILES ${CMAKE_BINARY_DIR}/rilievo-config.cmake
   ${CMAKE_BINARY_DIR}/rilievo-config-version.cmake DESTINATION ${package})
 # Relocatable: the prefix is where the file lies.
+file(RELATIVE_PATH pc_to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 foreach(name rilievo-decoder rilievo-client)
   configure_file(${CMAKE_SOURCE_DIR}/cmake/install/${name}.pc.in ${CMAKE_BINARY_DIR}/${name}.pc
     @ONLY)

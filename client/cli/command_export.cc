@@ -150,6 +150,7 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string extension =
       IsStandardOutput(arguments.output) ? arguments.format : Extension(arguments.output);
   RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
+  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.carry}));
   RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
   RunContext context;
   context.stop = stop;

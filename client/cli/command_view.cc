@@ -125,24 +125,16 @@ absl::StatusOr<std::vector<Image>> Render(const Scene& scene, PictureOptions pic
 }
 
 // Numbered files, or one: a picture or an animation.
-absl::StatusOr<std::vector<std::string>> Write(const std::vector<Image>& images,
-                                               const std::string& output) {
-  std::vector<std::string> paths;
-  if (images.size() > 1) {
-    RILIEVO_ASSIGN_OR_RETURN(paths, FramePaths(output, static_cast<int>(images.size())));
-  }
-  if (paths.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(
-        const std::string png,
-        images.size() == 1 ? EncodePng(images[0]) : EncodeAnimation(images, kFrameMilliseconds));
-    RILIEVO_RETURN_IF_ERROR(WriteText(output, png));
-    return std::vector<std::string>{output};
+absl::Status Write(const std::vector<Image>& images, const std::vector<std::string>& paths) {
+  if (paths.size() == 1 && images.size() > 1) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodeAnimation(images, kFrameMilliseconds));
+    return WriteText(paths[0], png);
   }
   for (size_t i = 0; i < images.size(); ++i) {
     RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodePng(images[i]));
     RILIEVO_RETURN_IF_ERROR(WriteText(paths[i], png));
   }
-  return paths;
+  return absl::OkStatus();
 }
 
 void Say(const ViewArguments& arguments, const std::vector<std::string>& paths,
@@ -174,8 +166,13 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   picture.camera.up = arguments.up == "y" ? UpAxis::kY : UpAxis::kZ;
   RILIEVO_RETURN_IF_ERROR(ParseSize(arguments.size, &picture));
   RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.scan}));
-  RILIEVO_RETURN_IF_ERROR(
-      CheckOutputs({arguments.turntable > 1 ? "" : arguments.output}, {arguments.json ? "-" : ""}));
+  std::vector<std::string> frame_paths;
+  if (arguments.turntable > 1) {
+    RILIEVO_ASSIGN_OR_RETURN(frame_paths, FramePaths(arguments.output, arguments.turntable));
+  }
+  const std::vector<std::string> paths =
+      frame_paths.empty() ? std::vector{arguments.output} : frame_paths;
+  RILIEVO_RETURN_IF_ERROR(CheckOutputs(paths, {arguments.json ? "-" : ""}));
   const ShownPart part = arguments.show == "surface"  ? ShownPart::kSurface
                          : arguments.show == "domain" ? ShownPart::kDomain
                                                       : ShownPart::kControlMesh;
@@ -185,7 +182,7 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   const Scene scene{std::move(shape.mesh), std::move(coloring.colors)};
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Image> images,
                            Render(scene, picture, arguments, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> paths, Write(images, arguments.output));
+  RILIEVO_RETURN_IF_ERROR(Write(images, paths));
   picture.width = images[0].width;
   picture.height = images[0].height;
   Say(arguments, paths, picture, shape.description, coloring.legend);

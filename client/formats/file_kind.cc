@@ -81,7 +81,9 @@ std::optional<FileKind> ByExtension(const std::string& extension) {
 
 bool LooksLikeNumbers(string_view line) {
   if (line.find('\0') != string_view::npos) return false;
-  const string_view word = line.substr(line.find_first_not_of(" \t,;"));
+  const size_t begin = line.find_first_not_of(" \t,;");
+  if (begin == string_view::npos) return false;
+  const string_view word = line.substr(begin);
   double value;
   return ParseNumber(word.substr(0, word.find_first_of(" \t,;\r")), &value).ok();
 }

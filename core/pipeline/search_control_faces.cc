@@ -45,7 +45,8 @@ class Search {
         metadata_(metadata),
         options_(options),
         context_(context),
-        report_(report) {}
+        report_(report),
+        before_(*report) {}
 
   absl::StatusOr<CodedRelief> Run() {
     const int first = FirstRung();
@@ -55,8 +56,9 @@ class Search {
     while (FacesAt(rung + 1) >= kFewestFaces && best_rung_ == (best_ ? rung : kNone)) {
       RILIEVO_RETURN_IF_ERROR(Try(++rung));
     }
-    if (best_rung_ <= first) {
-      for (rung = first - 1; rung >= 0 && best_rung_ == (best_ ? rung + 1 : kNone); --rung) {
+    // What no coarser mesh could keep, a finer one cannot.
+    if (best_ && best_rung_ <= first) {
+      for (rung = first - 1; rung >= 0 && best_rung_ == rung + 1; --rung) {
         RILIEVO_RETURN_IF_ERROR(Try(rung));
       }
     }
@@ -68,10 +70,7 @@ class Search {
     }
     if (!best_) return failure_;
     RILIEVO_RETURN_IF_ERROR(KeepError());
-    const ReconstructReport spent = *report_;
-    *report_ = std::move(best_->report);
-    std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
-              std::begin(report_->stage_seconds));
+    SetReport(best_->report);
     return std::move(best_->relief);
   }
 
@@ -90,7 +89,16 @@ class Search {
     return rung;
   }
 
+  // With the time spent since.
+  void SetReport(const ReconstructReport& report) {
+    const ReconstructReport spent = *report_;
+    *report_ = report;
+    std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
+              std::begin(report_->stage_seconds));
+  }
+
   absl::Status Try(double rung) {
+    SetReport(before_);
     ControlMesh mesh = start_;
     if (rung > 0) {
       RILIEVO_ASSIGN_OR_RETURN(mesh,
@@ -123,6 +131,7 @@ class Search {
     if (!options_.encode.max_error || !options_.measure) return absl::OkStatus();
     const double limit = *options_.encode.max_error;
     double asked = limit;
+    SetReport(best_->report);
     for (int round = 0; round < kKeepRounds; ++round) {
       if (best_->report.error_unreachable) return absl::OkStatus();
       RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
@@ -159,7 +168,8 @@ class Search {
     if (error <= limit && other_error <= limit) return worth.bytes < other.bytes;
     if (error > limit && other_error > limit && worth.own > limit && other.own > limit) {
       // Neither can: the default coding is used, and a little error buys no bytes.
-      return error < kAlike * other_error && worth.bytes < other.bytes;
+      const bool alike = error < kAlike * other_error && other_error < kAlike * error;
+      return alike ? worth.bytes < other.bytes : error < other_error;
     }
     return error < other_error;
   }
@@ -170,6 +180,7 @@ class Search {
   const ReconstructOptions& options_;
   const RunContext& context_;
   ReconstructReport* report_;
+  const ReconstructReport before_;  // the first trial
   std::optional<Trial> best_;
   double best_rung_ = kNone;
   absl::Status failure_;

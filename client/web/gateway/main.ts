@@ -70,12 +70,13 @@ function main(): void {
   const address = /^(?:\[(.+)\]|([^:]*)):(\d+)$/.exec(given.listen!);
   if (!address) fail(`--listen '${given.listen}' is no HOST:PORT; give for example 127.0.0.1:8080`);
   const host = address[1] ?? address[2] ?? '';
+  const shown = host.includes(':') ? `[${host}]` : host;
   const token = textOf(given['token-file'])?.trim();
   const transport = createGrpcTransport({
     baseUrl: /^https?:/.test(given.server) ? given.server : `http://${given.server}`,
     nodeOptions: { ca: textOf(given['tls-ca']), cert: textOf(given['tls-cert']), key: textOf(given['tls-key']) },
   });
-  const names = new Set(['127.0.0.1', 'localhost', '[::1]', host, ...(given['allow-host'] ?? [])]);
+  const names = new Set(['127.0.0.1', 'localhost', '[::1]', shown, ...(given['allow-host'] ?? [])]);
   const folder = resolve(given.page ?? join(dirname(fileURLToPath(import.meta.url)), 'page'));
   const files = fileHandler(folder);
   const upload = uploadHandler(transport, token);
@@ -98,7 +99,7 @@ function main(): void {
   server.on('error', (error) => fail(error.message));
   server.listen(Number(address[3]), host || undefined, () => {
     const { port } = server.address() as AddressInfo;
-    console.log(`rilievo on http://${host || '127.0.0.1'}:${port}/`);
+    console.log(`rilievo on http://${shown || '127.0.0.1'}:${port}/`);
   });
   for (const signal of ['SIGINT', 'SIGTERM'] as const) {
     process.on(signal, () => process.exit(0));

@@ -12,8 +12,8 @@ const NAMES: [number | string, string][] = [
   [Stage.CONTROL_MESH, 'Control mesh'],
   [Stage.DOMAIN_FIT, 'Fitting the smooth surface'],
   [Stage.DISPLACEMENT, 'Displacement'],
-  [Stage.ENCODE, 'Coding'],
   [Stage.MEASURE, 'Measuring the error'],
+  [Stage.ENCODE, 'Coding'],
   ['surface', 'Receiving the surface'],
 ];
 
