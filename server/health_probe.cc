@@ -41,8 +41,10 @@ grpc::Status Ask(const std::string& address,
 
 absl::Status ProbeHealth(const std::string& address, std::chrono::milliseconds timeout) {
   HealthCheckResponse response;
-  grpc::Status status = Ask(address, grpc::InsecureChannelCredentials(), timeout / 2, &response);
-  if (!status.ok()) status = Ask(address, TlsToAnybody(), timeout / 2, &response);
+  grpc::Status status = Ask(address, TlsToAnybody(), timeout / 2, &response);
+  if (!status.ok()) {
+    status = Ask(address, grpc::InsecureChannelCredentials(), timeout / 2, &response);
+  }
   if (!status.ok()) {
     return absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
   }

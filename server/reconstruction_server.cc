@@ -131,13 +131,14 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   int socket = 0;  // not 0 when there is one
   if (!embedded) {
     GuardConnections(options, &builder);
-    RILIEVO_ASSIGN_OR_RETURN(const auto credentials, MakeServerCredentials(options));
+    RILIEVO_ASSIGN_OR_RETURN(result->credentials_, MakeServerCredentials(options));
     if (absl::StartsWith(options.listen, "unix")) {
-      builder.AddListeningPort(options.listen, credentials, &socket);
+      builder.AddListeningPort(options.listen, result->credentials_, &socket);
     } else {
       RILIEVO_ASSIGN_OR_RETURN(result->listener_, ConnectionListener::Open(options.listen));
       connections = builder.experimental().AddExternalConnectionAcceptor(
-          grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+          grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD,
+          result->credentials_);
     }
   }
   result->server_ = builder.BuildAndStart();

@@ -14,6 +14,7 @@
 namespace grpc {
 class ChannelInterface;
 class Server;
+class ServerCredentials;
 }  // namespace grpc
 
 namespace rilievo {
@@ -70,6 +71,7 @@ class ReconstructionServer {
   std::unique_ptr<ServiceCore> core_;
   std::unique_ptr<ReconstructionService> service_;
   std::unique_ptr<JobsService> jobs_;
+  std::shared_ptr<grpc::ServerCredentials> credentials_;  // follow their files while they live
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<ConnectionListener> listener_;
   std::string address_;

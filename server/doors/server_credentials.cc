@@ -5,7 +5,9 @@
 #include <openssl/x509.h>
 
 #include <cstdio>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
@@ -13,6 +15,7 @@
 #include "grpcpp/security/tls_certificate_provider.h"
 #include "grpcpp/security/tls_credentials_options.h"
 #include "proto/local_address.h"
+#include "server/doors/certificate_copies.h"
 
 namespace rilievo {
 namespace {
@@ -59,6 +62,12 @@ absl::Status CheckFiles(const ServerOptions& options) {
   return ReadPem<X509>("--tls-client-ca", options.tls_client_ca, PEM_read_X509, X509_free).status();
 }
 
+// Credentials, and the files they go on reading.
+struct Kept {
+  std::unique_ptr<CertificateCopies> copies;
+  std::shared_ptr<grpc::ServerCredentials> credentials;
+};
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeServerCredentials(
@@ -77,16 +86,28 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeServerCredentials(
     return grpc::InsecureServerCredentials();
   }
   RILIEVO_RETURN_IF_ERROR(CheckFiles(options));
-  using grpc::experimental::FileWatcherCertificateProvider;
+  const auto check = [options](const std::vector<std::string>& paths) {
+    ServerOptions copied = options;
+    copied.tls_key = paths[0];
+    copied.tls_certificate = paths[1];
+    copied.tls_client_ca = paths[2];
+    return CheckFiles(copied);
+  };
+  auto kept = std::make_shared<Kept>();
+  RILIEVO_ASSIGN_OR_RETURN(
+      kept->copies, CertificateCopies::Watch(
+                        {options.tls_key, options.tls_certificate, options.tls_client_ca}, check));
+  const std::vector<std::string> paths = kept->copies->paths();
   grpc::experimental::TlsServerCredentialsOptions tls(
-      std::make_shared<FileWatcherCertificateProvider>(options.tls_key, options.tls_certificate,
-                                                       options.tls_client_ca, kRefreshSeconds));
+      std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+          paths[0], paths[1], paths[2], kRefreshSeconds));
   tls.watch_identity_key_cert_pairs();
   if (!options.tls_client_ca.empty()) {
     tls.watch_root_certs();
     tls.set_cert_request_type(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY);
   }
-  return grpc::experimental::TlsServerCredentials(tls);
+  kept->credentials = grpc::experimental::TlsServerCredentials(tls);
+  return std::shared_ptr<grpc::ServerCredentials>(kept, kept->credentials.get());
 }
 
 }  // namespace rilievo

@@ -80,9 +80,11 @@ void TokenFile::WatchUntil(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const Version now = CurrentVersion();
     if (now != version_) {
-      version_ = now;
       const absl::Status read = Read();
-      if (!read.ok() && complain_) complain_(read);
+      // One that cannot be read may become readable without a change of its own.
+      if (!absl::IsNotFound(read)) version_ = now;
+      if (!read.ok() && complain_ && complained_ != now) complain_(read);
+      complained_ = read.ok() ? std::nullopt : std::optional(now);
     }
     std::unique_lock lock(mutex_);
     wake_.wait_for(lock, stop, kPeriod, [] { return false; });

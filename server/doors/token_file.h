@@ -51,6 +51,7 @@ class TokenFile {
   std::condition_variable_any wake_;
   std::shared_ptr<const AccessTokens> tokens_;
   Version version_;
+  std::optional<Version> complained_;  // the one that could not be read, once told
   std::jthread watcher_;
 };
 

@@ -157,7 +157,9 @@ void ServerMetrics::CountSent(int64_t bytes) {
 void ServerMetrics::CountCall(const std::string& method, const grpc::Status& status) {
   const auto code = static_cast<absl::StatusCode>(status.error_code());
   // Names of clients' own making would grow the register without end.
-  const bool ours = absl::StartsWith(method, "/rilievo.v1.") || absl::StartsWith(method, "/grpc.");
+  const bool ours =
+      status.error_code() != grpc::StatusCode::UNIMPLEMENTED &&
+      (absl::StartsWith(method, "/rilievo.v1.") || absl::StartsWith(method, "/grpc."));
   registers_->calls
       .Add({{"method", ours ? method : "other"}, {"code", absl::StatusCodeToString(code)}})
       .Increment();

@@ -50,7 +50,7 @@ std::optional<CallError> CheckScan(const JobsCore& core, const v1::CreateJobRequ
   if (*size == ScanBytesOf(request.header())) return std::nullopt;
   return BadRequestError(
       {{"header.point_count", absl::StrCat("these points take ", ScanBytesOf(request.header()),
-                                           " bytes; the scan has ", *size)}});
+                                           " bytes; the scan has another size")}});
 }
 
 std::optional<CallError> CheckRoom(const JobsCore& core) {

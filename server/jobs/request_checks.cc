@@ -1,6 +1,7 @@
 #include "server/jobs/request_checks.h"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
@@ -103,6 +104,7 @@ CallError ErrorOfStore(const absl::Status& status) {
       error.retry_delay = std::chrono::seconds(30);
       return error;
     default:
+      std::fprintf(stderr, "rilievod: store: %s\n", std::string(status.message()).c_str());
       error.code = absl::StatusCode::kInternal;
       error.message = "the server's store failed; its operator finds the cause in the log";
       return error;

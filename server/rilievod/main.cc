@@ -45,6 +45,9 @@ struct CommandLine {
   double keepalive_seconds = 20, keepalive_timeout_seconds = 10;
 };
 
+// As from a variable that is not set: a door meant to be shut would stand open.
+std::string NotEmpty(const std::string& value) { return value.empty() ? "is empty" : ""; }
+
 void DeclareOptions(CommandLine* line, CLI::App* app) {
   ServerOptions& options = line->options;
   app->set_version_flag("--version", "rilievod " RILIEVO_VERSION);
@@ -116,16 +119,20 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->check(CLI::IsMember({"json", "text"}))
       ->capture_default_str();
   app->add_option("--tokens", options.tokens,
-                  "file of the tokens that callers must have; read again when it changes");
+                  "file of the tokens that callers must have; read again when it changes")
+      ->check(NotEmpty);
   app->add_option("--tls-cert", options.tls_certificate,
-                  "PEM file of this server's certificate; without it plaintext");
-  app->add_option("--tls-key", options.tls_key, "PEM file of its key");
+                  "PEM file of this server's certificate; without it plaintext")
+      ->check(NotEmpty);
+  app->add_option("--tls-key", options.tls_key, "PEM file of its key")->check(NotEmpty);
   app->add_option("--tls-client-ca", options.tls_client_ca,
-                  "PEM file of the authorities whose certificates callers must have");
+                  "PEM file of the authorities whose certificates callers must have")
+      ->check(NotEmpty);
   app->add_flag("--allow-plaintext", options.allow_plaintext,
                 "plaintext though other machines reach the address");
   app->add_option("--make-token", line->make_token,
-                  "print a new token for this NAME, and add its line to the file of --tokens");
+                  "print a new token for this NAME, and add its line to the file of --tokens")
+      ->check(NotEmpty);
   app->add_option("--probe", line->probe,
                   "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
 }

@@ -14,6 +14,7 @@
 #include <stop_token>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
@@ -39,6 +40,11 @@ absl::StatusOr<std::pair<std::string, std::string>> HostAndPort(const std::strin
   if (colon == std::string::npos || colon == 0 || colon + 1 == address.size()) {
     return absl::InvalidArgumentError(
         absl::StrCat("listen is \"", address, "\"; give HOST:PORT, for example 127.0.0.1:50051"));
+  }
+  int port = -1;
+  if (!absl::SimpleAtoi(address.substr(colon + 1), &port) || port < 0 || port > 65535) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("listen is \"", address, "\"; its port must lie in [0, 65535]"));
   }
   std::string host = address.substr(0, colon);
   if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
@@ -98,7 +104,7 @@ absl::Status ConnectionListener::Bind(const std::string& host, const std::string
     if (port_ != 0) SetPort(port_, at->ai_addr);
     FileDescriptor one(::socket(at->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const int yes = 1;
-    setsockopt(one.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
+    if (one.valid()) setsockopt(one.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
     if (!one.valid() || bind(one.number(), at->ai_addr, at->ai_addrlen) != 0 ||
         listen(one.number(), kBacklog) != 0) {
       failure = absl::UnavailableError(std::strerror(errno));

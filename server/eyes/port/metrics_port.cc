@@ -11,7 +11,7 @@
 namespace rilievo {
 namespace {
 
-constexpr size_t kThreads = 1;  // scrapers are few
+constexpr size_t kThreads = 4;  // a connection that says nothing holds one
 
 }  // namespace
 
