@@ -78,7 +78,9 @@ TEST(ConnectionListener, SaysWhatIsWrong) {
   const std::string taken = "127.0.0.1:" + std::to_string((*first)->port());
   EXPECT_TRUE(absl::IsUnavailable(ConnectionListener::Open(taken).status()));
   EXPECT_TRUE(absl::IsUnavailable(ConnectionListener::Open("no.such.host.invalid:1").status()));
-  EXPECT_TRUE(absl::IsUnavailable(ConnectionListener::Open("127.0.0.1:http").status()));
+  for (const char* no_port : {"127.0.0.1:http", "127.0.0.1:70000", "127.0.0.1:-1"}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(ConnectionListener::Open(no_port).status())) << no_port;
+  }
   for (const char* wrong : {"", "50051", "127.0.0.1:", ":1"}) {
     EXPECT_TRUE(absl::IsInvalidArgument(ConnectionListener::Open(wrong).status())) << wrong;
   }
