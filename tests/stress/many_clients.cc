@@ -61,13 +61,7 @@ class Client {
   const KnownScan& Scan() const { return KnownScans()[scan_]; }
   milliseconds SomeTime() { return milliseconds(random_() % 1500); }
 
-  // A connection may fail for want of something on the side of these many clients in one process;
-  // the channel tries again. One that does not come at all is the server's fault.
   void CallOnce() {
-    if (!channel_->WaitForConnected(std::chrono::system_clock::now() + seconds(10))) {
-      tally_->Fault("no connection in 10 s");
-      return;
-    }
     const auto result = ReconstructionClient(channel_).Reconstruct(Scan().cloud, {});
     if (result.ok() && result->dss == Scan().surface) {
       ++tally_->whole;
