@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_format.h"
@@ -82,31 +83,36 @@ void StressServer::ForgetPeak() const {
   std::ofstream(absl::StrFormat("/proc/%d/clear_refs", process_->pid())) << "5";
 }
 
-int StressServer::OpenFiles() const {
+std::vector<std::string> StressServer::Files() const {
   std::error_code error;
-  int files = 0;
-  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(
+  std::vector<std::string> files;
+  for (const auto& file : std::filesystem::directory_iterator(
            absl::StrFormat("/proc/%d/fd", process_->pid()), error)) {
-    ++files;
+    files.push_back(std::filesystem::read_symlink(file, error).string());
   }
   return files;
 }
 
+int StressServer::OpenFiles() const { return static_cast<int>(Files().size()); }
+
 int StressServer::Connections() const {
   constexpr unsigned kListen = 10;
+  // While connections come and go the table may name one twice; and a client of another server may
+  // have the same port on its side.
+  std::set<std::string> sockets;
   std::ifstream table("/proc/net/tcp");
-  int connections = 0;
   for (std::string line; std::getline(table, line);) {
     unsigned local_port = 0, state = 0, inode = 0;
     // "  0: 0100007F:C383 0100007F:9C40 01 ...": local address and port, remote ones, state,
-    // queues, timer, retransmissions, user, timeout, inode. One that its process has closed has
-    // none.
+    // queues, timer, retransmissions, user, timeout, inode.
     if (std::sscanf(line.c_str(), "%*d: %*8x:%x %*8x:%*x %x %*x:%*x %*x:%*x %*x %*u %*u %u",
-                    &local_port, &state, &inode) != 3) {
-      continue;
+                    &local_port, &state, &inode) == 3 &&
+        static_cast<int>(local_port) == port() && state != kListen) {
+      sockets.insert(absl::StrFormat("socket:[%u]", inode));
     }
-    connections += static_cast<int>(local_port) == port() && state != kListen && inode != 0;
   }
+  int connections = 0;
+  for (const std::string& file : Files()) connections += sockets.contains(file);
   return connections;
 }
 

@@ -53,6 +53,9 @@ class StressServer {
   bool EndsWithin(std::chrono::milliseconds time);
 
  private:
+  // What each file handle of the server stands for.
+  std::vector<std::string> Files() const;
+
   std::string folder_;
   bool own_folder_ = false;
   std::string address_;
