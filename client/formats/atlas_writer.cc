@@ -5,9 +5,9 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "client/formats/gray_png.h"
 #include "client/formats/number_text.h"
 #include "client/formats/surface_writer.h"
+#include "client/picture/gray_image.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -124,7 +124,7 @@ absl::Status WriteDisplacementAtlas(const DisplacedSurface& surface, int level,
                  {"Columns", absl::StrCat(layout.columns)},
                  {"Minimum", Text(least * diagonal)},
                  {"Maximum", Text((least + range) * diagonal)}};
-  RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodeGrayPng(image));
+  RILIEVO_ASSIGN_OR_RETURN(const std::string png, EncodePng(image));
   out.write(png.data(), static_cast<std::streamsize>(png.size()));
   return absl::OkStatus();
 }

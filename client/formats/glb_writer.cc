@@ -1,6 +1,7 @@
 #include "client/formats/glb_writer.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -14,7 +15,7 @@ namespace rilievo {
 namespace {
 
 // Names of the format, glTF 2.0 sections 3.6.2 and 3.6.1.
-constexpr int kUnsignedByte = 5121, kUnsignedInt = 5125, kFloat = 5126;
+constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint32_t kMagic = 0x46546c67, kJson = 0x4e4f534a, kBinary = 0x004e4942;
 
@@ -28,8 +29,8 @@ struct Layout {
   uint64_t normal_bytes() const { return normals ? 12 * vertices : 0; }
   // One byte used of four: vertex attributes are aligned.
   uint64_t source_bytes() const { return sources ? 4 * vertices : 0; }
-  // With an alpha, for alignment's sake.
-  uint64_t color_bytes() const { return colors ? 4 * vertices : 0; }
+  // With an alpha, for alignment's sake; of 16 bits, for linear bytes would merge dark colours.
+  uint64_t color_bytes() const { return colors ? 8 * vertices : 0; }
   uint64_t intensity_bytes() const { return intensity ? 4 * vertices : 0; }
   uint64_t index_bytes() const { return 12 * triangles; }
   uint64_t bytes() const {
@@ -108,8 +109,8 @@ std::string Describe(const Layout& layout) {
   }
   if (layout.colors) {
     absl::StrAppend(&attributes, ",\"COLOR_0\":", count);
-    add(layout.color_bytes(), kArrayBuffer, 4,
-        Accessor(count, kUnsignedByte, layout.vertices, "VEC4", ",\"normalized\":true"));
+    add(layout.color_bytes(), kArrayBuffer, 8,
+        Accessor(count, kUnsignedShort, layout.vertices, "VEC4", ",\"normalized\":true"));
   }
   if (layout.intensity) {
     absl::StrAppend(&attributes, ",\"_INTENSITY\":", count);
@@ -123,10 +124,23 @@ std::string Describe(const Layout& layout) {
       "{\"asset\":{\"version\":\"2.0\",\"generator\":\"rilievo\"},\"scene\":0,\"scenes\":[{"
       "\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"name\":\"surface\",\"translation\":",
       Row(layout.middle), "}],\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":{",
-      "\"baseColorFactor\":[0.8,0.8,0.78,1],\"metallicFactor\":0,\"roughnessFactor\":0.9}}],",
+      // COLOR_0 is multiplied by it.
+      "\"baseColorFactor\":", layout.colors ? "[1,1,1,1]" : "[0.8,0.8,0.78,1]",
+      ",\"metallicFactor\":0,\"roughnessFactor\":0.9}}],",
       "\"meshes\":[{\"primitives\":[{\"attributes\":{", attributes, "},\"indices\":", indices,
       ",\"material\":0}]}],\"accessors\":[", accessors, "],\"bufferViews\":[", views,
       "],\"buffers\":[{\"byteLength\":", layout.bytes(), "}]}");
+}
+
+// glTF's vertex colours are linear (section 3.7.2.1), a scan's are sRGB (IEC 61966-2-1).
+std::array<uint16_t, 256> LinearFromSrgb() {
+  std::array<uint16_t, 256> linear;
+  for (size_t i = 0; i < linear.size(); ++i) {
+    const double value = static_cast<double>(i) / 255;
+    linear[i] = static_cast<uint16_t>(std::lround(
+        65535 * (value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4))));
+  }
+  return linear;
 }
 
 void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources,
@@ -141,9 +155,10 @@ void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources
     }
   }
   for (const HeightSource source : sources) writer->Little(static_cast<uint32_t>(source));
+  const std::array<uint16_t, 256> linear = LinearFromSrgb();
   for (const std::array<uint8_t, 3>& color : layers.colors) {
-    for (const uint8_t channel : color) writer->Little(channel);
-    writer->Little(uint8_t{255});
+    for (const uint8_t channel : color) writer->Little(linear[channel]);
+    writer->Little(uint16_t{65535});
   }
   for (const float intensity : layers.intensity) writer->Little(intensity);
   for (Eigen::Index i = 0; i < mesh.triangles.size(); ++i) {

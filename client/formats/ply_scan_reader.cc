@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -37,15 +38,29 @@ class LayerColumns {
 
   std::span<const int> scalars() const { return scalars_; }
 
-  void Take(const double* values, PointLayers* layers) const {
+  void Take(const double* values, PointLayers* layers) {
     if (intensity_at_ > 0) layers->intensity.push_back(static_cast<float>(values[intensity_at_]));
     if (color_at_ == 0) return;
-    std::array<uint8_t, 3> color;
-    for (size_t channel = 0; channel < 3; ++channel) {
-      const double value = values[color_at_ + channel] * color_scale_;
-      color[channel] = static_cast<uint8_t>(value >= 255 ? 255 : value > 0 ? value : 0);
+    const double* channels = values + color_at_;
+    if (bytes_) {
+      layers->colors.push_back({Clamped(channels[0]), Clamped(channels[1]), Clamped(channels[2])});
+      return;
     }
-    layers->colors.push_back(color);
+    std::array<float, 3>& color = colors_.emplace_back();
+    for (size_t channel = 0; channel < 3; ++channel) {
+      color[channel] = static_cast<float>(channels[channel]);
+      if (std::isfinite(channels[channel])) largest_ = std::max(largest_, channels[channel]);
+    }
+  }
+
+  // After the last point.
+  void Finish(PointLayers* layers) const {
+    const double scale = Scale();
+    const double half = integers_ ? 0 : 0.5;  // of integers the highest byte, as LAS readers do
+    for (const std::array<float, 3>& color : colors_) {
+      layers->colors.push_back({Clamped(color[0] * scale + half), Clamped(color[1] * scale + half),
+                                Clamped(color[2] * scale + half)});
+    }
   }
 
  private:
@@ -56,20 +71,31 @@ class LayerColumns {
                                                                                        : -1;
   }
 
+  // The format does not say how much full colour is where a channel is no byte: programs write 0 to
+  // 255 into ints and floats too, so the largest value of the file tells.
+  double Scale() const {
+    if (!integers_) return largest_ > 2 ? 1 : 255;
+    if (largest_ > 65535) return 0x1p-24;
+    return largest_ > 255 ? 0x1p-8 : 1;
+  }
+
+  static uint8_t Clamped(double value) {
+    return static_cast<uint8_t>(value >= 255 ? 255 : value > 0 ? value : 0);
+  }
+
   void AddColors(const PlyElement& element, const std::array<int, 3>& color) {
     const ScalarType type = element.properties[static_cast<size_t>(color[0])].type;
-    if (!IsInteger(type)) {
-      color_scale_ = 255;
-    } else if (ScalarSize(type) > 1) {
-      color_scale_ = 1.0 / 256;
-    }
+    integers_ = IsInteger(type);
+    bytes_ = integers_ && ScalarSize(type) == 1;
     color_at_ = scalars_.size();
     scalars_.insert(scalars_.end(), color.begin(), color.end());
   }
 
   std::vector<int> scalars_;
   size_t color_at_ = 0, intensity_at_ = 0;  // in scalars_; 0: none
-  double color_scale_ = 1;
+  bool integers_ = false, bytes_ = false;   // the channels
+  double largest_ = 0;                      // of the channels
+  std::vector<std::array<float, 3>> colors_;
 };
 
 }  // namespace
@@ -85,7 +111,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), source));
   PointCollector points;
   if (source.remaining()) points.Reserve(element.count);
-  const LayerColumns columns(element, vertex.position, wanted);
+  LayerColumns columns(element, vertex.position, wanted);
   PlyElementReader reader(&source, header, element, columns.scalars(), -1);
   ScanFile scan;
   for (uint64_t i = 0; i < element.count; ++i) {
@@ -93,6 +119,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
     points.Add(reader.scalars()[0], reader.scalars()[1], reader.scalars()[2]);
     columns.Take(reader.scalars(), &scan.layers);
   }
+  columns.Finish(&scan.layers);
   scan.cloud.points = points.Finish();
   scan.format = absl::StrCat("PLY ", PlyFormatName(header.format));
   return scan;

@@ -6,29 +6,12 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "client/picture/png_bytes.h"
 
 namespace rilievo {
 
 absl::StatusOr<std::string> EncodePng(const Image& image) {
-  if (image.width <= 0 || image.height <= 0 ||
-      image.rgb.size() != 3 * static_cast<size_t>(image.width) * image.height) {
-    return absl::InvalidArgumentError(absl::StrCat("an image of ", image.width, " x ", image.height,
-                                                   " with ", image.rgb.size(),
-                                                   " bytes cannot be written"));
-  }
-  png_image header;
-  std::memset(&header, 0, sizeof(header));
-  header.version = PNG_IMAGE_VERSION;
-  header.width = static_cast<png_uint_32>(image.width);
-  header.height = static_cast<png_uint_32>(image.height);
-  header.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
-  std::string png(size, '\0');
-  if (!png_image_write_to_memory(&header, png.data(), &size, 0, image.rgb.data(), 0, nullptr)) {
-    return absl::InternalError(absl::StrCat("PNG: ", header.message));
-  }
-  png.resize(size);
-  return png;
+  return PngBytes(PngPixels::kRgb8, image.width, image.height, image.rgb.data(), image.rgb.size());
 }
 
 absl::StatusOr<Image> DecodePng(std::string_view png) {

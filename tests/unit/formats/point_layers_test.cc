@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -50,8 +51,19 @@ TEST(PointLayersTest, PlyColorsOfEveryType) {
   EXPECT_THAT(read("uchar", "3 7 8 1 9 2 0.25\n").layers.colors, ElementsAre(Color{1, 2, 3}));
   EXPECT_THAT(read("ushort", "768 7 8 300 9 65535 0.25\n").layers.colors,
               ElementsAre(Color{1, 255, 3}));
+  // Wide integers: as many bits as the largest value of the file needs, 8, 16 or 32.
+  EXPECT_THAT(read("ushort", "3 7 8 1 9 200 0.25\n").layers.colors, ElementsAre(Color{1, 200, 3}));
+  EXPECT_THAT(read("int", "3 7 8 255 9 -2 0.25\n").layers.colors, ElementsAre(Color{255, 0, 3}));
+  EXPECT_THAT(read("uint", "768 7 8 300 9 65535 0.25\n").layers.colors,
+              ElementsAre(Color{1, 255, 3}));
+  EXPECT_THAT(read("uint", "4294967295 7 8 2147483648 9 16777216 0.25\n").layers.colors,
+              ElementsAre(Color{128, 1, 255}));
+  EXPECT_THAT(read("float", "255 7 8 12 9 127.6 0.25\n").layers.colors,
+              ElementsAre(Color{12, 128, 255}));
+  EXPECT_THAT(read("float", "nan 7 8 0.2 9 1 0.25\n").layers.colors,
+              ElementsAre(Color{51, 255, 0}));
   const ScanFile real = read("float", "1 7 8 0.5 9 -4 0.25\n");
-  EXPECT_THAT(real.layers.colors, ElementsAre(Color{127, 0, 255}));
+  EXPECT_THAT(real.layers.colors, ElementsAre(Color{128, 0, 255}));
   EXPECT_THAT(real.layers.intensity, ElementsAre(0.25f));
   EXPECT_TRUE(real.cloud.points.col(0) == Eigen::Vector3d(7, 8, 9));
 }
@@ -78,8 +90,12 @@ TEST(PointLayersTest, GlbHoldsThem) {
   EXPECT_EQ(color["normalized"], true);
   const auto& view = json["bufferViews"][color["bufferView"].get<int>()];
   const size_t at = bytes.find("BIN") + 4 + view["byteOffset"].get<size_t>();
-  EXPECT_EQ(bytes.substr(at, 12),
-            "\x01\x02\x03\xff\xff" + std::string(1, '\0') + "\x09\xff\x04\x05\x06\xff");
+  std::array<uint16_t, 12> linear;
+  std::memcpy(linear.data(), bytes.data() + at, sizeof(linear));
+  // sRGB 1, 2, 3; 255, 0, 9; 4, 5, 6, of 255: the straight part of the curve, 65535 / 255 / 12.92.
+  EXPECT_THAT(linear, ElementsAre(20, 40, 60, 65535, 65535, 0, 179, 65535, 80, 99, 119, 65535));
+  EXPECT_EQ(json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"],
+            nlohmann::json({1, 1, 1, 1}));
   EXPECT_TRUE(attributes.contains("_INTENSITY"));
 }
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "client/formats/gray_png.h"
 #include "client/formats/mesh_reader.h"
+#include "client/picture/gray_image.h"
 #include "tests/unit/formats/surface_samples.h"
 
 namespace rilievo {
@@ -191,8 +191,8 @@ TEST(DisplacementAtlasTest, EqualHeightsAreZeroEverywhere) {
 }
 
 TEST(GrayPngTest, RefusesSamplesThatDoNotFit) {
-  EXPECT_FALSE(EncodeGrayPng({2, 2, {1, 2, 3}, {}}).ok());
-  EXPECT_FALSE(EncodeGrayPng({0, 0, {}, {}}).ok());
+  EXPECT_FALSE(EncodePng(GrayImage{2, 2, {1, 2, 3}, {}}).ok());
+  EXPECT_FALSE(EncodePng(GrayImage{0, 0, {}, {}}).ok());
 }
 
 }  // namespace
