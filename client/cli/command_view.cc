@@ -15,13 +15,13 @@
 #include "client/cli/frame_paths.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
-#include "client/cli/surface_error.h"
 #include "client/cli/text_layout.h"
 #include "client/picture/animation.h"
 #include "client/picture/render.h"
 #include "client/picture/vertex_colors.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/surface/error_at_vertices.h"
 
 namespace rilievo {
 namespace {
@@ -79,11 +79,12 @@ absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArgume
     return UsageError("--colors error: name the scan that the error is to: --scan SCAN");
   }
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> errors,
+  RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors,
                            ErrorAtVertices(shape.mesh, scan.cloud.points, context));
-  return Coloring{ColorsByValue(errors),
-                  absl::StrCat("distance of the scan's points, from white, 0, to full red, ",
-                               Short(FullColorValue(errors)), "; grey where there are none")};
+  return Coloring{ColorsByValue(errors.at_vertex),
+                  absl::StrCat("RMS distance of the scan's points, from white, 0, to full red, ",
+                               Short(FullColorValue(errors.at_vertex)),
+                               "; grey where there are none; RMS of all ", Short(errors.rms))};
 }
 
 absl::StatusOr<Coloring> ColoringOf(const LoadedShape& shape, const ViewArguments& arguments,

@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/build_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/pipeline/fit_under_noise.h"
 #include "core/scan/scan_surface.h"
 #include "server/conversion/memory_estimate.h"
 
@@ -145,7 +146,7 @@ std::string BytesText(int64_t bytes) {
 absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
   RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, CheckScan(scan, {}, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface surface, AnalyzeScan(checked, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(checked, {}, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const ControlMeshResult control,
       BuildControlMesh(surface.cloud, surface.graph, surface.index, {}, context));
@@ -174,8 +175,13 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.road_reason = control.reason;
   d.components = control.components;
   d.genus = control.genus;
-  d.control_faces = static_cast<int>(control.mesh.faces.cols());
   RILIEVO_ASSIGN_OR_RETURN(d.loop_lengths, LoopLengths(control.mesh, d.diagonal));
+  // How many faces stay under the noise shows in the fit alone.
+  if (control.normals.cols() > 0) surface.cloud.normals = control.normals;
+  ReconstructReport fitted;
+  RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
+                           FitUnderNoise(surface, control.mesh, {}, context, &fitted));
+  d.control_faces = static_cast<int>(domain.mesh.faces.cols());
   Expect(elapsed.count(), &d);
   d.advice = AdviceFor(d);
   return d;

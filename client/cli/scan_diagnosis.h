@@ -37,8 +37,9 @@ struct ScanDiagnosis {
   std::vector<std::string> advice;  // full sentences, each with a remedy
 };
 
-// Runs the stages up to the control mesh as a reconstruction with default options does; no heights,
-// no coding. Errors are those of the stages: a scan that cannot become a surface says so here.
+// Runs the stages up to the fit of the domain as a reconstruction with default options does; no
+// heights, no coding: what the heights may yet change, openings that show only then, is not
+// foretold. Errors are those of the stages: a scan that cannot become a surface says so here.
 absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context);
 
 // Lines of at most 80 columns.

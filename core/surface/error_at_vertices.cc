@@ -1,4 +1,4 @@
-#include "client/cli/surface_error.h"
+#include "core/surface/error_at_vertices.h"
 
 #include <cmath>
 #include <limits>
@@ -9,9 +9,9 @@
 
 namespace rilievo {
 
-absl::StatusOr<std::vector<float>> ErrorAtVertices(const TriangleMesh& mesh,
-                                                   const Eigen::Matrix3Xd& points,
-                                                   const RunContext& context) {
+absl::StatusOr<VertexErrors> ErrorAtVertices(const TriangleMesh& mesh,
+                                             const Eigen::Matrix3Xd& points,
+                                             const RunContext& context) {
   if (mesh.triangles.cols() == 0) {
     return absl::InvalidArgumentError("the error is that of a surface; the input has points only");
   }
@@ -31,8 +31,12 @@ absl::StatusOr<std::vector<float>> ErrorAtVertices(const TriangleMesh& mesh,
   // Summed in the order of the points, so that the threads do not matter.
   std::vector<double> sums(static_cast<size_t>(mesh.vertices.cols()));
   std::vector<int64_t> counts(sums.size());
+  double sum = 0;
+  int64_t measured = 0;
   for (const ClosestPointTree::Hit& hit : hits) {
     if (hit.item < 0) continue;
+    sum += hit.squared_distance;
+    ++measured;
     for (int k = 0; k < 3; ++k) {
       const auto vertex =
           static_cast<size_t>(mesh.triangles(k, tree.source()[static_cast<size_t>(hit.item)]));
@@ -40,11 +44,12 @@ absl::StatusOr<std::vector<float>> ErrorAtVertices(const TriangleMesh& mesh,
       ++counts[vertex];
     }
   }
-  std::vector<float> errors(sums.size(), std::numeric_limits<float>::quiet_NaN());
-  for (size_t v = 0; v < errors.size(); ++v) {
-    if (counts[v] > 0) {
-      errors[v] = static_cast<float>(std::sqrt(sums[v] / static_cast<double>(counts[v])));
-    }
+  VertexErrors errors;
+  errors.rms = measured > 0 ? std::sqrt(sum / static_cast<double>(measured)) : 0;
+  errors.at_vertex.assign(sums.size(), std::numeric_limits<float>::quiet_NaN());
+  for (size_t v = 0; v < sums.size(); ++v) {
+    if (counts[v] == 0) continue;
+    errors.at_vertex[v] = static_cast<float>(std::sqrt(sums[v] / static_cast<double>(counts[v])));
   }
   return errors;
 }

@@ -126,6 +126,11 @@ test('the distance of a scan to a surface is that of its points', () => {
   // The scan's own noise is 0.001 of the diagonal: most of it is the distance.
   assert.ok(rms / frame.diagonal > 0.0003 && rms / frame.diagonal < 0.0015, `${rms / frame.diagonal}`);
   assert.ok(certificate.error_rms !== null);
+  // The command line tells the same figure, to three digits.
+  const words = ['view', path, '-o', join(folder, 'error.png'), '--size', '64', '--colors', 'error', '--scan', path.replace('.dss', '.ply'), '--json'];
+  const { legend } = JSON.parse(execFileSync(join(BIN, 'rilievo'), words, { encoding: 'utf8' })) as { legend: string };
+  const said = Number(/RMS of all ([\d.e-]+)/.exec(legend)?.[1]);
+  assert.ok(Math.abs(said / rms - 1) < 0.006, `${legend}; here ${rms}`);
   scan.free();
   surface.free();
 });

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <istream>
-#include <limits>
 #include <memory>
 #include <sstream>
 #include <streambuf>
@@ -20,7 +19,7 @@
 #include "client/formats/scan_reader.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
-#include "core/surface/closest_point_tree.h"
+#include "core/surface/error_at_vertices.h"
 
 struct RilievoScan {
   rilievo::ScanFile file;
@@ -90,30 +89,9 @@ bool FloatLosesNothing(const Eigen::Matrix3Xd& points) {
 
 absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh& mesh,
                              float* distances, double* rms) {
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                           ClosestPointTree::Build(mesh.vertices, mesh.triangles, RunContext()));
-  std::vector<double> sums(mesh.vertices.cols());
-  std::vector<int> counts(mesh.vertices.cols());
-  double squares = 0;
-  int64_t measured = 0;
-  int hint = -1;
-  for (const auto point : points.colwise()) {
-    if (!point.allFinite()) continue;
-    const ClosestPointTree::Hit hit = tree.Closest(point, hint);
-    hint = hit.item;
-    squares += hit.squared_distance;
-    ++measured;
-    for (int corner = 0; corner < 3; ++corner) {
-      const int v = mesh.triangles(corner, tree.source()[hit.item]);
-      sums[v] += std::sqrt(hit.squared_distance);
-      ++counts[v];
-    }
-  }
-  for (size_t v = 0; v < counts.size(); ++v) {
-    distances[v] = counts[v] > 0 ? static_cast<float>(sums[v] / counts[v])
-                                 : std::numeric_limits<float>::quiet_NaN();
-  }
-  if (rms != nullptr) *rms = measured > 0 ? std::sqrt(squares / measured) : 0;
+  RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors, ErrorAtVertices(mesh, points, RunContext()));
+  std::copy(errors.at_vertex.begin(), errors.at_vertex.end(), distances);
+  if (rms != nullptr) *rms = errors.rms;
   return absl::OkStatus();
 }
 

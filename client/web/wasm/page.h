@@ -26,9 +26,9 @@ RILIEVO_API const char* rilievo_page_scan_format(const RilievoScan* scan);
 RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes,
                                                     uint8_t* sha256, size_t* count);
 
-/* The distance of each finite point to the triangles, given to the corners of the nearest one and
- * averaged there: one figure a vertex, scan unit, NaN where no point is near. *rms, which may be
- * NULL, is that of the points. */
+/* One figure a vertex: the RMS distance, scan unit, of the finite points whose nearest triangle
+ * touches it; NaN where there is none (core/surface/error_at_vertices.h). *rms, which may be NULL,
+ * is that of all points. */
 RILIEVO_API RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,
                                                    float* distances, double* rms);
 

@@ -96,9 +96,24 @@ TEST_F(DiagnoseProgramTest, SaysWhatThenHappens) {
   for (const char* same : {"points_used", "road", "components", "genus", "duplicates"}) {
     EXPECT_EQ(said[same], happened[same]) << same;
   }
-  EXPECT_NEAR(double{said["control_faces"]}, double{happened["control_faces"]}, 50);
+  EXPECT_EQ(said["control_faces"], happened["control_faces"]);
   EXPECT_LT(said["expected_bytes"][0], happened["encoded_bytes"]);
   EXPECT_GT(said["expected_bytes"][1], happened["encoded_bytes"]);
+}
+
+TEST_F(DiagnoseProgramTest, ForetellsTheFacesUnderNoise) {
+  for (const std::string noise : {"0", "0.002"}) {
+    ASSERT_EQ(
+        Run({"simulate", "sphere", "-o", At("a.ply"), "--points", "20000", "--noise", noise}).code,
+        0);
+    const Json said = Json::parse(Run({"diagnose", At("a.ply"), "--json"}).out);
+    const Json made =
+        Json::parse(Run({"reconstruct", At("a.ply"), "-o", At("a.dss"), "--quiet", "--json"}).out);
+    EXPECT_EQ(said["control_faces"], made["control_faces"]) << noise;
+    if (noise != "0") EXPECT_LT(int{said["control_faces"]}, 300);
+    EXPECT_LT(said["expected_bytes"][0], made["encoded_bytes"]);
+    EXPECT_GT(said["expected_bytes"][1], made["encoded_bytes"]);
+  }
 }
 
 TEST_F(DiagnoseProgramTest, WhatIsNoSurfaceIsSaidInWords) {

@@ -1,5 +1,4 @@
 // Pictures as the program draws them.
-#include "client/cli/surface_error.h"
 #include "client/picture/image.h"
 #include "tests/unit/cli/program_fixture.h"
 
@@ -103,22 +102,6 @@ TEST_F(ViewTest, PartsAndColorsOfASurface) {
   const Ended piped = RunPiped(Content(At("a.dss")), {"view", "-", "-o", "-", "--size", "120"});
   EXPECT_EQ(piped.code, 0) << piped.err;
   EXPECT_TRUE(DecodePng(piped.out).ok());
-}
-
-TEST(SurfaceErrorTest, IsTheDistanceOfThePoints) {
-  TriangleMesh mesh;
-  mesh.vertices.resize(3, 4);
-  mesh.vertices << 0, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0;
-  mesh.triangles.resize(3, 2);
-  mesh.triangles << 0, 0, 1, 2, 2, 3;
-  Eigen::Matrix3Xd points(3, 3);
-  points << 0.8, 0.9, NAN, 0.1, 0.2, 0, 0.3, -0.4, 0;
-  const auto errors = ErrorAtVertices(mesh, points, {});
-  ASSERT_TRUE(errors.ok()) << errors.status();
-  const float rms = std::sqrt((0.09f + 0.16f) / 2);
-  EXPECT_FLOAT_EQ((*errors)[1], rms);
-  EXPECT_FLOAT_EQ((*errors)[0], rms);
-  EXPECT_TRUE(std::isnan((*errors)[3]));  // of the triangle no point is near
 }
 
 }  // namespace

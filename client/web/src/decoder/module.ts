@@ -114,8 +114,8 @@ export class Surface {
   }
 
   /**
-   * Mean distance of the scan's points near each vertex of a level, scan unit, NaN where there are
-   * none; and the RMS distance of all points.
+   * RMS distance of the scan's points near each vertex of a level, scan unit, NaN where there are
+   * none; and that of all points.
    */
   distanceToScan(level: number, scan: Scan): { distances: Float32Array; rms: number } {
     return this.withMesh(level, (mesh) => scan.distanceTo(mesh));

@@ -1,5 +1,5 @@
 // Colours that show a figure of the vertices, and what they mean.
-import type { Picture } from '../decoder/messages';
+import type { Distances, Picture } from '../decoder/messages';
 
 export type Colouring = 'stone' | 'displacement' | 'error' | 'source';
 
@@ -66,8 +66,8 @@ export function figure(value: number): string {
   return size >= 100 ? value.toFixed(0) : value.toPrecision(3);
 }
 
-/** `distances`: of the scan to each vertex, scan unit; needed for 'error'. */
-export function colourOf(picture: Picture, colouring: Colouring, diagonal: number, distances?: Float32Array): Coloured {
+/** `error`: RMS distance of the scan's points at each vertex, and of all of them, scan unit; needed for 'error'. */
+export function colourOf(picture: Picture, colouring: Colouring, diagonal: number, error?: Distances): Coloured {
   const count = picture.flags.length;
   if (colouring === 'displacement') {
     const { heights } = picture;
@@ -80,12 +80,13 @@ export function colourOf(picture: Picture, colouring: Colouring, diagonal: numbe
       },
     };
   }
-  if (colouring === 'error' && distances) {
+  if (colouring === 'error' && error) {
+    const { distances, rms } = error;
     const most = quantile(distances, 0.98) || 1e-12;
     return {
       colours: fill(count, (v) => (Number.isNaN(distances[v]!) ? NOTHING : at(SEQUENTIAL, distances[v]! / most))),
       legend: {
-        title: 'Distance of the scan to the surface, in its units; grey: no point near',
+        title: `Distance of the scan to the surface, RMS, in its units; of all points ${figure(rms)}. Grey: no point near`,
         gradient: { css: gradient(SEQUENTIAL), low: '0', high: figure(most) },
       },
     };
