@@ -16,7 +16,7 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$address" ] || { echo "the server did not start:" >&2; cat "$log" >&2; exit 1; }
-node "$build/web/gateway.js" --server "$address" "$@" &
+node "$build/web/gateway.mjs" --server "$address" "$@" &
 gateway=$!
 # Ctrl-C reaches both; whichever ends first ends the other.
 trap 'kill -TERM $gateway $server 2>/dev/null; wait 2>/dev/null || true' EXIT

@@ -12,7 +12,7 @@ export default defineConfig({
       },
     ],
   },
-  assetsInclude: ['**/*.wasm'],
+  assetsInclude: ['**/*.wasm', '**/*.dss'],
   worker: { format: 'es' },
   build: {
     target: 'es2022',

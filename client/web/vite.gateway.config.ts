@@ -5,10 +5,10 @@ export default defineConfig({
   ssr: { noExternal: true },
   build: {
     ssr: 'gateway/main.ts',
-    target: 'node20',
+    target: 'node18',
     outDir: process.env.RILIEVO_WEB_OUT ?? 'generated/dist',
     emptyOutDir: false,
     copyPublicDir: false,
-    rollupOptions: { output: { entryFileNames: 'gateway.js' } },
+    rollupOptions: { output: { entryFileNames: 'gateway.mjs' } },
   },
 });

@@ -4,7 +4,7 @@ import { defineConfig } from 'vite';
 export default defineConfig({
   build: {
     ssr: true,
-    target: 'node20',
+    target: 'node18',
     outDir: process.env.RILIEVO_WEB_TESTS ?? 'generated/tests',
     emptyOutDir: true,
     copyPublicDir: false,

@@ -1,5 +1,5 @@
 // The gateway: serves the page, and carries its calls to rilievod.
-//   node gateway.js --server HOST:PORT [--listen HOST:PORT] [--page FOLDER] [--token-file FILE]
+//   node gateway.mjs --server HOST:PORT [--listen HOST:PORT] [--page FOLDER] [--token-file FILE]
 //                   [--tls-ca FILE] [--allow-host NAME]...
 import { readFileSync } from 'node:fs';
 import { createServer, type IncomingMessage, type ServerResponse } from 'node:http';
@@ -12,7 +12,7 @@ import { fileHandler } from './files';
 import { forwardCalls } from './forward';
 import { uploadHandler } from './upload';
 
-const USAGE = `usage: node gateway.js --server HOST:PORT [options]
+const USAGE = `usage: node gateway.mjs --server HOST:PORT [options]
 
   --server HOST:PORT  of a rilievod with --store; https://HOST:PORT for TLS
   --listen HOST:PORT  default 127.0.0.1:8080; port 0 takes a free one

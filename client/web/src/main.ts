@@ -25,7 +25,7 @@ function start(): void {
   }
   const decoder = new DecoderClient();
   // Loads the module before it is needed; what cannot be loaded is told when it is.
-  void decoder.ask('version', undefined).catch(() => undefined);
+  void decoder.ask('warmUp', undefined).catch(() => undefined);
   const view = new SurfaceView(decoder, viewer);
   const list = new JobList((job) => void openJob(job));
 
@@ -67,9 +67,7 @@ function start(): void {
       drawing.catch(() => undefined); // awaited below
     });
     await drawing;
-    if (view.times.length === 0 || view.times.at(-1)!.bytes < stream.bytes.length) {
-      await view.drawStream(stream, generation);
-    }
+    await view.drawStream(stream, generation);
   }
 
   async function openJob(job: Job): Promise<void> {

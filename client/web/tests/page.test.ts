@@ -109,19 +109,23 @@ test('a scan dropped on the page becomes a picture, and the same files as on the
     assert.equal(report.issues.numErrors + report.issues.numWarnings, 0, JSON.stringify(report.issues.messages));
     assert.ok(report.info.totalTriangleCount > 10_000);
 
-    // The job is in the list under the file's name, and opens again; its first layer is in the
-    // picture within 300 ms of its bytes' arrival. Median of three: other tests share the machine.
-    const cold = (await firstLayerTimes(page))[0]!;
-    const times: number[] = [];
-    for (let round = 0; round < 3; ++round) {
-      await page.getByRole('button', { name: 'Open handles.ply' }).click();
-      await page.locator('#work').waitFor({ state: 'hidden' }); // shown by the click itself
-      times.push((await firstLayerTimes(page))[0]!);
-    }
-    times.sort((a, b) => a - b);
-    console.log(`# first layer from bytes to picture: ${times.map((time) => time.toFixed(0)).join(', ')} ms; of a fresh page ${cold.toFixed(0)} ms`);
-    assert.ok(times[1]! <= 300, `${times}`);
   });
+});
+
+test('the first layer is in the picture within 300 ms of its bytes, on fresh pages', async () => {
+  // Each page has drawn nothing before. The median counts: other tests share the machine.
+  const times: number[] = [];
+  for (let round = 0; round < 5; ++round) {
+    await withPage(gateway.address, async (page) => {
+      await page.getByRole('button', { name: /^Open job/ }).first().click();
+      await complete(page);
+      const [first, ...finer] = await firstLayerTimes(page);
+      times.push(first!);
+      assert.ok(finer.length > 0 && finer.every((time) => time > 0));
+    });
+  }
+  console.log(`# first layer from bytes to picture on fresh pages: ${times.map((time) => time.toFixed(0)).join(', ')} ms`);
+  assert.ok(times.sort((a, b) => a - b)[2]! <= 300, `${times}`);
 });
 
 test('colours, control mesh and points each change the picture', async () => {
@@ -276,5 +280,5 @@ test('pages of other names and other origins are turned away', async () => {
   assert.equal(await status({ host: 'evil.example:80' }), 403);
   assert.equal(await status({ host, origin: 'http://evil.example' }), 403);
   assert.equal((await fetch(`${gateway.address}../../../../etc/passwd`)).status, 404);
-  assert.equal((await fetch(`${gateway.address}%2e%2e/gateway.js`)).status, 404);
+  assert.equal((await fetch(`${gateway.address}%2e%2e/gateway.mjs`)).status, 404);
 });

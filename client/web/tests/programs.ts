@@ -41,7 +41,7 @@ export function startServer(store: string): Promise<Program> {
 }
 
 export function startGateway(server: string): Promise<Program> {
-  return started('node', [join(WEB, 'gateway.js'), '--server', server, '--listen', '127.0.0.1:0'],
+  return started('node', [join(WEB, 'gateway.mjs'), '--server', server, '--listen', '127.0.0.1:0'],
     /rilievo on (\S+)/);
 }
 

@@ -48,8 +48,15 @@ export interface ScanPicture {
   frame: Frame;
 }
 
+/** RMS distance of the scan's points at each vertex, NaN where none is near, and of all; scan unit. */
+export interface Distances {
+  distances: Float32Array;
+  rms: number;
+}
+
 export interface Tasks {
-  version: { ask: undefined; answer: string };
+  /** Before anything is asked for. */
+  warmUp: { ask: undefined; answer: undefined };
   /** The beginning of a file, whole chunks. Replaces the surface before. */
   decode: { ask: { bytes: Uint8Array }; answer: Decoded };
   picture: { ask: { level: number }; answer: Picture };
@@ -57,7 +64,7 @@ export interface Tasks {
   /** Without a frame: that of the points' own bounding box. */
   scanPicture: { ask: { frame: Frame | undefined }; answer: ScanPicture };
   forgetScan: { ask: undefined; answer: undefined };
-  distance: { ask: { level: number }; answer: { distances: Float32Array; rms: number } };
+  distance: { ask: { level: number }; answer: Distances };
   meshFile: { ask: { format: 'ply' | 'glb'; level: number }; answer: Uint8Array<ArrayBuffer> };
 }
 

@@ -1,5 +1,6 @@
 // The decoder in a thread of its own: the page stays awake while a level is decoded.
 import wasmAddress from 'rilievo.wasm?url';
+import sampleAddress from '../../../../tests/golden/sheet_and_octahedron_v2.dss?url';
 import type { Answered, Asked, ControlPicture, Decoded, Frame, Picture, ReadScan, ScanPicture, TaskName, Tasks } from './messages';
 import { type ControlMesh, DecoderError, DecoderModule, type Scan, type Surface } from './module';
 
@@ -17,6 +18,21 @@ async function load(): Promise<DecoderModule> {
   const answer = await fetch(wasmAddress);
   if (!answer.ok) throw new DecoderError(14, 'the decoder cannot be loaded; load the page again');
   return DecoderModule.load(await answer.arrayBuffer());
+}
+
+/**
+ * Browsers translate a function of the module when it is first called. A thousand bytes with a border,
+ * creases and a closed part are decoded before anybody's surface comes, so that it does not wait.
+ */
+async function warmUp(): Promise<undefined> {
+  const sample = new Uint8Array(await (await fetch(sampleAddress)).arrayBuffer());
+  const first = decoder.decode(sample);
+  first.info();
+  first.heights();
+  first.control();
+  for (let level = 0; level <= 3; ++level) first.tessellate(level);
+  first.free();
+  return undefined;
 }
 
 /** A module that ran out of memory takes its surface and scan along. */
@@ -136,8 +152,8 @@ function scanPicture(asked: Frame | undefined): ScanPicture {
   return { positions: relative(kept.subarray(0, at), shown), stride, frame: shown };
 }
 
-const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] } = {
-  version: () => decoder.version(),
+const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] | Promise<Tasks[N]['answer']> } = {
+  warmUp,
   decode: ({ bytes }) => decode(bytes),
   picture: ({ level }) => picture(level),
   readScan: ({ bytes, name }) => readScan(bytes, name),
@@ -159,7 +175,7 @@ function buffersOf(answer: unknown): ArrayBuffer[] {
 self.onmessage = async ({ data }: MessageEvent<Asked>) => {
   try {
     await usableDecoder();
-    const answer = tasks[data.task](data.ask as never);
+    const answer = await tasks[data.task](data.ask as never);
     self.postMessage({ id: data.id, answer } satisfies Answered, { transfer: buffersOf(answer) });
   } catch (error) {
     const code = error instanceof DecoderError ? error.code : 13;

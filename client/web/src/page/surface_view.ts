@@ -1,8 +1,8 @@
 // The surface on the page: decoded prefix by prefix, drawn at a level, coloured, told in figures.
 import type { DecoderClient } from '../decoder/client';
-import type { Decoded, Frame, Picture } from '../decoder/messages';
+import type { Decoded, Distances, Frame, Picture } from '../decoder/messages';
 import type { SurfaceInfo } from '../decoder/module';
-import { colourOf, type Colouring, figure, type Legend } from '../scene/colours';
+import { colourOf, type Coloured, type Colouring, figure, type Legend } from '../scene/colours';
 import type { Viewer } from '../scene/viewer';
 import type { SurfaceStream } from '../server/surface_stream';
 import { download, element, make, milliseconds, say, sizeText, whole } from './elements';
@@ -30,7 +30,9 @@ export class SurfaceView {
   #hasScan = false;
   #scanFrame: Frame | undefined;
   #generation = 0;
-  readonly #distances = new Map<number, Float32Array>();
+  /** Chunks of the stream that are in the picture. */
+  #drawn = 0;
+  readonly #distances = new Map<number, Distances>();
   readonly times: LayerTime[] = [];
 
   constructor(decoder: DecoderClient, viewer: Viewer) {
@@ -47,7 +49,7 @@ export class SurfaceView {
     this.#name = name;
     this.#picture = this.#info = this.#bytes = undefined;
     this.#distances.clear();
-    this.times.length = 0;
+    this.times.length = this.#drawn = 0;
     if (!keepsScan) this.forgetScan();
     element('times').replaceChildren();
     for (const id of ['view', 'facts-section', 'legend']) element(id).hidden = true;
@@ -58,8 +60,8 @@ export class SurfaceView {
   /** Decodes all whole chunks that have not been drawn yet; once at a time, the newest counts. */
   async drawStream(stream: SurfaceStream, generation: number): Promise<void> {
     // The first layer is drawn by itself, however fast the others follow.
-    for (let drawn = 0; drawn < stream.wholeChunks; ) {
-      const count = drawn === 0 ? 1 : stream.wholeChunks;
+    while (this.#drawn < stream.wholeChunks) {
+      const count = this.#drawn === 0 ? 1 : stream.wholeChunks;
       const decoded = await this.#decoder.ask('decode', { bytes: stream.firstChunks(count) });
       const picture = await this.#decoder.ask('picture', { level: this.#levelOf(decoded.info) });
       if (generation !== this.#generation) return;
@@ -74,8 +76,8 @@ export class SurfaceView {
         decodeMs: decoded.decodeMs + picture.tessellateMs,
         toPictureMs: performance.now() - arrived,
       });
-      drawn = count;
-      if (stream.isComplete && drawn === stream.chunks.length) this.#complete(stream.bytes);
+      this.#drawn = count;
+      if (stream.isComplete && count === stream.chunks.length) this.#complete(stream.bytes);
     }
   }
 
@@ -87,16 +89,31 @@ export class SurfaceView {
     this.#info = info;
     this.#picture = picture;
     this.#viewer.showControl(control);
-    const { colours } = colourOf(picture, 'stone', info.frame.diagonal);
-    this.#viewer.showSurface(picture, colours);
-    this.#viewer.drawNow();
+    this.#place(picture);
     element('welcome').hidden = true;
     element('view').hidden = false;
     this.#level.max = `${info.max_level}`;
     this.#level.value = `${info.max_level}`;
     this.#tellLevel();
-    void this.recolour();
     this.applyVisibility();
+    this.#viewer.drawNow(); // once, with all of it: in software a picture takes a tenth of a second
+    void this.#measure();
+  }
+
+  /** With its colours, as far as they are known: of the error not before it is measured. */
+  #place(picture: Picture): void {
+    const { colours, legend } = this.#coloured(picture);
+    this.#viewer.showSurface(picture, colours);
+    this.#showLegend(legend);
+  }
+
+  #coloured(picture: Picture): Coloured {
+    const { diagonal } = this.#info!.frame;
+    return colourOf(picture, this.#colour.value as Colouring, diagonal, this.#distances.get(picture.level));
+  }
+
+  #awaitsError(level: number): boolean {
+    return this.#colour.value === 'error' && this.#hasScan && !this.#distances.has(level);
   }
 
   #complete(bytes: Uint8Array<ArrayBuffer>): void {
@@ -120,31 +137,30 @@ export class SurfaceView {
     const picture = await this.#decoder.ask('picture', { level });
     if (generation !== this.#generation || Number(this.#level.value) !== level) return;
     this.#picture = picture;
-    const { colours } = colourOf(picture, 'stone', 1);
-    this.#viewer.showSurface(picture, colours);
+    this.#place(picture);
     this.#tellLevel();
-    await this.recolour();
+    await this.#measure();
   }
 
-  /** By what the list says; the error is measured when it is first asked for. */
+  /** By what the list says. */
   async recolour(): Promise<void> {
-    const picture = this.#picture;
-    const colouring = this.#colour.value as Colouring;
-    if (!picture || !this.#info) return;
-    if (colouring === 'error' && this.#hasScan) await this.#measure(picture.level);
-    if (picture !== this.#picture || colouring !== this.#colour.value) return;
-    const distances = this.#distances.get(picture.level);
-    const { colours, legend } = colourOf(picture, colouring, this.#info.frame.diagonal, distances);
+    if (!this.#picture) return;
+    const { colours, legend } = this.#coloured(this.#picture);
     this.#viewer.colourSurface(colours);
     this.#showLegend(legend);
+    await this.#measure();
   }
 
-  async #measure(level: number): Promise<void> {
-    if (this.#distances.has(level)) return;
+  /** The error, when it is first asked for; then it is shown. */
+  async #measure(): Promise<void> {
+    const picture = this.#picture;
+    if (!picture || !this.#awaitsError(picture.level)) return;
     say('Measuring the distance to the scan.');
     const generation = this.#generation;
-    const { distances } = await this.#decoder.ask('distance', { level });
-    if (generation === this.#generation) this.#distances.set(level, distances);
+    const distances = await this.#decoder.ask('distance', { level: picture.level });
+    if (generation !== this.#generation) return;
+    this.#distances.set(picture.level, distances);
+    if (picture === this.#picture) await this.recolour();
   }
 
   #showLegend(legend: Legend | undefined): void {

@@ -27,6 +27,7 @@ export class Viewer {
   readonly #creases: LineSegments<BufferGeometry, LineBasicMaterial>;
   readonly #points: Points<BufferGeometry, PointsMaterial>;
   #asked = 0;
+  #warm = false;
 
   /** Throws where the browser has no WebGL. */
   constructor(canvas: HTMLCanvasElement) {
@@ -47,21 +48,29 @@ export class Viewer {
     light.position.set(-0.6, 0.9, 0.8);
     this.#camera.add(light);
     this.#scene.add(this.#camera, new HemisphereLight(0xffffff, 0x8a8378, 1.25), this.#surface, this.#edges, this.#creases, this.#points);
-    this.#warmUp();
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement!);
     this.resetView();
   }
 
-  /** Builds the shaders now: the first layer of a surface does not wait for them. */
+  /**
+   * Draws one of each, of the kinds of buffers that will come, and wipes it out before it is seen: a
+   * graphics driver, the software one above all, makes its programs when they are first drawn with,
+   * and the first layer of a surface does not wait for that.
+   */
   #warmUp(): void {
-    const nothing = new Float32Array(9);
-    for (const object of [this.#surface, this.#edges, this.#creases, this.#points]) {
-      object.geometry = geometryOf(nothing);
-      object.frustumCulled = false;
+    const some = new Float32Array([-0.3, -0.3, 0, 0.3, -0.3, 0, 0, 0.3, 0.3]);
+    const corners = new BufferAttribute(new Uint32Array([0, 1, 2]), 1);
+    const parts = [this.#surface, this.#edges, this.#creases, this.#points];
+    for (const part of parts) {
+      part.geometry = geometryOf(some);
+      part.frustumCulled = false;
+      part.visible = true;
     }
-    for (const name of ['normal', 'color']) this.#surface.geometry.setAttribute(name, new BufferAttribute(nothing, 3));
+    for (const name of ['normal', 'color']) this.#surface.geometry.setAttribute(name, new BufferAttribute(some.slice(), 3));
+    for (const part of [this.#surface, this.#edges, this.#creases]) part.geometry.setIndex(corners);
     this.#renderer.render(this.#scene, this.#camera);
-    for (const object of [this.#surface, this.#edges, this.#creases, this.#points]) object.visible = false;
+    for (const part of parts) part.visible = false;
+    this.#warm = true;
   }
 
   showSurface(picture: Picture, colours: Float32Array): void {
@@ -90,7 +99,7 @@ export class Viewer {
   showScan(positions: Float32Array): void {
     this.#points.geometry.dispose();
     this.#points.geometry = geometryOf(positions);
-    this.draw();
+    if (this.#points.visible) this.draw();
   }
 
   setVisible(parts: { control?: boolean; scan?: boolean; surface?: boolean }): void {
@@ -150,6 +159,7 @@ export class Viewer {
     this.#camera.aspect = clientWidth / clientHeight;
     this.#camera.updateProjectionMatrix();
     if (Math.min(before, 1) !== Math.min(this.#camera.aspect, 1)) this.resetView();
+    if (!this.#warm) this.#warmUp(); // at the size that the pictures will have
     this.drawNow();
   }
 }
