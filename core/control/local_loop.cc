@@ -32,8 +32,7 @@ LocalLoopFinder::LocalLoopFinder(const MeshTopology& topology, const Eigen::Matr
 }
 
 std::vector<int> LocalLoopFinder::LoopAround(int root, double radius) {
-  ++stamp_;
-  GrowDisc(root, radius);
+  Disc(root, radius);
   CollectFaces();
   if (disc_faces_.empty()) return {};
   const int boundary_loops = CapBoundary();
@@ -50,7 +49,8 @@ double LocalLoopFinder::Length(const std::vector<int>& loop) const {
 }
 
 // Dijkstra over edges up to `radius`.
-void LocalLoopFinder::GrowDisc(int root, double radius) {
+const std::vector<int>& LocalLoopFinder::Disc(int root, double radius) {
+  ++stamp_;
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   disc_vertices_.clear();
@@ -75,6 +75,7 @@ void LocalLoopFinder::GrowDisc(int root, double radius) {
       front.push({reached, w});
     }
   }
+  return disc_vertices_;
 }
 
 // Faces whose three corners were reached, connected through edges to the root's; and their edges.

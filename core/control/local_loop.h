@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-// Searches one mesh; keeps its scratch from call to call.
+// Searches one mesh; keeps its scratch from call to call, so each thread needs a copy of its own.
 class LocalLoopFinder {
  public:
   LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices);
@@ -19,13 +19,12 @@ class LocalLoopFinder {
   // loops capped. Vertices in order; empty when the disc has no handle.
   std::vector<int> LoopAround(int root, double radius);
 
-  // The vertices of the disc of the last call.
-  const std::vector<int>& disc() const { return disc_vertices_; }
+  // The vertices within geodesic `radius` of `root`, nearest first. Valid until the next call.
+  const std::vector<int>& Disc(int root, double radius);
 
   double Length(const std::vector<int>& loop) const;
 
  private:
-  void GrowDisc(int root, double radius);
   void CollectFaces();
   int CapBoundary();  // numbers the boundary loops; returns how many
   int Handles(int boundary_loops);

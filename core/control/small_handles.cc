@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_for.h"
+#include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/control/local_loop.h"
 #include "core/geometry/mesh_topology.h"
@@ -14,6 +16,9 @@ namespace {
 
 constexpr int kMaxSweeps = 8;
 constexpr int kTightenings = 3;
+// A way along edges is hardly longer than this times the straight one on a smooth piece.
+constexpr double kZigzag = 1.5;
+constexpr int64_t kSeedBlock = 16;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* finder) {
@@ -29,6 +34,21 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
   return loop;
 }
 
+// Vertices flagged in `search` of which one lies within `step` of every flagged one.
+std::vector<int> SpreadSeeds(const Eigen::Matrix3Xd& vertices, const std::vector<uint8_t>& search,
+                             double step, LocalLoopFinder* finder) {
+  std::vector<uint8_t> covered(search.size(), 0);
+  std::vector<int> seeds;
+  for (int seed = 0; seed < static_cast<int>(search.size()); ++seed) {
+    if (search[seed] == 0 || covered[seed] != 0) continue;
+    seeds.push_back(seed);
+    for (const int v : finder->Disc(seed, kZigzag * step)) {
+      if ((vertices.col(v) - vertices.col(seed)).norm() < step) covered[v] = 1;
+    }
+  }
+  return seeds;
+}
+
 // Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
 // around the vertices flagged in `search`; out: flagged where the next search has to look, near the
 // loops, as two handles may lie side by side.
@@ -41,26 +61,29 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topo
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
   const double radius = max_length / 2 + step;
-  std::vector<uint8_t> visited(topology.vertex_count, 0), taken(topology.vertex_count, 0);
+  const std::vector<int> seeds = SpreadSeeds(vertices, *search, step, &finder);
+  std::vector<std::vector<int>> found(seeds.size());
+  ScratchPool<LocalLoopFinder> finders(finder);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.size()), kSeedBlock, context,
+                                      [&](int64_t begin, int64_t end) {
+                                        const auto own = finders.Take();
+                                        for (int64_t i = begin; i < end; ++i) {
+                                          std::vector<int> loop = own->LoopAround(seeds[i], radius);
+                                          if (!loop.empty())
+                                            loop = Tighten(std::move(loop), radius, own.get());
+                                          if (loop.size() >= 3 && own->Length(loop) <= max_length)
+                                            found[i] = std::move(loop);
+                                        }
+                                      }));
+  std::vector<uint8_t> taken(topology.vertex_count, 0);
   std::vector<std::vector<int>> loops;
-  for (int seed = 0; seed < topology.vertex_count; ++seed) {
-    if (visited[seed] != 0 || (*search)[seed] == 0) continue;
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    std::vector<int> loop = finder.LoopAround(seed, radius);
-    const std::vector<int> disc = finder.disc();
-    for (const int v : disc) {
-      if ((vertices.col(v) - vertices.col(seed)).norm() < step) visited[v] = 1;
-    }
-    if (loop.empty()) continue;
-    loop = Tighten(std::move(loop), radius, &finder);
-    if (loop.size() < 3 || finder.Length(loop) > max_length) continue;
+  for (std::vector<int>& loop : found) {
     const bool blocked = std::any_of(loop.begin(), loop.end(), [&](int v) {
       return taken[v] != 0 || topology.boundary_vertex[v] != 0;
     });
-    if (blocked) continue;
+    if (loop.empty() || blocked) continue;
     // The whole neighbourhood is spoken for: another loop there may be the same handle's.
-    finder.LoopAround(loop[0], radius);
-    for (const int v : finder.disc()) taken[v] = 1;
+    for (const int v : finder.Disc(loop[0], radius)) taken[v] = 1;
     for (const int v : loop) taken[v] = 1;
     loops.push_back(std::move(loop));
   }

@@ -24,7 +24,10 @@ TEST(LocalLoopTest, FindsTheGirthOfATorus) {
   const double girth = 2 * std::numbers::pi * 0.12;
   EXPECT_GT(finder.Length(loop), 0.95 * girth);
   EXPECT_LT(finder.Length(loop), 1.4 * girth);
-  EXPECT_FALSE(finder.disc().empty());
+  const std::vector<int>& disc = finder.Disc(0, 0.2);
+  ASSERT_GT(disc.size(), 1U);
+  EXPECT_EQ(disc[0], 0);
+  for (const int v : disc) EXPECT_LE((mesh.vertices.col(v) - mesh.vertices.col(0)).norm(), 0.2);
 }
 
 TEST(LocalLoopTest, ASphereHasNone) {
