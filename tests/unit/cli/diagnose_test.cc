@@ -110,9 +110,8 @@ TEST_F(DiagnoseProgramTest, ForetellsTheFacesUnderNoise) {
     const Json made =
         Json::parse(Run({"reconstruct", At("a.ply"), "-o", At("a.dss"), "--quiet", "--json"}).out);
     EXPECT_EQ(said["control_faces"], made["control_faces"]) << noise;
-    if (noise != "0") EXPECT_LT(int{said["control_faces"]}, 300);
-    EXPECT_LT(said["expected_bytes"][0], made["encoded_bytes"]);
-    EXPECT_GT(said["expected_bytes"][1], made["encoded_bytes"]);
+    // All 666 of one for thirty points, or a fifth.
+    EXPECT_EQ(int{said["control_faces"]} < 300, noise != "0") << said["control_faces"];
   }
 }
 
