@@ -1,5 +1,5 @@
 # What `cmake --install` lays out: the component `programs` (both programs, their manual pages,
-# completion and the systemd unit) and the component `development` (headers, archives, a CMake
+# completion, the viewer and the systemd unit) and the component `development` (headers, archives, a CMake
 # package with rilievo::decoder, rilievo::core and rilievo::client, pkg-config files).
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
@@ -30,6 +30,11 @@ install(FILES ${shell_files}/rilievo.bash RENAME rilievo
 install(FILES ${shell_files}/_rilievo DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
 install(FILES ${shell_files}/rilievo.fish
   DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+# The viewer, where client/web/build.sh has built it; it runs on Node, which it does not bring.
+install(FILES ${CMAKE_BINARY_DIR}/web/gateway.mjs DESTINATION ${CMAKE_INSTALL_DATADIR}/rilievo/web
+  OPTIONAL)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/web/page DESTINATION ${CMAKE_INSTALL_DATADIR}/rilievo/web
+  OPTIONAL)
 install(FILES ${CMAKE_SOURCE_DIR}/cmake/install/rilievod.service DESTINATION lib/systemd/system)
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE RENAME copyright
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rilievo)
@@ -89,6 +94,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME rilievo)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "nodejs (>= 18.19)")
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION
   "The command rilievo and the server rilievod, which turn unorganized point clouds into compact
  multiresolution surfaces.")

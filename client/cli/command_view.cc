@@ -1,5 +1,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,7 @@
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/text_layout.h"
+#include "client/cli/web_viewer.h"
 #include "client/picture/animation.h"
 #include "client/picture/render.h"
 #include "client/picture/vertex_colors.h"
@@ -34,7 +36,8 @@ struct ViewArguments {
   std::optional<int> level;
   int views = 1, turntable = 1;
   PictureOptions picture;
-  bool orthographic = false, json = false;
+  bool orthographic = false, json = false, open = false;
+  WebViewerOptions web;
 };
 
 absl::Status UsageError(const std::string& message) {
@@ -159,7 +162,36 @@ void Say(const ViewArguments& arguments, const std::vector<std::string>& paths,
   if (!legend.empty()) out << LabelledLine("colours", legend);
 }
 
+absl::Status OpenWebViewer(const ViewArguments& arguments, std::stop_token stop) {
+  if (!arguments.output.empty()) return UsageError("--open shows a page, -o a picture: give one");
+  WebViewerOptions web = arguments.web;
+  web.file = arguments.input;
+  if (web.file == "-") return UsageError("--open: the page reads a file, not the standard input");
+  if (!web.file.empty()) {
+    RILIEVO_RETURN_IF_ERROR(CheckInputs({web.file}));
+    if (!std::ifstream(web.file)) {
+      return absl::NotFoundError(absl::StrCat(web.file, ": no such file, or it cannot be read"));
+    }
+  }
+  const auto opened = [&](const std::string& url) {
+    if (arguments.json) {
+      std::cout << nlohmann::ordered_json{{"input", arguments.input}, {"url", url}} << std::endl;
+      return;
+    }
+    std::cout << url << std::endl;
+    std::cerr << (OpenInBrowser(url) ? "The page is being opened in the browser. "
+                                     : "Open this address in a browser. ")
+              << "Ctrl-C ends it.\n";
+  };
+  return ServeWebViewer(web, opened, std::move(stop));
+}
+
 absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
+  if (arguments.open) return OpenWebViewer(arguments, std::move(stop));
+  if (arguments.input.empty()) return UsageError("IN is missing: what to draw");
+  if (arguments.output.empty()) {
+    return UsageError("-o is missing: the picture, a PNG; or --open, for the viewer in a browser");
+  }
   RunContext context;
   context.stop = std::move(stop);
   PictureOptions picture = arguments.picture;
@@ -190,6 +222,19 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   return absl::OkStatus();
 }
 
+void AddWebViewer(CLI::App* app, ViewArguments* arguments) {
+  CLI::Option* open = app->add_flag("--open", arguments->open,
+                                    "instead of a picture: serve the viewer, with IN in it, print "
+                                    "its address and show it in a browser; a scan becomes a "
+                                    "surface there. Until Ctrl-C");
+  app->add_option("--listen", arguments->web.listen, "HOST:PORT of the page; 0: any free port")
+      ->needs(open)
+      ->capture_default_str();
+  app->add_option("--store", arguments->web.store,
+                  "folder where the page's jobs are kept; default: nowhere, they end with it")
+      ->needs(open);
+}
+
 void AddCamera(CLI::App* app, ViewArguments* arguments) {
   app->add_option("--turn", arguments->picture.camera.turn_degrees, "around the up axis, degrees")
       ->capture_default_str();
@@ -215,12 +260,12 @@ void AddCamera(CLI::App* app, ViewArguments* arguments) {
 
 Command AddView(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
-      "view", "Draw a surface, a mesh or a scan as a PNG, without a display");
+      "view",
+      "Draw a surface, a mesh or a scan as a PNG, without a display; or show it in a browser");
   const auto arguments = std::make_shared<ViewArguments>();
-  app->add_option("IN", arguments->input, "a surface (.dss), a mesh or a scan; - is standard input")
-      ->required();
-  app->add_option("-o,--output", arguments->output, "the picture, a PNG; - is standard output")
-      ->required();
+  app->add_option("IN", arguments->input,
+                  "a surface (.dss), a mesh or a scan; - is standard input");
+  app->add_option("-o,--output", arguments->output, "the picture, a PNG; - is standard output");
   AddFormatOption(app, &arguments->format);
   app->add_option("--level", arguments->level, "of a surface; default the finest")
       ->check(CLI::Range(0, 10));
@@ -238,6 +283,7 @@ Command AddView(CLI::App& program) {
   app->add_option("--scan", arguments->scan, "the scan of --colors error");
   app->add_option("--size", arguments->size, "in pixels: W or WxH")->capture_default_str();
   AddCamera(app, arguments.get());
+  AddWebViewer(app, arguments.get());
   app->add_flag("--flat", arguments->picture.flat, "show the facets");
   app->add_flag("--edges", arguments->picture.edges, "draw the edges");
   app->add_flag("--json", arguments->json, "say in JSON what was drawn");

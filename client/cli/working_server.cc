@@ -5,7 +5,6 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo {
-namespace {
 
 ServerOptions LimitsForOneself() {
   ServerOptions options;
@@ -18,8 +17,6 @@ ServerOptions LimitsForOneself() {
   options.max_idle_time = std::chrono::hours(24 * 7);
   return options;
 }
-
-}  // namespace
 
 absl::StatusOr<WorkingServer> ConnectOrStart(const ServerArguments& arguments) {
   WorkingServer server;

@@ -15,6 +15,9 @@ struct WorkingServer {
   std::shared_ptr<grpc::ChannelInterface> channel;
 };
 
+// None of the limits that protect a server from strangers; one job at a time.
+ServerOptions LimitsForOneself();
+
 // Without a name, a server in this process without the limits that protect one from strangers.
 absl::StatusOr<WorkingServer> ConnectOrStart(const ServerArguments& arguments);
 

@@ -20,6 +20,13 @@ for file in bin/rilievo bin/rilievod bin/rilievo-worker share/man/man1/rilievo.1
   lib/systemd/system/rilievod.service; do
   [ -s "$root/programs/usr/$file" ] || { echo "not in the package: $file" >&2; exit 1; }
 done
+# The viewer is in it where it has been built.
+if [ -f "$build/web/gateway.mjs" ]; then
+  for file in gateway.mjs page/index.html; do
+    [ -s "$root/programs/usr/share/rilievo/web/$file" ] || { echo "no $file in the package" >&2; exit 1; }
+  done
+  dpkg-deb -f "$programs" Suggests | grep -q nodejs
+fi
 "$root/programs/usr/bin/rilievo" simulate sphere -o "$root/a.ply" --points 500
 "$root/programs/usr/bin/rilievo" reconstruct "$root/a.ply" -o "$root/a.dss" --quiet >/dev/null
 listed=$(dpkg-deb -c "$development")

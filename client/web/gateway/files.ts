@@ -1,4 +1,4 @@
-// The built page, from one folder.
+// The built page, from one folder, and the file that it is to open.
 import { createReadStream, statSync } from 'node:fs';
 import type { IncomingMessage, ServerResponse } from 'node:http';
 import { extname, join, normalize, sep } from 'node:path';
@@ -17,11 +17,13 @@ const HEADERS = {
   'referrer-policy': 'no-referrer',
 };
 
-export function fileHandler(folder: string) {
+/** `opened`: a file anywhere, as /opened, that the page takes for one that was dropped on it. */
+export function fileHandler(folder: string, opened?: string) {
   return (request: IncomingMessage, response: ServerResponse): void => {
     const path = decodedPath(request.url ?? '/');
-    const file = path && normalize(join(folder, path === '/' ? 'index.html' : path));
-    if (!file || !file.startsWith(folder + sep) || !isFile(file)) {
+    const given = path === '/opened' ? opened : undefined;
+    const file = given ?? (path && normalize(join(folder, path === '/' ? 'index.html' : path)));
+    if (!path || !file || !(given || file.startsWith(folder + sep)) || !isFile(file)) {
       response.writeHead(404, { 'content-type': 'text/plain' }).end('not found\n');
       return;
     }

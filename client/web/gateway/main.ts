@@ -4,7 +4,7 @@
 import { readFileSync } from 'node:fs';
 import { createServer, type IncomingMessage, type ServerResponse } from 'node:http';
 import { type AddressInfo } from 'node:net';
-import { dirname, join, resolve } from 'node:path';
+import { basename, dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 import { connectNodeAdapter, createGrpcTransport } from '@connectrpc/connect-node';
@@ -17,11 +17,13 @@ const USAGE = `usage: node gateway.mjs --server HOST:PORT [options]
   --server HOST:PORT  of a rilievod with --store; https://HOST:PORT for TLS
   --listen HOST:PORT  default 127.0.0.1:8080; port 0 takes a free one
   --page FOLDER       the built page; default: beside this program
+  --file FILE         the page opens it; nothing else outside the page's folder is served
   --token-file FILE   a bearer token for callers that bring none
   --tls-ca FILE       who may have signed the server's certificate (PEM)
   --tls-cert FILE, --tls-key FILE
                       the gateway's own certificate, where the server asks for one
-  --allow-host NAME   a further name by which the page may be called; may be repeated`;
+  --allow-host NAME   a further name by which the page may be called; may be repeated
+  --until-input-ends  end with the standard input: with the program that started this one`;
 
 function fail(message: string): never {
   console.error(`gateway: ${message}`);
@@ -35,7 +37,8 @@ function options() {
         server: { type: 'string' }, listen: { type: 'string', default: '127.0.0.1:8080' },
         page: { type: 'string' }, 'token-file': { type: 'string' }, 'tls-ca': { type: 'string' },
         'tls-cert': { type: 'string' }, 'tls-key': { type: 'string' },
-        'allow-host': { type: 'string', multiple: true, default: [] }, help: { type: 'boolean' },
+        'allow-host': { type: 'string', multiple: true, default: [] },
+        file: { type: 'string' }, 'until-input-ends': { type: 'boolean' }, help: { type: 'boolean' },
       },
     });
     return values;
@@ -78,7 +81,7 @@ function main(): void {
   });
   const names = new Set(['127.0.0.1', 'localhost', '[::1]', shown, ...(given['allow-host'] ?? [])]);
   const folder = resolve(given.page ?? join(dirname(fileURLToPath(import.meta.url)), 'page'));
-  const files = fileHandler(folder);
+  const files = fileHandler(folder, given.file);
   const upload = uploadHandler(transport, token);
   const calls = connectNodeAdapter({
     routes: (router) => forwardCalls(router, transport, token),
@@ -99,8 +102,10 @@ function main(): void {
   server.on('error', (error) => fail(error.message));
   server.listen(Number(address[3]), host || undefined, () => {
     const { port } = server.address() as AddressInfo;
-    console.log(`rilievo on http://${shown || '127.0.0.1'}:${port}/`);
+    const open = given.file === undefined ? '' : `#open=${encodeURIComponent(basename(given.file))}`;
+    console.log(`rilievo on http://${shown || '127.0.0.1'}:${port}/${open}`);
   });
+  if (given['until-input-ends']) process.stdin.resume().on('end', () => process.exit(0));
   for (const signal of ['SIGINT', 'SIGTERM'] as const) {
     process.on(signal, () => process.exit(0));
   }

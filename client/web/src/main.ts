@@ -2,6 +2,7 @@
 import { Code, ConnectError } from '@connectrpc/connect';
 import { type Job, JobState } from '../generated/rilievo/v1/jobs_pb';
 import { DecoderClient } from './decoder/client';
+import { DecoderError } from './decoder/module';
 import { element, sizeText, say, showError, whole } from './page/elements';
 import { JobList, nameOfJob, rememberName } from './page/job_list';
 import { StageList } from './page/stages';
@@ -9,6 +10,7 @@ import { SurfaceView } from './page/surface_view';
 import { Viewer } from './scene/viewer';
 import { errorOfJob, jobs, reconstruction, streamSurface, submitScan, watchJob, type Listener } from './server/jobs';
 import { SurfaceStream } from './server/surface_stream';
+import { useToken } from './server/token';
 import { inWords } from './server/words';
 
 const canvas = element<HTMLCanvasElement>('canvas');
@@ -42,6 +44,7 @@ function start(): void {
       if (mine !== work) return;
       stages.finish(false);
       const cancelled = mine.abort.signal.aborted || ConnectError.from(error).code === Code.Canceled;
+      askForToken(error);
       showError(cancelled ? 'Cancelled.' : inWords(error));
     } finally {
       if (mine === work) work = undefined;
@@ -116,6 +119,13 @@ function start(): void {
 
   const open = (file: File) => (/\.dss$/i.test(file.name) ? openSurface(file) : openScan(file));
   connectControls(view, viewer, open);
+  element<HTMLFormElement>('token-form').onsubmit = (event) => {
+    event.preventDefault();
+    useToken(element<HTMLInputElement>('token').value);
+    showError(undefined);
+    void greet(list);
+  };
+  openWhatIsAsked((file) => void open(file));
   void greet(list);
 }
 
@@ -169,6 +179,18 @@ function connectControls(view: SurfaceView, viewer: Viewer, open: (file: File) =
   };
 }
 
+/** `rilievo view FILE --open`: the gateway has the file, the address its name. */
+function openWhatIsAsked(open: (file: File) => void): void {
+  const name = new URLSearchParams(location.hash.slice(1)).get('open');
+  if (!name) return;
+  fetch('opened')
+    .then(async (answer) => {
+      if (!answer.ok) throw new DecoderError(5, `${name} is no longer there`);
+      open(new File([await answer.blob()], name));
+    })
+    .catch((error) => showError(inWords(error)));
+}
+
 /** The call is broken off here and now, and the server is told to stop. */
 function cancelWork(): void {
   const { abort, jobId } = work ?? {};
@@ -176,18 +198,29 @@ function cancelWork(): void {
   abort?.abort();
 }
 
+/** Shows the field for it, if that is what the server wants. */
+function askForToken(error: unknown): void {
+  if (ConnectError.from(error).code !== Code.Unauthenticated) return;
+  element('token-form').hidden = false;
+  element('token').focus();
+}
+
 async function greet(list: JobList): Promise<void> {
   const line = element('server');
   try {
     const { serverVersion, limits, keepsJobs } = await reconstruction.getCapabilities({});
+    element('token-form').hidden = true;
+    element<HTMLInputElement>('token').value = '';
     if (!keepsJobs) {
       line.textContent = 'This server keeps no jobs, so scans cannot be sent: start rilievod with --store. Surfaces (.dss) can be opened.';
       return;
     }
-    const most = limits ? `, scans up to ${sizeText(Number(limits.maxScanBytes))}` : '';
+    const size = Number(limits?.maxScanBytes ?? 0);
+    const most = size > 0 && size < 1e10 ? `, scans up to ${sizeText(size)}` : ''; // above, no browser holds it
     line.textContent = `rilievod ${serverVersion}${most}`;
     await list.refresh();
   } catch (error) {
+    askForToken(error);
     line.textContent = `${inWords(error)} Surfaces (.dss) can be opened without it.`;
   }
 }

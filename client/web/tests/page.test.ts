@@ -4,12 +4,12 @@
 import assert from 'node:assert/strict';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join } from 'node:path';
+import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { validateBytes } from 'gltf-validator';
 import { type Browser, chromium, type Download, type Page } from 'playwright-core';
 import { difference, seen, thumbnail } from './pictures';
-import { type Program, rilievo, startGateway, startServer } from './programs';
+import { makeToken, type Program, rilievo, startGateway, startServer, startViewer } from './programs';
 
 const { GOLDEN = '', REFERENCE = '', CHROMIUM = '/usr/bin/chromium', RILIEVO_WRITE_REFERENCE } = process.env;
 const folder = mkdtempSync(join(tmpdir(), 'rilievo-page-'));
@@ -267,6 +267,52 @@ test('a page 360 pixels wide has everything, and nothing sticks out', async () =
     assert.deepEqual(small, []);
     assert.ok((await seen(page)).covered > 0.05);
   }, { width: 360, height: 740 });
+});
+
+test('a server that asks for a token gets it from the page, which keeps it in memory only', async () => {
+  const tokens = join(folder, 'tokens');
+  const token = makeToken('anna', tokens);
+  const closed = await startServer(join(folder, 'closed'), '--tokens', tokens);
+  const door = await startGateway(closed.address);
+  const context = await browser.newContext();
+  try {
+    const page = await context.newPage();
+    page.setDefaultTimeout(PATIENCE);
+    await page.goto(door.address);
+    const field = page.getByLabel('Token for this server');
+    await field.waitFor();
+    await page.locator('#server', { hasText: 'who you are' }).waitFor();
+    await field.fill('anna.wrong');
+    await field.press('Enter');
+    await page.locator('#server', { hasText: 'who you are' }).waitFor();
+    await field.fill(token);
+    await page.getByRole('button', { name: 'Use it' }).click();
+    await page.locator('#server', { hasText: 'rilievod' }).waitFor();
+    assert.equal(await field.isVisible(), false);
+    await page.setInputFiles('#file', scan);
+    await complete(page);
+    const kept = await page.evaluate(() => JSON.stringify([{ ...localStorage }, { ...sessionStorage }, document.cookie]));
+    assert.ok(!kept.includes(token) && kept.includes('handles.ply'));
+    await page.reload();
+    await field.waitFor();
+  } finally {
+    await context.close();
+    await door.stop();
+    await closed.stop();
+  }
+});
+
+test('rilievo view --open shows a surface or a scan, and ends with all that it started', async () => {
+  for (const file of [golden, scan]) {
+    const viewer = await startViewer(file);
+    await withPage(viewer.address, async (page) => {
+      await complete(page);
+      await page.locator('#name', { hasText: basename(file) }).waitFor();
+      assert.ok((await seen(page)).covered > 0.05);
+    });
+    await viewer.stop();
+    await assert.rejects(fetch(viewer.address));
+  }
 });
 
 test('pages of other names and other origins are turned away', async () => {

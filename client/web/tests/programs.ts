@@ -35,14 +35,23 @@ async function started(command: string, words: string[], line: RegExp): Promise<
   return { address, stop };
 }
 
-export function startServer(store: string): Promise<Program> {
-  return started(join(BIN, 'rilievod'), ['--listen', '127.0.0.1:0', '--store', store, '--drain-seconds', '1'],
+export function startServer(store: string, ...more: string[]): Promise<Program> {
+  return started(join(BIN, 'rilievod'), ['--listen', '127.0.0.1:0', '--store', store, '--drain-seconds', '1', ...more],
     /listening on (\S+)/);
 }
 
 export function startGateway(server: string): Promise<Program> {
   return started('node', [join(WEB, 'gateway.mjs'), '--server', server, '--listen', '127.0.0.1:0'],
     /rilievo on (\S+)/);
+}
+
+/** A token that the server accepts which is started with `--tokens file`. */
+export function makeToken(name: string, file: string): string {
+  return execFileSync(join(BIN, 'rilievod'), ['--make-token', name, '--tokens', file], { encoding: 'utf8' }).trim();
+}
+
+export function startViewer(file: string): Promise<Program> {
+  return started(join(BIN, 'rilievo'), ['view', file, '--open'], /^(http\S+)$/);
 }
 
 export function rilievo(...words: string[]): string {

@@ -104,5 +104,57 @@ TEST_F(ViewTest, PartsAndColorsOfASurface) {
   EXPECT_TRUE(DecodePng(piped.out).ok());
 }
 
+TEST_F(ViewTest, TheViewerSaysWhatItLacks) {
+  std::ofstream(At("a.dss")) << "any";
+  EXPECT_EQ(Run({"view", "--open", "-o", At("a.png")}).code, 2);
+  EXPECT_EQ(Run({"view", "-", "--open"}).code, 2);
+  EXPECT_EQ(Run({"view", At("a.dss"), "--listen", "127.0.0.1:0"}).code, 2);
+  EXPECT_THAT(Run({"view", At("a.dss")}).err, HasSubstr("-o is missing"));
+  EXPECT_THAT(Run({"view", At("none.dss"), "--open"}).err, HasSubstr("none.dss: no such file"));
+  setenv("RILIEVO_WEB", folder_.c_str(), 1);
+  Ended ended = Run({"view", At("a.dss"), "--open"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("./dev web builds it"));
+  // The page is there, Node is not.
+  fs::create_directory(At("page"));
+  std::ofstream(At("page/index.html")) << "page";
+  std::ofstream(At("gateway.mjs")) << "gateway";
+  const std::string path = getenv("PATH");
+  setenv("PATH", folder_.c_str(), 1);
+  ended = Run({"view", At("a.dss"), "--open"});
+  setenv("PATH", path.c_str(), 1);
+  unsetenv("RILIEVO_WEB");
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("Node 18.19 or newer"));
+}
+
+// `node` of this test: prints what the gateway does, and tells what it was given.
+TEST_F(ViewTest, TheViewerStartsTheGatewayAndEndsIt) {
+  std::ofstream(At("a.dss")) << "any";
+  fs::create_directory(At("page"));
+  std::ofstream(At("page/index.html")) << "page";
+  std::ofstream(At("gateway.mjs")) << "gateway";
+  std::ofstream(At("node")) << "#!/bin/sh\nprintf '%s\\n' \"$@\" >" << At("given")
+                            << "\necho rilievo on http://127.0.0.1:9/\n"
+                            << "cat >/dev/null; echo ended >" << At("ended") << "\n";
+  fs::permissions(At("node"), fs::perms::owner_all);
+  const std::string path = getenv("PATH");
+  setenv("RILIEVO_WEB", folder_.c_str(), 1);
+  setenv("PATH", (folder_.string() + ":" + path).c_str(), 1);
+  const pid_t child = Start({"view", At("a.dss"), "--open", "--json"});
+  setenv("PATH", path.c_str(), 1);
+  unsetenv("RILIEVO_WEB");
+  for (int i = 0; i < 200 && Content(At("stdout")).find('}') == std::string::npos; ++i) {
+    usleep(50'000);
+  }
+  kill(child, SIGKILL);  // even so the gateway hears of it
+  EXPECT_EQ(Wait(child).code, -SIGKILL);
+  EXPECT_EQ(Json::parse(Content(At("stdout")))["url"], "http://127.0.0.1:9/");
+  EXPECT_THAT(Content(At("given")), HasSubstr("--file\n" + At("a.dss")));
+  EXPECT_THAT(Content(At("given")), HasSubstr("--server\n127.0.0.1:"));
+  for (int i = 0; i < 200 && !fs::exists(At("ended")); ++i) usleep(50'000);
+  EXPECT_TRUE(fs::exists(At("ended")));
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -5,9 +5,10 @@ import { type Job, JobsService, JobState } from '../../generated/rilievo/v1/jobs
 import { CoordinateFormat, type Progress, ReconstructionService } from '../../generated/rilievo/v1/reconstruction_pb';
 import type { ReadScan } from '../decoder/messages';
 import { SurfaceStream } from './surface_stream';
+import { withToken } from './token';
 import { uploadScan } from './upload';
 
-const transport = createConnectTransport({ baseUrl: '.', useBinaryFormat: true });
+const transport = createConnectTransport({ baseUrl: '.', useBinaryFormat: true, interceptors: [withToken] });
 export const jobs = createClient(JobsService, transport);
 export const reconstruction = createClient(ReconstructionService, transport);
 

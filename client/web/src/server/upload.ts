@@ -1,5 +1,6 @@
 // The points of a scan on their way to the server, with progress: fetch() tells none, so XMLHttpRequest.
 import { ConnectError, type Code, Code as Codes } from '@connectrpc/connect';
+import { authorization } from './token';
 
 export interface PointUpload {
   id: string;
@@ -15,6 +16,8 @@ export function uploadScan(upload: PointUpload, signal: AbortSignal, onSent: (fr
     request.setRequestHeader('x-upload-id', upload.id);
     request.setRequestHeader('x-scan-sha256', upload.sha256);
     request.setRequestHeader('content-type', 'application/octet-stream');
+    const token = authorization();
+    if (token) request.setRequestHeader('authorization', token);
     request.upload.onprogress = ({ loaded, total }) => onSent(total > 0 ? loaded / total : 0);
     request.onload = () => {
       const answer = parsed(request.responseText);
