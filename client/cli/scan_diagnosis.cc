@@ -23,9 +23,11 @@ constexpr double kShares[] = {0.05, 0.25, 0.5, 0.75, 0.95};
 // Seconds of fit, heights, measure and coding by those of the stages before, on clean scans and on
 // noisy ones, where heights are local fits: 0.7 to 0.8 and 1.2 to 1.5 over the benchmark's clouds.
 constexpr double kLaterCleanRatio = 0.75, kLaterNoisyRatio = 1.3;
-// Bytes of a .dss a control face: 1.7 to 5.2 on the benchmark's noisy clouds, 4.6 to 20 on its
-// clean ones, 2 on a smooth shape without noise.
-constexpr double kNoisyBytesOfFace[] = {1.5, 6}, kCleanBytesOfFace[] = {1.5, 20};
+// Bytes of a .dss a point, beside a head of 1000 at most: 0.03 to 0.2 on noisy clouds, where few
+// heights are kept however many control faces there are, 0.04 (smooth shapes without noise) to 0.7
+// on the benchmark's clean ones.
+constexpr double kNoisyBytesOfPoint[] = {0.02, 0.3}, kCleanBytesOfPoint[] = {0.03, 0.8};
+constexpr int kHeadBytes = 1000;
 constexpr double kNoisySpacings = 0.1;  // noise from which on heights are smoothed
 
 Quantiles QuantilesOf(const std::vector<float>& values, double factor) {
@@ -122,9 +124,10 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
 void Expect(double seconds_so_far, ScanDiagnosis* d) {
   const bool noisy = d->noise[2] > kNoisySpacings * d->spacing[2];
   d->expected_seconds = seconds_so_far * (1 + (noisy ? kLaterNoisyRatio : kLaterCleanRatio));
-  const double* bytes = noisy ? kNoisyBytesOfFace : kCleanBytesOfFace;
-  d->expected_bytes_low = std::llround(bytes[0] * d->control_faces);
-  d->expected_bytes_high = std::llround(bytes[1] * d->control_faces);
+  const double* bytes = noisy ? kNoisyBytesOfPoint : kCleanBytesOfPoint;
+  const auto points = static_cast<double>(d->points_used);
+  d->expected_bytes_low = std::llround(bytes[0] * points);
+  d->expected_bytes_high = std::llround(bytes[1] * points) + kHeadBytes;
   JobRequest job;
   job.point_count = d->points_in;
   d->expected_memory = EstimateMemory(job);

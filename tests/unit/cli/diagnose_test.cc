@@ -112,6 +112,8 @@ TEST_F(DiagnoseProgramTest, ForetellsTheFacesUnderNoise) {
     EXPECT_EQ(said["control_faces"], made["control_faces"]) << noise;
     // All 666 of one for thirty points, or a fifth.
     EXPECT_EQ(int{said["control_faces"]} < 300, noise != "0") << said["control_faces"];
+    EXPECT_LT(said["expected_bytes"][0], made["encoded_bytes"]);
+    EXPECT_GT(said["expected_bytes"][1], made["encoded_bytes"]);
   }
 }
 
