@@ -121,7 +121,7 @@ test('the first layer is in the picture within 300 ms of its bytes, on fresh pag
       await complete(page);
       const [first, ...finer] = await firstLayerTimes(page);
       times.push(first!);
-      assert.ok(finer.length > 0 && finer.every((time) => time > 0));
+      assert.ok(finer.length > 2 && finer.at(-1)! > 0, 'a line for each layer');
     });
   }
   console.log(`# first layer from bytes to picture on fresh pages: ${times.map((time) => time.toFixed(0)).join(', ')} ms`);

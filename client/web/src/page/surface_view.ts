@@ -14,8 +14,8 @@ export interface LayerTime {
   name: string;
   bytes: number;
   decodeMs: number;
-  /** From the arrival of the layer's last byte until its picture is on the screen. */
-  toPictureMs: number;
+  /** From the arrival of the layer's last byte until its picture is on the screen, if it was drawn. */
+  toPictureMs?: number;
 }
 
 export class SurfaceView {
@@ -57,26 +57,27 @@ export class SurfaceView {
     return ++this.#generation;
   }
 
-  /** Decodes all whole chunks that have not been drawn yet; once at a time, the newest counts. */
+  /** Decodes the whole chunks that are not in the picture yet; once at a time. */
   async drawStream(stream: SurfaceStream, generation: number): Promise<void> {
-    // The first layer is drawn by itself, however fast the others follow.
+    // Each layer is decoded; the first is drawn by itself, however fast the others follow, and of
+    // those that are there together the finest.
     while (this.#drawn < stream.wholeChunks) {
-      const count = this.#drawn === 0 ? 1 : stream.wholeChunks;
+      const count = this.#drawn + 1;
       const decoded = await this.#decoder.ask('decode', { bytes: stream.firstChunks(count) });
       const picture = await this.#decoder.ask('picture', { level: this.#levelOf(decoded.info) });
       if (generation !== this.#generation) return;
+      const { arrived = 0, end } = stream.chunks[count - 1]!;
+      const time = { name: count === 1 ? 'control' : `${count - 2}`, bytes: end, decodeMs: decoded.decodeMs + picture.tessellateMs };
+      this.#drawn = count;
+      if (count > 1 && count < stream.wholeChunks) {
+        this.#addTime(time);
+        continue;
+      }
       this.#show(decoded, picture);
       // Seen before the next layer is drawn: the second frame from now begins once this one is shown.
       for (let frame = 0; frame < 2 && !document.hidden; ++frame) await new Promise(requestAnimationFrame);
       if (generation !== this.#generation) return;
-      const { arrived = 0, end } = stream.chunks[count - 1]!;
-      this.#addTime({
-        name: count === 1 ? 'control' : `${count - 2}`,
-        bytes: end,
-        decodeMs: decoded.decodeMs + picture.tessellateMs,
-        toPictureMs: performance.now() - arrived,
-      });
-      this.#drawn = count;
+      this.#addTime({ ...time, toPictureMs: performance.now() - arrived });
       if (stream.isComplete && count === stream.chunks.length) this.#complete(stream.bytes);
     }
   }
@@ -126,9 +127,10 @@ export class SurfaceView {
 
   #addTime(time: LayerTime): void {
     this.times.push(time);
-    const cells = [time.name, sizeText(time.bytes), milliseconds(time.decodeMs), milliseconds(time.toPictureMs)];
+    const cells = [time.name, sizeText(time.bytes), milliseconds(time.decodeMs),
+      time.toPictureMs === undefined ? '' : milliseconds(time.toPictureMs)];
     const row = make('tr', {}, ...cells.map((text) => make('td', { textContent: text })));
-    row.dataset.toPicture = time.toPictureMs.toFixed(1);
+    row.dataset.toPicture = time.toPictureMs?.toFixed(1);
     element('times').append(row);
   }
 
@@ -204,7 +206,7 @@ export class SurfaceView {
       ['Diagonal', figure(frame.diagonal)],
       ['Shape', control.closed ? 'closed' : 'open'],
     ];
-    if (metadata.road) facts.push(['Road', metadata.road]);
+    if (metadata.road) facts.push(['Topology', metadata.road]);
     element('name').textContent = this.#name;
     element('facts').replaceChildren(
       ...facts.flatMap(([term, text]) => [make('dt', { textContent: term }), make('dd', { textContent: text })]),
