@@ -90,10 +90,10 @@ bool HalfEdgeMesh::CanCollapse(int h, int least_valence) {
   };
   if (!apex_can_lose_an_edge(from_[Previous(h)])) return false;
   if (twin >= 0 && !apex_can_lose_an_edge(from_[Previous(twin)])) return false;
-  ++stamp_;
-  ForEachNeighbor(a, [&](int neighbor, int) { mark_[neighbor] = stamp_; });
+  ForEachNeighbor(a, [&](int neighbor, int) { mark_[neighbor] = 1; });
   int common = 0;
-  ForEachNeighbor(b, [&](int neighbor, int) { common += mark_[neighbor] == stamp_ ? 1 : 0; });
+  ForEachNeighbor(b, [&](int neighbor, int) { common += mark_[neighbor]; });
+  ForEachNeighbor(a, [&](int neighbor, int) { mark_[neighbor] = 0; });
   return common == (twin >= 0 ? 2 : 1);
 }
 

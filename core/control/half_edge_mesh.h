@@ -11,6 +11,9 @@ namespace rilievo {
 
 // An orientable 2-manifold triangle mesh under edge collapse. Half-edge h = 3 * face + corner runs
 // from its corner to the next one. Collapses leave dead faces, edges and vertices behind; ids stay.
+// A collapse, and the question whether it can be, writes only at the edge's two ends, at their
+// neighbours and in the faces around the ends; it reads the faces around those neighbours too. So
+// threads may work side by side where no face has an end of the one and a neighbour of the other.
 class HalfEdgeMesh {
  public:
   // INVALID_ARGUMENT with the first fault unless `faces` (indices below `vertex_count`) is an
@@ -86,8 +89,7 @@ class HalfEdgeMesh {
   std::vector<int> edge_half_;  // per edge
   std::vector<int> outgoing_;   // per vertex
   std::vector<int> valence_;    // per vertex
-  std::vector<int> mark_;       // per vertex, == stamp_ when a neighbour of the vertex in question
-  int stamp_ = 0;
+  std::vector<uint8_t> mark_;   // per vertex, 0 but within CanCollapse
 };
 
 }  // namespace rilievo

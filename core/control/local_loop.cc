@@ -78,6 +78,30 @@ const std::vector<int>& LocalLoopFinder::Disc(int root, double radius) {
   return disc_vertices_;
 }
 
+const std::vector<int>& LocalLoopFinder::Patch(int root, double radius) {
+  ++stamp_;
+  disc_vertices_.assign(1, root);
+  vertex_stamp_[root] = stamp_;
+  for (size_t next = 0; next < disc_vertices_.size(); ++next) {
+    const int v = disc_vertices_[next];
+    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
+      const int e = vertex_edges_[i];
+      const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
+      if (vertex_stamp_[w] == stamp_) continue;
+      if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) continue;
+      vertex_stamp_[w] = stamp_;
+      disc_vertices_.push_back(w);
+    }
+  }
+  return disc_vertices_;
+}
+
+bool LocalLoopFinder::PatchIsFlat(int root, double radius) {
+  Patch(root, radius);
+  CollectFaces();
+  return disc_faces_.empty() || Handles(CapBoundary()) <= 0;
+}
+
 // Faces whose three corners were reached, connected through edges to the root's; and their edges.
 void LocalLoopFinder::CollectFaces() {
   disc_faces_.clear();

@@ -22,6 +22,13 @@ class LocalLoopFinder {
   // The vertices within geodesic `radius` of `root`, nearest first. Valid until the next call.
   const std::vector<int>& Disc(int root, double radius);
 
+  // The vertices that edges join to `root` within a ball of `radius` around it, in no order. Valid
+  // until the next call.
+  const std::vector<int>& Patch(int root, double radius);
+
+  // Whether that patch has no handle, nor has any part of it: so no disc within has one.
+  bool PatchIsFlat(int root, double radius);
+
   double Length(const std::vector<int>& loop) const;
 
  private:

@@ -26,8 +26,9 @@ struct SimplifyOptions {
 // Quadric edge collapse (Garland and Heckbert 1997), vertices placed at the least error, that keeps
 // topology (link condition), boundary loops and components. `mesh`: an orientable 2-manifold.
 // Result: the same topology, faces at the target or, where the guards forbid every collapse, above.
-// INVALID_ARGUMENT for a mesh that is not one, or is not finite. Measured on one core, to 3000
-// faces: 0.24 s from 100k faces, 1.0 s from 300k.
+// Large meshes collapse block by block on all threads first, with the same result for any number of
+// them. INVALID_ARGUMENT for a mesh that is not one, or is not finite. Measured on two cores, to
+// 3000 faces: 0.09 s from 100k faces, 0.28 s from 300k.
 absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const SimplifyOptions& options,
                                          const RunContext& context);
 

@@ -16,8 +16,6 @@ namespace {
 
 constexpr int kMaxSweeps = 8;
 constexpr int kTightenings = 3;
-// A way along edges is hardly longer than this times the straight one on a smooth piece.
-constexpr double kZigzag = 1.5;
 constexpr int64_t kSeedBlock = 16;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
@@ -34,19 +32,41 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
   return loop;
 }
 
-// Vertices flagged in `search` of which one lies within `step` of every flagged one.
-std::vector<int> SpreadSeeds(const Eigen::Matrix3Xd& vertices, const std::vector<uint8_t>& search,
-                             double step, LocalLoopFinder* finder) {
-  std::vector<uint8_t> covered(search.size(), 0);
-  std::vector<int> seeds;
-  for (int seed = 0; seed < static_cast<int>(search.size()); ++seed) {
-    if (search[seed] == 0 || covered[seed] != 0) continue;
-    seeds.push_back(seed);
-    for (const int v : finder->Disc(seed, kZigzag * step)) {
-      if ((vertices.col(v) - vertices.col(seed)).norm() < step) covered[v] = 1;
+// Flagged vertices, each as the seed of those within `reach` of it that no seed before has.
+struct Seeds {
+  std::vector<int> at;
+  std::vector<int> of;  // per vertex: index into `at`, -1 where not flagged
+};
+
+Seeds SpreadSeeds(const std::vector<uint8_t>& flagged, double reach, LocalLoopFinder* finder) {
+  Seeds seeds{{}, std::vector<int>(flagged.size(), -1)};
+  for (int seed = 0; seed < static_cast<int>(flagged.size()); ++seed) {
+    if (flagged[seed] == 0 || seeds.of[seed] >= 0) continue;
+    for (const int v : finder->Patch(seed, reach)) {
+      if (flagged[v] != 0 && seeds.of[v] < 0) seeds.of[v] = static_cast<int>(seeds.at.size());
     }
+    seeds.at.push_back(seed);
   }
   return seeds;
+}
+
+// Takes back the flags where no disc of `radius` has a handle: a patch twice as wide without one
+// clears all discs around its inner half.
+absl::Status ClearWhereFlat(double radius, const RunContext& context, LocalLoopFinder* finder,
+                            ScratchPool<LocalLoopFinder>* finders, std::vector<uint8_t>* flagged) {
+  const Seeds seeds = SpreadSeeds(*flagged, radius, finder);
+  std::vector<uint8_t> flat(seeds.at.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.at.size()), kSeedBlock, context,
+                                      [&](int64_t begin, int64_t end) {
+                                        const auto own = finders->Take();
+                                        for (int64_t i = begin; i < end; ++i) {
+                                          flat[i] = own->PatchIsFlat(seeds.at[i], 2 * radius);
+                                        }
+                                      }));
+  for (size_t v = 0; v < flagged->size(); ++v) {
+    if (seeds.of[v] >= 0 && flat[seeds.of[v]] != 0) (*flagged)[v] = 0;
+  }
+  return absl::OkStatus();
 }
 
 // Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
@@ -61,9 +81,11 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topo
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
   const double radius = max_length / 2 + step;
-  const std::vector<int> seeds = SpreadSeeds(vertices, *search, step, &finder);
+  const LocalLoopFinder prototype = finder;
+  ScratchPool<LocalLoopFinder> finders(prototype);
+  RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
+  const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
   std::vector<std::vector<int>> found(seeds.size());
-  ScratchPool<LocalLoopFinder> finders(finder);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.size()), kSeedBlock, context,
                                       [&](int64_t begin, int64_t end) {
                                         const auto own = finders.Take();

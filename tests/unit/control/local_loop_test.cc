@@ -24,6 +24,8 @@ TEST(LocalLoopTest, FindsTheGirthOfATorus) {
   const double girth = 2 * std::numbers::pi * 0.12;
   EXPECT_GT(finder.Length(loop), 0.95 * girth);
   EXPECT_LT(finder.Length(loop), 1.4 * girth);
+  EXPECT_TRUE(finder.PatchIsFlat(0, 0.2));
+  EXPECT_FALSE(finder.PatchIsFlat(0, 0.8));
   const std::vector<int>& disc = finder.Disc(0, 0.2);
   ASSERT_GT(disc.size(), 1U);
   EXPECT_EQ(disc[0], 0);
@@ -35,7 +37,11 @@ TEST(LocalLoopTest, ASphereHasNone) {
   const MeshTopology topology =
       BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())).value();
   LocalLoopFinder finder(topology, mesh.vertices);
-  for (const int root : {0, 50, 200}) EXPECT_TRUE(finder.LoopAround(root, 5).empty());
+  for (const int root : {0, 50, 200}) {
+    EXPECT_TRUE(finder.LoopAround(root, 5).empty());
+    EXPECT_TRUE(finder.PatchIsFlat(root, 5));
+  }
+  EXPECT_EQ(finder.Patch(0, 5).size(), static_cast<size_t>(topology.vertex_count));
 }
 
 }  // namespace

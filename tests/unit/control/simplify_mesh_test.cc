@@ -128,7 +128,8 @@ TEST(SimplifyMesh, ScalesWithTheMesh) {
 }
 
 TEST(SimplifyMesh, IsDeterministicForAnyThreadCount) {
-  const ControlMesh input = MarchTetrahedra(SphereField, 30);
+  const ControlMesh input = MarchTetrahedra(SphereField, 60);
+  ASSERT_GT(input.vertices.cols(), 20000) << "enough for blocks";
   RunContext one, two;
   one.threads = 1;
   two.threads = 2;

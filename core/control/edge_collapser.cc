@@ -1,0 +1,354 @@
+#include "core/control/edge_collapser.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/serial_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+constexpr int kClosedFloor = 20;  // faces a closed component keeps
+constexpr int kOpenFloor = 8;     // faces an open component keeps
+constexpr int kLastGrade = 2;
+constexpr float kGradeCost = 4;
+// Faces flatter than this have no normal to speak of: only their turn in all is checked.
+constexpr double kSliverRoundness = 0.02;
+// Least cosine between the normals of a face before and after one collapse.
+constexpr double kMinStepCosine = 0.2;
+constexpr int kCollapsesPerStopCheck = 4096;
+
+// 1 for an equilateral triangle, 0 for a degenerate one; `cross` spans twice the area.
+double Roundness(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& cross) {
+  const double edges = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
+  return edges > 0 ? 2 * std::numbers::sqrt3 * cross.norm() / edges : 0;
+}
+
+// A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
+// grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
+constexpr double kJitter = 0.5;
+double Jitter(int edge) {
+  const uint32_t mixed = static_cast<uint32_t>(edge) * 2654435769U;  // Fibonacci hashing
+  return 1 + kJitter * static_cast<double>(mixed >> 8) / (1 << 24);
+}
+
+}  // namespace
+
+// What a collapse must leave behind. A collapse refused under one grade comes back at kGradeCost
+// times its cost under the next: a guard that is final would freeze regions full of slivers.
+struct EdgeCollapser::Guards {
+  double roundness;   // of the worst face around (1: equilateral), unless it was worse before
+  int valence_slack;  // added to SimplifyOptions::max_valence
+  int least_valence;  // of the two vertices opposite the edge
+};
+constexpr EdgeCollapser::Guards EdgeCollapser::kGrades[] = {
+    {0.5, -1, 4}, {0.25, 0, 4}, {0.05, 0, 3}};
+constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
+
+EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
+                             const SimplifyOptions& options)
+    : mesh_(std::move(mesh)), options_(options) {
+  whole_.faces_left = mesh_.face_slots();
+  positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
+  for (int v = 0; v < mesh_.vertex_slots(); ++v) positions_[v] = input.vertices.col(v);
+  changed_.assign(static_cast<size_t>(mesh_.vertex_slots()), 0);
+  evaluated_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
+  cost_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
+  queued_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
+  grade_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
+  least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
+  FindComponents();
+  BuildQuadrics(input);
+}
+
+void EdgeCollapser::FindComponents() {
+  component_.assign(static_cast<size_t>(mesh_.vertex_slots()), -1);
+  std::vector<int> stack;
+  for (int seed = 0; seed < mesh_.vertex_slots(); ++seed) {
+    if (component_[seed] >= 0 || mesh_.Outgoing(seed) < 0) continue;
+    const int id = static_cast<int>(component_open_.size());
+    component_open_.push_back(0);
+    component_[seed] = id;
+    stack.push_back(seed);
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      if (mesh_.OnBoundary(v)) component_open_[id] = 1;
+      mesh_.ForEachNeighbor(v, [&](int neighbor, int) {
+        if (component_[neighbor] >= 0) return;
+        component_[neighbor] = id;
+        stack.push_back(neighbor);
+      });
+    }
+  }
+  whole_.component_faces.assign(component_open_.size(), 0);
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    ++whole_.component_faces[component_[mesh_.From(3 * f)]];
+  }
+}
+
+void EdgeCollapser::BuildQuadrics(const ControlMesh& input) {
+  quadrics_.assign(positions_.size(), Quadric());
+  reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
+  std::vector<Vector3d> vertex_normal(positions_.size(), Vector3d::Zero());
+  std::vector<Vector3d> face_normal(static_cast<size_t>(mesh_.face_slots()));
+  double area_sum = 0;
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    const Eigen::Vector3i corner = input.faces.col(f);
+    const Vector3d &a = positions_[corner[0]], &b = positions_[corner[1]],
+                   &c = positions_[corner[2]];
+    const Vector3d cross = (b - a).cross(c - a);
+    const double length = cross.norm(), area = length / 2;
+    area_sum += area;
+    face_normal[f] = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
+    Quadric plane;
+    plane.AddPlane(face_normal[f], (a + b + c) / 3, area / 3);
+    for (int k = 0; k < 3; ++k) {
+      quadrics_[corner[k]] += plane;
+      quadrics_[corner[k]].AddPoint(positions_[corner[k]], options_.evenness * area / 3);
+      vertex_normal[corner[k]] += cross;
+    }
+  }
+  // A marching-cubes sliver points anywhere; its corners' mean normal does not.
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    Vector3d mean = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) mean += vertex_normal[mesh_.From(3 * f + k)].normalized();
+    reference_normal_[f] = mean.normalized().cast<float>();
+  }
+  const double target_edge =
+      std::sqrt(area_sum / std::max(1, options_.target_faces) * 4 / std::numbers::sqrt3);
+  for (int h = 0; h < 3 * mesh_.face_slots(); ++h) {
+    if (mesh_.Twin(h) < 0) AddBoundaryQuadrics(h, face_normal[h / 3], target_edge);
+  }
+}
+
+// A boundary edge counts as a wall of the height of a final edge, upright on its face: then the
+// boundary's weight against the surface's does not hang on how fine the input is.
+void EdgeCollapser::AddBoundaryQuadrics(int h, const Vector3d& face_normal, double target_edge) {
+  const int from = mesh_.From(h), to = mesh_.To(h);
+  const Vector3d along = positions_[to] - positions_[from];
+  const double length = along.norm();
+  if (!(length > 0)) return;
+  const double weight = options_.boundary_weight * length * target_edge / 2;
+  const Vector3d side = along.cross(face_normal) / length;
+  for (const int v : {from, to}) {
+    quadrics_[v].AddPlane(side, positions_[from], weight);
+    quadrics_[v].AddPoint(positions_[v], options_.evenness * weight);
+  }
+}
+
+double EdgeCollapser::Evaluate(int edge) const {
+  const int h = mesh_.HalfOfEdge(edge);
+  const int a = mesh_.From(h), b = mesh_.To(h);
+  Quadric sum = quadrics_[a];
+  sum += quadrics_[b];
+  return Jitter(edge) * std::max(0.0, sum(sum.Minimum((positions_[a] + positions_[b]) / 2)));
+}
+
+const EdgeCollapser::Guards& EdgeCollapser::GuardsOf(int edge, const Front& front) const {
+  return front.coarse ? kCoarseGuards : kGrades[grade_[edge]];
+}
+
+void EdgeCollapser::Push(int edge, Front* front) {
+  queued_[edge] = 1;
+  front->queue.push_back({cost_[edge], edge});
+  std::push_heap(front->queue.begin(), front->queue.end(), std::greater<>());
+}
+
+// Into the queue of a front that is not run yet.
+void EdgeCollapser::Seed(int edge, Front* front) {
+  queued_[edge] = 1;
+  cost_[edge] = static_cast<float>(Evaluate(edge));
+  evaluated_[edge] = front->time;
+  grade_[edge] = 0;
+  front->queue.push_back({cost_[edge], edge});
+}
+
+absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
+                                       const RunContext& context) {
+  whole_.coarse = coarse;
+  whole_.queue.clear();
+  RILIEVO_RETURN_IF_ERROR(SerialFor(mesh_.edge_slots(), context, [&](int64_t index) {
+    const int edge = static_cast<int>(index);
+    queued_[edge] = 0;
+    if (mesh_.HalfOfEdge(edge) >= 0) Seed(edge, &whole_);
+  }));
+  return Run(target_faces, context, &whole_);
+}
+
+// A block's front counts the faces between inner vertices, for the rim stays as it is, and so those
+// of each component: where it has no more than its floor of them, the component is left alone.
+std::vector<EdgeCollapser::Front> EdgeCollapser::BlockFronts(const VertexBlocks& blocks) const {
+  std::vector<Front> fronts(blocks.count());
+  for (Front& front : fronts) {
+    front.inner = &blocks.inner;
+    front.component_faces.assign(component_open_.size(), 0);
+  }
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    bool inner = true;
+    for (int k = 0; k < 3; ++k) inner = inner && blocks.inner[mesh_.From(3 * f + k)] != 0;
+    if (!inner) continue;
+    const int a = mesh_.From(3 * f);
+    ++fronts[blocks.block_of[a]].faces_left;
+    ++fronts[blocks.block_of[a]].component_faces[component_[a]];
+  }
+  return fronts;
+}
+
+absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double share,
+                                           const RunContext& context) {
+  std::vector<Front> fronts = BlockFronts(blocks);
+  for (const Front& front : fronts) whole_.faces_left -= front.faces_left;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(blocks.count(), 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t k = begin; k < end; ++k) {
+      Front& front = fronts[k];
+      for (int place = blocks.begin[k]; place < blocks.begin[k + 1]; ++place) {
+        const int v = blocks.order[place];
+        if (!front.Has(v)) continue;
+        mesh_.ForEachNeighbor(v, [&](int w, int edge) {
+          if (v < w && front.Has(w)) Seed(edge, &front);
+        });
+      }
+      const double target = share * static_cast<double>(front.faces_left);
+      // Stopped or not is asked once more by ParallelFor.
+      Run(static_cast<int64_t>(target), context, &front).IgnoreError();
+    }
+  }));
+  for (const Front& front : fronts) {
+    whole_.faces_left += front.faces_left;
+    whole_.time = std::max(whole_.time, front.time);
+  }
+  std::fill(whole_.component_faces.begin(), whole_.component_faces.end(), 0);
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    if (mesh_.FaceAlive(f)) ++whole_.component_faces[component_[mesh_.From(3 * f)]];
+  }
+  return context.CheckStop();
+}
+
+absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context, Front* front) {
+  std::make_heap(front->queue.begin(), front->queue.end(), std::greater<>());
+  for (int64_t step = 0; !front->queue.empty() && front->faces_left > target_faces; ++step) {
+    if (step % kCollapsesPerStopCheck == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    std::pop_heap(front->queue.begin(), front->queue.end(), std::greater<>());
+    const int edge = front->queue.back().edge;
+    front->queue.pop_back();
+    queued_[edge] = 0;
+    const int h = mesh_.HalfOfEdge(edge);
+    if (h < 0) continue;
+    if (evaluated_[edge] < std::max(changed_[mesh_.From(h)], changed_[mesh_.To(h)])) {
+      cost_[edge] = static_cast<float>(Evaluate(edge));
+      evaluated_[edge] = front->time;
+      grade_[edge] = 0;
+      Push(edge, front);
+      continue;
+    }
+    if (TryCollapse(edge, front) || front->coarse || grade_[edge] == kLastGrade) continue;
+    ++grade_[edge];
+    cost_[edge] *= kGradeCost;
+    Push(edge, front);
+  }
+  return absl::OkStatus();
+}
+
+bool EdgeCollapser::TryCollapse(int edge, Front* front) {
+  const int h = mesh_.HalfOfEdge(edge);
+  const int a = mesh_.From(h), b = mesh_.To(h);
+  const int lost = mesh_.Twin(h) >= 0 ? 2 : 1;
+  const Guards& guards = GuardsOf(edge, *front);
+  const int component = component_[a];
+  const int floor = component_open_[component] != 0 ? kOpenFloor : kClosedFloor;
+  if (front->component_faces[component] - lost < floor) return false;
+  if (mesh_.Valence(a) + mesh_.Valence(b) - 2 - lost >
+      options_.max_valence + guards.valence_slack) {
+    return false;
+  }
+  if (!mesh_.CanCollapse(h, guards.least_valence)) return false;
+  Quadric sum = quadrics_[a];
+  sum += quadrics_[b];
+  Vector3d position = sum.Minimum((positions_[a] + positions_[b]) / 2);
+  if (!KeepsShape(a, b, position, guards.roundness)) {
+    // A knot of slivers has no good place for a vertex, but staying at one end harms nobody.
+    if (!front->coarse && grade_[edge] < kLastGrade) return false;
+    position = positions_[a];
+    if (!KeepsShape(a, b, position, guards.roundness)) {
+      position = positions_[b];
+      if (!KeepsShape(a, b, position, guards.roundness)) return false;
+    }
+  }
+
+  mesh_.Collapse(h);
+  positions_[a] = position;
+  quadrics_[a] = sum;
+  changed_[a] = ++front->time;
+  front->faces_left -= lost;
+  front->component_faces[component] -= lost;
+  // What was refused around here may do now.
+  mesh_.ForEachNeighbor(a, [&](int neighbor, int around) {
+    if (queued_[around] != 0 || !front->Has(neighbor)) return;
+    grade_[around] = 0;
+    Push(around, front);
+  });
+  return true;
+}
+
+// Whether the faces that stay around edge a-b keep upright when both ends move to `position`, and
+// the worst of them is as round as asked or as it was.
+bool EdgeCollapser::KeepsShape(int a, int b, const Vector3d& position, double roundness) const {
+  Worst worst;
+  Inspect(a, b, position, &worst);
+  if (worst.upright) Inspect(b, a, position, &worst);
+  return worst.upright && worst.after >= std::min(roundness, worst.before);
+}
+
+void EdgeCollapser::Inspect(int vertex, int other, const Vector3d& position, Worst* worst) const {
+  const Vector3d& a = positions_[vertex];
+  mesh_.ForEachOutgoing(vertex, [&](int h) {
+    if (!worst->upright) return;
+    const int to = mesh_.To(h), apex = mesh_.From(HalfEdgeMesh::Previous(h));
+    const Vector3d &b = positions_[to], &c = positions_[apex];
+    const Vector3d old_cross = (b - a).cross(c - a);
+    const double old_roundness = Roundness(a, b, c, old_cross);
+    worst->before = std::min(worst->before, old_roundness);
+    if (to == other || apex == other) return;
+    const Vector3d cross = (b - position).cross(c - position);
+    worst->after = std::min(worst->after, Roundness(position, b, c, cross));
+    const double length = cross.norm();
+    const bool turned =
+        !(cross.dot(reference_normal_[h / 3].cast<double>()) >= least_turn_cosine_ * length);
+    const bool jumped = old_roundness > kSliverRoundness &&
+                        cross.dot(old_cross) < kMinStepCosine * length * old_cross.norm();
+    if (turned || jumped) worst->upright = false;
+  });
+}
+
+ControlMesh EdgeCollapser::Compact() const {
+  std::vector<int> renumbered(positions_.size(), -1);
+  ControlMesh result;
+  int vertices = 0;
+  for (int v = 0; v < mesh_.vertex_slots(); ++v) {
+    if (mesh_.Outgoing(v) >= 0) renumbered[v] = vertices++;
+  }
+  result.vertices.resize(3, vertices);
+  for (int v = 0; v < mesh_.vertex_slots(); ++v) {
+    if (renumbered[v] >= 0) result.vertices.col(renumbered[v]) = positions_[v];
+  }
+  result.faces.resize(3, whole_.faces_left);
+  int face = 0;
+  for (int f = 0; f < mesh_.face_slots(); ++f) {
+    if (!mesh_.FaceAlive(f)) continue;
+    for (int k = 0; k < 3; ++k) result.faces(k, face) = renumbered[mesh_.From(3 * f + k)];
+    ++face;
+  }
+  return result;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,97 @@
+// The edge collapses of a simplification, least error first.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/run_context.h"
+#include "core/control/half_edge_mesh.h"
+#include "core/control/quadric.h"
+#include "core/control/simplify_mesh.h"
+#include "core/control/vertex_blocks.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// A mesh under collapses, and what they need to know of it.
+class EdgeCollapser {
+ public:
+  EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options);
+
+  // Collapses on all threads, in every block down to `share`, (0, 1), of the faces between its
+  // inner vertices. The rims stay. The result does not depend on the number of threads. CANCELLED
+  // when stopped.
+  absl::Status CollapseBlocks(const VertexBlocks& blocks, double share, const RunContext& context);
+
+  // Collapses until `target_faces` are left or no collapse is allowed. Until `coarse` is false the
+  // faces made need not be good ones, for they will not last. CANCELLED when stopped.
+  absl::Status CollapseTo(int64_t target_faces, bool coarse, const RunContext& context);
+
+  int64_t faces_left() const { return whole_.faces_left; }
+  const HalfEdgeMesh& mesh() const { return mesh_; }
+
+  // The mesh without what collapsed.
+  ControlMesh Compact() const;
+
+ private:
+  struct Entry {
+    float cost;
+    int edge;
+    bool operator>(const Entry& other) const {
+      return cost != other.cost ? cost > other.cost : edge > other.edge;
+    }
+  };
+  // Where collapses go on: the whole mesh or the inner vertices of a block.
+  struct Front {
+    const std::vector<uint8_t>* inner = nullptr;  // null: every vertex
+    bool coarse = true;
+    int64_t faces_left = 0;
+    std::vector<int> component_faces;
+    int time = 0;  // collapses so far
+    // Each edge at most once, under a cost that may be out of date. Costs only grow (see Quadric),
+    // so a stale one is a lower bound and is brought up to date when it surfaces.
+    std::vector<Entry> queue;
+
+    bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }
+  };
+  struct Guards;
+  struct Worst {
+    double before = 1, after = 1;  // roundness
+    bool upright = true;
+  };
+
+  static const Guards kGrades[];
+  static const Guards kCoarseGuards;
+
+  void FindComponents();
+  void BuildQuadrics(const ControlMesh& input);
+  void AddBoundaryQuadrics(int h, const Eigen::Vector3d& face_normal, double target_edge);
+  std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;
+  void Seed(int edge, Front* front);
+  absl::Status Run(int64_t target_faces, const RunContext& context, Front* front);
+  void Push(int edge, Front* front);
+  double Evaluate(int edge) const;
+  const Guards& GuardsOf(int edge, const Front& front) const;
+  bool TryCollapse(int edge, Front* front);
+  bool KeepsShape(int a, int b, const Eigen::Vector3d& position, double roundness) const;
+  void Inspect(int vertex, int other, const Eigen::Vector3d& position, Worst* worst) const;
+
+  HalfEdgeMesh mesh_;
+  const SimplifyOptions& options_;
+  double least_turn_cosine_ = 0;
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<Quadric> quadrics_;                  // per vertex
+  std::vector<Eigen::Vector3f> reference_normal_;  // per face, of the input
+  std::vector<int> component_;                     // per vertex
+  std::vector<uint8_t> component_open_;
+  std::vector<uint8_t> queued_;  // per edge
+  std::vector<float> cost_;      // per edge
+  std::vector<int> evaluated_;   // per edge: the time of cost_
+  std::vector<int> changed_;     // per vertex: the time of its last collapse
+  std::vector<uint8_t> grade_;   // per edge: index into kGrades
+  Front whole_;
+};
+
+}  // namespace rilievo
