@@ -260,8 +260,7 @@ void AddCamera(CLI::App* app, ViewArguments* arguments) {
 
 Command AddView(CLI::App& program) {
   CLI::App* app = program.add_subcommand(
-      "view",
-      "Draw a surface, a mesh or a scan as a PNG, without a display; or show it in a browser");
+      "view", "Draw a surface, a mesh or a scan as a PNG, or show it in a browser");
   const auto arguments = std::make_shared<ViewArguments>();
   app->add_option("IN", arguments->input,
                   "a surface (.dss), a mesh or a scan; - is standard input");

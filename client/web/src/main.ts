@@ -88,7 +88,7 @@ function start(): void {
       const bytes = new Uint8Array(await file.arrayBuffer());
       const scan = await decoder.ask('readScan', { bytes, name: file.name });
       view.begin(file.name, true);
-      await view.showScan();
+      await view.showScan(scan.layers);
       say(`${whole.format(scan.points)} points, ${scan.format}.`);
       const listener = listenerOf(stages);
       stages.show('upload', 0);

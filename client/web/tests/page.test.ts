@@ -9,6 +9,7 @@ import { after, before, test } from 'node:test';
 import { validateBytes } from 'gltf-validator';
 import { type Browser, chromium, type Download, type Page } from 'playwright-core';
 import { difference, seen, thumbnail } from './pictures';
+import { pythonLacks, reconstructInPython } from './python';
 import { makeToken, type Program, rilievo, startGateway, startServer, startViewer } from './programs';
 
 const { GOLDEN = '', REFERENCE = '', CHROMIUM = '/usr/bin/chromium', RILIEVO_WRITE_REFERENCE } = process.env;
@@ -79,6 +80,20 @@ async function drop(page: Page, path: string, name: string): Promise<void> {
   await page.dispatchEvent('#canvas', 'drop', { dataTransfer: transfer });
 }
 
+/** Of a binary PLY of ours with double vertices, normals and sources: the bytes of x, y, z and of the corners. */
+function arraysOfPly(file: Buffer): { vertices: Buffer; faces: Buffer } {
+  const end = file.indexOf('end_header\n') + 11;
+  const header = file.toString('latin1', 0, end);
+  assert.match(header, /property double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar source\n/);
+  const [vertices, faces] = ['vertex', 'face'].map((name) => Number(new RegExp(`element ${name} (\\d+)`).exec(header)![1])) as [number, number];
+  const row = 3 * 8 + 3 * 4 + 1;
+  const corners = file.subarray(end + vertices * row);
+  assert.equal(corners.length, faces * 13);
+  const pick = (from: Buffer, count: number, size: number, at: number, bytes: number) =>
+    Buffer.concat(Array.from({ length: count }, (_row, i) => from.subarray(i * size + at, i * size + at + bytes)));
+  return { vertices: pick(file.subarray(end), vertices, row, 0, 24), faces: pick(corners, faces, 13, 1, 12) };
+}
+
 function firstLayerTimes(page: Page): Promise<number[]> {
   return page.locator('#times tr').evaluateAll((rows) => rows.map((row) => Number((row as HTMLElement).dataset.toPicture)));
 }
@@ -112,6 +127,38 @@ test('a scan dropped on the page becomes a picture, and the same files as on the
   });
 });
 
+test('the same surface through the C++, the Python and the browser client, bit for bit', async (context) => {
+  // Open terrain on a map grid: far from the origin, so that mesh files hold doubles.
+  const rows = Array.from({ length: 4000 }, (_row, i) => {
+    const x = (i * 0.754877666246693) % 1;
+    const y = (i * 0.569840290998053) % 1;
+    return `${500_000 + 50 * x} ${4_600_000 + 50 * y} ${120 + 3 * Math.sin(9 * x) * Math.cos(7 * y)}`;
+  });
+  const terrain = join(folder, 'terrain.xyz');
+  writeFileSync(terrain, rows.join('\n'));
+
+  const made = join(folder, 'terrain.dss');
+  rilievo('reconstruct', terrain, '-o', made, '--server', server.address, '--quiet');
+  const mesh = join(folder, 'terrain.ply');
+  rilievo('export', made, mesh);
+  const compiled = arraysOfPly(readFileSync(mesh));
+  assert.ok(compiled.vertices.length > 24 * 2000 && compiled.faces.length > 12 * 4000);
+
+  await withPage(gateway.address, async (page) => {
+    await page.setInputFiles('#file', terrain);
+    await complete(page);
+    const shown = arraysOfPly(await saved(page, 'PLY'));
+    assert.ok(shown.vertices.equals(compiled.vertices), 'vertices of the page differ');
+    assert.ok(shown.faces.equals(compiled.faces), 'faces of the page differ');
+  });
+
+  const lacking = pythonLacks();
+  if (lacking) return context.diagnostic(`not compared with Python: ${lacking}`);
+  const { vertices, faces } = reconstructInPython(terrain, server.address, join(folder, 'python.bin'));
+  assert.ok(vertices.equals(compiled.vertices), 'vertices in Python differ');
+  assert.ok(faces.equals(compiled.faces), 'faces in Python differ');
+});
+
 test('the first layer is in the picture within 300 ms of its bytes, on fresh pages', async () => {
   // Each page has drawn nothing before. The median counts: other tests share the machine.
   const times: number[] = [];
@@ -138,7 +185,7 @@ test('colours, control mesh and points each change the picture', async () => {
       await page.waitForTimeout(300);
       return thumbnail(page);
     };
-    const colour = page.getByLabel('Colour');
+    const colour = page.getByLabel('Colour', { exact: true });
     const displaced = await after(() => colour.selectOption('displacement'));
     assert.ok((await difference(page, plain, displaced)) > 4);
     await page.locator('#legend', { hasText: 'Displacement' }).waitFor();
@@ -153,6 +200,42 @@ test('colours, control mesh and points each change the picture', async () => {
     assert.ok((await difference(page, source, control)) > 1);
     const points = await after(() => page.getByLabel('Scan points').check());
     assert.ok((await difference(page, control, points)) > 4);
+  });
+});
+
+test('colours and intensity of a scan are shown, and carried into files when asked', async () => {
+  // A ball, red above and blue below, with an intensity.
+  const rows = Array.from({ length: 4000 }, (_row, i) => {
+    const z = 1 - (2 * i + 1) / 4000;
+    const [turn, radius] = [i * 2.399963, Math.sqrt(1 - z * z)];
+    return `${radius * Math.cos(turn)} ${radius * Math.sin(turn)} ${z} ${z > 0 ? '250 20 20' : '20 20 250'} ${i}`;
+  });
+  const ball = join(folder, 'ball.ply');
+  writeFileSync(ball, `ply\nformat ascii 1.0\nelement vertex 4000\n${['x', 'y', 'z'].map((axis) => `property float ${axis}\n`).join('')}${
+    ['red', 'green', 'blue'].map((name) => `property uchar ${name}\n`).join('')}property float intensity\nend_header\n${rows.join('\n')}\n`);
+  const surface = join(folder, 'ball.dss');
+  rilievo('reconstruct', ball, '-o', surface, '--server', server.address, '--quiet');
+  await withPage(gateway.address, async (page) => {
+    await page.setInputFiles('#file', ball);
+    await complete(page);
+    const plain = await seen(page);
+    await page.getByLabel('Colour', { exact: true }).selectOption('scan');
+    await page.waitForTimeout(500);
+    const coloured = await seen(page);
+    assert.ok(coloured.green < plain.green / 2 && coloured.red > 50 && coloured.blue > 30, JSON.stringify(coloured));
+    await page.getByLabel('Colours and intensity of the scan').check();
+    for (const [button, kind] of [['PLY', 'ply'], ['GLB', 'glb']] as const) {
+      const file = join(folder, `ball_mesh.${kind}`);
+      rilievo('export', surface, file, '--carry', ball);
+      assert.ok((await saved(page, button)).equals(readFileSync(file)), `the ${button} differs`);
+    }
+    const report = await validateBytes(new Uint8Array(readFileSync(join(folder, 'ball_mesh.glb'))));
+    assert.equal(report.issues.numErrors + report.issues.numWarnings, 0, JSON.stringify(report.issues.messages));
+    // A scan without layers offers none.
+    await page.setInputFiles('#file', scan);
+    await page.locator('#name', { hasText: 'handles.ply' }).waitFor();
+    assert.equal(await page.getByLabel('Colours and intensity of the scan').isVisible(), false);
+    assert.equal(await page.getByLabel('Colour', { exact: true }).inputValue(), 'stone');
   });
 });
 
@@ -205,7 +288,7 @@ test('a surface opens without a server, and looks as it did', async () => {
       await page.locator('#server', { hasText: 'The server cannot be reached' }).waitFor();
       await page.setInputFiles('#file', golden);
       await complete(page);
-      await page.getByLabel('Colour').selectOption('displacement');
+      await page.getByLabel('Colour', { exact: true }).selectOption('displacement');
       await page.getByLabel('Control mesh').check();
       await page.waitForTimeout(300);
       const picture = await thumbnail(page);
@@ -253,7 +336,7 @@ test('a page 360 pixels wide has everything, and nothing sticks out', async () =
   await withPage(gateway.address, async (page) => {
     await page.setInputFiles('#file', scan);
     await complete(page);
-    await page.getByLabel('Colour').selectOption('displacement');
+    await page.getByLabel('Colour', { exact: true }).selectOption('displacement');
     const width = await page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(width <= 360, `${width}`);
     const outside = await page.locator('body *:visible').evaluateAll((all) =>

@@ -26,6 +26,7 @@ npx tsc --noEmit
 export RILIEVO_WEB_TESTS=$web/generated/tests
 npx vite build --logLevel warn --config vite.tests.config.ts
 export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
+export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
 export GOLDEN=$root/tests/golden REFERENCE=$web/tests/reference
 status=0
 for part in decoder page; do # one after the other: both measure

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "client/decoder_c/guarded.h"
+#include "client/formats/carried_layers.h"
 #include "client/formats/glb_writer.h"
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_reader.h"
@@ -97,15 +98,21 @@ absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh&
 
 // `write`: one of the writers of meshes with flags.
 template <typename Write>
-absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, RilievoBytes** bytes) {
+absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, const RilievoScan* carried,
+                       RilievoBytes** bytes) {
   *bytes = nullptr;
   size_t count = 0;
   const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
   std::vector<HeightSource> sources(count);
   std::transform(flags, flags + count, sources.begin(),
                  [](uint8_t flag) { return static_cast<HeightSource>(flag); });
+  const TriangleMesh triangles = MeshOf(mesh);
+  PointLayers layers;
+  if (carried != nullptr) {
+    RILIEVO_ASSIGN_OR_RETURN(layers, LayersAt(triangles.vertices, carried->file, RunContext()));
+  }
   std::ostringstream out;
-  RILIEVO_RETURN_IF_ERROR(write(MeshOf(mesh), sources, out, PointLayers{}));
+  RILIEVO_RETURN_IF_ERROR(write(triangles, sources, out, layers));
   *bytes = new RilievoBytes{.bytes = std::move(out).str()};
   return absl::OkStatus();
 }
@@ -121,7 +128,9 @@ RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* n
     *scan = nullptr;
     rilievo::MemoryBuffer buffer(bytes, size);
     std::istream in(&buffer);
-    RILIEVO_ASSIGN_OR_RETURN(rilievo::ScanFile file, rilievo::ReadScanStream(in, name));
+    RILIEVO_ASSIGN_OR_RETURN(
+        rilievo::ScanFile file,
+        rilievo::ReadScanStream(in, name, {.intensity = true, .colors = true}));
     *scan = new RilievoScan{.file = std::move(file), .packed = {}};
     return absl::OkStatus();
   });
@@ -156,12 +165,33 @@ RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMes
   });
 }
 
-RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes) {
-  return Guarded([&] { return rilievo::WriteInto(rilievo::WritePlyMesh, mesh, bytes); });
+int rilievo_page_scan_layers(const RilievoScan* scan) {
+  const rilievo::PointLayers& layers = scan->file.layers;
+  return (layers.colors.empty() ? 0 : 1) | (layers.intensity.empty() ? 0 : 2);
 }
 
-RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, RilievoBytes** bytes) {
-  return Guarded([&] { return rilievo::WriteInto(rilievo::WriteGlbMesh, mesh, bytes); });
+RilievoCode rilievo_page_scan_colors(const RilievoScan* scan, const RilievoMesh* mesh,
+                                     RilievoBytes** bytes) {
+  return Guarded([&]() -> absl::Status {
+    *bytes = nullptr;
+    RILIEVO_ASSIGN_OR_RETURN(
+        const rilievo::PointLayers layers,
+        rilievo::LayersAt(rilievo::MeshOf(mesh).vertices, scan->file, rilievo::RunContext()));
+    auto colors = std::make_unique<RilievoBytes>();
+    for (const auto& color : layers.colors) colors->bytes.append(color.begin(), color.end());
+    *bytes = colors.release();
+    return absl::OkStatus();
+  });
+}
+
+RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, const RilievoScan* carried,
+                                   RilievoBytes** bytes) {
+  return Guarded([&] { return rilievo::WriteInto(rilievo::WritePlyMesh, mesh, carried, bytes); });
+}
+
+RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const RilievoScan* carried,
+                                   RilievoBytes** bytes) {
+  return Guarded([&] { return rilievo::WriteInto(rilievo::WriteGlbMesh, mesh, carried, bytes); });
 }
 
 const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count) {

@@ -32,9 +32,19 @@ RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coor
 RILIEVO_API RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,
                                                    float* distances, double* rms);
 
-/* A mesh as a file, PLY or binary glTF, with normals and flags. */
-RILIEVO_API RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, RilievoBytes** bytes);
-RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, RilievoBytes** bytes);
+/* Which layers the scan has: 1 colours, 2 intensity, 3 both. */
+RILIEVO_API int rilievo_page_scan_layers(const RilievoScan* scan);
+/* Red, green, blue of the scan's point nearest to each vertex, three bytes a vertex; none where the
+ * scan has no colours. An error where it has no layer at all. */
+RILIEVO_API RilievoCode rilievo_page_scan_colors(const RilievoScan* scan, const RilievoMesh* mesh,
+                                                 RilievoBytes** bytes);
+
+/* A mesh as a file, PLY or binary glTF, with normals and flags; with the layers of `carried`, as
+ * `rilievo export --carry` writes them, unless that is NULL. */
+RILIEVO_API RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, const RilievoScan* carried,
+                                               RilievoBytes** bytes);
+RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const RilievoScan* carried,
+                                               RilievoBytes** bytes);
 RILIEVO_API const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count);
 RILIEVO_API void rilievo_page_bytes_free(RilievoBytes* bytes);
 

@@ -68,6 +68,65 @@ TEST_F(ShellTest, OtherShellsReadTheirScripts) {
   }
 }
 
+// What stands before the key Tab, and the line it becomes.
+const std::pair<const char*, const char*> kCompleted[] = {
+    {"rec", "reconstruct"},
+    {"jobs sub", "jobs submit"},
+    {"reconstruct --topo", "reconstruct --topology"},
+    {"reconstruct a.ply --topology s", "reconstruct a.ply --topology spherical"},
+    {"jobs submit --crea", "jobs submit --creases"},
+    {"jobs submit a.ply --creases of", "jobs submit a.ply --creases off"},
+    {"view a.dss --colors d", "view a.dss --colors displacement"},
+    {"completion z", "completion zsh"},
+    {"simulate gen", "simulate genus2"},
+};
+
+TEST_F(ShellTest, ZshCompletesWhatIsTyped) {
+  if (!Exists("zsh")) GTEST_SKIP() << "zsh is not installed (Debian package zsh)";
+  // A terminal's shell, lines typed into it with Tab and Enter; `rilievo` there prints its words.
+  std::ofstream(At("ask.zsh")) << R"zsh(zmodload zsh/zpty
+zpty z zsh -f -i
+zpty -w z "PS1= PS2=; $1; rilievo() { print -r -- \"GOT:\$*:END\" }; print READY\$((1 + 1))"
+zpty -r -m z out '*READY2*'
+shift
+for line; do
+  zpty -w z "rilievo $line"$'\t'
+  zpty -r -m z out '*GOT:*:END*' && print -r -- "${${out##*GOT:}%%:END*}"
+done
+zpty -d z
+)zsh";
+  fs::create_directory(At("functions"));
+  const std::string script = Run({"completion", "zsh"}).out;
+  std::ofstream(At("functions/_rilievo")) << script;
+  std::ofstream(At("rilievo.zsh")) << script;
+  const std::string start = "autoload -Uz compinit && compinit -u -D";
+  std::string words, expected;
+  for (const auto& [typed, line] : kCompleted) {
+    words += std::string(" '") + typed + "'";
+    expected += std::string(line) + "\n";
+  }
+  // Read by hand, and from the folder of functions where the package puts it.
+  for (const std::string& set_up : {start + "; source " + At("rilievo.zsh"),
+                                    "fpath=(" + At("functions") + " $fpath); " + start}) {
+    EXPECT_EQ(Output("timeout 60 zsh -f " + At("ask.zsh") + " '" + set_up + "'" + words), expected)
+        << set_up;
+  }
+}
+
+TEST_F(ShellTest, FishCompletesWhatIsTyped) {
+  if (!Exists("fish")) GTEST_SKIP() << "fish is not installed (Debian package fish)";
+  std::ofstream(At("rilievo.fish")) << Run({"completion", "fish"}).out;
+  for (const auto& [typed, line] : kCompleted) {
+    const std::string offered =
+        Output("HOME=" + At("") + " fish -c \"source " + At("rilievo.fish") +
+               "; complete -C 'rilievo " + typed + "'\"");
+    // One line: the word, and what it means behind a tab.
+    const std::string word = offered.substr(0, offered.find_first_of("\t\n"));
+    EXPECT_EQ(std::count(offered.begin(), offered.end(), '\n'), 1) << offered;
+    EXPECT_THAT(std::string("rilievo ") + line, testing::EndsWith(" " + word)) << typed;
+  }
+}
+
 std::vector<std::string> LongOptionsOf(const std::string& help) {
   const std::regex option("--[a-z][a-z-]+");
   return {std::sregex_token_iterator(help.begin(), help.end(), option), {}};

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
+#include "client/formats/scan_reader.h"
+
 namespace rilievo::testing {
 
 // Points of the unit sphere that float holds exactly, `count` of them.
@@ -34,6 +37,9 @@ inline constexpr char kIdentity[] = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
 
 // Every format and variant, each valid.
 std::vector<NamedBytes> ValidScans(int points);
+
+// Read from memory, by content and the name's extension.
+absl::StatusOr<ScanFile> ReadBytes(const std::string& bytes, const std::string& name);
 
 // Raw bytes of a value in either byte order.
 template <typename T>

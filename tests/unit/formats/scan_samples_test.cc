@@ -1,6 +1,7 @@
 #include "tests/unit/formats/scan_samples.h"
 
 #include <cmath>
+#include <sstream>
 
 #include "client/formats/lzf.h"
 #include "client/formats/number_text.h"
@@ -162,6 +163,11 @@ std::string TextRows(const Eigen::Matrix3Xd& points, const std::string& separato
     }
   }
   return bytes;
+}
+
+absl::StatusOr<ScanFile> ReadBytes(const std::string& bytes, const std::string& name) {
+  std::istringstream in(bytes);
+  return ReadScanStream(in, name);
 }
 
 std::vector<NamedBytes> ValidScans(int count) {

@@ -34,6 +34,7 @@ export interface ReadScan {
   coordinateBytes: 4 | 8;
   packed: Uint8Array<ArrayBuffer>;
   sha256: string;
+  layers: { colours: boolean; intensity: boolean };
 }
 
 export interface Frame {
@@ -65,7 +66,10 @@ export interface Tasks {
   scanPicture: { ask: { frame: Frame | undefined }; answer: ScanPicture };
   forgetScan: { ask: undefined; answer: undefined };
   distance: { ask: { level: number }; answer: Distances };
-  meshFile: { ask: { format: 'ply' | 'glb'; level: number }; answer: Uint8Array<ArrayBuffer> };
+  /** Red, green, blue of the scan at each vertex, 0 to 255. */
+  scanColours: { ask: { level: number }; answer: Uint8Array<ArrayBuffer> };
+  /** `carry`: with colours and intensity of the scan. */
+  meshFile: { ask: { format: 'ply' | 'glb'; level: number; carry: boolean }; answer: Uint8Array<ArrayBuffer> };
 }
 
 export type TaskName = keyof Tasks;

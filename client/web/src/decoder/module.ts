@@ -108,9 +108,14 @@ export class Surface {
     }));
   }
 
-  /** A file of the mesh, with normals and flags. */
-  file(format: 'ply' | 'glb', level: number): Uint8Array<ArrayBuffer> {
-    return this.withMesh(level, (mesh) => this.#module.file(`rilievo_page_write_${format}`, mesh));
+  /** A file of the mesh, with normals and flags; with the layers of the scan `carried`. */
+  file(format: 'ply' | 'glb', level: number, carried?: Scan): Uint8Array<ArrayBuffer> {
+    return this.withMesh(level, (mesh) => this.#module.file(`rilievo_page_write_${format}`, mesh, carried?.pointer ?? 0));
+  }
+
+  /** Red, green, blue of the scan's point nearest to each vertex of a level. */
+  coloursOf(level: number, scan: Scan): Uint8Array<ArrayBuffer> {
+    return this.withMesh(level, (mesh) => this.#module.file('rilievo_page_scan_colors', scan.pointer, mesh));
   }
 
   /**
@@ -153,6 +158,16 @@ export class Scan {
 
   format(): string {
     return this.#module.text(this.#module.call('rilievo_page_scan_format', this.#pointer));
+  }
+
+  /** In the module; for calls of it. */
+  get pointer(): number {
+    return this.#pointer;
+  }
+
+  layers(): { colours: boolean; intensity: boolean } {
+    const bits = this.#module.call('rilievo_page_scan_layers', this.#pointer);
+    return { colours: (bits & 1) !== 0, intensity: (bits & 2) !== 0 };
   }
 
   packed(): PackedScan {

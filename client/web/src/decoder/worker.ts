@@ -115,6 +115,7 @@ function readScan(bytes: Uint8Array, name: string): ReadScan {
     points: packed.bytes.length / (3 * packed.coordinateBytes),
     format: next.format(),
     coordinateBytes: packed.coordinateBytes,
+    layers: next.layers(),
     packed: packed.bytes,
     sha256: [...packed.sha256].map((byte) => byte.toString(16).padStart(2, '0')).join(''),
   };
@@ -164,7 +165,8 @@ const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] | P
     return undefined;
   },
   distance: ({ level }) => theSurface().distanceToScan(level, theScan()),
-  meshFile: ({ format, level }) => theSurface().file(format, level),
+  scanColours: ({ level }) => theSurface().coloursOf(level, theScan()),
+  meshFile: ({ format, level, carry }) => theSurface().file(format, level, carry ? theScan() : undefined),
 };
 
 function buffersOf(answer: unknown): ArrayBuffer[] {

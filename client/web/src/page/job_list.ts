@@ -40,7 +40,7 @@ function names(): Record<string, string> {
 }
 
 function describe(job: Job): string {
-  const when = job.createTime ? new Date(timestampMs(job.createTime)).toLocaleString() : '';
+  const when = job.createTime ? new Date(timestampMs(job.createTime)).toLocaleString([], { dateStyle: 'medium', timeStyle: 'short' }) : '';
   const parts = [STATES[job.state], when];
   if (job.surface) parts.push(sizeText(Number(job.surface.totalBytes)));
   if (job.report) parts.push(`${whole.format(Number(job.report.pointsIn))} points`);

@@ -1,8 +1,8 @@
 // The surface on the page: decoded prefix by prefix, drawn at a level, coloured, told in figures.
 import type { DecoderClient } from '../decoder/client';
-import type { Decoded, Distances, Frame, Picture } from '../decoder/messages';
+import type { Decoded, Frame, Picture, ReadScan } from '../decoder/messages';
 import type { SurfaceInfo } from '../decoder/module';
-import { colourOf, type Coloured, type Colouring, figure, type Legend } from '../scene/colours';
+import { colourOf, type Coloured, type Colouring, figure, type Legend, type OfScan } from '../scene/colours';
 import type { Viewer } from '../scene/viewer';
 import type { SurfaceStream } from '../server/surface_stream';
 import { download, element, make, milliseconds, say, sizeText, whole } from './elements';
@@ -32,7 +32,9 @@ export class SurfaceView {
   #generation = 0;
   /** Chunks of the stream that are in the picture. */
   #drawn = 0;
-  readonly #distances = new Map<number, Distances>();
+  #layers: ReadScan['layers'] = { colours: false, intensity: false };
+  /** What the scan says of the vertices of a level, once it was asked for. */
+  readonly #ofScan = new Map<number, OfScan>();
   readonly times: LayerTime[] = [];
 
   constructor(decoder: DecoderClient, viewer: Viewer) {
@@ -48,7 +50,7 @@ export class SurfaceView {
   begin(name: string, keepsScan: boolean): number {
     this.#name = name;
     this.#picture = this.#info = this.#bytes = undefined;
-    this.#distances.clear();
+    this.#ofScan.clear();
     this.times.length = this.#drawn = 0;
     if (!keepsScan) this.forgetScan();
     element('times').replaceChildren();
@@ -110,11 +112,14 @@ export class SurfaceView {
 
   #coloured(picture: Picture): Coloured {
     const { diagonal } = this.#info!.frame;
-    return colourOf(picture, this.#colour.value as Colouring, diagonal, this.#distances.get(picture.level));
+    return colourOf(picture, this.#colour.value as Colouring, diagonal, this.#ofScan.get(picture.level));
   }
 
-  #awaitsError(level: number): boolean {
-    return this.#colour.value === 'error' && this.#hasScan && !this.#distances.has(level);
+  /** What the chosen colours still lack. */
+  #lacking(level: number): 'error' | 'colours' | undefined {
+    const known = this.#ofScan.get(level);
+    if (this.#colour.value === 'error' && this.#hasScan && !known?.error) return 'error';
+    return this.#colour.value === 'scan' && this.#layers.colours && !known?.colours ? 'colours' : undefined;
   }
 
   #complete(bytes: Uint8Array<ArrayBuffer>): void {
@@ -153,15 +158,19 @@ export class SurfaceView {
     await this.#measure();
   }
 
-  /** The error, when it is first asked for; then it is shown. */
+  /** What the scan says of the surface, when it is first asked for; then it is shown. */
   async #measure(): Promise<void> {
     const picture = this.#picture;
-    if (!picture || !this.#awaitsError(picture.level)) return;
-    say('Measuring the distance to the scan.');
+    const lacking = picture && this.#lacking(picture.level);
+    if (!lacking) return;
+    const { level } = picture;
+    say(lacking === 'error' ? 'Measuring the distance to the scan.' : 'Looking up the colours of the scan.');
     const generation = this.#generation;
-    const distances = await this.#decoder.ask('distance', { level: picture.level });
+    const found: OfScan = lacking === 'error'
+      ? { error: await this.#decoder.ask('distance', { level }) }
+      : { colours: await this.#decoder.ask('scanColours', { level }) };
     if (generation !== this.#generation) return;
-    this.#distances.set(picture.level, distances);
+    this.#ofScan.set(level, { ...this.#ofScan.get(level), ...found });
     if (picture === this.#picture) await this.recolour();
   }
 
@@ -214,10 +223,11 @@ export class SurfaceView {
   }
 
   /** A scan has been read: its points are shown until a surface is there. */
-  async showScan(): Promise<void> {
+  async showScan(layers: ReadScan['layers']): Promise<void> {
     this.#hasScan = true;
+    this.#layers = layers;
     this.#scanFrame = undefined;
-    this.#distances.clear();
+    this.#ofScan.clear();
     await this.#placeScan();
     element('welcome').hidden = true;
     this.applyVisibility();
@@ -225,6 +235,7 @@ export class SurfaceView {
 
   forgetScan(): void {
     this.#hasScan = false;
+    this.#layers = { colours: false, intensity: false };
     void this.#decoder.ask('forgetScan', undefined);
     this.applyVisibility();
   }
@@ -239,9 +250,13 @@ export class SurfaceView {
 
   applyVisibility(): void {
     const scanBox = element<HTMLInputElement>('show-scan');
-    const errorOption = this.#colour.querySelector<HTMLOptionElement>('option[value=error]')!;
-    scanBox.disabled = errorOption.disabled = !this.#hasScan;
-    if (!this.#hasScan && this.#colour.value === 'error') this.#colour.value = 'stone';
+    const { colours, intensity } = this.#layers;
+    scanBox.disabled = !this.#hasScan;
+    for (const [value, usable] of [['error', this.#hasScan], ['scan', colours]] as const) {
+      this.#colour.querySelector<HTMLOptionElement>(`option[value=${value}]`)!.disabled = !usable;
+      if (!usable && this.#colour.value === value) this.#colour.value = 'stone';
+    }
+    element('carry-field').hidden = !colours && !intensity;
     const control = element<HTMLInputElement>('show-control').checked && this.hasSurface;
     this.#viewer.setVisible({
       surface: this.hasSurface,
@@ -254,8 +269,9 @@ export class SurfaceView {
     if (!this.#bytes) return;
     const stem = this.#name.replace(/\.[^.]*$/, '') || 'surface';
     const level = Number(this.#level.value);
+    const carry = !element('carry-field').hidden && element<HTMLInputElement>('carry').checked;
     const bytes =
-      format === 'dss' ? this.#bytes : await this.#decoder.ask('meshFile', { format: format as 'ply' | 'glb', level });
+      format === 'dss' ? this.#bytes : await this.#decoder.ask('meshFile', { format: format as 'ply' | 'glb', level, carry });
     download(bytes, `${stem}.${format}`);
     say(`${stem}.${format} is being saved.`);
   }

@@ -1,7 +1,7 @@
 // Colours that show a figure of the vertices, and what they mean.
 import type { Distances, Picture } from '../decoder/messages';
 
-export type Colouring = 'stone' | 'displacement' | 'error' | 'source';
+export type Colouring = 'stone' | 'displacement' | 'error' | 'source' | 'scan';
 
 type Rgb = [number, number, number];
 
@@ -66,8 +66,15 @@ export function figure(value: number): string {
   return size >= 100 ? value.toFixed(0) : value.toPrecision(3);
 }
 
-/** `error`: RMS distance of the scan's points at each vertex, and of all of them, scan unit; needed for 'error'. */
-export function colourOf(picture: Picture, colouring: Colouring, diagonal: number, error?: Distances): Coloured {
+/** What the scan says of the vertices, as far as it is known. */
+export interface OfScan {
+  /** RMS distance of its points at each vertex, and of all of them, scan unit; for 'error'. */
+  error?: Distances;
+  /** Red, green, blue of the nearest point, 0 to 255; for 'scan'. */
+  colours?: Uint8Array;
+}
+
+export function colourOf(picture: Picture, colouring: Colouring, diagonal: number, { error, colours }: OfScan = {}): Coloured {
   const count = picture.flags.length;
   if (colouring === 'displacement') {
     const { heights } = picture;
@@ -90,6 +97,9 @@ export function colourOf(picture: Picture, colouring: Colouring, diagonal: numbe
         gradient: { css: gradient(SEQUENTIAL), low: '0', high: figure(most) },
       },
     };
+  }
+  if (colouring === 'scan' && colours) {
+    return { colours: Float32Array.from(colours, (value) => linear(value / 255)), legend: undefined };
   }
   if (colouring === 'source') {
     const present = SOURCES.filter((_source, flag) => picture.flags.includes(flag));

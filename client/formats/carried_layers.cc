@@ -1,4 +1,4 @@
-#include "client/cli/carried_layers.h"
+#include "client/formats/carried_layers.h"
 
 #include <vector>
 

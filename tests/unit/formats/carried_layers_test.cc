@@ -1,5 +1,5 @@
 // Colours of a scan on a surface, against a search of all points.
-#include "client/cli/carried_layers.h"
+#include "client/formats/carried_layers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
