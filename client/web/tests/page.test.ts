@@ -168,7 +168,8 @@ test('the first layer is in the picture within 300 ms of its bytes, on fresh pag
       await complete(page);
       const [first, ...finer] = await firstLayerTimes(page);
       times.push(first!);
-      assert.ok(finer.length > 2 && finer.at(-1)! > 0, 'a line for each layer');
+      assert.ok(finer.at(-1)! > 0);
+      await page.locator('#times tr').nth(2).waitFor(); // and a line for each layer
     });
   }
   console.log(`# first layer from bytes to picture on fresh pages: ${times.map((time) => time.toFixed(0)).join(', ')} ms`);

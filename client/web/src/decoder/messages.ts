@@ -60,6 +60,8 @@ export interface Tasks {
   warmUp: { ask: undefined; answer: undefined };
   /** The beginning of a file, whole chunks. Replaces the surface before. */
   decode: { ask: { bytes: Uint8Array }; answer: Decoded };
+  /** Milliseconds to decode this beginning of a file and to tessellate its finest level; the surface stays. */
+  timeOf: { ask: { bytes: Uint8Array }; answer: number };
   picture: { ask: { level: number }; answer: Picture };
   readScan: { ask: { bytes: Uint8Array; name: string }; answer: ReadScan };
   /** Without a frame: that of the points' own bounding box. */

@@ -83,6 +83,15 @@ function decode(bytes: Uint8Array): Decoded {
   return { info, control, decodeMs };
 }
 
+function timeOf(bytes: Uint8Array): number {
+  const begin = performance.now();
+  const other = decoder.decode(bytes);
+  other.tessellate(other.info().max_level);
+  const time = performance.now() - begin;
+  other.free();
+  return time;
+}
+
 function theSurface(): Surface {
   if (!surface) throw new DecoderError(9, 'there is no surface yet');
   return surface;
@@ -156,6 +165,7 @@ function scanPicture(asked: Frame | undefined): ScanPicture {
 const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] | Promise<Tasks[N]['answer']> } = {
   warmUp,
   decode: ({ bytes }) => decode(bytes),
+  timeOf: ({ bytes }) => timeOf(bytes),
   picture: ({ level }) => picture(level),
   readScan: ({ bytes, name }) => readScan(bytes, name),
   scanPicture: (ask) => scanPicture(ask.frame),

@@ -5,18 +5,11 @@ import type { SurfaceInfo } from '../decoder/module';
 import { colourOf, type Coloured, type Colouring, figure, type Legend, type OfScan } from '../scene/colours';
 import type { Viewer } from '../scene/viewer';
 import type { SurfaceStream } from '../server/surface_stream';
-import { download, element, make, milliseconds, say, sizeText, whole } from './elements';
+import { download, element, make, say, sizeText, whole } from './elements';
+import { LayerTimes } from './layer_times';
 
 /** With the control mesh alone: its smooth limit surface. */
 const PREVIEW_LEVEL = 2;
-
-export interface LayerTime {
-  name: string;
-  bytes: number;
-  decodeMs: number;
-  /** From the arrival of the layer's last byte until its picture is on the screen, if it was drawn. */
-  toPictureMs?: number;
-}
 
 export class SurfaceView {
   readonly #decoder: DecoderClient;
@@ -35,7 +28,7 @@ export class SurfaceView {
   #layers: ReadScan['layers'] = { colours: false, intensity: false };
   /** What the scan says of the vertices of a level, once it was asked for. */
   readonly #ofScan = new Map<number, OfScan>();
-  readonly times: LayerTime[] = [];
+  readonly #times = new LayerTimes();
 
   constructor(decoder: DecoderClient, viewer: Viewer) {
     this.#decoder = decoder;
@@ -51,36 +44,44 @@ export class SurfaceView {
     this.#name = name;
     this.#picture = this.#info = this.#bytes = undefined;
     this.#ofScan.clear();
-    this.times.length = this.#drawn = 0;
+    this.#drawn = 0;
+    this.#times.clear();
     if (!keepsScan) this.forgetScan();
-    element('times').replaceChildren();
     for (const id of ['view', 'facts-section', 'legend']) element(id).hidden = true;
     this.#viewer.setVisible({ surface: false, control: false });
     return ++this.#generation;
   }
 
-  /** Decodes the whole chunks that are not in the picture yet; once at a time. */
+  /** Decodes the whole chunks that are not in the picture yet; once at a time, the newest counts. */
   async drawStream(stream: SurfaceStream, generation: number): Promise<void> {
-    // Each layer is decoded; the first is drawn by itself, however fast the others follow, and of
-    // those that are there together the finest.
     while (this.#drawn < stream.wholeChunks) {
-      const count = this.#drawn + 1;
+      // The first layer is drawn by itself, however fast the others follow.
+      const count = this.#drawn === 0 ? 1 : stream.wholeChunks;
       const decoded = await this.#decoder.ask('decode', { bytes: stream.firstChunks(count) });
       const picture = await this.#decoder.ask('picture', { level: this.#levelOf(decoded.info) });
       if (generation !== this.#generation) return;
-      const { arrived = 0, end } = stream.chunks[count - 1]!;
-      const time = { name: count === 1 ? 'control' : `${count - 2}`, bytes: end, decodeMs: decoded.decodeMs + picture.tessellateMs };
-      this.#drawn = count;
-      if (count > 1 && count < stream.wholeChunks) {
-        this.#addTime(time);
-        continue;
-      }
       this.#show(decoded, picture);
       // Seen before the next layer is drawn: the second frame from now begins once this one is shown.
       for (let frame = 0; frame < 2 && !document.hidden; ++frame) await new Promise(requestAnimationFrame);
       if (generation !== this.#generation) return;
-      this.#addTime({ ...time, toPictureMs: performance.now() - arrived });
-      if (stream.isComplete && count === stream.chunks.length) this.#complete(stream.bytes);
+      const { arrived = 0, end } = stream.chunks[count - 1]!;
+      const toPictureMs = performance.now() - arrived;
+      this.#times.add(count - 1, { bytes: end, decodeMs: decoded.decodeMs + picture.tessellateMs, toPictureMs });
+      this.#drawn = count;
+      if (stream.isComplete && count === stream.chunks.length) {
+        this.#complete(stream.bytes);
+        void this.#timeTheOthers(stream, generation).catch(() => undefined);
+      }
+    }
+  }
+
+  /** Layers that came together with finer ones were not drawn: what they cost is found out afterwards. */
+  async #timeTheOthers(stream: SurfaceStream, generation: number): Promise<void> {
+    for (const [layer, { end }] of stream.chunks.entries()) {
+      if (this.#times.has(layer)) continue;
+      const decodeMs = await this.#decoder.ask('timeOf', { bytes: stream.firstChunks(layer + 1) });
+      if (generation !== this.#generation) return;
+      this.#times.add(layer, { bytes: end, decodeMs });
     }
   }
 
@@ -128,15 +129,6 @@ export class SurfaceView {
     element('facts-section').hidden = false;
     if (this.#hasScan) void this.#placeScan();
     say(`The surface is complete: ${whole.format(this.#picture!.flags.length)} vertices.`);
-  }
-
-  #addTime(time: LayerTime): void {
-    this.times.push(time);
-    const cells = [time.name, sizeText(time.bytes), milliseconds(time.decodeMs),
-      time.toPictureMs === undefined ? '' : milliseconds(time.toPictureMs)];
-    const row = make('tr', {}, ...cells.map((text) => make('td', { textContent: text })));
-    row.dataset.toPicture = time.toPictureMs?.toFixed(1);
-    element('times').append(row);
   }
 
   async showLevel(level: number): Promise<void> {
