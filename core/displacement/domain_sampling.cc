@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/despike_heights.h"
+#include "core/displacement/foretell_heights.h"
 #include "core/displacement/side_heights.h"
 #include "core/loop/split_normals.h"
 
@@ -18,6 +20,8 @@ constexpr int64_t kBlock = 512;
 constexpr int kChunk = 32768;
 // Nearest cloud points tried where no coarser vertex tells where to start.
 constexpr int kStartCandidates = 16;
+// Fits that share most of their points agree far better than this; see RoughVertices.
+constexpr float kForetoldDeviations = 1.5f;
 
 }  // namespace
 
@@ -58,27 +62,60 @@ absl::Status DomainSampling::PierceLevels(double progress_end) {
 }
 
 absl::Status DomainSampling::RefineNoisy() {
+  std::vector<int> coarser;
+  for (int v = 0; v < refinement_.vertex_count(std::max(0, refinement_.max_level() - 1)); ++v) {
+    if (WantsFit(v)) coarser.push_back(v);
+  }
+  RILIEVO_RETURN_IF_ERROR(Refine(std::move(coarser)));
+  return refinement_.max_level() > 0 ? Refine(TakeForetold()) : absl::OkStatus();
+}
+
+bool DomainSampling::WantsFit(int vertex) const {
+  return samples_.measured[vertex] != 0 && IsNoisy(cloud_.points[samples_.foot[vertex]], options_);
+}
+
+std::vector<int> DomainSampling::TakeForetold() {
+  const MeshTopology& coarser = refinement_.levels[refinement_.max_level() - 1];
+  const std::vector<uint8_t> rough =
+      RoughVertices(refinement_, refinement_.max_level() - 1, kForetoldDeviations, samples_);
+  std::vector<int> left;
+  for (int edge = 0; edge < coarser.edge_count(); ++edge) {
+    const int vertex = coarser.vertex_count + edge;
+    if (!WantsFit(vertex)) continue;
+    const auto ends = coarser.edge_vertices.col(edge);
+    const auto foretold = rough[ends[0]] != 0 || rough[ends[1]] != 0
+                              ? std::nullopt
+                              : ForetellHeight(coarser, edge, samples_);
+    if (!foretold) {
+      left.push_back(vertex);
+      continue;
+    }
+    HeightEstimate estimate = EstimateOf(vertex);
+    estimate.height = *foretold;
+    estimate.deviation = std::max(samples_.deviation[ends[0]], samples_.deviation[ends[1]]);
+    estimate.fitted = true;
+    Store(vertex, estimate);
+  }
+  return left;
+}
+
+absl::Status DomainSampling::Refine(std::vector<int> vertices) {
   // Ordered by their feet: the cloud is in Morton order, so that neighbours share a block, and in
   // the block the points that they are fitted to.
-  std::vector<int> order;
-  for (int v = 0; v < samples_.size(); ++v) {
-    if (samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_)) {
-      order.push_back(v);
-    }
-  }
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
+  std::sort(vertices.begin(), vertices.end(), [&](int a, int b) {
     return samples_.foot[a] != samples_.foot[b] ? samples_.foot[a] < samples_.foot[b] : a < b;
   });
-  return ParallelFor(static_cast<int64_t>(order.size()), kBlock, context_,
+  return ParallelFor(static_cast<int64_t>(vertices.size()), kBlock, context_,
                      [&](int64_t begin, int64_t end) {
                        HeightSampler sampler(cloud_, graph_, options_);
                        std::vector<RaySample> block(end - begin);
                        for (int64_t i = begin; i < end; ++i) {
-                         block[i - begin] = {RayOf(order[i]), EstimateOf(order[i])};
+                         block[i - begin] = {RayOf(vertices[i]), EstimateOf(vertices[i])};
                        }
                        sampler.Refine(block);
-                       for (int64_t i = begin; i < end; ++i)
-                         Store(order[i], block[i - begin].estimate);
+                       for (int64_t i = begin; i < end; ++i) {
+                         Store(vertices[i], block[i - begin].estimate);
+                       }
                      });
 }
 

@@ -26,7 +26,8 @@ class DomainSampling {
   // to look. Reports progress up to `progress_end`.
   absl::Status PierceLevels(double progress_end);
 
-  // Local fits where the points are noisy.
+  // Local fits where the points are noisy. Where the last level but one came out as those before
+  // foretold, the finest is foretold too: it would only tell the same points' noise again.
   absl::Status RefineNoisy();
 
   // Measures spikes again by the local fit near their ring's height; what still stands out is
@@ -41,6 +42,9 @@ class DomainSampling {
   HeightSamples& samples() { return samples_; }
 
  private:
+  bool WantsFit(int vertex) const;
+  absl::Status Refine(std::vector<int> vertices);
+  std::vector<int> TakeForetold();  // finest vertices that still want a fit
   Ray RayOf(int vertex) const;
   HeightEstimate EstimateOf(int vertex) const;
   // What lies outside its bounds was not measured.
