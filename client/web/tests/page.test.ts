@@ -366,6 +366,7 @@ test('a server that asks for a token gets it from the page, which keeps it in me
     const field = page.getByLabel('Token for this server');
     await field.waitFor();
     await page.locator('#server', { hasText: 'who you are' }).waitFor();
+    assert.doesNotMatch((await page.locator('#server').textContent())!, /HTTP/);
     await field.fill('anna.wrong');
     await field.press('Enter');
     await page.locator('#server', { hasText: 'who you are' }).waitFor();

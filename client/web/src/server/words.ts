@@ -24,7 +24,8 @@ function sentence(text: string): string {
 export function inWords(error: unknown): string {
   if (error instanceof DecoderError) return sentence(error.message);
   const { code, rawMessage } = ConnectError.from(error);
-  const cause = rawMessage.replace(/^\[\w+\]\s*/, '');
+  // What stands in for words where a server gave none says nothing to people either.
+  const cause = rawMessage.replace(/^\[\w+\]\s*/, '').replace(/^HTTP 4\d\d$/, '');
   // A browser's own words for a connection that failed say nothing to people.
   const foreign = /failed to fetch|networkerror|load failed|HTTP 5\d\d|ECONNREFUSED/i.test(cause);
   const lead = foreign ? LEAD[Code.Unavailable] : LEAD[code];
