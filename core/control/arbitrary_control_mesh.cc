@@ -8,6 +8,7 @@
 #include "core/control/implicit_function.h"
 #include "core/control/iso_surface.h"
 #include "core/control/relax_mesh.h"
+#include "core/control/side_planes.h"
 #include "core/control/simplify_mesh.h"
 #include "core/control/small_handles.h"
 #include "core/control/tag_creases.h"
@@ -21,6 +22,9 @@ namespace {
 constexpr double kSmallestHandleSpacings = 1.15 * 4;
 
 constexpr double kHandleSearchShare = 1.5;
+
+// Faces of the mesh whose bends are sharpened, in those of the control mesh.
+constexpr int kFinerThanControl = 8;
 
 // Flips and relaxation in turn, across edges flatter than this.
 constexpr int kShapeRounds = 2;
@@ -59,10 +63,19 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(trimmed, to_points, context));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const SmallHandleResult clean,
+  RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
                            RemoveSmallHandles(trimmed, smallest_loop, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, SimplifyMesh(clean.mesh, simplify, context));
+  ControlMesh control = std::move(clean.mesh);
+  if (creases == CreaseRule::kAuto) {
+    // Few enough faces to look at the points beside each that bends.
+    const SimplifyOptions fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, fine, context));
+    RILIEVO_ASSIGN_OR_RETURN(const FacePlanes planes, SidePlanes(cloud, index, control, context));
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, simplify, context, &planes));
+  } else {
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, simplify, context));
+  }
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&control, kFlatDihedralDegrees);
     RelaxTangentially(&control, 3);

@@ -13,15 +13,26 @@ using Eigen::Vector3d;
 
 // A disc of 3.5 spacings' radius.
 constexpr int kFewestPoints = 48;
-constexpr int kMostPoints = 192;
+constexpr int kMostPoints = 384;
+// Noise in spacings.
+constexpr double kClean = 0.15;
 constexpr int kLeastSidePoints = 8;
-constexpr int kRounds = 4;
+constexpr int kRounds = 4, kBowRounds = 2;
 // Least cosine of a point's normal and the nearer of the faces'.
 constexpr double kSameSheet = 0.2;
+// Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
+constexpr double kOwnSides = 0.5;
+constexpr int kNeither = 2;
 // Least ratio of the widths of a side's points, squared: below it they lie on a line.
 constexpr double kLeastWidth = 0.03;
 // What planes leave of a clean scan's curved sides, in spacings.
 constexpr double kLeastScatter = 0.05;
+// Beyond that scatter, and this many times the noise, the points lie on no two sides at all: smooth
+// shapes that bend within a few spacings do that.
+constexpr double kNoises = 1.25;
+
+// Evidence beyond doubt: no other neighbourhood is asked.
+constexpr double kEnough = 40;
 
 // Most of the points around that may belong to another sheet.
 constexpr double kMostOfOthers = 0.1;
@@ -31,29 +42,28 @@ constexpr double kFacing = -0.5;
 struct Neighborhood {
   int count = 0;
   std::array<Vector3d, kMostPoints> at, normal;
+  std::array<double, kMostPoints> bow;  // half the squared way along the edge
   std::array<int, kMostPoints> side;
 };
 
+struct Found {
+  int count = 0;
+  std::array<int, kMostPoints> points;  // ascending by distance
+};
+
 // More points where they are noisier.
-int PointsWanted(const OrientedCloud& cloud, int nearest) {
-  const double ratio =
-      cloud.spacing[nearest] > 0 ? cloud.noise[nearest] / cloud.spacing[nearest] : 0;
+int PointsWanted(double noise, double spacing) {
+  const double ratio = spacing > 0 ? noise / spacing : 0;
   return static_cast<int>(std::clamp(kFewestPoints * (1 + 12 * ratio * ratio),
-                                     double{kFewestPoints}, double{kMostPoints}));
+                                     double{kFewestPoints}, double{kMostPoints} / 2));
 }
 
-Neighborhood Gather(const OrientedCloud& cloud, const PointIndex& index, const EdgePlace& place,
-                    double* spacing) {
-  std::array<int, kMostPoints> found;
-  std::array<double, kMostPoints> squared;
-  index.Nearest(place.middle, 1, found.data(), squared.data());
-  *spacing = cloud.spacing[found[0]];
-  const int wanted = std::min(PointsWanted(cloud, found[0]), index.size());
-  const int count = index.Nearest(place.middle, wanted, found.data(), squared.data());
+Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePlace& place,
+                    int count) {
   Neighborhood around;
   int others = 0;
   for (int i = 0; i < count; ++i) {
-    const Vector3d normal = cloud.normals.col(found[i]);
+    const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
     if (more < kSameSheet) {
@@ -61,9 +71,10 @@ Neighborhood Gather(const OrientedCloud& cloud, const PointIndex& index, const E
       others += less < kFacing;
       continue;
     }
-    const Vector3d at = cloud.points.col(found[i]) - place.middle;
+    const Vector3d at = cloud.points.col(found.points[i]) - place.middle;
     around.at[around.count] = at;
     around.normal[around.count] = normal;
+    around.bow[around.count] = std::pow(place.along.dot(at), 2) / 2;
     around.side[around.count] = at.dot(place.inward[0]) > at.dot(place.inward[1]) ? 0 : 1;
     ++around.count;
   }
@@ -72,30 +83,49 @@ Neighborhood Gather(const OrientedCloud& cloud, const PointIndex& index, const E
   return around;
 }
 
+// The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
 bool FitSide(const Neighborhood& around, int which, SidePlane* plane) {
-  Vector3d mean = Vector3d::Zero(), outward = Vector3d::Zero();
+  Vector3d sum = Vector3d::Zero(), outward = Vector3d::Zero(), bow_way = Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  double bow_sum = 0, bow_squares = 0;
   int count = 0;
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] != which) continue;
-    mean += around.at[i];
+    const Vector3d& at = around.at[i];
+    const double bow = around.bow[i];
+    sum += at;
+    squares += at * at.transpose();
+    bow_sum += bow;
+    bow_squares += bow * bow;
+    bow_way += bow * at;
     outward += around.normal[i];
     ++count;
   }
   if (count < kLeastSidePoints) return false;
-  mean /= count;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < around.count; ++i) {
-    if (around.side[i] != which) continue;
-    const Vector3d off = around.at[i] - mean;
-    covariance += off * off.transpose();
+  const Vector3d mean = sum / count;
+  const double mean_bow = bow_sum / count;
+  squares -= count * mean * mean.transpose();
+  bow_squares -= count * mean_bow * mean_bow;
+  bow_way -= count * mean_bow * mean;
+  plane->curvature = 0;
+  for (int round = 0;; ++round) {
+    const Vector3d lift = plane->curvature * plane->normal;
+    const Eigen::Matrix3d crossed = bow_way * lift.transpose();
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(squares - crossed - crossed.transpose() +
+                         bow_squares * lift * lift.transpose());
+    if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
+    plane->normal = solver.eigenvectors().col(0);
+    if (plane->normal.dot(outward) < 0) plane->normal = -plane->normal;
+    if (round == kBowRounds) break;
+    if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(covariance);
-  if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
-  plane->normal = solver.eigenvectors().col(0);
-  if (plane->normal.dot(outward) < 0) plane->normal = -plane->normal;
-  plane->offset = plane->normal.dot(mean);
+  plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
   return true;
+}
+
+double Off(const SidePlane& side, const Neighborhood& around, int i) {
+  return side.normal.dot(around.at[i]) - side.offset - side.curvature * around.bow[i];
 }
 
 bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
@@ -105,10 +135,10 @@ bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
     }
     bool changed = false;
     for (int i = 0; i < around->count; ++i) {
-      const auto distance = [&](int k) {
-        return std::abs((*sides)[k].normal.dot(around->at[i]) - (*sides)[k].offset);
-      };
-      const int side = distance(0) <= distance(1) ? 0 : 1;
+      const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
+      const auto agreement = [&](int k) { return (*sides)[k].normal.dot(around->normal[i]); };
+      int side = distance(0) <= distance(1) ? 0 : 1;
+      if (std::max(agreement(0), agreement(1)) < kOwnSides) side = kNeither;
       changed |= around->side[i] != side;
       around->side[i] = side;
     }
@@ -121,8 +151,8 @@ bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
 double PlaneSquares(const Neighborhood& around, const std::array<SidePlane, 2>& sides) {
   double convex = 0, concave = 0;
   for (int i = 0; i < around.count; ++i) {
-    const double a = sides[0].normal.dot(around.at[i]) - sides[0].offset;
-    const double b = sides[1].normal.dot(around.at[i]) - sides[1].offset;
+    if (around.side[i] == kNeither) continue;
+    const double a = Off(sides[0], around, i), b = Off(sides[1], around, i);
     convex += std::pow(std::max(a, b), 2);
     concave += std::pow(std::min(a, b), 2);
   }
@@ -139,6 +169,7 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
   double squares = 0;
   const double scale = 1 / around.at[around.count - 1].norm();
   for (int i = 0; i < around.count; ++i) {
+    if (around.side[i] == kNeither) continue;
     const double x = scale * u.dot(around.at[i]), y = scale * v.dot(around.at[i]);
     const double height = axis.dot(around.at[i]);
     Eigen::Matrix<double, kTerms, 1> row;
@@ -150,12 +181,15 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
   return std::max(0.0, squares - right.dot(normal_matrix.ldlt().solve(right)));
 }
 
-}  // namespace
-
-std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
-                                            const EdgePlace& place) {
+// Among the `count` nearest points.
+std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& found,
+                                     const EdgePlace& place, int count) {
+  const int nearest = found.points[0];
   CreasePlanes fit;
-  Neighborhood around = Gather(cloud, index, place, &fit.spacing);
+  fit.spacing = cloud.spacing[nearest];
+  fit.middle = place.middle;
+  fit.along = place.along;
+  Neighborhood around = Gather(cloud, found, place, count);
   if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   fit.cosine = a.dot(b);
@@ -168,9 +202,14 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   const double tilt = axis.norm() / 2;
   const double quadric = QuadricSquares(around, axis.normalized()) * tilt * tilt;
   const double least = kLeastScatter * fit.spacing;
-  const double floor = around.count * least * least;
+  const auto used = static_cast<double>(
+      around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
+  const double floor = used * least * least;
   const double planes = PlaneSquares(around, fit.sides);
-  fit.evidence = around.count * std::log((quadric + floor) / (planes + floor));
+  // Two unknowns more than the quadric has (Schwarz 1978).
+  const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
+  if (planes > used * roughness * roughness) return std::nullopt;
+  fit.evidence = used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
   // x = alpha a + beta b with a . x and b . x as the planes say.
   const double sine2 = 1 - fit.cosine * fit.cosine;
   const double alpha = (fit.sides[0].offset - fit.cosine * fit.sides[1].offset) / sine2;
@@ -178,6 +217,39 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   fit.at = place.middle + alpha * a + beta * b;
   for (SidePlane& side : fit.sides) side.offset += side.normal.dot(place.middle);
   return fit;
+}
+
+}  // namespace
+
+SidePlane CreasePlanes::TangentAt(int side, const Vector3d& place) const {
+  const double t = along.dot(place - middle), curvature = sides[side].curvature;
+  SidePlane tangent;
+  tangent.normal = sides[side].normal - curvature * t * along;
+  tangent.offset = sides[side].offset - curvature * t * (along.dot(middle) + t / 2);
+  const double length = tangent.normal.norm();
+  tangent.normal /= length;
+  tangent.offset /= length;
+  return tangent;
+}
+
+std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
+                                            const EdgePlace& place) {
+  Found found;
+  std::array<double, kMostPoints> squared;
+  index.Nearest(place.middle, 1, found.points.data(), squared.data());
+  const double noise = cloud.noise[found.points[0]], spacing = cloud.spacing[found.points[0]];
+  const int wanted = PointsWanted(noise, spacing);
+  // Noise asks for more points; without it fewer reach less far past a short edge.
+  const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
+  found.count = index.Nearest(place.middle, std::min(std::max(wanted, other), index.size()),
+                              found.points.data(), squared.data());
+  std::optional<CreasePlanes> best;
+  for (const int count : {wanted, other}) {
+    auto fit = FitAmong(cloud, found, place, std::min(count, found.count));
+    if (fit && (!best || fit->evidence > best->evidence)) best = fit;
+    if (best && best->evidence > kEnough) break;
+  }
+  return best;
 }
 
 }  // namespace rilievo

@@ -1,4 +1,4 @@
-// Two planes against one quadric: whether the points around an edge say that it is sharp.
+// Two sides against one quadric: whether the points around an edge say that it is sharp.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,21 +10,28 @@
 
 namespace rilievo {
 
-// Outward unit normal, and offset: points x with normal . x = offset.
+// Outward unit normal, offset, and curvature along the edge, as the wall of a hole has: points x
+// with normal . x = offset + curvature t^2 / 2, t along the edge from its middle.
 struct SidePlane {
-  Eigen::Vector3d normal;
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   double offset = 0;
+  double curvature = 0;
 };
 
 // Of the points around a place on the edge, unit frame.
 struct CreasePlanes {
   std::array<SidePlane, 2> sides;
-  Eigen::Vector3d at;         // on the line where the planes meet, nearest to the place
-  Eigen::Vector3d direction;  // unit, along that line
-  double cosine = 1;          // between the sides' normals
-  // Twice the logarithm of how much likelier the points are off two planes than off a quadric.
+  Eigen::Vector3d middle, along;  // of the edge
+  Eigen::Vector3d at;             // on the line where the sides meet, nearest to the middle
+  Eigen::Vector3d direction;      // unit, along that line
+  double cosine = 1;              // between the sides' normals
+  // Twice the logarithm of how much likelier the points are off two sides than off a quadric, less
+  // what the sides' two curvatures cost (Schwarz 1978).
   double evidence = 0;
   double spacing = 0;  // of the points
+
+  // The tangent plane of a side where it passes `place`, a place by the edge.
+  SidePlane TangentAt(int side, const Eigen::Vector3d& place) const;
 };
 
 // Where an edge of the control mesh may be sharp.
@@ -35,7 +42,8 @@ struct EdgePlace {
   std::array<Eigen::Vector3d, 2> inward;  // from the edge into them, within their planes
 };
 
-// Nothing where the points do not form two sides of enough of them, wide enough to hold a plane.
+// Nothing where the points do not form two sides of enough of them, wide enough to hold a plane, or
+// lie farther off them than their noise.
 std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
                                             const EdgePlace& place);
 

@@ -55,7 +55,7 @@ constexpr EdgeCollapser::Guards EdgeCollapser::kGrades[] = {
 constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
 
 EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
-                             const SimplifyOptions& options)
+                             const SimplifyOptions& options, const FacePlanes* planes)
     : mesh_(std::move(mesh)), options_(options) {
   whole_.faces_left = mesh_.face_slots();
   positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
@@ -67,7 +67,7 @@ EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
   grade_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
   least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
   FindComponents();
-  BuildQuadrics(input);
+  BuildQuadrics(input, planes);
 }
 
 void EdgeCollapser::FindComponents() {
@@ -96,7 +96,7 @@ void EdgeCollapser::FindComponents() {
   }
 }
 
-void EdgeCollapser::BuildQuadrics(const ControlMesh& input) {
+void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* planes) {
   quadrics_.assign(positions_.size(), Quadric());
   reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
   std::vector<Vector3d> vertex_normal(positions_.size(), Vector3d::Zero());
@@ -111,7 +111,11 @@ void EdgeCollapser::BuildQuadrics(const ControlMesh& input) {
     area_sum += area;
     face_normal[f] = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
     Quadric plane;
-    plane.AddPlane(face_normal[f], (a + b + c) / 3, area / 3);
+    if (planes != nullptr) {
+      plane.AddPlane(planes->normals.col(f), planes->points.col(f), area / 3);
+    } else {
+      plane.AddPlane(face_normal[f], (a + b + c) / 3, area / 3);
+    }
     for (int k = 0; k < 3; ++k) {
       quadrics_[corner[k]] += plane;
       quadrics_[corner[k]].AddPoint(positions_[corner[k]], options_.evenness * area / 3);

@@ -18,7 +18,9 @@ namespace rilievo {
 // A mesh under collapses, and what they need to know of it.
 class EdgeCollapser {
  public:
-  EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options);
+  // `planes` of the faces, where not their own, as for SimplifyMesh.
+  EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options,
+                const FacePlanes* planes = nullptr);
 
   // Collapses on all threads, in every block down to `share`, (0, 1), of the faces between its
   // inner vertices. The rims stay. The result does not depend on the number of threads. CANCELLED
@@ -66,7 +68,7 @@ class EdgeCollapser {
   static const Guards kCoarseGuards;
 
   void FindComponents();
-  void BuildQuadrics(const ControlMesh& input);
+  void BuildQuadrics(const ControlMesh& input, const FacePlanes* planes);
   void AddBoundaryQuadrics(int h, const Eigen::Vector3d& face_normal, double target_edge);
   std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;
   void Seed(int edge, Front* front);

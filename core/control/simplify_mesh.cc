@@ -58,7 +58,7 @@ absl::Status SimplifyOptions::Validate() const {
 }
 
 absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const SimplifyOptions& options,
-                                         const RunContext& context) {
+                                         const RunContext& context, const FacePlanes* planes) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   if (!mesh.vertices.allFinite()) {
@@ -67,7 +67,7 @@ absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const Simplify
   RILIEVO_ASSIGN_OR_RETURN(HalfEdgeMesh half_edges,
                            HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  EdgeCollapser collapser(std::move(half_edges), mesh, options);
+  EdgeCollapser collapser(std::move(half_edges), mesh, options, planes);
   RILIEVO_RETURN_IF_ERROR(CollapseBlocks(mesh, options.target_faces, context, &collapser));
   for (const double milestone : kMilestones) {
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);

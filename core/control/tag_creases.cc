@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -35,6 +36,8 @@ constexpr double kAligned = 0.85;
 // Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
 constexpr double kOffLength = 0.25;
 constexpr double kOffSpacings = 2.5;
+// An edge that moved less, in its length, and turned less (cos 5 degrees) is not judged again.
+constexpr double kAlikeLength = 0.05, kAlikeCosine = 0.996;
 constexpr size_t kShortestRun = 3;
 // Least mean evidence of the edges of a run.
 constexpr double kRunEvidence = 24;
@@ -49,6 +52,7 @@ enum class Verdict : uint8_t { kSmooth, kWeak, kStrong };
 
 struct Candidate {
   Verdict verdict = Verdict::kSmooth;
+  std::optional<EdgePlace> place;  // where it was judged, nothing for what was not
   std::optional<CreasePlanes> planes;
 };
 
@@ -66,36 +70,61 @@ int Opposite(const Eigen::Matrix3Xi& faces, int face, int a, int b) {
   return -1;
 }
 
-Candidate Judge(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& p,
-                const Vector3d& q, const std::array<Vector3d, 2>& normals,
-                const std::array<Vector3d, 2>& opposite) {
-  Candidate candidate;
-  const double length = (q - p).norm();
-  if (!(length > 0)) return candidate;
+EdgePlace PlaceOf(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 2>& normals,
+                  const std::array<Vector3d, 2>& opposite) {
   EdgePlace place;
   place.middle = (p + q) / 2;
-  place.along = (q - p) / length;
+  place.along = (q - p).normalized();
   place.normal = normals;
   for (int k = 0; k < 2; ++k) {
     const Vector3d way = opposite[k] - place.middle;
     place.inward[k] = (way - place.along * place.along.dot(way)).normalized();
   }
-  candidate.planes = FitCreasePlanes(cloud, index, place);
-  if (!candidate.planes) return candidate;
-  const CreasePlanes& planes = *candidate.planes;
+  return place;
+}
+
+Verdict VerdictOf(const CreasePlanes& planes, const EdgePlace& place, double length) {
   const double off = (planes.at - place.middle).norm();
   if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned ||
       off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
-    return candidate;
+    return Verdict::kSmooth;
   }
-  if (planes.evidence > kWeakEvidence) candidate.verdict = Verdict::kWeak;
-  if (planes.evidence > kStrongEvidence) candidate.verdict = Verdict::kStrong;
+  if (planes.evidence > kStrongEvidence) return Verdict::kStrong;
+  return planes.evidence > kWeakEvidence ? Verdict::kWeak : Verdict::kSmooth;
+}
+
+// Whether the points would say the same of both places.
+bool Alike(const EdgePlace& a, const EdgePlace& b, double length) {
+  return (a.middle - b.middle).norm() < kAlikeLength * length &&
+         std::abs(a.along.dot(b.along)) > kAlikeCosine;
+}
+
+// `before`: what was said of the edge earlier.
+Candidate Judge(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& p,
+                const Vector3d& q, const std::array<Vector3d, 2>& normals,
+                const std::array<Vector3d, 2>& opposite, const Candidate* before = nullptr) {
+  Candidate candidate;
+  const double length = (q - p).norm();
+  if (!(length > 0)) return candidate;
+  const EdgePlace place = PlaceOf(p, q, normals, opposite);
+  if (before != nullptr && before->place && Alike(*before->place, place, length)) {
+    candidate = *before;
+  } else {
+    candidate.place = place;
+    candidate.planes = FitCreasePlanes(cloud, index, place);
+  }
+  candidate.verdict =
+      candidate.planes ? VerdictOf(*candidate.planes, place, length) : Verdict::kSmooth;
   return candidate;
 }
+
+// Edges by their ends.
+using Judgements = std::map<std::pair<int, int>, Candidate>;
 
 absl::StatusOr<std::vector<Candidate>> JudgeEdges(const OrientedCloud& cloud,
                                                   const PointIndex& index, const ControlMesh& mesh,
                                                   const MeshTopology& topology,
+                                                  const Judgements& earlier,
                                                   const RunContext& context) {
   std::vector<Candidate> candidates(static_cast<size_t>(topology.edge_count()));
   RILIEVO_RETURN_IF_ERROR(
@@ -110,8 +139,9 @@ absl::StatusOr<std::vector<Candidate>> JudgeEdges(const OrientedCloud& cloud,
             opposite[k] = mesh.vertices.col(Opposite(mesh.faces, face, a, b));
           }
           if (normals[0].dot(normals[1]) > kLeastFold) continue;
-          candidates[e] =
-              Judge(cloud, index, mesh.vertices.col(a), mesh.vertices.col(b), normals, opposite);
+          const auto before = earlier.find({a, b});
+          candidates[e] = Judge(cloud, index, mesh.vertices.col(a), mesh.vertices.col(b), normals,
+                                opposite, before == earlier.end() ? nullptr : &before->second);
         }
       }));
   return candidates;
@@ -293,8 +323,9 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (!tags[e]) continue;
     for (int k = 0; k < 2; ++k) {
       const int v = topology.edge_vertices(k, e);
-      for (const SidePlane& side : candidates[e].planes->sides) {
-        quadrics[v].AddPlane(side.normal, side.offset * side.normal, 1);
+      for (int side = 0; side < 2; ++side) {
+        const SidePlane tangent = candidates[e].planes->TangentAt(side, mesh->vertices.col(v));
+        quadrics[v].AddPlane(tangent.normal, tangent.offset * tangent.normal, 1);
       }
       reach[v] = std::max(reach[v], 3 * candidates[e].planes->spacing);
     }
@@ -319,21 +350,37 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
   }
 }
 
-// Where a crease turns sharply between its two edges.
-std::vector<int> TurningCorners(const ControlMesh& mesh) {
-  std::vector<std::vector<int>> ends(static_cast<size_t>(mesh.vertices.cols()));
-  for (const Crease& crease : mesh.creases) {
-    ends[crease.a].push_back(crease.b);
-    ends[crease.b].push_back(crease.a);
+// The way of the crease along one of its edges from a vertex, as the sides meet there.
+Vector3d WayOut(const CreasePlanes& planes, const Vector3d& from, const Vector3d& to) {
+  const Vector3d chord = (to - from).normalized();
+  const Vector3d way =
+      planes.TangentAt(0, from).normal.cross(planes.TangentAt(1, from).normal).normalized();
+  return way.dot(chord) < 0 ? Vector3d(-way) : way;
+}
+
+// Where a crease turns sharply between its two edges, more than the curvature of its sides says.
+std::vector<int> TurningCorners(const ControlMesh& mesh, const MeshTopology& topology,
+                                const std::vector<Candidate>& candidates,
+                                const std::vector<uint8_t>& tags) {
+  std::vector<std::vector<int>> edges(static_cast<size_t>(topology.vertex_count));
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    if (!tags[e]) continue;
+    for (int k = 0; k < 2; ++k) edges[topology.edge_vertices(k, e)].push_back(e);
   }
   std::vector<int> corners;
-  for (size_t v = 0; v < ends.size(); ++v) {
-    if (ends[v].size() != 2) continue;
-    const Vector3d at = mesh.vertices.col(v);
-    const Vector3d back = at - mesh.vertices.col(ends[v][0]);
-    const Vector3d on = mesh.vertices.col(ends[v][1]) - at;
-    if (back.dot(on) < kCornerCosine * back.norm() * on.norm())
-      corners.push_back(static_cast<int>(v));
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (edges[v].size() != 2) continue;
+    std::array<Vector3d, 2> chord, way;
+    for (int k = 0; k < 2; ++k) {
+      const int e = edges[v][k];
+      const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+      const Vector3d from = mesh.vertices.col(v), to = mesh.vertices.col(a == v ? b : a);
+      chord[k] = (to - from).normalized();
+      way[k] = WayOut(*candidates[e].planes, from, to);
+    }
+    if (-chord[0].dot(chord[1]) < kCornerCosine && -way[0].dot(way[1]) < kCornerCosine) {
+      corners.push_back(v);
+    }
   }
   return corners;
 }
@@ -344,23 +391,30 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                         const RunContext& context, ControlMesh* mesh) {
   const ControlMesh given = *mesh;
   constexpr int kFlipRounds = 3;
+  Judgements earlier;
   for (int round = 0;; ++round) {
     const int vertex_count = static_cast<int>(mesh->vertices.cols());
     RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                              BuildMeshTopology(mesh->faces, vertex_count));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<Candidate> candidates,
-                             JudgeEdges(cloud, index, *mesh, topology, context));
+                             JudgeEdges(cloud, index, *mesh, topology, earlier, context));
     std::vector<uint8_t> tags = Tags(topology, candidates);
     if (round < kFlipRounds) {
       MoveOntoCreases(cloud, index, topology, candidates, tags, mesh);
-      if (FlipAcross(cloud, index, topology, tags, mesh) > 0) continue;
+      if (FlipAcross(cloud, index, topology, tags, mesh) > 0) {
+        for (int e = 0; e < topology.edge_count(); ++e) {
+          if (!candidates[e].place) continue;
+          earlier[{topology.edge_vertices(0, e), topology.edge_vertices(1, e)}] = candidates[e];
+        }
+        continue;
+      }
     }
     OpenTriangles(topology, *mesh, &tags);
     RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, candidates, mesh, &tags));
     if (mesh->creases.empty()) {
       *mesh = given;
     } else {
-      mesh->corners = TurningCorners(*mesh);
+      mesh->corners = TurningCorners(*mesh, topology, candidates, tags);
     }
     return absl::OkStatus();
   }

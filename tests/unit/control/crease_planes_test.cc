@@ -99,6 +99,42 @@ TEST(CreasePlanesTest, BentSurfacesAreBetterExplainedByAQuadric) {
   }
 }
 
+TEST(CreasePlanesTest, TheRimOfAHoleIsACrease) {
+  // A hole of five spacings' radius through a plate: its wall bends along the rim.
+  const double spacing = std::sqrt(4 / (std::numbers::pi * kPoints)), radius = 5 * spacing;
+  Random random(5);
+  const double wall = 2 * std::numbers::pi * radius * 0.5;
+  const OrientedCloud cloud = CloudOf(kPoints, 1, [&]() -> std::pair<Vector3d, Vector3d> {
+    if (random.Uniform(0, 1) < wall) {
+      const double turn = random.Uniform(-std::numbers::pi, std::numbers::pi);
+      const Vector3d out(std::cos(turn), std::sin(turn), 0);
+      return {radius * out - random.Uniform(0, 0.5) * Vector3d::UnitZ(), -out};
+    }
+    for (;;) {
+      const Vector3d at(random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5), 0);
+      if (at.norm() > radius) return {at, Vector3d::UnitZ()};
+    }
+  });
+  const PointIndex index(cloud.points);
+  EdgePlace place;
+  place.middle = {radius, 0, 0};
+  place.along = Vector3d::UnitY();
+  place.normal = {Vector3d(-1, 0, 0.5).normalized(), Vector3d(-0.5, 0, 1).normalized()};
+  place.inward = {-Vector3d::UnitZ(), Vector3d::UnitX()};
+  const auto fit = FitCreasePlanes(cloud, index, place);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_GT(fit->evidence, 20);
+  EXPECT_NEAR(fit->cosine, 0, 0.05);
+  EXPECT_NEAR((fit->at - place.middle).norm(), 0, 0.2 * spacing);
+  // The rim two spacings on: the wall has turned, the plate has not.
+  const double turn = 2 * spacing / radius;
+  const Vector3d on = radius * Vector3d(std::cos(turn), std::sin(turn), 0);
+  const SidePlane turned = fit->TangentAt(0, on), level = fit->TangentAt(1, on);
+  EXPECT_GT(turned.normal.dot(-on / radius), 0.99);
+  EXPECT_NEAR(turned.normal.dot(on), turned.offset, 0.3 * spacing);
+  EXPECT_GT(level.normal.z(), 0.99);
+}
+
 TEST(CreasePlanesTest, ThinWallsAreLeftAlone) {
   // A wall of one and a half spacings: across from the edge's points lie those of its other side.
   const Vector3d half(0.3, 0.3, 0.005);
