@@ -54,6 +54,12 @@ def reconstruct(a, server, cloud, out, *options):
     return run
 
 
+def edges_of(a, truth, mesh):
+    text = subprocess.run([os.path.join(a.bin, "rilievo_edge_error"), truth, mesh],
+                          capture_output=True, text=True, check=True)
+    return json.loads(text.stdout)
+
+
 def measure_cloud(a, server, evaluate, cloud, truth, work, *options):
     """One cloud through the server; a dict of figures."""
     name = os.path.splitext(os.path.basename(cloud))[0]
@@ -70,6 +76,11 @@ def measure_cloud(a, server, evaluate, cloud, truth, work, *options):
         text = subprocess.run([evaluate, truth, mesh, "--json"], capture_output=True, text=True,
                               check=True)
         row["truth"] = json.loads(text.stdout)
+        if re.match(r"mechpart|featuretype", name):
+            row["edges"] = edges_of(a, truth, mesh)
+            print(f"  {name}: near sharp edges RMS {row['edges']['near_rms']:.4f}, the edges "
+                  f"themselves {row['edges']['edge_rms']:.4f}, "
+                  f"{100 * row['edges']['edge_within']:.0f} % of them within 0.1 %", flush=True)
     return row
 
 
