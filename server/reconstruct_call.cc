@@ -27,7 +27,7 @@ ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerC
   ReconstructCall* reactor = call.get();
   // Held until the first operation is started: a Stop() from elsewhere comes after it.
   const std::lock_guard lock(reactor->mutex_);
-  core->live_calls.Enter(call);
+  core->live_calls.Enter(call, call->caller_.client);
   reactor->self_ = std::move(call);
   if (core->draining) {
     reactor->Fail(ShutdownError());

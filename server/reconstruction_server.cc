@@ -1,5 +1,6 @@
 #include "server/reconstruction_server.h"
 
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,13 @@ constexpr std::chrono::milliseconds kLingerTime{100};
 // length together before it compares it with its limit; over this it cancels streams instead, with
 // RESOURCE_EXHAUSTED. 64 uploads at full speed stay below.
 constexpr size_t kTransportBytes = 24 << 20;
+
+// gRPC's clients take an answer in HTTP/1.1 for a connection that failed, and come back after
+// growing pauses.
+constexpr std::string_view kTooManyConnections =
+    "HTTP/1.1 503 Service Unavailable\r\nRetry-After: 2\r\nConnection: close\r\n"
+    "Content-Type: text/plain\r\nContent-Length: 60\r\n\r\n"
+    "as many connections as this server takes are open; try again";
 
 // A gzip bomb must not be inflated. Disabling the algorithms makes gRPC refuse the call when its
 // headers name one; without the decompression filter nothing inflates a message before that check,
@@ -148,11 +156,16 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   }
   if (!result->server_) return absl::InternalError("gRPC did not start");
   if (result->listener_) {
-    result->listener_->Start([to = std::shared_ptr(std::move(connections))](FileDescriptor one) {
-      grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
-      connection.fd = one.Release();
-      to->HandleNewConnection(&connection);
-    });
+    result->connections_ =
+        std::make_unique<OpenConnections>(options.max_connections, options.max_address_connections);
+    result->listener_->Start(
+        [server = result.get(), to = std::shared_ptr(std::move(connections))](FileDescriptor one) {
+          if (!server->TakeConnection(one)) return;
+          grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+          connection.fd = one.Release();
+          to->HandleNewConnection(&connection);
+        },
+        [metrics = result->core_->metrics] { metrics->CountRefusedConnection("HANDLES"); });
   }
   if (!embedded) {
     result->address_ = result->listener_ ? BoundAddress(options.listen, result->listener_->port())
@@ -165,13 +178,26 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   return result;
 }
 
+bool ReconstructionServer::TakeConnection(const FileDescriptor& connection) {
+  using Verdict = OpenConnections::Verdict;
+  const Verdict verdict = connections_->Take(connection);
+  if (verdict == Verdict::kTaken) return true;
+  core_->metrics->CountRefusedConnection(verdict == Verdict::kTooMany ? "ALL" : "ADDRESS");
+  // TLS has no words before its handshake, which would cost more than the refusal saves.
+  if (core_->options.tls_certificate.empty()) {
+    connection.Send(kTooManyConnections.data(), kTooManyConnections.size()).IgnoreError();
+  }
+  return false;
+}
+
 ServerState ReconstructionServer::State() const {
   const JobPool::State pool = core_->pool.state();
   return {.queued = pool.waiting,
           .running = pool.running,
           .oldest_wait_seconds = pool.oldest_wait.count(),
           .streams = core_->live_calls.size(),
-          .foreign_requests = jobs_->foreign_requests()};
+          .foreign_requests = jobs_->foreign_requests(),
+          .connections = connections_ ? connections_->size() : 0};
 }
 
 std::shared_ptr<ServerMetrics> ReconstructionServer::metrics() const { return core_->metrics; }

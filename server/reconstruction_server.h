@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "server/conversion/server_options.h"
+#include "server/doors/open_connections.h"
 #include "server/eyes/job_log.h"
 #include "server/system/connection_listener.h"
 #include "server/worker/job_work.h"
@@ -64,6 +65,8 @@ class ReconstructionServer {
                                                                      bool embedded, JobWork work,
                                                                      JobLog log);
 
+  // `connection` is accepted: counts it, or tells its client why it is closed.
+  bool TakeConnection(const FileDescriptor& connection);
   ServerState State() const;
 
   std::unique_ptr<TemporaryFolder> temporary_;
@@ -73,6 +76,7 @@ class ReconstructionServer {
   std::unique_ptr<JobsService> jobs_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;  // follow their files while they live
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<OpenConnections> connections_;
   std::unique_ptr<ConnectionListener> listener_;
   std::string address_;
 };

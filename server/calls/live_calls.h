@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <unordered_map>
 #include <vector>
@@ -42,7 +43,8 @@ class LiveCalls {
   LiveCalls(const LiveCalls&) = delete;
   LiveCalls& operator=(const LiveCalls&) = delete;
 
-  void Enter(const std::shared_ptr<LiveCall>& call);
+  // `client`: whose it is, see size(); a kept job is nobody's.
+  void Enter(const std::shared_ptr<LiveCall>& call, const std::string& client = "");
   // The last thing a call does.
   void Leave(const LiveCall* call);
 
@@ -53,13 +55,22 @@ class LiveCalls {
 
   int size() const;
 
+  // Of one client.
+  int size(const std::string& client) const;
+
  private:
+  struct Entry {
+    std::weak_ptr<LiveCall> call;
+    std::string client;
+  };
+
   std::vector<std::shared_ptr<LiveCall>> Snapshot() const;
   void TickUntil(const std::stop_token& stop);
 
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
-  std::unordered_map<const LiveCall*, std::weak_ptr<LiveCall>> calls_;
+  std::unordered_map<const LiveCall*, Entry> calls_;
+  std::unordered_map<std::string, int> of_client_;
   std::jthread ticker_;
 };
 

@@ -3,6 +3,9 @@
 #include <chrono>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "server/calls/client_places.h"
+
 namespace rilievo {
 
 ServiceCore::ServiceCore(const ServerOptions& server_options, JobWork job_work, JobLog job_log,
@@ -17,15 +20,19 @@ ServiceCore::ServiceCore(const ServerOptions& server_options, JobWork job_work, 
 std::optional<CallError> ServiceCore::AdmitStream(const grpc::CallbackServerContext& context,
                                                   Caller* caller) const {
   if (auto error = door->Admit(context, caller)) return error;
-  if (live_calls.size() < options.max_calls) return std::nullopt;
-  return CallError{.code = absl::StatusCode::kResourceExhausted,
-                   .message = "as many calls as this server takes are under way; try again later",
-                   .reason = "CALLS_LIMIT",
-                   .retry_delay = std::chrono::seconds(2)};
+  const int own = live_calls.size(caller->client);
+  if (MayTakePlace(options.max_calls, live_calls.size(), own)) return std::nullopt;
+  return CallError{
+      .code = absl::StatusCode::kResourceExhausted,
+      .message = absl::StrCat("as many calls as this server takes of one client, or of "
+                              "all, are under way (",
+                              own, " are yours); try again later"),
+      .reason = "CALLS_LIMIT",
+      .retry_delay = std::chrono::seconds(2)};
 }
 
 void ServiceCore::Report(const JobRecord& record) const {
-  metrics->CountJob(record);
+  record.id.empty() ? metrics->CountJob(record) : metrics->CountAttempt(record);
   if (log) log(record);
 }
 

@@ -22,11 +22,11 @@ struct ServiceCore {
               std::unique_ptr<const Doorkeeper> doorkeeper);
 
   // As the doorkeeper's Admit(); then RESOURCE_EXHAUSTED, CALLS_LIMIT, when as many streams are
-  // under way as the server takes.
+  // under way as the server takes, or as it takes of this client (MayTakePlace()).
   std::optional<CallError> AdmitStream(const grpc::CallbackServerContext& context,
                                        Caller* caller) const;
 
-  // A job has ended: counts it and logs it.
+  // A job, or an attempt at a kept one, has ended: counts it and logs it.
   void Report(const JobRecord& record) const;
 
   const ServerOptions options;

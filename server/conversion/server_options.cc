@@ -43,6 +43,15 @@ absl::Status ServerOptions::Validate() const {
   if (max_calls < 1 || max_calls > 1'000'000) {
     return Outside("max_calls", max_calls, "[1, 1000000]");
   }
+  if (max_uploads < 1 || max_uploads > 1'000'000) {
+    return Outside("max_uploads", max_uploads, "[1, 1000000]");
+  }
+  if (max_connections < 1 || max_connections > 1'000'000) {
+    return Outside("max_connections", max_connections, "[1, 1000000]");
+  }
+  if (max_address_connections < 1 || max_address_connections > 1'000'000) {
+    return Outside("max_address_connections", max_address_connections, "[1, 1000000]");
+  }
   if (max_connection_streams < 1 || max_connection_streams > 100'000) {
     return Outside("max_connection_streams", max_connection_streams, "[1, 100000]");
   }

@@ -46,8 +46,11 @@ struct ServerOptions {
   bool allow_plaintext = false;  // though other machines reach `listen`
   bool ephemeral =
       false;  // without `store`: keep jobs in a temporary folder that ends with the server
-  int max_calls = 1024;              // streams under way, all clients together, [1, 1000000]
-  int max_connection_streams = 128;  // calls under way on one connection, [1, 100000]
+  int max_calls = 1024;               // streams under way, all clients together, [1, 1000000]
+  int max_uploads = 64;               // of them UploadScan, [1, 1000000]
+  int max_connections = 1024;         // open at a time, [1, 1000000]
+  int max_address_connections = 256;  // of them of one address, [1, 1000000]
+  int max_connection_streams = 128;   // calls under way on one connection, [1, 100000]
   // A connection that is silent for so long is asked whether its peer lives, and closed without an
   // answer. Both > 0.
   std::chrono::milliseconds keepalive_time{20'000};

@@ -113,10 +113,4 @@ std::optional<std::string> AccessTokens::OwnerOf(absl::string_view token) const 
   return found->first;
 }
 
-size_t AccessTokens::size() const {
-  size_t count = 0;
-  for (const auto& [name, known] : fingerprints_) count += known.size();
-  return count;
-}
-
 }  // namespace rilievo

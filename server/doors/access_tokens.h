@@ -33,8 +33,6 @@ class AccessTokens {
   // The name whose token it is. The time it takes tells nothing of a secret.
   std::optional<std::string> OwnerOf(absl::string_view token) const;
 
-  size_t size() const;
-
  private:
   struct Fingerprint {
     std::string salt;

@@ -6,7 +6,6 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/string_view.h"
-#include "absl/strings/strip.h"
 #include "core/base/status_macros.h"
 #include "grpcpp/server_context.h"
 #include "server/eyes/trace_parent.h"

@@ -58,6 +58,11 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
                                     .Name("rilievo_jobs_ended_total")
                                     .Help("Jobs that ended, by kind and status")
                                     .Register(registry);
+  Family<Counter>& attempts_ended =
+      prometheus::BuildCounter()
+          .Name("rilievo_attempts_ended_total")
+          .Help("Attempts at kept jobs that ended, by status; ABORTED: the worker was killed")
+          .Register(registry);
   Family<Counter>& calls = prometheus::BuildCounter()
                                .Name("rilievo_calls_total")
                                .Help("RPCs that ended, by method and status code")
@@ -90,6 +95,16 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
                        .Help("Streams and kept jobs under way")
                        .Register(registry)
                        .Add({});
+  Gauge& connections = prometheus::BuildGauge()
+                           .Name("rilievo_connections")
+                           .Help("Connections that are open")
+                           .Register(registry)
+                           .Add({});
+  Family<Counter>& connections_refused =
+      prometheus::BuildCounter()
+          .Name("rilievo_connections_refused_total")
+          .Help("Connections that were closed at once, by the limit that they met")
+          .Register(registry);
   Gauge& resident = prometheus::BuildGauge()
                         .Name("process_resident_memory_bytes")
                         .Help("Memory of the server itself, without its workers")
@@ -107,6 +122,8 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
                       .Add({});
   Counter& other_owner = refusals.Add({{"reason", "OTHER_OWNER"}});
 
+  void CountTimes(const char* kind, const JobRecord& record);
+
   mutable std::mutex mutex;  // of what follows
   std::function<ServerState()> state;
 
@@ -119,6 +136,7 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
       running.Set(now.running);
       oldest.Set(now.oldest_wait_seconds);
       streams.Set(now.streams);
+      connections.Set(now.connections);
       other_owner.Increment(static_cast<double>(now.foreign_requests) - other_owner.Value());
     }
     return registry.Collect();
@@ -134,16 +152,33 @@ void ServerMetrics::Watch(std::function<ServerState()> state) {
   registers_->state = std::move(state);
 }
 
-void ServerMetrics::CountJob(const JobRecord& record) {
-  const std::string kind = record.id.empty() ? "call" : "kept";
-  registers_->jobs_ended.Add({{"kind", kind}, {"status", absl::StatusCodeToString(record.code)}})
-      .Increment();
+void ServerMetrics::Registers::CountTimes(const char* kind, const JobRecord& record) {
   if (record.work_seconds > 0) {
-    registers_->job_seconds.Add({{"kind", kind}}, Buckets()).Observe(record.work_seconds);
+    job_seconds.Add({{"kind", kind}}, Buckets()).Observe(record.work_seconds);
   }
   for (const auto& [stage, seconds] : record.stage_seconds) {
-    registers_->stage_seconds.Add({{"stage", stage}}, Buckets()).Observe(seconds);
+    stage_seconds.Add({{"stage", stage}}, Buckets()).Observe(seconds);
   }
+}
+
+void ServerMetrics::CountJob(const JobRecord& record) {
+  registers_->jobs_ended.Add({{"kind", "call"}, {"status", absl::StatusCodeToString(record.code)}})
+      .Increment();
+  registers_->CountTimes("call", record);
+}
+
+void ServerMetrics::CountAttempt(const JobRecord& record) {
+  registers_->attempts_ended.Add({{"status", absl::StatusCodeToString(record.code)}}).Increment();
+  registers_->CountTimes("kept", record);
+}
+
+void ServerMetrics::CountKeptJob(absl::StatusCode code) {
+  registers_->jobs_ended.Add({{"kind", "kept"}, {"status", absl::StatusCodeToString(code)}})
+      .Increment();
+}
+
+void ServerMetrics::CountRefusedConnection(const std::string& reason) {
+  registers_->connections_refused.Add({{"reason", reason}}).Increment();
 }
 
 void ServerMetrics::CountReceived(int64_t bytes) {

@@ -21,6 +21,7 @@ struct ServerState {
   double oldest_wait_seconds = 0;  // of those queued
   int streams = 0;                 // calls and kept jobs under way
   int64_t foreign_requests = 0;    // so far, for a job of another owner
+  int connections = 0;             // that are open
 };
 
 // Thread-safe. Counts from the start of the server; names begin with "rilievo_".
@@ -29,8 +30,19 @@ class ServerMetrics {
   ServerMetrics();
   ~ServerMetrics();
 
-  // An ended job: jobs_ended_total{kind, status}, stage_seconds{stage}, job_seconds{kind}.
+  // A call of Reconstruct: jobs_ended_total{kind="call", status}, stage_seconds{stage},
+  // job_seconds{kind}.
   void CountJob(const JobRecord& record);
+
+  // One attempt at a kept job: attempts_ended_total{status}, and the times of CountJob().
+  void CountAttempt(const JobRecord& record);
+
+  // A kept job that is finished, however many attempts it took: jobs_ended_total{kind="kept",
+  // status}.
+  void CountKeptJob(absl::StatusCode code);
+
+  // connections_refused_total{reason}.
+  void CountRefusedConnection(const std::string& reason);
 
   // Of scans, received_bytes_total; of surfaces, sent_bytes_total.
   void CountReceived(int64_t bytes);
@@ -40,8 +52,8 @@ class ServerMetrics {
   void CountCall(const std::string& method, const grpc::Status& status);
 
   // `state` is asked at each collection, until this object is gone or the next call, {} for none:
-  // jobs{state}, queue_oldest_seconds, streams, and refusals_total{reason="OTHER_OWNER"}. Not while
-  // a collection holds what `state` needs.
+  // jobs{state}, queue_oldest_seconds, streams, connections, and
+  // refusals_total{reason="OTHER_OWNER"}. Not while a collection holds what `state` needs.
   void Watch(std::function<ServerState()> state);
 
   // All of it, and process_resident_memory_bytes; for a MetricsPort or a test.

@@ -1,5 +1,6 @@
 #include "server/jobs/job_board.h"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -13,6 +14,12 @@ namespace {
 
 // A worker that is killed again and again, by the kernel for want of memory, will be so for ever.
 constexpr int kMaxKills = 10;
+
+absl::StatusCode CodeOf(const v1::Job& job) {
+  if (job.state() == v1::JOB_STATE_SUCCEEDED) return absl::StatusCode::kOk;
+  if (job.state() == v1::JOB_STATE_CANCELLED) return absl::StatusCode::kCancelled;
+  return static_cast<absl::StatusCode>(job.error().code());
+}
 
 absl::Status Stopping() { return absl::UnavailableError("the server is shutting down"); }
 
@@ -62,6 +69,13 @@ void JobBoard::Submit(const std::string& job_id, LiveJob* live) {
 int JobBoard::size() const {
   const std::lock_guard lock(mutex_);
   return static_cast<int>(jobs_.size());
+}
+
+int JobBoard::size(const std::string& client) const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<int>(std::count_if(jobs_.begin(), jobs_.end(), [&](const auto& job) {
+    return job.second.stored.client == client;
+  }));
 }
 
 std::shared_ptr<JobEvents> JobBoard::EventsOf(const std::string& job_id) const {
@@ -120,6 +134,7 @@ void JobBoard::Publish(const v1::Job& job) {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job.job_id());
   if (found == jobs_.end()) return;
+  core_->metrics->CountKeptJob(CodeOf(job));
   found->second.events->Push(job);
   jobs_.erase(found);
 }

@@ -39,8 +39,9 @@ class JobBoard {
   // Queues a job that the store holds.
   void Add(StoredJob stored);
 
-  // How many are not finished.
+  // How many are not finished; and of one client.
   int size() const;
+  int size(const std::string& client) const;
 
   // The job as CANCELLED, or as it ended before. Waits for the disk.
   absl::StatusOr<v1::Job> Cancel(const std::string& owner, const std::string& job_id);

@@ -38,12 +38,9 @@ std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRe
   return CheckMemory(std::get<JobRequest>(parsed), core.service->options);
 }
 
-std::optional<CallError> CheckScan(const JobsCore& core, const v1::CreateJobRequest& request) {
-  const auto scan = core.store->blobs().Read(request.scan_id());
-  if (absl::IsNotFound(scan.status())) {
-    return CallError{.code = absl::StatusCode::kNotFound,
-                     .message = "scan_id: there is no such scan; upload it, then repeat"};
-  }
+std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
+                                   const v1::CreateJobRequest& request) {
+  const auto scan = core.store->ReadScan(caller.owner, request.scan_id());
   if (!scan.ok()) return ErrorOfStore(scan.status());
   const auto size = scan->Size();
   if (!size.ok()) return ErrorOfStore(size.status());
@@ -53,10 +50,15 @@ std::optional<CallError> CheckScan(const JobsCore& core, const v1::CreateJobRequ
                                            " bytes; the scan has another size")}});
 }
 
-std::optional<CallError> CheckRoom(const JobsCore& core) {
-  if (core.board.size() < core.service->options.max_waiting_jobs) return std::nullopt;
+std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {
+  const int own = core.board.size(caller.client);
+  if (MayTakePlace(core.service->options.max_waiting_jobs, core.board.size(), own)) {
+    return std::nullopt;
+  }
   return CallError{.code = absl::StatusCode::kResourceExhausted,
-                   .message = "as many jobs as this server takes are waiting; try again later",
+                   .message = absl::StrCat("as many jobs as this server takes of one client, or of "
+                                           "all, are waiting (",
+                                           own, " are yours); try again later"),
                    .reason = "JOBS_LIMIT",
                    .retry_delay = core.service->pool.RetryDelay()};
 }
@@ -95,8 +97,8 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   const auto known = core->store->Find(caller.owner, request.request_id());
   if (!known.ok()) return Refused(known.status());
   if (*known) return Known(**known, request, response->mutable_job());
-  if (const auto error = CheckScan(*core, request)) return Refused(*error);
-  if (const auto error = CheckRoom(*core)) return Refused(*error);
+  if (const auto error = CheckScan(*core, caller, request)) return Refused(*error);
+  if (const auto error = CheckRoom(*core, caller)) return Refused(*error);
 
   StoredJob stored{caller.owner, caller.client, request.header(), "", {}};
   stored.job.set_job_id(NewJobId());

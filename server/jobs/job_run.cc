@@ -107,9 +107,10 @@ void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double se
   JobRecord record;
   record.job = number_;
   record.id = job.job_id();
-  record.code = job.state() == v1::JOB_STATE_SUCCEEDED ? absl::StatusCode::kOk
-                : outcome.kind == JobOutcome::Kind::kAbandoned
-                    ? absl::StatusCode::kCancelled
+  record.code = job.state() == v1::JOB_STATE_SUCCEEDED         ? absl::StatusCode::kOk
+                : outcome.kind == JobOutcome::Kind::kAbandoned ? absl::StatusCode::kCancelled
+                : outcome.kind == JobOutcome::Kind::kKilled
+                    ? absl::StatusCode::kAborted
                     : static_cast<absl::StatusCode>(job.error().code());
   record.detail = detail;
   record.points_announced = static_cast<int64_t>(stored_.header.point_count());

@@ -1,10 +1,10 @@
 // What the calls of JobsService share.
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <optional>
 
+#include "server/calls/client_places.h"
 #include "server/calls/service_core.h"
 #include "server/jobs/disk_pool.h"
 #include "server/jobs/job_board.h"
@@ -23,14 +23,15 @@ struct JobsCore {
         keeper(store.get(), {.age_ms = service_core->options.keep_time.count(),
                              .bytes = service_core->options.keep_bytes}),
         board(service_core, store.get()),
+        uploads(service_core->options.max_uploads),
         disk(kDiskThreads) {}
 
   ServiceCore* const service;
   const std::unique_ptr<JobStore> store;
   StoreKeeper keeper;
   JobBoard board;
-  std::atomic<int> uploads{0};  // streams under way
-  DiskPool disk;                // first to end: its tasks use all others
+  ClientPlaces uploads;  // of streams under way
+  DiskPool disk;         // first to end: its tasks use all others
 };
 
 }  // namespace rilievo

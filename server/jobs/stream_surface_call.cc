@@ -24,7 +24,7 @@ StreamSurfaceCall* StreamSurfaceCall::Begin(JobsCore* core, grpc::CallbackServer
   auto call = std::make_shared<StreamSurfaceCall>(core, context, std::move(caller), request);
   StreamSurfaceCall* reactor = call.get();
   const std::lock_guard lock(reactor->mutex_);
-  core->service->live_calls.Enter(call);
+  core->service->live_calls.Enter(call, call->caller_.client);
   reactor->self_ = std::move(call);
   reactor->PostNext();
   return reactor;

@@ -12,15 +12,15 @@
 namespace rilievo {
 namespace {
 
-constexpr int kMaxUploads = 64;  // streams at a time
-
 CallError Violation(const std::string& field, const std::string& description) {
   return BadRequestError({{field, description}});
 }
 
 CallError TooManyUploads() {
   return {.code = absl::StatusCode::kResourceExhausted,
-          .message = absl::StrCat(kMaxUploads, " scans are being uploaded; try again later"),
+          .message =
+              "as many scans as this server takes of one client, or of all, are being "
+              "uploaded; try again later",
           .reason = "JOBS_LIMIT",
           .retry_delay = std::chrono::seconds(2)};
 }
@@ -32,25 +32,28 @@ UploadScanCall* UploadScanCall::Begin(JobsCore* core, Caller caller,
   auto call = std::make_shared<UploadScanCall>(core, std::move(caller), response);
   UploadScanCall* reactor = call.get();
   const std::lock_guard lock(reactor->mutex_);
-  core->service->live_calls.Enter(call);
+  core->service->live_calls.Enter(call, call->caller_.client);
   reactor->self_ = std::move(call);
   if (core->service->draining) {
     reactor->FinishOnce(GrpcStatus(ShutdownError()));
-  } else if (core->uploads > kMaxUploads) {
+  } else if (!core->uploads.Take(reactor->caller_.client)) {
     reactor->FinishOnce(GrpcStatus(TooManyUploads()));
   } else {
+    reactor->placed_ = true;
     reactor->StartRead(&reactor->request_);
   }
   return reactor;
 }
 
 UploadScanCall::UploadScanCall(JobsCore* core, Caller caller, v1::UploadScanResponse* response)
-    : core_(core), caller_(std::move(caller)), response_(response), last_message_(Clock::now()) {
-  ++core_->uploads;
-}
+    : core_(core),
+      caller_(std::move(caller)),
+      response_(response),
+      begin_(Clock::now()),
+      last_message_(begin_) {}
 
 UploadScanCall::~UploadScanCall() {
-  --core_->uploads;
+  if (placed_) core_->uploads.Give(caller_.client);
   core_->service->live_calls.Leave(this);
 }
 
@@ -66,7 +69,7 @@ void UploadScanCall::OnReadDone(bool ok) {
     if (end) {
       call->FinishOnce(*end);
     } else if (call->stop_reason_ != StopReason::kNone) {
-      call->FinishOnce(GrpcStatus(StopError(call->stop_reason_, call->core_->service->options)));
+      call->FinishOnce(call->StatusOfStop());
     } else {
       call->StartRead(&call->request_);
     }
@@ -81,18 +84,34 @@ void UploadScanCall::OnDone() {
 }
 
 void UploadScanCall::Tick(Clock::time_point now) {
+  const ServerOptions& options = core_->service->options;
+  if (now - begin_ > options.max_job_time) {
+    Stop(StopReason::kUploadTime);  // a place is not held by a byte a minute
+    return;
+  }
   bool idle;
   {
     const std::lock_guard lock(mutex_);
-    idle = !busy_ && now - last_message_ > core_->service->options.max_idle_time;
+    idle = !busy_ && now - last_message_ > options.max_idle_time;
   }
   if (idle) Stop(StopReason::kIdle);
+}
+
+grpc::Status UploadScanCall::StatusOfStop() const {
+  CallError error = StopError(stop_reason_, core_->service->options);
+  if (stop_reason_ == StopReason::kUploadTime) {
+    error.message =
+        "this stream took as long as the server gives to one; go on in another from what "
+        "GetUpload says";
+    error.retry_delay = std::chrono::seconds(1);
+  }
+  return GrpcStatus(error);
 }
 
 void UploadScanCall::Stop(StopReason reason) {
   const std::lock_guard lock(mutex_);
   if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
-  if (!busy_) FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));
+  if (!busy_) FinishOnce(StatusOfStop());
 }
 
 void UploadScanCall::FinishOnce(const grpc::Status& status) {
@@ -161,6 +180,8 @@ std::optional<CallError> UploadScanCall::TakeEnd() {
   const absl::Status kept = writer_->Finish(static_cast<int64_t>(request_.end().total_bytes()),
                                             sha256, core_->store->blobs());
   if (!kept.ok()) return ErrorOfStore(kept);
+  const absl::Status owned = core_->store->AddScan(caller_.owner, sha256);
+  if (!owned.ok()) return ErrorOfStore(owned);
   response_->set_scan_id(sha256);
   response_->set_total_bytes(request_.end().total_bytes());
   ended_ = true;

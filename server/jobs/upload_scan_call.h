@@ -41,6 +41,8 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   std::optional<CallError> TakeChunk();
   std::optional<CallError> TakeEnd();
 
+  grpc::Status StatusOfStop() const;
+
   // With mutex_ held.
   void FinishOnce(const grpc::Status& status);
 
@@ -52,7 +54,9 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   v1::UploadScanRequest request_;                 // of the read in flight, then of the disk thread
   std::optional<PartialUploads::Writer> writer_;  // the disk thread's
   uint64_t total_bytes_ = 0;
-  bool ended_ = false;  // the scan is stored
+  bool ended_ = false;   // the scan is stored
+  bool placed_ = false;  // among the uploads
+  const Clock::time_point begin_;
 
   std::mutex mutex_;
   bool busy_ = false;  // a disk thread is at work

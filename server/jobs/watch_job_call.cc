@@ -20,7 +20,7 @@ WatchJobCall* WatchJobCall::Begin(JobsCore* core, Caller caller,
                                   const v1::WatchJobRequest& request) {
   auto call = std::make_shared<WatchJobCall>(core, std::move(caller), request);
   WatchJobCall* reactor = call.get();
-  core->service->live_calls.Enter(call);
+  core->service->live_calls.Enter(call, call->caller_.client);
   reactor->self_ = call;
   core->disk.Post([found = std::move(call)] { found->FindJob(); });
   return reactor;

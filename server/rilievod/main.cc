@@ -100,7 +100,15 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_flag_callback(
       "--no-reflection", [line] { line->reflection = "off"; }, "as --reflection off");
-  app->add_option("--max-calls", options.max_calls, "streams under way, all clients together")
+  app->add_option("--max-calls", options.max_calls,
+                  "streams under way, all clients together; one alone gets half")
+      ->capture_default_str();
+  app->add_option("--max-uploads", options.max_uploads, "scans that are being uploaded")
+      ->capture_default_str();
+  app->add_option("--max-connections", options.max_connections, "connections that are open")
+      ->capture_default_str();
+  app->add_option("--max-address-connections", options.max_address_connections,
+                  "of them of one address; raise it behind a proxy")
       ->capture_default_str();
   app->add_option("--max-connection-streams", options.max_connection_streams,
                   "calls under way on one connection")

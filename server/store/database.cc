@@ -71,7 +71,8 @@ std::string Query::Bytes(int column) const {
 
 void Database::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
 
-absl::StatusOr<Database> Database::Open(const std::string& path, int version, const char* schema) {
+absl::StatusOr<Database> Database::Open(const std::string& path, int version, const char* schema,
+                                        const char* from_previous) {
   sqlite3* handle = nullptr;
   const int code =
       sqlite3_open_v2(path.c_str(), &handle,
@@ -87,9 +88,10 @@ absl::StatusOr<Database> Database::Open(const std::string& path, int version, co
     RILIEVO_RETURN_IF_ERROR(query.Step().status());
     found = query.Integer(0);
   }
-  if (found == 0) {
-    const std::string all =
-        absl::StrCat("BEGIN; ", schema, "; PRAGMA user_version = ", version, "; COMMIT;");
+  const bool of_previous = from_previous != nullptr && found == version - 1;
+  if (found == 0 || of_previous) {
+    const std::string all = absl::StrCat("BEGIN; ", of_previous ? from_previous : schema,
+                                         "; PRAGMA user_version = ", version, "; COMMIT;");
     RILIEVO_RETURN_IF_ERROR(database.Execute(all.c_str()));
   } else if (found != version) {
     return absl::UnavailableError(absl::StrCat("the store is of version ", found,

@@ -48,9 +48,10 @@ class Query {
 // returns.
 class Database {
  public:
-  // Opened or made. UNAVAILABLE when it is of another `version` of its tables, which `schema`
-  // makes.
-  static absl::StatusOr<Database> Open(const std::string& path, int version, const char* schema);
+  // Opened or made. `schema` makes the tables of `version`; `from_previous`, when given, makes them
+  // of those of the version before. UNAVAILABLE when the tables are of another version.
+  static absl::StatusOr<Database> Open(const std::string& path, int version, const char* schema,
+                                       const char* from_previous = nullptr);
 
   absl::StatusOr<Query> Prepare(const char* sql);
 

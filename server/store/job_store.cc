@@ -11,7 +11,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int kSchemaVersion = 1;
+constexpr int kSchemaVersion = 2;
 // `number` only grows: the order of creation. `end_ms` is 0 while the job is not finished.
 constexpr char kSchema[] = R"(
   CREATE TABLE jobs(
@@ -26,7 +26,14 @@ constexpr char kSchema[] = R"(
     header BLOB NOT NULL,
     job BLOB NOT NULL,
     UNIQUE(owner, request_id));
-  CREATE INDEX jobs_by_end ON jobs(end_ms, number))";
+  CREATE INDEX jobs_by_end ON jobs(end_ms, number);
+  CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
+  CREATE INDEX scans_by_name ON scans(scan))";
+// Version 1 had no table of scans; whoever has a job of a scan sent it.
+constexpr char kFromVersion1[] = R"(
+  CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
+  CREATE INDEX scans_by_name ON scans(scan);
+  INSERT OR IGNORE INTO scans SELECT owner, scan FROM jobs)";
 
 constexpr char kColumns[] = "owner, client, surface, header, job";
 
@@ -56,8 +63,8 @@ absl::Status NoSuchJob() {
 absl::StatusOr<std::unique_ptr<JobStore>> JobStore::Open(const std::string& folder) {
   RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
   RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(Database database,
-                           Database::Open(folder + "/jobs.db", kSchemaVersion, kSchema));
+  RILIEVO_ASSIGN_OR_RETURN(Database database, Database::Open(folder + "/jobs.db", kSchemaVersion,
+                                                             kSchema, kFromVersion1));
   RILIEVO_ASSIGN_OR_RETURN(BlobFolder blobs, BlobFolder::Open(folder + "/blobs"));
   RILIEVO_ASSIGN_OR_RETURN(auto uploads, PartialUploads::Open(folder + "/uploads"));
   RILIEVO_RETURN_IF_ERROR(SyncFolder(folder));
@@ -69,9 +76,7 @@ absl::StatusOr<StoredJob> JobStore::Insert(const StoredJob& stored) {
   const std::lock_guard lock(mutex_);
   RILIEVO_ASSIGN_OR_RETURN(auto known, FindLocked(stored.owner, stored.job.request_id()));
   if (known) return *std::move(known);
-  if (!blobs_.Read(stored.job.scan_id()).ok()) {
-    return absl::NotFoundError("there is no such scan; upload it, then repeat");
-  }
+  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
       database_.Prepare("INSERT INTO jobs(job_id, owner, request_id, client, scan, surface, end_ms,"
@@ -82,6 +87,37 @@ absl::StatusOr<StoredJob> JobStore::Insert(const StoredJob& stored) {
   query.Bind(stored.header.SerializeAsString()).Bind(stored.job.SerializeAsString());
   RILIEVO_RETURN_IF_ERROR(query.Run());
   return stored;
+}
+
+absl::Status JobStore::AddScan(const std::string& owner, const std::string& scan) {
+  const std::lock_guard lock(mutex_);
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_.Prepare("INSERT OR IGNORE INTO scans VALUES(?, ?)"));
+  return query.Bind(owner).Bind(scan).Run();
+}
+
+absl::StatusOr<FileDescriptor> JobStore::ReadScan(const std::string& owner,
+                                                  const std::string& scan) {
+  const std::lock_guard lock(mutex_);
+  return ReadScanLocked(owner, scan);
+}
+
+absl::StatusOr<FileDescriptor> JobStore::ReadScanLocked(const std::string& owner,
+                                                        const std::string& scan) {
+  const absl::Status none = absl::NotFoundError("there is no such scan; upload it, then repeat");
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_.Prepare("SELECT 1 FROM scans WHERE owner = ? AND scan = ?"));
+  RILIEVO_ASSIGN_OR_RETURN(const bool owned, query.Bind(owner).Bind(scan).Step());
+  if (!owned) return none;
+  absl::StatusOr<FileDescriptor> file = blobs_.Read(scan);
+  if (absl::IsNotFound(file.status())) return none;
+  return file;
+}
+
+absl::Status JobStore::RemoveBlob(const std::string& blob) {
+  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM scans WHERE scan = ?"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Run());
+  return blobs_.Remove(blob);
 }
 
 absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::string& job_id) {
@@ -201,7 +237,7 @@ absl::StatusOr<int64_t> JobStore::RemoveUnusedBlobs(int64_t older_than_ms) {
   for (const FileEntry& file : files) {
     if (file.modified_ms < older_than_ms && !used.contains(file.name) &&
         !coming_.contains(file.name)) {
-      RILIEVO_RETURN_IF_ERROR(blobs_.Remove(file.name));
+      RILIEVO_RETURN_IF_ERROR(RemoveBlob(file.name));
     } else {
       left += file.bytes;
     }
@@ -219,7 +255,7 @@ absl::StatusOr<int64_t> JobStore::RemoveIfUnused(const std::string& blob) {
   const auto file = blobs_.Read(blob);
   if (!file.ok()) return 0;
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file->Size());
-  RILIEVO_RETURN_IF_ERROR(blobs_.Remove(blob));
+  RILIEVO_RETURN_IF_ERROR(RemoveBlob(blob));
   return bytes;
 }
 

@@ -48,8 +48,14 @@ class JobStore {
   // Made when it is not there. UNAVAILABLE when another process uses it.
   static absl::StatusOr<std::unique_ptr<JobStore>> Open(const std::string& folder);
 
+  // The scan of that name is `owner`'s too from now on: it showed that it has the bytes.
+  absl::Status AddScan(const std::string& owner, const std::string& scan);
+
+  // NOT_FOUND when there is none, or it is none of `owner`'s: to others it is as if it were not.
+  absl::StatusOr<FileDescriptor> ReadScan(const std::string& owner, const std::string& scan);
+
   // Keeps `job`, unless its owner has one of the same request_id: then that one is returned.
-  // NOT_FOUND when its scan is not stored.
+  // NOT_FOUND when its scan is not stored, or none of the owner's.
   absl::StatusOr<StoredJob> Insert(const StoredJob& job);
 
   // NOT_FOUND when there is none, or it is another's.
@@ -95,6 +101,8 @@ class JobStore {
         uploads_(std::move(uploads)) {}
 
   // With mutex_ held.
+  absl::StatusOr<FileDescriptor> ReadScanLocked(const std::string& owner, const std::string& scan);
+  absl::Status RemoveBlob(const std::string& blob);
   absl::StatusOr<std::optional<StoredJob>> FindLocked(const std::string& owner,
                                                       const std::string& request_id);
   absl::StatusOr<int64_t> RemoveOldestFinished();

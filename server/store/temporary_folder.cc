@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kPrefix[] = "rilievod-ephemeral-";
+constexpr char kNewPrefix[] = "rilievod-new-";
 
 // The folder of a server that runs is locked.
 void RemoveLeftBehind(const fs::path& base) {
@@ -39,13 +40,20 @@ void RemoveLeftBehind(const fs::path& base) {
 absl::StatusOr<std::unique_ptr<TemporaryFolder>> TemporaryFolder::Make() {
   std::error_code error;
   const fs::path base = fs::temp_directory_path(error);
-  std::string name = (base / absl::StrCat(kPrefix, "XXXXXX")).string();
-  if (error || mkdtemp(name.data()) == nullptr) {
+  std::string made = (base / absl::StrCat(kNewPrefix, "XXXXXX")).string();
+  if (error || mkdtemp(made.data()) == nullptr) {
     return absl::UnavailableError(
         "--ephemeral needs a folder for temporary files that can be written: set TMPDIR, or mount "
         "one at /tmp");
   }
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(name));
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(made));
+  // Only now: one of that name which is not locked was left behind.
+  std::string name = (base / absl::StrCat(kPrefix, made.substr(made.size() - 6))).string();
+  fs::rename(made, name, error);
+  if (error) {
+    fs::remove_all(made, error);
+    return absl::UnavailableError(absl::StrCat("--ephemeral cannot make ", name));
+  }
   RemoveLeftBehind(base);
   return std::unique_ptr<TemporaryFolder>(new TemporaryFolder(std::move(name), std::move(lock)));
 }

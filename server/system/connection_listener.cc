@@ -118,9 +118,9 @@ absl::Status ConnectionListener::Bind(const std::string& host, const std::string
   return sockets_.empty() ? failure : absl::OkStatus();
 }
 
-void ConnectionListener::Start(Take take) {
-  thread_ = std::jthread(
-      [this, take = std::move(take)](const std::stop_token& stop) { Run(stop, take); });
+void ConnectionListener::Start(Take take, std::function<void()> no_handle) {
+  thread_ = std::jthread([this, take = std::move(take), no_handle = std::move(no_handle)](
+                             const std::stop_token& stop) { Run(stop, take, no_handle); });
 }
 
 ConnectionListener::~ConnectionListener() {
@@ -129,7 +129,8 @@ ConnectionListener::~ConnectionListener() {
   wake_.Write(&one, sizeof(one)).IgnoreError();
 }
 
-void ConnectionListener::Run(const std::stop_token& stop, const Take& take) const {
+void ConnectionListener::Run(const std::stop_token& stop, const Take& take,
+                             const std::function<void()>& no_handle) const {
   std::vector<pollfd> polled;
   for (const FileDescriptor& one : sockets_) polled.push_back({one.number(), POLLIN, 0});
   polled.push_back({wake_.number(), POLLIN, 0});
@@ -140,7 +141,10 @@ void ConnectionListener::Run(const std::stop_token& stop, const Take& take) cons
       FileDescriptor connection(
           accept4(polled[i].fd, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
       if (connection.valid()) {
-        if (LeavesTooFew(connection)) continue;  // closed: its client comes back later
+        if (LeavesTooFew(connection)) {
+          no_handle();
+          continue;  // closed: its client comes back later
+        }
         const int yes = 1;
         setsockopt(connection.number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes));
         take(std::move(connection));

@@ -33,14 +33,17 @@ class ConnectionListener {
 
   int port() const { return port_; }
 
-  // Once. Until then connections wait.
-  void Start(Take take);
+  // Once. Until then connections wait. `no_handle`: told of each connection that was closed for
+  // want of file handles.
+  void Start(
+      Take take, std::function<void()> no_handle = [] {});
 
  private:
   ConnectionListener() = default;
 
   absl::Status Bind(const std::string& host, const std::string& port);
-  void Run(const std::stop_token& stop, const Take& take) const;
+  void Run(const std::stop_token& stop, const Take& take,
+           const std::function<void()>& no_handle) const;
 
   std::vector<FileDescriptor> sockets_;
   FileDescriptor wake_;

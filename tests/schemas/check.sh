@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The protocol by buf (lint, and nothing broken since the release kept in proto/released.binpb), the
-# Kubernetes manifests by the schemas of its API, and the options that manifests, compose file and image
+# Kubernetes manifests by the schemas of its API, the compose file by the one of the Compose
+# Specification, and the options that manifests, compose file and image
 # give to the server by the server itself.
 #   check.sh SOURCE WORK RILIEVOD
 # Exit code 77: the tools cannot be had here.
@@ -56,6 +57,14 @@ for change in 's/containerPort: 50051/containerPort: fifty/' 's/startupProbe/sta
   sed "$change" "${manifests[@]}" >"$work/changed/wrong.yaml"
   check "a manifest with $change is refused" \
     not node tests/schemas/check_manifests.mjs "$modules" "$work/changed/wrong.yaml"
+done
+
+check "the compose file matches the schema" \
+  node tests/schemas/check_compose.mjs "$modules" docker/compose.yaml
+for change in 's/read_only: true/readonly: true/' 's/retries: 3/retries: often/' 's/^  store:$/  stor:/'; do
+  sed "$change" docker/compose.yaml >"$work/changed/wrong.yaml"
+  check "a compose file with $change is refused" \
+    not node tests/schemas/check_compose.mjs "$modules" "$work/changed/wrong.yaml"
 done
 
 # The server's own judgement of the options it would be started with; it makes a token instead.

@@ -1,9 +1,16 @@
 // Overload is answered at once, and no answer tells of the server's machine.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <thread>
 
 #include "client/library/connect.h"
 #include "client/library/status_conversion.h"
+#include "server/system/file_descriptor.h"
 #include "tests/integration/doors/every_rpc.h"
 #include "tests/integration/jobs/jobs_fixture.h"
 
@@ -66,7 +73,7 @@ TEST_F(LimitsTest, AFullServerSaysSoWithinFiftyMilliseconds) {
 }
 
 TEST_F(LimitsTest, StreamsAreBoundedAllTogether) {
-  StartServer({"--max-calls", "3"});
+  StartServer({"--max-calls", "6"});  // of which one client gets three
   const auto stub = v1::JobsService::NewStub(Channel());
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientWriter<v1::UploadScanRequest>>> uploads;
@@ -87,6 +94,100 @@ TEST_F(LimitsTest, StreamsAreBoundedAllTogether) {
     status = HastyClient().Watch("x").status();
   }
   EXPECT_TRUE(absl::IsNotFound(status)) << status;
+}
+
+TEST_F(LimitsTest, ConnectionsAreBoundedByAddressAndAllTogether) {
+  StartServer(
+      {"--max-connections", "6", "--max-address-connections", "4", "--metrics", "127.0.0.1:0"});
+  const int port = std::stoi(address_.substr(address_.rfind(':') + 1));
+  std::vector<FileDescriptor> mute;
+  const auto connect_from = [&](const char* from) {
+    mute.emplace_back(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    inet_pton(AF_INET, from, &address.sin_addr);
+    EXPECT_EQ(bind(mute.back().number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)),
+              0);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port = htons(static_cast<uint16_t>(port));
+    EXPECT_EQ(connect(mute.back().number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)),
+              0);
+  };
+  // What the server says to a connection before it closes it.
+  const auto answer = [&](const FileDescriptor& connection) {
+    std::string said(12, '\0');
+    return connection.Read(said.data(), said.size()).ok() ? said : "";
+  };
+  for (int i = 0; i < 4; ++i) connect_from("127.0.0.1");
+  std::this_thread::sleep_for(milliseconds(200));
+  absl::Status status = ReconstructionClient(Channel()).GetCapabilities().status();
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("http1.x server"))
+      << "so gRPC 1.51 calls an answer in HTTP/1.1";
+  connect_from("127.0.0.1");
+  EXPECT_EQ(answer(mute.back()), "HTTP/1.1 503");
+  for (const char* from : {"127.0.0.2", "127.0.0.3", "127.0.0.4"}) connect_from(from);
+  EXPECT_EQ(answer(mute.back()), "HTTP/1.1 503") << "the seventh";
+  const auto line = daemon_->WaitForLine("rilievod: metrics at ", seconds(10));
+  ASSERT_TRUE(line.has_value());
+  EXPECT_EQ(std::system(("curl -s --max-time 10 " + line->substr(line->find("at ") + 3) + " > " +
+                         (test_ / "metrics"))
+                            .c_str()),
+            0);
+  std::stringstream metrics;
+  metrics << std::ifstream(test_ / "metrics").rdbuf();
+  EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections 6\n"));
+  EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections_refused_total{reason=\"ALL\"} 1\n"));
+  EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections_refused_total{reason=\"ADDRESS\"}"));
+  mute.clear();
+  for (int i = 0; i < 100 && !status.ok(); ++i) {
+    std::this_thread::sleep_for(milliseconds(50));
+    status = ReconstructionClient(Channel()).GetCapabilities().status();
+  }
+  EXPECT_TRUE(status.ok()) << status;
+}
+
+TEST_F(LimitsTest, AnUploadHasItsTimeAndGoesOnInAnotherStream) {
+  StartServer({"--max-job-seconds", "1"});
+  const PackedScan scan = PackScan(SphereScan(3000));
+  const auto stub = v1::JobsService::NewStub(Channel());
+  grpc::ClientContext context;
+  v1::UploadScanResponse response;
+  const auto stream = stub->UploadScan(&context, &response);
+  v1::UploadScanRequest request;
+  request.mutable_header()->set_upload_id(scan.scan_id);
+  request.mutable_header()->set_total_bytes(scan.bytes.size());
+  const auto start = std::chrono::steady_clock::now();
+  // A few bytes at a time, never silent.
+  for (size_t at = 0; stream->Write(request); at += 24) {
+    request.set_chunk(scan.bytes.substr(at, 24));
+    std::this_thread::sleep_for(milliseconds(20));
+  }
+  const absl::Status status = StatusFromGrpc(stream->Finish());
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  EXPECT_TRUE(absl::IsDeadlineExceeded(status)) << status;
+  EXPECT_EQ(ErrorReason(status), "UPLOAD_TIME_LIMIT");
+  EXPECT_TRUE(RetryDelay(status).has_value()) << "clients go on by themselves";
+  EXPECT_GT(time.count(), 0.9);
+  EXPECT_LT(time.count(), 15) << "gRPC's client looks for answers every 5 s while it writes";
+  EXPECT_TRUE(Client().Upload(scan).ok()) << "from where it ended";
+}
+
+TEST_F(LimitsTest, UploadsLeavePlacesToOthers) {
+  StartServer({"--max-uploads", "4"});
+  const auto stub = v1::JobsService::NewStub(Channel());
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientWriter<v1::UploadScanRequest>>> uploads;
+  v1::UploadScanResponse response;
+  for (int i = 0; i < 2; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    uploads.push_back(stub->UploadScan(contexts.back().get(), &response));
+  }
+  std::this_thread::sleep_for(milliseconds(300));
+  ExpectOverload(HastyClient().Upload(PackScan(SphereScan(100))), "JOBS_LIMIT");
+  for (const auto& context : contexts) context->TryCancel();
+  for (const auto& upload : uploads) upload->Finish();
+  EXPECT_TRUE(Client().Upload(PackScan(SphereScan(100))).ok());
 }
 
 // Everything a client can provoke, with a store, a worker and a working folder whose paths are

@@ -73,6 +73,16 @@ TEST_F(TokensTest, AScanAndItsJobAreTheOwnersAlone) {
   EXPECT_TRUE(alice.Fetch(id).ok()) << "bob's cancel and delete did nothing";
   // The same words of a job that never was: nothing tells that this one is.
   EXPECT_EQ(bob.Get(id).status().message(), bob.Get("0123456789abcdef").status().message());
+  // Who guesses the name of a scan has none of it, and is told as of one that is not there.
+  v1::CreateJobRequest guess;
+  guess.set_request_id("guess");
+  guess.set_scan_id(scan.scan_id);
+  guess.mutable_header()->set_point_count(scan.point_count);
+  guess.mutable_header()->set_coordinate_format(scan.format);
+  const absl::Status guessed = bob.Create(guess).status();
+  EXPECT_TRUE(absl::IsNotFound(guessed)) << guessed;
+  guess.set_scan_id(std::string(64, '0'));
+  EXPECT_EQ(guessed.message(), bob.Create(guess).status().message());
   const auto own = bob.Submit(scan, {}, "one");
   ASSERT_TRUE(own.ok()) << own.status();
   EXPECT_NE(own->job_id(), id) << "a request_id is its owner's too";

@@ -110,6 +110,24 @@ TEST_F(EyesTest, TheDashboardAsksForMetricsThatThereAre) {
   }
 }
 
+TEST_F(EyesTest, AJobIsCountedOnceHoweverOftenItIsTried) {
+  StartServer({"--metrics", "127.0.0.1:0"});
+  const auto job = Client().Submit(PackScan(SphereScan(60'000)), {}, "one");
+  ASSERT_TRUE(job.ok());
+  const pid_t worker = daemon_->WaitForWorker(seconds(10));
+  ASSERT_GT(worker, 0);
+  kill(worker, SIGKILL);
+  const auto done = Client().Watch(job->job_id());
+  ASSERT_EQ(done->state(), v1::JOB_STATE_SUCCEEDED) << done.status();
+  EXPECT_EQ(done->attempts(), 2u);
+  EXPECT_EQ(Metric("rilievo_jobs_ended_total{kind=\"kept\",status=\"OK\"}"), 1);
+  EXPECT_EQ(Metric("rilievo_attempts_ended_total{status=\"OK\"}"), 1);
+  EXPECT_EQ(Metric("rilievo_attempts_ended_total{status=\"ABORTED\"}"), 1);
+  const std::string metrics = Metrics();
+  const std::string name = "\nrilievo_jobs_ended_total{kind=\"kept\"";
+  EXPECT_EQ(metrics.find(name), metrics.rfind(name)) << "under one status alone";
+}
+
 TEST_F(EyesTest, MetricsTellOfWhatWaits) {
   StartServer({"--metrics", "127.0.0.1:0", "--max-concurrent-jobs", "1"});
   const PackedScan scan = PackScan(SphereScan(200'000));

@@ -90,7 +90,7 @@ TEST_F(KeptJobsTest, TheQueueOfKeptJobsIsBounded) {
   work_.wait = true;
   ServerOptions options;
   options.max_concurrent_jobs = 1;
-  options.max_waiting_jobs = 3;
+  options.max_waiting_jobs = 6;  // of which one client gets three
   Start(options);
   for (const char* id : {"a", "b", "c"}) ASSERT_TRUE(Submit(id).ok());
   const auto start = std::chrono::steady_clock::now();

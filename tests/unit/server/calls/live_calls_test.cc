@@ -36,6 +36,24 @@ TEST(LiveCalls, TicksEveryCallSeveralTimesASecond) {
   EXPECT_GE(second->ticks, 3);
 }
 
+TEST(LiveCalls, CountsThoseOfEachClient) {
+  LiveCalls calls;
+  auto first = std::make_shared<CountingCall>(&calls),
+       second = std::make_shared<CountingCall>(&calls);
+  const auto other = std::make_shared<CountingCall>(&calls);
+  calls.Enter(first, "a");
+  calls.Enter(second, "a");
+  calls.Enter(other, "b");
+  EXPECT_EQ(calls.size("a"), 2);
+  EXPECT_EQ(calls.size("b"), 1);
+  EXPECT_EQ(calls.size("c"), 0);
+  first.reset();
+  EXPECT_EQ(calls.size("a"), 1);
+  second.reset();
+  EXPECT_EQ(calls.size("a"), 0);
+  EXPECT_EQ(calls.size(), 1);
+}
+
 TEST(LiveCalls, StopsAllWithTheReason) {
   LiveCalls calls;
   const auto call = std::make_shared<CountingCall>(&calls);

@@ -31,6 +31,10 @@ TEST(ServerOptions, NamesTheFieldOutOfRange) {
       {"keep_time", [](auto* o) { o->keep_time = {}; }},
       {"keep_bytes", [](auto* o) { o->keep_bytes = 0; }},
       {"max_waiting_jobs", [](auto* o) { o->max_waiting_jobs = 0; }},
+      {"max_calls", [](auto* o) { o->max_calls = 0; }},
+      {"max_uploads", [](auto* o) { o->max_uploads = 0; }},
+      {"max_connections", [](auto* o) { o->max_connections = 0; }},
+      {"max_address_connections", [](auto* o) { o->max_address_connections = -1; }},
       {"drain_time", [](auto* o) { o->drain_time = std::chrono::milliseconds(-1); }},
   };
   for (const auto& [field, change] : cases) {

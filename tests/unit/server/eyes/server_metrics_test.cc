@@ -30,9 +30,16 @@ TEST(ServerMetrics, CountsJobsByKindAndStatusAndTheirStages) {
   record.id.assign(8, 'x');
   record.code = absl::StatusCode::kCancelled;
   record.stage_seconds.clear();
-  metrics.CountJob(record);
+  metrics.CountAttempt(record);
+  record.code = absl::StatusCode::kAborted;
+  metrics.CountAttempt(record);
+  metrics.CountAttempt(record);
+  metrics.CountKeptJob(absl::StatusCode::kCancelled);
   const std::string text = metrics.Text();
   EXPECT_THAT(text, HasSubstr("rilievo_jobs_ended_total{kind=\"call\",status=\"OK\"} 2\n"));
+  EXPECT_THAT(text, HasSubstr("rilievo_attempts_ended_total{status=\"CANCELLED\"} 1\n"));
+  EXPECT_THAT(text, HasSubstr("rilievo_attempts_ended_total{status=\"ABORTED\"} 2\n"));
+  EXPECT_THAT(text, HasSubstr("rilievo_job_seconds_count{kind=\"kept\"} 3\n"));
   EXPECT_THAT(text, HasSubstr("rilievo_jobs_ended_total{kind=\"kept\",status=\"CANCELLED\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("rilievo_stage_seconds_bucket{stage=\"normals\",le=\"1\"} 0\n"));
   EXPECT_THAT(text, HasSubstr("rilievo_stage_seconds_bucket{stage=\"normals\",le=\"3\"} 2\n"));
@@ -57,16 +64,18 @@ TEST(ServerMetrics, AsksForTheStateWhenItIsCollected) {
   int asked = 0;
   metrics.Watch([&] {
     ++asked;
-    return ServerState{3, 2, 4.5, 7, 9};
+    return ServerState{3, 2, 4.5, 7, 9, 11};
   });
   metrics.CountReceived(10);
   metrics.CountReceived(32);
   metrics.CountSent(5);
+  metrics.CountRefusedConnection("ALL");
   const std::string text = metrics.Text();
   EXPECT_EQ(asked, 1);
   for (const char* line :
        {"rilievo_jobs{state=\"queued\"} 3\n", "rilievo_jobs{state=\"running\"} 2\n",
-        "rilievo_queue_oldest_seconds 4.5\n", "rilievo_streams 7\n",
+        "rilievo_queue_oldest_seconds 4.5\n", "rilievo_streams 7\n", "rilievo_connections 11\n",
+        "rilievo_connections_refused_total{reason=\"ALL\"} 1\n",
         "rilievo_refusals_total{reason=\"OTHER_OWNER\"} 9\n", "rilievo_received_bytes_total 42\n",
         "rilievo_sent_bytes_total 5\n"}) {
     EXPECT_THAT(text, HasSubstr(line));

@@ -14,6 +14,7 @@ TEST(StoreKeeper, MakesRoomByRemovingFinishedJobs) {
   stored.job.set_job_id("a");
   stored.job.set_request_id("r");
   stored.job.set_scan_id(*store->blobs().Put({std::vector<uint8_t>(400, 1)}));
+  ASSERT_TRUE(store->AddScan("", stored.job.scan_id()).ok());
   ASSERT_TRUE(store->Insert(stored).ok());
   stored.job.set_state(v1::JOB_STATE_SUCCEEDED);
   stored.job.mutable_end_time()->set_seconds(std::time(nullptr));

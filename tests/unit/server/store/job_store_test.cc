@@ -33,6 +33,12 @@ class JobStoreTest : public testing::Test {
     return *store_->blobs().Put({std::vector<uint8_t>(size, value)});
   }
 
+  std::string Scan(uint8_t value, const std::string& owner = "") {
+    const std::string scan = Blob(value);
+    EXPECT_TRUE(store_->AddScan(owner, scan).ok());
+    return scan;
+  }
+
   // Files and jobs are told apart by their age.
   void MakeOld(const std::string& blob) {
     std::filesystem::last_write_time(
@@ -47,7 +53,7 @@ class JobStoreTest : public testing::Test {
     stored.header.set_point_count(20);
     stored.job.set_job_id(id);
     stored.job.set_request_id("r-" + id);
-    stored.job.set_scan_id(Blob(1));
+    stored.job.set_scan_id(Scan(1, owner));
     stored.job.set_state(v1::JOB_STATE_QUEUED);
     return stored;
   }
@@ -112,6 +118,45 @@ TEST_F(JobStoreTest, AJobNeedsItsScan) {
   EXPECT_EQ(store_->Insert(job).status().code(), absl::StatusCode::kNotFound);
 }
 
+TEST_F(JobStoreTest, AScanIsOfThoseWhoSentIt) {
+  StoredJob job = NewJob("a", "ann");
+  const std::string scan = job.job.scan_id();
+  EXPECT_TRUE(store_->ReadScan("ann", scan).ok());
+  const absl::Status to_bob = store_->ReadScan("bob", scan).status();
+  EXPECT_TRUE(absl::IsNotFound(to_bob));
+  EXPECT_EQ(to_bob, store_->ReadScan("bob", ContentNameOf("nothing")).status())
+      << "nothing tells that there is one";
+  EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("ann", Blob(7)).status())) << "no scan: a surface";
+  job.owner = "bob";
+  EXPECT_TRUE(absl::IsNotFound(store_->Insert(job).status()));
+  ASSERT_TRUE(store_->AddScan("bob", scan).ok());
+  ASSERT_TRUE(store_->AddScan("bob", scan).ok()) << "again";
+  Reopen();
+  EXPECT_TRUE(store_->ReadScan("bob", scan).ok());
+  EXPECT_TRUE(store_->Insert(job).ok());
+}
+
+TEST_F(JobStoreTest, AScanThatWasRemovedIsNobodys) {
+  const std::string scan = Scan(5, "ann");
+  MakeOld(scan);
+  ASSERT_TRUE(store_->Clean({.age_ms = 2000, .bytes = 1'000'000}, kNow).ok());
+  EXPECT_EQ(Blob(5), scan) << "somebody else sends it";
+  EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("ann", scan).status()));
+}
+
+TEST_F(JobStoreTest, AStoreOfTheVersionBeforeGoesOn) {
+  ASSERT_TRUE(store_->Insert(NewJob("a", "ann")).ok());
+  const std::string scan = store_->Get("ann", "a")->job.scan_id();
+  store_.reset();
+  {
+    auto old = *Database::Open(test_ / "store/jobs.db", 2, "");
+    ASSERT_TRUE(old.Execute("DROP TABLE scans; PRAGMA user_version = 1").ok());
+  }
+  Reopen();
+  EXPECT_TRUE(store_->ReadScan("ann", scan).ok()) << "who has a job of it sent it";
+  EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("bob", scan).status()));
+}
+
 TEST_F(JobStoreTest, OwnersSeeTheirOwn) {
   ASSERT_TRUE(store_->Insert(NewJob("a", "ann")).ok());
   ASSERT_TRUE(store_->Insert(NewJob("b", "bob")).ok());
@@ -148,7 +193,7 @@ TEST_F(JobStoreTest, AFinishedJobStaysAsItIs) {
 TEST_F(JobStoreTest, AgeRemovesFinishedJobsAndWhatTheyUsed) {
   const std::string scan = Blob(1);
   StoredJob old_job = NewJob("old"), fresh = NewJob("fresh"), waiting = NewJob("waiting");
-  waiting.job.set_scan_id(Blob(3));
+  waiting.job.set_scan_id(Scan(3));
   for (const auto& job : {old_job, fresh, waiting}) ASSERT_TRUE(store_->Insert(job).ok());
   old_job.surface = Blob(2);
   ASSERT_TRUE(store_->Update(Finished(old_job, kNow - 5000)).ok());

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <future>
+#include <vector>
 
 #include "server/store/folder.h"
 #include "tests/unit/server/store/test_folder.h"
@@ -49,6 +51,22 @@ TEST_F(TemporaryFolderTest, RemovesWhatKilledServersLeftAndNothingElse) {
   EXPECT_FALSE(fs::exists(test_ / "rilievod-ephemeral-killed"));
   const auto second = TemporaryFolder::Make();
   EXPECT_EQ(Entries(), 4) << "the other server's is locked";
+}
+
+TEST_F(TemporaryFolderTest, ServersThatStartAtOnceLeaveEachOtherAlone) {
+  for (int round = 0; round < 20; ++round) {
+    std::vector<std::future<absl::StatusOr<std::unique_ptr<TemporaryFolder>>>> starting;
+    for (int i = 0; i < 8; ++i) {
+      starting.push_back(std::async(std::launch::async, TemporaryFolder::Make));
+    }
+    std::vector<std::unique_ptr<TemporaryFolder>> running;
+    for (auto& one : starting) {
+      auto folder = one.get();
+      ASSERT_TRUE(folder.ok()) << folder.status();
+      running.push_back(*std::move(folder));
+    }
+    EXPECT_EQ(Entries(), 8);
+  }
 }
 
 TEST_F(TemporaryFolderTest, WhereNothingCanBeWrittenIsTold) {

@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 
@@ -110,9 +111,11 @@ TEST(ConnectionListener, GoesOnWhenThereAreFileHandlesAgain) {
 
 TEST(ConnectionListener, KeepsHandlesBackForOthers) {
   Connections connections;
+  std::atomic<int> closed = 0;
   auto listener = ConnectionListener::Open("127.0.0.1:0");
   ASSERT_TRUE(listener.ok());
-  (*listener)->Start([&](FileDescriptor one) { connections.Take(std::move(one)); });
+  (*listener)->Start([&](FileDescriptor one) { connections.Take(std::move(one)); },
+                     [&] { ++closed; });
   rlimit before{};
   getrlimit(RLIMIT_NOFILE, &before);
   rlimit few = before;
@@ -123,6 +126,7 @@ TEST(ConnectionListener, KeepsHandlesBackForOthers) {
   // Both ends are in this process; the limit leaves a quarter of the 80.
   EXPECT_FALSE(connections.WaitFor(31, seconds(1)));
   EXPECT_TRUE(FileDescriptor(dup(0)).valid()) << "there is one for others";
+  EXPECT_GT(closed, 0);
   crowd.clear();
   connections.Clear();
   const FileDescriptor next = ConnectTo((*listener)->port());

@@ -1,0 +1,120 @@
+#include "server/jobs/job_board.h"
+
+#include "tests/unit/server/jobs/jobs_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class JobBoardTest : public JobsRoomTest {
+ protected:
+  JobBoard& board() { return core_->board; }
+  std::string Metrics() const { return service_->metrics->Text(); }
+};
+
+TEST_F(JobBoardTest, AJobIsWorkedOnAndLeavesTheBoard) {
+  Open();
+  board().Add(Stored("a"));
+  const v1::Job done = WaitForEnd("a");
+  EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.attempts(), 1u);
+  EXPECT_EQ(done.surface().total_bytes(), 7u);
+}
+
+TEST_F(JobBoardTest, CountsThoseOfEachClient) {
+  work_.wait = true;
+  Open();
+  for (const char* id : {"a", "b"}) board().Add(Stored(id));
+  StoredJob other = Stored("d");
+  other.client = "d";
+  board().Add(other);
+  EXPECT_EQ(board().size(), 3);
+  EXPECT_EQ(board().size("c"), 2);
+  EXPECT_EQ(board().size("d"), 1);
+  EXPECT_EQ(board().size("e"), 0);
+}
+
+TEST_F(JobBoardTest, AKilledAttemptIsRepeatedAndTheJobCountedOnce) {
+  work_.answers = {absl::AbortedError("killed"), absl::AbortedError("killed")};
+  Open();
+  board().Add(Stored("a"));
+  const v1::Job done = WaitForEnd("a");
+  EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.attempts(), 3u);
+  core_.reset();  // waits for the board's last word
+  EXPECT_THAT(Metrics(), HasSubstr("rilievo_jobs_ended_total{kind=\"kept\",status=\"OK\"} 1\n"));
+  EXPECT_THAT(Metrics(), HasSubstr("rilievo_attempts_ended_total{status=\"ABORTED\"} 2\n"));
+  EXPECT_THAT(Metrics(), HasSubstr("rilievo_attempts_ended_total{status=\"OK\"} 1\n"));
+}
+
+TEST_F(JobBoardTest, AJobWhoseWorkerIsAlwaysKilledFails) {
+  work_.answers.assign(10, absl::AbortedError("killed"));
+  Open();
+  board().Add(Stored("a"));
+  const v1::Job done = WaitForEnd("a");
+  EXPECT_EQ(done.state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(done.attempts(), 10u);
+  EXPECT_EQ(done.error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted));
+}
+
+TEST_F(JobBoardTest, CancelEndsWhatWaitsAndWhatRuns) {
+  work_.wait = true;
+  ServerOptions options;
+  options.max_concurrent_jobs = 1;
+  Open(options);
+  board().Add(Stored("running"));
+  board().Add(Stored("waiting"));
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  for (const char* id : {"waiting", "running"}) {
+    const auto job = board().Cancel("", id);
+    ASSERT_TRUE(job.ok()) << job.status();
+    EXPECT_EQ(job->state(), v1::JOB_STATE_CANCELLED) << id;
+    EXPECT_TRUE(job->has_end_time());
+  }
+  EXPECT_EQ(board().size(), 0);
+  EXPECT_EQ(board().EventsOf("running"), nullptr);
+  EXPECT_TRUE(absl::IsNotFound(board().Cancel("", "none").status()));
+  EXPECT_TRUE(absl::IsNotFound(board().Cancel("other", "running").status()));
+  EXPECT_EQ(board().Cancel("", "running")->state(), v1::JOB_STATE_CANCELLED) << "as it is";
+  core_.reset();
+  EXPECT_THAT(Metrics(),
+              HasSubstr("rilievo_jobs_ended_total{kind=\"kept\",status=\"CANCELLED\"} 2\n"));
+}
+
+TEST_F(JobBoardTest, TheNextBoardTakesUpWhatIsNotFinished) {
+  work_.wait = true;
+  Open();
+  board().Add(Stored("a"));
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  core_.reset();
+  EXPECT_THAT(Metrics(), Not(HasSubstr("rilievo_jobs_ended_total{kind=\"kept\"")))
+      << "it has not ended";
+  work_.Release();
+  Open();
+  ASSERT_TRUE(board().Restore().ok());
+  const v1::Job done = WaitForEnd("a");
+  EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.attempts(), 2u);
+}
+
+TEST_F(JobBoardTest, ADrainBeginsNothingAndTellsWatchers) {
+  work_.wait = true;
+  ServerOptions options;
+  options.max_concurrent_jobs = 1;
+  Open(options);
+  board().Add(Stored("running"));
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  board().Add(Stored("waiting"));
+  const auto events = board().EventsOf("waiting");
+  board().BeginDrain();
+  ASSERT_TRUE(events->EndAfter(0).has_value());
+  EXPECT_TRUE(absl::IsUnavailable(*events->EndAfter(0)));
+  work_.Release();
+  EXPECT_EQ(WaitForEnd("running").state(), v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(core_->store->Get("", "waiting")->job.state(), v1::JOB_STATE_QUEUED);
+}
+
+}  // namespace
+}  // namespace rilievo
