@@ -15,9 +15,13 @@ namespace {
 
 constexpr double kCoarsestStep = 0.25, kFinestStep = 1e-8;
 constexpr double kClose = 0.03;
-constexpr double kNarrow = 1.01;  // bracket that is not divided further
-constexpr double kStuck = 0.95;   // of the error, left by a third of the step
+constexpr double kNarrow = 1.01;      // bracket that is not divided further
+constexpr double kStuckPower = 0.05;  // of the error over the step: a finer one does not help
 constexpr int kMostTrials = 12;
+
+// Exponents of error and bytes over the step, about, for the guesses before there is a bracket.
+constexpr double kErrorPower = 0.85, kBytesPower = -0.7;
+constexpr double kStepOverError = 4;  // about, at the errors that are worth coding
 
 // Search over log(step) for measure(step) = 1, where it is about a power of the step: the chord of
 // the bracket in logarithms is the next guess.
@@ -40,9 +44,10 @@ class StepSearch {
       // Too small an error, or too many bytes: the step has to grow; else to shrink.
       const bool grow = allowed == rising_;
       if (step == (grow ? high_.step : low_.step)) break;
-      (grow ? low_ : high_) = {step, std::log(std::max(value, 1e-12)), true};
+      const double log_value = std::log(std::max(value, 1e-12));
+      (grow ? low_ : high_) = {step, log_value, true};
       if (high_.step < kNarrow * low_.step) break;
-      step = Next(step, grow);
+      step = Next(step, log_value, grow);
     }
     return absl::OkStatus();
   }
@@ -59,13 +64,16 @@ class StepSearch {
   };
 
   // Aims at the middle of what is close enough, and keeps away from the bracket's ends.
-  double Next(double step, bool grow) const {
-    constexpr double kFactor = 3;
+  double Next(double step, double log_value, bool grow) const {
+    constexpr double kAim = -kClose / 2;
     if (!low_.tried || !high_.tried) {
-      return std::clamp(grow ? step * kFactor : step / kFactor, low_.step, high_.step);
+      constexpr double kLeastFactor = 1.02, kMostFactor = 3;
+      const double way = (kAim - log_value) / (rising_ ? kErrorPower : kBytesPower);
+      const double factor = std::clamp(std::exp(std::abs(way)), kLeastFactor, kMostFactor);
+      return std::clamp(grow ? step * factor : step / factor, low_.step, high_.step);
     }
-    const double rise = high_.log_value - low_.log_value, aim = -kClose / 2;
-    const double part = rise != 0 ? std::clamp((aim - low_.log_value) / rise, 0.1, 0.9) : 0.5;
+    const double rise = high_.log_value - low_.log_value;
+    const double part = rise != 0 ? std::clamp((kAim - low_.log_value) / rise, 0.1, 0.9) : 0.5;
     return low_.step * std::pow(high_.step / low_.step, part);
   }
 
@@ -78,7 +86,9 @@ class StepSearch {
       return true;
     }
     if (!rising_ || best_) return true;
-    if (closest_ && value > kStuck * closest_value_) return false;
+    if (closest_ && value > closest_value_ * std::pow(encoded.step / closest_->step, kStuckPower)) {
+      return false;
+    }
     closest_ = std::move(encoded);
     closest_value_ = value;
     return true;
@@ -98,7 +108,7 @@ absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, d
                                                  double least_step, const RunContext& context) {
   StepSearch search(
       encoder, [rms](const EncodedHeights& encoded) { return encoded.rms / rms; }, true);
-  RILIEVO_RETURN_IF_ERROR(search.Run(10 * rms, least_step, context));
+  RILIEVO_RETURN_IF_ERROR(search.Run(kStepOverError * rms, least_step, context));
   if (search.best()) return *std::move(search.best());
   return *std::move(search.closest());
 }
