@@ -14,6 +14,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/region_words.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
@@ -21,6 +22,7 @@
 #include "client/formats/scan_reader.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
+#include "core/codec/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
 
@@ -34,6 +36,7 @@ struct ExportArguments {
   bool cage = false, json = false;
   std::vector<double> camera;  // x, y, z, or empty
   std::string carry;           // a scan
+  std::vector<std::string> region;
 
   bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
 };
@@ -74,6 +77,50 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
   return exported;
 }
 
+// The control faces that the words name, of this file.
+absl::StatusOr<std::vector<int>> FacesNamed(const RegionWords& words,
+                                            const DecodedSurface& control) {
+  const ControlMesh& mesh = control.surface.control_mesh;
+  std::set<int> faces;
+  for (const auto& [first, last] : words.faces) {
+    if (last >= mesh.faces.cols()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--region ", last, ": control faces are 0 to ", mesh.faces.cols() - 1));
+    }
+    for (int f = first; f <= last; ++f) faces.insert(f);
+  }
+  for (const Eigen::AlignedBox3d& box : words.boxes) {
+    const std::vector<int> inside = ControlFacesInBox(control.surface.frame, mesh, box);
+    faces.insert(inside.begin(), inside.end());
+  }
+  if (faces.empty()) {
+    return absl::InvalidArgumentError("--region: there are no control faces in the box");
+  }
+  return std::vector<int>(faces.begin(), faces.end());
+}
+
+// Only what the region depends on is decoded: the control mesh, to see which faces those are, and
+// then they.
+absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
+                                      const ExportArguments& arguments, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const RegionWords words, ReadRegionWords(arguments.region));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface control, DecodeControlChunk(bytes, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> faces, FacesNamed(words, control));
+  RILIEVO_ASSIGN_OR_RETURN(
+      DecodedRegion part,
+      DecodeRegion(bytes, faces, arguments.level.value_or(kFinestLevel), context));
+  ExportedMesh exported;
+  exported.mesh = std::move(part.region.mesh);
+  exported.sources = std::move(part.sources);
+  exported.how =
+      absl::StrCat("level ", part.level, " of ",
+                   Counted(static_cast<int64_t>(faces.size()), "control face", "control faces"));
+  if (part.groups > 0) {
+    absl::StrAppend(&exported.how, " (", part.groups_read, " of ", part.groups, " groups decoded)");
+  }
+  return exported;
+}
+
 // What was written, in words or as JSON.
 void Say(const ExportArguments& arguments, const std::string& what, nlohmann::ordered_json facts) {
   if (arguments.json) {
@@ -94,8 +141,8 @@ absl::Status CheckFormat(const ExportArguments& arguments, const std::string& ex
   std::string problem;
   if (!HoldsSurface(extension) && !meshes.contains(extension)) {
     problem = "the extension must be .ply, .obj, .stl, .glb, .usda or .png";
-  } else if (HoldsSurface(extension) &&
-             (arguments.adapts() || arguments.cage || !arguments.carry.empty())) {
+  } else if (HoldsSurface(extension) && (arguments.adapts() || arguments.cage ||
+                                         !arguments.carry.empty() || !arguments.region.empty())) {
     problem = absl::StrCat(".", extension, " takes --level alone");
   } else if (!arguments.carry.empty() && extension != "ply" && extension != "glb") {
     problem = "only .ply and .glb can --carry colours and intensity";
@@ -146,25 +193,15 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
   return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers);
 }
 
-absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
-  const std::string extension =
-      IsStandardOutput(arguments.output) ? arguments.format : Extension(arguments.output);
-  RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
-  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.carry}));
-  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
-  RunContext context;
-  context.stop = stop;
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
-  if (HoldsSurface(extension)) {
-    return ExportSurface(decoded.surface, arguments, extension, context);
-  }
-  RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded.surface, arguments, context));
+absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments& arguments,
+                         ExportedMesh exported, const std::string& extension,
+                         const RunContext& context) {
   if (!arguments.carry.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(exported.layers,
                              Carried(arguments.carry, exported.mesh.vertices, context));
   }
-  RILIEVO_RETURN_IF_ERROR(WithExitCode(
-      WriteExported(decoded.surface, arguments, exported, extension), ExitCode::kOutput));
+  RILIEVO_RETURN_IF_ERROR(
+      WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
   const TriangleMesh& mesh = exported.mesh;
   Say(arguments,
       absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
@@ -173,6 +210,27 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
        {"vertices", mesh.vertices.cols()},
        {"faces", mesh.triangles.cols()}});
   return absl::OkStatus();
+}
+
+absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
+  const std::string extension =
+      IsStandardOutput(arguments.output) ? arguments.format : Extension(arguments.output);
+  RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
+  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.carry}));
+  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
+  RunContext context;
+  context.stop = stop;
+  if (!arguments.region.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
+    RILIEVO_ASSIGN_OR_RETURN(const ExportedMesh part, RegionOf(bytes, arguments, context));
+    return WriteAndSay({}, arguments, part, extension, context);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  if (HoldsSurface(extension)) {
+    return ExportSurface(decoded.surface, arguments, extension, context);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded.surface, arguments, context));
+  return WriteAndSay(decoded.surface, arguments, std::move(exported), extension, context);
 }
 
 }  // namespace
@@ -207,11 +265,18 @@ Command AddExport(CLI::App& program) {
       ->check(CLI::Range(int64_t{1}, int64_t{1} << 40))
       ->excludes(level)
       ->excludes(tolerance);
+  app->add_option("--region", arguments->region,
+                  "some control faces alone: their numbers (17, 0-99) or a box in the scan's "
+                  "coordinates (box:X,Y,Z,X,Y,Z); several make one region. Large surfaces are then "
+                  "decoded there only")
+      ->excludes(tolerance)
+      ->excludes("--triangles");
   app->add_flag("--cage", arguments->cage,
                 "the control mesh itself; .obj tells its creases too, as OpenSubdiv's tags")
       ->excludes(level)
       ->excludes(tolerance)
-      ->excludes("--triangles");
+      ->excludes("--triangles")
+      ->excludes("--region");
   app->add_option("--carry", arguments->carry,
                   "a scan (PLY, LAS, PTX) whose colours and intensity the vertices take from their "
                   "nearest points; .ply and .glb");
@@ -221,7 +286,8 @@ Command AddExport(CLI::App& program) {
                   "unless --tolerance or --triangles are given")
       ->expected(3)
       ->excludes(level)
-      ->excludes("--cage");
+      ->excludes("--cage")
+      ->excludes("--region");
   return {app, [arguments](std::stop_token stop) {
             if (!arguments->camera.empty()) {
               AdaptiveOptions& adaptive = arguments->adaptive;

@@ -1,10 +1,13 @@
+#include <limits>
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "client/decoder_c/guarded.h"
 #include "client/decoder_c/surface.h"
 #include "core/base/status_macros.h"
+#include "core/codec/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 
 struct RilievoMesh {
@@ -12,6 +15,7 @@ struct RilievoMesh {
   Eigen::Matrix3Xi faces;
   Eigen::Matrix3Xf normals;
   std::vector<uint8_t> flags;
+  std::vector<int> numbers;
 };
 
 namespace rilievo::decoder_c {
@@ -39,6 +43,24 @@ absl::Status TessellateLevel(const DisplacedSurface& surface, int level, const R
   std::vector<uint8_t> flags = Flags(SourcesAtLevel(surface, level));
   *mesh = WrapMesh(std::move(triangles));
   (*mesh)->flags = std::move(flags);
+  return absl::OkStatus();
+}
+
+absl::Status Region(std::span<const uint8_t> bytes, std::span<const uint32_t> faces, int level,
+                    const RunContext& context, RilievoMesh** mesh) {
+  std::vector<int> control_faces;
+  control_faces.reserve(faces.size());
+  for (uint32_t face : faces) {
+    // What is no int becomes no face.
+    control_faces.push_back(face > std::numeric_limits<int>::max() ? -1 : static_cast<int>(face));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      DecodedRegion part,
+      DecodeRegion(bytes, control_faces, level < 0 ? kFinestLevel : level, context));
+  std::vector<uint8_t> flags = Flags(part.sources);
+  *mesh = WrapMesh(std::move(part.region.mesh));
+  (*mesh)->flags = std::move(flags);
+  (*mesh)->numbers = std::move(part.region.vertices);
   return absl::OkStatus();
 }
 
@@ -93,6 +115,20 @@ RilievoCode rilievo_tessellate_adaptively(const RilievoSurface* surface, double 
   });
 }
 
+RilievoCode rilievo_decode_region(const uint8_t* bytes, size_t size, const uint32_t* faces,
+                                  size_t face_count, int level, int threads, RilievoMesh** mesh) {
+  using namespace rilievo::decoder_c;
+  return Guarded([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(NotNull(mesh, "mesh"));
+    *mesh = nullptr;
+    if (size > 0) RILIEVO_RETURN_IF_ERROR(NotNull(bytes, "bytes"));
+    if (face_count > 0) RILIEVO_RETURN_IF_ERROR(NotNull(faces, "faces"));
+    rilievo::RunContext context;
+    context.threads = Threads(threads);
+    return Region({bytes, size}, {faces, face_count}, level, context, mesh);
+  });
+}
+
 void rilievo_mesh_free(RilievoMesh* mesh) { delete mesh; }
 
 const double* rilievo_mesh_vertices(const RilievoMesh* mesh, size_t* count) {
@@ -109,4 +145,8 @@ const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count) {
 
 const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count) {
   return Elements(mesh->flags, count);
+}
+
+const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count) {
+  return rilievo::decoder_c::AsUnsigned(Elements(mesh->numbers, count));
 }

@@ -41,7 +41,7 @@ enum { RILIEVO_MEASURED = 0, RILIEVO_SMOOTHED = 1, RILIEVO_FILLED = 2 };
 typedef struct RilievoSurface RilievoSurface;
 typedef struct RilievoMesh RilievoMesh;
 
-/* 1; grows when functions are added. */
+/* 2; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -107,6 +107,15 @@ RILIEVO_API RilievoCode rilievo_tessellate_adaptively(const RilievoSurface* surf
                                                       double tolerance, int64_t triangles,
                                                       int threads, RilievoMesh** mesh,
                                                       double* error);
+
+/* Since 2. Some control faces of a file without the rest, at `level` (negative: the finest that is
+ * there), bit for bit as rilievo_tessellate() gives them: parts taken one by one fit. `faces`:
+ * `face_count` numbers of control faces, ascending, each once. Of a file in groups (large surfaces)
+ * only what the faces depend on is looked at, and other files are decoded whole. On failure *mesh
+ * is NULL. */
+RILIEVO_API RilievoCode rilievo_decode_region(const uint8_t* bytes, size_t size,
+                                              const uint32_t* faces, size_t face_count, int level,
+                                              int threads, RilievoMesh** mesh);
 RILIEVO_API void rilievo_mesh_free(RilievoMesh* mesh); /* NULL is fine */
 
 /* x, y, z of each vertex, scan frame. */
@@ -117,6 +126,9 @@ RILIEVO_API const uint32_t* rilievo_mesh_faces(const RilievoMesh* mesh, size_t* 
 RILIEVO_API const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count);
 /* RILIEVO_MEASURED, RILIEVO_SMOOTHED or RILIEVO_FILLED for each vertex. */
 RILIEVO_API const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count);
+/* Since 2. Of a region: the number that each vertex has in the whole mesh of the level, ascending;
+ * none for other meshes. */
+RILIEVO_API const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count);
 
 #ifdef __cplusplus
 } /* extern "C" */

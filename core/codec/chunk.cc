@@ -48,7 +48,7 @@ std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bo
   return bytes;
 }
 
-absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes) {
+absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes, bool check) {
   RILIEVO_RETURN_IF_ERROR(CheckSignature(bytes));
   ChunkList list;
   list.version = bytes[kSignature.size()];
@@ -61,18 +61,22 @@ absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes) {
     chunk.tag = reader.Byte();
     chunk.payload = reader.Bytes(reader.Varint());
     const size_t end = reader.position();
-    const uint32_t checksum = reader.U32();
+    chunk.checksum = reader.U32();
     if (!reader.ok()) {
       return absl::DataLossError(absl::StrCat("chunk ", number, " is cut off"));
     }
-    if (checksum != Crc32c(bytes.subspan(begin, end - begin))) {
-      return absl::DataLossError(absl::StrCat("the checksum of chunk ", number, " is wrong"));
-    }
+    chunk.checked = bytes.subspan(begin, end - begin);
+    if (check) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk, number));
     chunk.bytes = static_cast<int64_t>(reader.position() - begin);
     begin = reader.position();
     list.chunks.push_back(chunk);
   } while (reader.remaining() > 0);
   return list;
+}
+
+absl::Status CheckChunk(const Chunk& chunk, size_t number) {
+  if (chunk.checksum == Crc32c(chunk.checked)) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat("the checksum of chunk ", number, " is wrong"));
 }
 
 }  // namespace rilievo

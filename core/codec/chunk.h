@@ -10,7 +10,7 @@
 
 namespace rilievo {
 
-inline constexpr int kDssVersion = 2;
+inline constexpr int kDssVersion = 3;
 
 // A capital letter is a chunk that a decoder must understand, a small one may be skipped.
 enum ChunkTag : uint8_t {
@@ -25,6 +25,8 @@ struct Chunk {
   uint8_t tag = 0;
   std::span<const uint8_t> payload;  // of the caller's bytes
   int64_t bytes = 0;                 // with its frame
+  std::span<const uint8_t> checked;  // what the checksum is of
+  uint32_t checksum = 0;
 };
 
 struct ChunkList {
@@ -33,7 +35,11 @@ struct ChunkList {
 };
 
 // INVALID_ARGUMENT when the bytes do not start like a .dss file, UNIMPLEMENTED for a newer version,
-// DATA_LOSS that names the chunk when one is cut off or its checksum is wrong.
-absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes);
+// DATA_LOSS that names the chunk when one is cut off or its checksum is wrong. Looks at lengths
+// alone unless `check`.
+absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes, bool check = true);
+
+// DATA_LOSS that names the chunk `number` when its checksum is wrong.
+absl::Status CheckChunk(const Chunk& chunk, size_t number);
 
 }  // namespace rilievo

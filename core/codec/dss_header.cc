@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/codec/byte_stream.h"
 #include "core/codec/dss_metadata.h"
+#include "core/codec/face_groups.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -16,6 +17,12 @@ constexpr uint64_t kMaxCount = 1 << 28;
 constexpr uint8_t kHasBoundaryFlag = 1;
 constexpr uint8_t kHasFilledFlag = 2;
 constexpr uint8_t kHasCreasesFlag = 4;
+constexpr uint8_t kHasGroupsFlag = 8;
+
+int KnownFlags(int version) {
+  return kHasBoundaryFlag | (version > 1 ? kHasFilledFlag | kHasCreasesFlag : 0) |
+         (version > 2 ? kHasGroupsFlag : 0);
+}
 
 }  // namespace
 
@@ -28,12 +35,13 @@ double StoredStep(double step) {
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
   std::vector<uint8_t> bytes;
   ByteWriter writer(bytes);
-  writer.Byte(static_cast<uint8_t>((header.has_boundary ? kHasBoundaryFlag : 0) |
-                                   (header.has_filled ? kHasFilledFlag : 0) |
-                                   (header.has_creases ? kHasCreasesFlag : 0)));
+  writer.Byte(static_cast<uint8_t>(
+      (header.has_boundary ? kHasBoundaryFlag : 0) | (header.has_filled ? kHasFilledFlag : 0) |
+      (header.has_creases ? kHasCreasesFlag : 0) | (header.group_limit > 0 ? kHasGroupsFlag : 0)));
   writer.Varint(static_cast<uint64_t>(header.vertex_count));
   writer.Varint(static_cast<uint64_t>(header.face_count));
   writer.Byte(static_cast<uint8_t>(header.max_level));
+  if (header.group_limit > 0) writer.Varint(static_cast<uint64_t>(header.group_limit));
   for (int axis = 0; axis < 3; ++axis) writer.ShortF64(header.frame.center[axis]);
   writer.ShortF64(header.frame.diagonal);
   writer.ShortF64(StoredStep(header.position_step));
@@ -51,6 +59,8 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   header.has_creases = version > 1 && (flags & kHasCreasesFlag) != 0;
   const uint64_t vertex_count = reader.Varint(), face_count = reader.Varint();
   header.max_level = reader.Byte();
+  const bool has_groups = version > 2 && (flags & kHasGroupsFlag) != 0;
+  const uint64_t group_limit = has_groups ? reader.Varint() : 0;
   const auto number = [&] { return version == 1 ? reader.F64() : reader.ShortF64(); };
   for (int axis = 0; axis < 3; ++axis) header.frame.center[axis] = number();
   header.frame.diagonal = number();
@@ -58,14 +68,18 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   header.height_unit = number();
   header.metadata = ReadMetadata(reader);
   if (!reader.ok()) return absl::DataLossError("the header ends before its last field");
-  const int known = kHasBoundaryFlag | (version == 1 ? 0 : kHasFilledFlag | kHasCreasesFlag);
-  if ((flags & ~known) != 0) {
+  if ((flags & ~KnownFlags(version)) != 0) {
     return absl::DataLossError(absl::StrCat("the header has unknown flags, ", flags));
   }
   if (vertex_count < 3 || vertex_count > kMaxCount || face_count < 1 || face_count > kMaxCount) {
     return absl::DataLossError(absl::StrCat("the header counts ", vertex_count, " vertices and ",
                                             face_count, " faces: not possible"));
   }
+  if (has_groups && (group_limit < kLeastGroupLimit || group_limit > kMostGroupLimit)) {
+    return absl::DataLossError(absl::StrCat("groups of ", group_limit, " faces at most, must be ",
+                                            kLeastGroupLimit, " to ", kMostGroupLimit));
+  }
+  header.group_limit = static_cast<int>(group_limit);
   header.vertex_count = static_cast<int>(vertex_count);
   header.face_count = static_cast<int>(face_count);
   if (header.max_level > kMaxLoopLevel) {

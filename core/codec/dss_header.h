@@ -21,6 +21,7 @@ struct DssHeader {
   double height_unit = 0;    // of the heights as integers, same; version 1: the quantiser's step
   bool has_filled = false;   // whether any height counts as filled in; version 1: true
   bool has_creases = false;
+  int group_limit = 0;  // most faces of a group (face_groups.h); 0: no groups
   DssMetadata metadata;
 };
 

@@ -1,11 +1,15 @@
 #include "core/codec/dss_metadata.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "absl/strings/str_cat.h"
 
 namespace rilievo {
 namespace {
@@ -25,7 +29,41 @@ enum Field : uint64_t {
   kFolds = 10,         // varint
   kInputHash = 11,     // bytes
   kOptions = 12,       // text
+  kFigures = 13,       // small figures, 2 bytes each: ListedFigures
+  kRelease = 14,       // three varints: generator "rilievo A.B.C"
+  kNamedRoad = 15,     // one byte: place in kRoads
 };
+constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbitrary", "user"};
+
+// Figures of a certificate in the order of the format; those at the end that are not known are
+// left off.
+constexpr size_t kFigureCount = 13;
+template <typename Metadata>
+auto ListedFigures(Metadata& m) {
+  auto &to = m.surface_to_scan, &from = m.scan_to_surface;
+  return std::array{&m.measured_share, &m.smoothed_share, &m.filled_share, &to.rms,    &to.mean,
+                    &to.p95,           &to.max,           &from.rms,       &from.mean, &from.p95,
+                    &from.max,         &m.error_mean,     &m.error_p95};
+}
+
+// A small figure: 5 bits of exponent over 11 of a mantissa; from 2^-40 to 4, 0xffff for unknown.
+constexpr uint32_t kUnknownFigure = 0xffff;
+uint32_t SmallFigure(double figure) {
+  if (!(figure >= 0)) return kUnknownFigure;
+  if (figure == 0) return 0;
+  int exponent = 0;  // figure = fraction * 2^exponent, fraction in [1/2, 1)
+  std::frexp(figure, &exponent);
+  exponent = std::max(exponent + 29, 1);
+  const double mantissa = std::nearbyint(std::ldexp(figure, 41 - exponent));
+  const double code = (exponent - 1) * 2048.0 + mantissa;  // a mantissa of 4096 carries over
+  return static_cast<uint32_t>(std::min(code, kUnknownFigure - 1.0));
+}
+double FigureOf(uint32_t code) {
+  if (code == kUnknownFigure) return -1;
+  const uint32_t exponent = code >> 11, mantissa = code & 2047;
+  if (exponent == 0) return std::ldexp(mantissa, -40);
+  return std::ldexp(2048 + mantissa, static_cast<int>(exponent) - 41);
+}
 
 void WriteField(Field field, std::span<const uint8_t> bytes, ByteWriter& writer) {
   writer.Varint(field);
@@ -37,14 +75,6 @@ void WriteText(Field field, const std::string& text, ByteWriter& writer) {
   if (!text.empty()) WriteField(field, std::vector<uint8_t>(text.begin(), text.end()), writer);
 }
 
-// To 20 binary digits after the first; what is unknown becomes -1.
-double Rounded(double figure) {
-  if (!(figure >= 0) || !std::isfinite(figure)) return -1;
-  constexpr int kDropped = 52 - 20;
-  const uint64_t bits = std::bit_cast<uint64_t>(figure) + (uint64_t{1} << (kDropped - 1));
-  return std::bit_cast<double>(bits >> kDropped << kDropped);
-}
-
 void WriteDouble(Field field, double value, ByteWriter& writer) {
   if (!(value >= 0)) return;
   std::vector<uint8_t> bytes;
@@ -52,24 +82,61 @@ void WriteDouble(Field field, double value, ByteWriter& writer) {
   WriteField(field, bytes, writer);
 }
 
-void WriteFigures(Field field, std::span<const double> figures, ByteWriter& writer) {
-  if (std::all_of(figures.begin(), figures.end(), [](double figure) { return !(figure >= 0); })) {
-    return;
-  }
+void WriteFigures(const DssMetadata& metadata, ByteWriter& writer) {
   std::vector<uint8_t> bytes;
   ByteWriter inner(bytes);
-  for (double figure : figures) inner.ShortF64(Rounded(figure));
-  WriteField(field, bytes, writer);
+  size_t known = 0;
+  for (const double* figure : ListedFigures(metadata)) {
+    const uint32_t code = SmallFigure(*figure);
+    inner.Byte(static_cast<uint8_t>(code));
+    inner.Byte(static_cast<uint8_t>(code >> 8));
+    if (code != kUnknownFigure) known = bytes.size();
+  }
+  if (known > 0) WriteField(kFigures, std::span(bytes).first(known), writer);
+}
+
+void ReadFigures(ByteReader& reader, DssMetadata& metadata) {
+  for (double* figure : ListedFigures(metadata)) {
+    if (reader.remaining() < 2) return;
+    const uint32_t low = reader.Byte();
+    *figure = FigureOf(low | static_cast<uint32_t>(reader.Byte()) << 8);
+  }
+}
+
+void WriteGenerator(const std::string& generator, ByteWriter& writer) {
+  constexpr std::string_view kName = "rilievo ";
+  std::vector<uint8_t> bytes;
+  ByteWriter inner(bytes);
+  std::string again(kName);
+  const char* at = generator.data() + std::min(generator.size(), kName.size());
+  const char* const end = generator.data() + generator.size();
+  for (int i = 0; i < 3; ++i) {
+    uint32_t number = 0;
+    at = std::from_chars(at, end, number).ptr;
+    if (at != end) ++at;
+    inner.Varint(number);
+    absl::StrAppend(&again, i > 0 ? "." : "", number);
+  }
+  if (again != generator) return WriteText(kGenerator, generator, writer);
+  WriteField(kRelease, bytes, writer);
+}
+
+std::string ReadRelease(ByteReader& reader) {
+  std::string generator = "rilievo ";
+  for (int i = 0; i < 3; ++i) absl::StrAppend(&generator, i > 0 ? "." : "", reader.Varint());
+  return reader.ok() ? generator : std::string();
+}
+
+void WriteRoad(const std::string& road, ByteWriter& writer) {
+  const auto at = std::find(kRoads.begin(), kRoads.end(), road);
+  if (at == kRoads.end()) return WriteText(kRoad, road, writer);
+  WriteField(kNamedRoad, std::array{static_cast<uint8_t>(at - kRoads.begin())}, writer);
 }
 
 void WriteCount(Field field, int64_t count, ByteWriter& writer) {
   std::vector<uint8_t> bytes;
   ByteWriter(bytes).Varint(static_cast<uint64_t>(count));
   WriteField(field, bytes, writer);
-}
-
-void WriteDistance(Field field, const DssDistance& d, ByteWriter& writer) {
-  WriteFigures(field, std::vector<double>{d.rms, d.mean, d.p95, d.max}, writer);
 }
 
 void ReadDistance(ByteReader& reader, DssDistance& distance) {
@@ -121,6 +188,17 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
     case kOptions:
       metadata.options = text;
       break;
+    case kFigures:
+      ReadFigures(value, metadata);
+      break;
+    case kRelease:
+      metadata.generator = ReadRelease(value);
+      break;
+    case kNamedRoad: {
+      const size_t road = value.Byte();
+      if (value.ok() && road < kRoads.size()) metadata.road = kRoads[road];
+      break;
+    }
     default:
       break;
   }
@@ -150,20 +228,14 @@ bool FollowsFromWays(const DssMetadata& metadata) {
 }  // namespace
 
 void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
-  WriteText(kGenerator, metadata.generator, writer);
+  WriteGenerator(metadata.generator, writer);
   if (!FollowsFromWays(metadata)) {
     WriteDouble(kErrorRms, metadata.error_rms, writer);
     WriteDouble(kErrorMax, metadata.error_max, writer);
   }
   if (metadata.scan_points > 0) WriteCount(kScanPoints, metadata.scan_points, writer);
-  WriteText(kRoad, metadata.road, writer);
-  WriteFigures(kErrors, std::vector<double>{metadata.error_mean, metadata.error_p95}, writer);
-  WriteDistance(kSurfaceToScan, metadata.surface_to_scan, writer);
-  WriteDistance(kScanToSurface, metadata.scan_to_surface, writer);
-  WriteFigures(
-      kShares,
-      std::vector<double>{metadata.measured_share, metadata.smoothed_share, metadata.filled_share},
-      writer);
+  WriteRoad(metadata.road, writer);
+  WriteFigures(metadata, writer);
   if (metadata.folds >= 0) WriteCount(kFolds, metadata.folds, writer);
   WriteText(kInputHash, metadata.input_hash, writer);
   WriteText(kOptions, metadata.options, writer);

@@ -12,6 +12,7 @@
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
+#include "core/codec/face_groups.h"
 #include "core/codec/height_encoder.h"
 #include "core/codec/rate_control.h"
 #include "core/loop/refinement.h"
@@ -25,6 +26,9 @@ constexpr double kHeightStep = 2e-5;
 double StepOf(const EncodeOptions& options) {
   return options.height_step > 0 ? options.height_step : kHeightStep;
 }
+
+// Faces of a group and of the smallest surface that has groups, where nothing else was asked for.
+constexpr int kGroupFaces = 1024, kLeastGroupedFaces = 4096;
 
 constexpr double kMaxStep = 0.01;
 constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
@@ -106,6 +110,12 @@ absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DssHeader& header,
   return WrapChunk(kControlTag, payload, true);
 }
 
+// 0: none.
+int GroupLimit(int face_count, const EncodeOptions& options) {
+  if (options.group_faces > 0) return face_count > options.group_faces ? options.group_faces : 0;
+  return options.group_faces < 0 && face_count >= kLeastGroupedFaces ? kGroupFaces : 0;
+}
+
 bool HasTags(const ControlMesh& mesh) { return !mesh.creases.empty() || !mesh.corners.empty(); }
 
 DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology,
@@ -182,6 +192,9 @@ absl::Status EncodeOptions::Validate() const {
   if (!(noise_floor >= 0 && noise_floor <= 0.1)) {
     return refuse("noise_floor", noise_floor, "[0, 0.1]");
   }
+  if (group_faces > 0 && (group_faces < kLeastGroupLimit || group_faces > kMostGroupLimit)) {
+    return refuse("group_faces", group_faces, "[128, 2^20], 0 or negative");
+  }
   if (smallest_hole < 1 || smallest_hole > 1 << 20) {
     return refuse("smallest_hole", smallest_hole, "[1, 2^20]");
   }
@@ -216,7 +229,11 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
                            GridPoints(surface.control_mesh, header.position_step));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> coded_mesh,
                            EncodeControlMesh(control, points, SeedBits(header.position_step)));
-  const HeightEncoder encoder(surface, refinement, options.smallest_hole);
+  FaceGroups groups;
+  header.group_limit = GroupLimit(control.face_count(), options);
+  if (header.group_limit > 0) groups = GroupFaces(control, points, header.group_limit);
+  const HeightEncoder encoder(surface, refinement, options.smallest_hole,
+                              header.group_limit > 0 ? &groups : nullptr);
   header.has_filled = encoder.has_filled();
   header.has_creases = HasTags(surface.control_mesh);
   if (header.has_creases) {

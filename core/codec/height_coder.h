@@ -73,9 +73,11 @@ template <typename Coder, typename Chooser>
 class LevelCoder {
  public:
   // `level`: 0, or the one whose vertices stand on the edges of refinement.levels[level - 1].
-  // `step` in units. The state holds what levels below `level` have left.
+  // `step` in units. The state holds what levels below `level` have left. `foreign`: by vertex, 1
+  // where it is coded elsewhere: its coefficient counts as 0, its height as not filled; null: none.
   LevelCoder(Coder& coder, Chooser& chooser, const LoopRefinement& refinement, int level,
-             int32_t step, bool has_filled, HeightModels& models, HeightState& state)
+             int32_t step, bool has_filled, HeightModels& models, HeightState& state,
+             const uint8_t* foreign = nullptr)
       : coder_(coder),
         chooser_(chooser),
         refinement_(refinement),
@@ -84,7 +86,8 @@ class LevelCoder {
         step_(step),
         has_filled_(has_filled),
         models_(models),
-        state_(state) {}
+        state_(state),
+        foreign_(foreign) {}
 
   // `empty`: only the flags of filled heights are coded, all coefficients are zero. False when a
   // coefficient lies outside the range of the format.
@@ -126,6 +129,12 @@ class LevelCoder {
   int EdgeBegin(int j, int f) const { return leaf_edges_[LeafBegin(j, f)]; }
   int EdgeEnd(int j, int f) const { return leaf_edges_[LeafBegin(j, f + 1)]; }
 
+  bool Own(int vertex) const { return foreign_ == nullptr || foreign_[vertex] == 0; }
+  bool HasOwn(int begin, int end) const {
+    while (begin < end && !Own(topology_.vertex_count + begin)) ++begin;
+    return begin < end;
+  }
+
   // An encoder's state may be longer from the start.
   void Reach(int count) {
     if (static_cast<int>(state_.coefficients.size()) < count) state_.coefficients.resize(count, 0);
@@ -163,27 +172,37 @@ class LevelCoder {
   // ---- which vertices are filled
   void CodeFilled(int j, int f) {
     const MeshTopology& faces = refinement_.levels[j];
+    if (!HasOwn(EdgeBegin(j, f), EdgeEnd(j, f))) return;
     const int begin = topology_.vertex_count + EdgeBegin(j, f);
     const int end = topology_.vertex_count + EdgeEnd(j, f);
-    if (begin == end) return;
     int corners = 0;
     for (int k = 0; k < 3; ++k) corners += state_.filled[faces.faces(k, f)];
     const int depth = std::min(3, leaf_level() - j);
-    const bool first = state_.filled[begin] != 0;
-    bool uniform =
-        !Coder::kDecodes && std::all_of(state_.filled.begin() + begin, state_.filled.begin() + end,
-                                        [&](uint8_t filled) { return (filled != 0) == first; });
+    bool uniform = false, first = false;
+    if (!Coder::kDecodes) {
+      int own = 0, filled_count = 0;
+      for (int v = begin; v < end; ++v) {
+        own += Own(v);
+        filled_count += Own(v) && state_.filled[v] != 0;
+      }
+      first = filled_count > 0;
+      uniform = filled_count == 0 || filled_count == own;
+    }
     uniform = models_.Ask(coder_, uniform, HeightModels::kUniform, depth * 4 + corners, corners);
     if (uniform) {
       const bool filled = models_.Ask(coder_, first, HeightModels::kUniformState, corners, 0);
-      std::fill(state_.filled.begin() + begin, state_.filled.begin() + end, filled ? 1 : 0);
+      for (int v = begin; v < end; ++v) {
+        if (Own(v)) state_.filled[v] = filled ? 1 : 0;
+      }
       return;
     }
     if (j < leaf_level()) {
       for (int k = 0; k < 4; ++k) CodeFilled(j + 1, 4 * f + k);
       return;
     }
-    for (int v = begin; v < end; ++v) CodeFilledVertex(v);
+    for (int v = begin; v < end; ++v) {
+      if (Own(v)) CodeFilledVertex(v);
+    }
   }
 
   void CodeFilledVertex(int v) {
@@ -207,7 +226,8 @@ class LevelCoder {
       if (face < 0) break;
       for (int k = 0; k < 3; ++k) {
         const int sibling = topology_.face_edges(k, face);
-        if (sibling < edge) visit(topology_.vertex_count + sibling);
+        const int v = topology_.vertex_count + sibling;
+        if (sibling < edge && Own(v)) visit(v);
       }
     }
   }
@@ -215,7 +235,7 @@ class LevelCoder {
   // ---- which blocks have coefficients
   void CodeBlock(int j, int f, bool implied) {
     const int begin = EdgeBegin(j, f), end = EdgeEnd(j, f);
-    if (begin == end) return;
+    if (!HasOwn(begin, end)) return;
     if (level_ > 1 && !implied && !CodeActive(j, f)) return;
     active_[j][f] = 1;
     if (j < leaf_level()) {
@@ -226,7 +246,9 @@ class LevelCoder {
       }
       return;
     }
-    for (int e = begin; e < end; ++e) CodeEdge(e);
+    for (int e = begin; e < end; ++e) {
+      if (Own(topology_.vertex_count + e)) CodeEdge(e);
+    }
   }
 
   bool CodeActive(int j, int f) {
@@ -322,6 +344,7 @@ class LevelCoder {
   bool has_filled_;
   HeightModels& models_;
   HeightState& state_;
+  const uint8_t* foreign_;
   std::vector<int> leaf_edges_;
   std::vector<std::vector<uint8_t>> active_;
   int64_t recent_ = 0;

@@ -1,11 +1,15 @@
 #include "core/codec/height_decoder.h"
 
 #include <algorithm>
+#include <map>
+#include <memory>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/codec/group_heights.h"
 #include "core/codec/height_coder.h"
 #include "core/codec/height_layout.h"
 #include "core/codec/range_coder.h"
@@ -31,13 +35,15 @@ bool Dequantize(const Dequantizer& dequantizer, const std::vector<int32_t>& coef
   return true;
 }
 
-}  // namespace
+absl::Status OutOfRange() {
+  return absl::DataLossError("a height lies outside the range of the format");
+}
 
-absl::StatusOr<DecodedHeights> DecodeHeightLayers(
-    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
-    bool has_filled, const RunContext& context) {
-  HeightState state;
-  HeightModels models;
+// Levels [0, count), each for the whole surface.
+absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
+                               const LoopRefinement& refinement, bool has_filled,
+                               const RunContext& context, HeightModels& models,
+                               HeightState& state) {
   NoChoice chooser;
   for (int level = 0; level < static_cast<int>(layers.size()); ++level) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -47,7 +53,7 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
                                              layout.dequantizer.step, has_filled, models, state);
     if (!coded.Run(layout.empty) ||
         !Dequantize(layout.dequantizer, state.coefficients, state.heights)) {
-      return absl::DataLossError("a height lies outside the range of the format");
+      return OutOfRange();
     }
     if (coder.overrun()) {
       return absl::DataLossError(
@@ -55,12 +61,148 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     }
     if (level > 0) {
       SynthesizeLevel(refinement.levels[level - 1], layout.lifting, state.heights);
-      if (!InRange(state.heights)) {
-        return absl::DataLossError("a height lies outside the range of the format");
-      }
+      if (!InRange(state.heights)) return OutOfRange();
     }
   }
-  return DecodedHeights{std::move(state.heights), std::move(state.filled)};
+  return absl::OkStatus();
+}
+
+// The groups' own part of the levels from kFirstGroupedLevel on.
+struct GroupReader {
+  const MeshTopology& control;
+  const FaceGroups& groups;
+  const std::vector<GroupedLayout>& levels;
+  const HeightModels& models;
+  const HeightState& shared;
+  bool has_filled;
+
+  int max_level() const { return kFirstGroupedLevel + static_cast<int>(levels.size()) - 1; }
+
+  // Puts what the group codes at the vertices of `there`, its finest level's, into `heights` and
+  // `filled`. `shared_numbers`: of the whole's vertices of the last shared level. `face_there`: for
+  // each member its face there or -1.
+  absl::Status Read(int group, const FaceVertices& shared_numbers, const FaceVertices& there,
+                    const std::vector<int>& face_there, std::vector<int32_t>& heights,
+                    std::vector<uint8_t>& filled) const {
+    RunContext one_thread;
+    one_thread.threads = 1;
+    RILIEVO_ASSIGN_OR_RETURN(const GroupMesh mesh,
+                             BuildGroupMesh(control, groups, group, max_level(), one_thread));
+    const MeshTopology& own = mesh.refinement.levels[0];
+    const std::vector<int>& members = groups.members[group];
+    const std::vector<int> whole =
+        VerticesThere(FaceVertices(own, kFirstGroupedLevel - 1), shared_numbers, members);
+    RILIEVO_ASSIGN_OR_RETURN(
+        const GroupHeights decoded,
+        DecodeGroup(mesh, levels, has_filled, models, StateOfGroup(shared, members, whole)));
+    const std::vector<int> target =
+        VerticesThere(FaceVertices(own, max_level()), there, face_there);
+    for (size_t v = whole.size(); v < target.size(); ++v) {
+      if (target[v] < 0 || mesh.foreign[v] != 0) continue;
+      heights[target[v]] = decoded.values[v];
+      filled[target[v]] = decoded.filled[v];
+    }
+    return absl::OkStatus();
+  }
+};
+
+absl::StatusOr<std::vector<GroupedLayout>> ReadGroupedLayouts(
+    const std::vector<std::span<const uint8_t>>& layers, int group_count) {
+  std::vector<GroupedLayout> levels;
+  for (size_t level = kFirstGroupedLevel; level < layers.size(); ++level) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        GroupedLayout layout,
+        ReadGroupedLayout(layers[level], static_cast<int>(level), group_count));
+    levels.push_back(std::move(layout));
+  }
+  return levels;
+}
+
+// The values of coefficients behind the heights of level kFirstGroupedLevel - 1 become heights.
+absl::Status SynthesizeLevels(const LoopRefinement& refinement,
+                              const std::vector<GroupedLayout>& levels,
+                              std::vector<int32_t>& heights) {
+  for (size_t i = 0; i < levels.size(); ++i) {
+    const int level = kFirstGroupedLevel + static_cast<int>(i);
+    const std::span<int32_t> reached =
+        std::span(heights).first(static_cast<size_t>(refinement.vertex_count(level)));
+    SynthesizeLevel(refinement.levels[level - 1], levels[i].lifting, reached);
+    if (!InRange(reached)) return OutOfRange();
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<DecodedHeights> DecodeHeightLayers(
+    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
+    const FaceGroups* groups, bool has_filled, const RunContext& context) {
+  const bool grouped = groups != nullptr && layers.size() > kFirstGroupedLevel;
+  HeightState state;
+  const auto models = std::make_unique<HeightModels>();
+  const std::span all(layers);
+  RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(grouped ? all.first(kFirstGroupedLevel) : all,
+                                            refinement, has_filled, context, *models, state));
+  if (!grouped) return DecodedHeights{std::move(state.heights), std::move(state.filled)};
+
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
+                           ReadGroupedLayouts(layers, groups->count()));
+  const int max_level = static_cast<int>(layers.size()) - 1;
+  const MeshTopology& control = refinement.levels[0];
+  DecodedHeights decoded{state.heights, state.filled};
+  decoded.heights.resize(refinement.vertex_count(max_level), 0);
+  decoded.filled.resize(decoded.heights.size(), 0);
+  const FaceVertices shared_numbers(control, kFirstGroupedLevel - 1), numbers(control, max_level);
+  const GroupReader reader{control, *groups, levels, *models, state, has_filled};
+  std::vector<absl::Status> statuses(groups->count());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(groups->count(), 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t g = begin; g < end; ++g) {
+      statuses[g] = reader.Read(static_cast<int>(g), shared_numbers, numbers, groups->members[g],
+                                decoded.heights, decoded.filled);
+    }
+  }));
+  for (const absl::Status& status : statuses) RILIEVO_RETURN_IF_ERROR(status);
+  RILIEVO_RETURN_IF_ERROR(SynthesizeLevels(refinement, levels, decoded.heights));
+  return decoded;
+}
+
+absl::StatusOr<DecodedHeights> DecodePartOfHeights(
+    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
+    const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
+    bool has_filled, const RunContext& context) {
+  HeightState state;
+  const auto models = std::make_unique<HeightModels>();
+  RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(std::span(layers).first(kFirstGroupedLevel), shared,
+                                            has_filled, context, *models, state));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
+                           ReadGroupedLayouts(layers, groups.count()));
+  const int max_level = static_cast<int>(layers.size()) - 1;
+  const MeshTopology &control = shared.levels[0], &own = refinement.levels[0];
+  const FaceVertices shared_numbers(control, kFirstGroupedLevel - 1), numbers(own, max_level);
+  DecodedHeights decoded;
+  decoded.heights.resize(refinement.vertex_count(max_level), 0);
+  decoded.filled.resize(decoded.heights.size(), 0);
+  const std::vector<int> whole =
+      VerticesThere(FaceVertices(own, kFirstGroupedLevel - 1), shared_numbers, part);
+  for (size_t v = 0; v < whole.size(); ++v) {
+    decoded.heights[v] = state.heights[whole[v]];
+    decoded.filled[v] = state.filled[whole[v]];
+  }
+  std::map<int, std::vector<int>> face_there;  // of each group needed: its members in the part
+  for (size_t i = 0; i < part.size(); ++i) {
+    const int group = groups.group_of[part[i]];
+    std::vector<int>& there = face_there[group];
+    there.resize(groups.members[group].size(), -1);
+    there[groups.place_of[part[i]]] = static_cast<int>(i);
+  }
+  const GroupReader reader{control, groups, levels, *models, state, has_filled};
+  for (const auto& [group, there] : face_there) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_RETURN_IF_ERROR(
+        reader.Read(group, shared_numbers, numbers, there, decoded.heights, decoded.filled));
+  }
+  RILIEVO_RETURN_IF_ERROR(SynthesizeLevels(refinement, levels, decoded.heights));
+  return decoded;
 }
 
 }  // namespace rilievo

@@ -1,4 +1,4 @@
-// The height layers of format version 2 back to heights.
+// The height layers of a file back to heights.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/face_groups.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -17,10 +18,21 @@ struct DecodedHeights {
 };
 
 // `layers`: payloads of level 0, 1, ..., at least one; `refinement` reaches the last level but one.
-// DATA_LOSS when the bytes hold fewer heights, or numbers beyond the range of the format. The
-// caller has checked the counts against the bytes.
+// `groups`: of the control faces where the file has them, else null. DATA_LOSS when the bytes hold
+// fewer heights, or numbers beyond the range of the format. The caller has checked the counts
+// against the bytes.
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
+    const FaceGroups* groups, bool has_filled, const RunContext& context);
+
+// The same for a part of a surface with groups and at least kFirstGroupedLevel + 1 layers. `part`:
+// control faces of `control`, whose connectivity alone `refinement` refines. Heights come out as
+// those of the whole wherever all faces within kHeightReach rings are in the part. Reads the shared
+// levels, the indices, and the pieces of groups with a face in the part.
+inline constexpr int kHeightReach = 4;
+absl::StatusOr<DecodedHeights> DecodePartOfHeights(
+    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
+    const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
     bool has_filled, const RunContext& context);
 
 }  // namespace rilievo

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <memory>
 #include <utility>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/dss_header.h"
+#include "core/codec/group_heights.h"
 #include "core/codec/holes.h"
 #include "core/codec/range_coder.h"
 #include "core/codec/rate_distortion_chooser.h"
@@ -73,11 +76,23 @@ struct HeightEncoder::Pass {
   HeightState state;
   std::vector<int32_t> coefficients;  // as decoded, in units
   std::vector<std::vector<uint8_t>> layers;
+  // Of each group: dequantizer draws and pieces of level kFirstGroupedLevel and on.
+  std::vector<std::vector<std::array<int, 2>>> draws;
+  std::vector<std::vector<std::vector<uint8_t>>> pieces;
 };
 
+// Part of the whole, with where its vertices are there.
+struct HeightEncoder::Group {
+  GroupMesh mesh;
+  std::vector<int> whole_vertex;  // of the finest level
+};
+
+HeightEncoder::~HeightEncoder() = default;
+
 HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                             int smallest_hole)
+                             int smallest_hole, const FaceGroups* groups)
     : refinement_(refinement),
+      groups_(groups),
       max_level_(surface.max_level),
       heights_(surface.heights.begin(), surface.heights.end()),
       filled_(FilledFlags(surface)),
@@ -99,6 +114,19 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
       ++count;
     }
     mean_gains_.push_back(count > 0 ? sum / count : 0);
+  }
+  if (grouped()) BuildGroups();
+}
+
+void HeightEncoder::BuildGroups() {
+  const MeshTopology& control = refinement_.levels[0];
+  const FaceVertices whole(control, max_level_);
+  for (int g = 0; g < groups_->count(); ++g) {
+    // Part of a manifold that is refined already: it cannot fail.
+    Group group{*BuildGroupMesh(control, *groups_, g, max_level_, RunContext()), {}};
+    group.whole_vertex = VerticesThere(FaceVertices(group.mesh.refinement.levels[0], max_level_),
+                                       whole, groups_->members[g]);
+    group_meshes_.push_back(std::move(group));
   }
 }
 
@@ -159,7 +187,103 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
   if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], layout.lifting, heights);
 }
 
-void HeightEncoder::RunPass(double step, const std::vector<double>& targets, Pass& pass) const {
+// Writes at places of the pass that are this group's own.
+void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
+                              const HeightModels& shared_models, Pass& pass) const {
+  const GroupMesh& mesh = group.mesh;
+  const std::vector<int>& whole = group.whole_vertex;
+  const auto gathered = [&](const auto& values, auto foreign) {
+    std::vector<decltype(foreign)> own;
+    own.reserve(whole.size());
+    for (size_t v = 0; v < whole.size(); ++v) {
+      own.push_back(mesh.foreign[v] != 0 ? foreign : values[whole[v]]);
+    }
+    return own;
+  };
+  const std::vector<double> targets = gathered(targets_in_units, 0.0);
+  const std::vector<double> gains = gathered(gains_.of_vertex, 0.0);
+  const auto models = std::make_unique<HeightModels>(shared_models);
+  const int shared_count = mesh.refinement.vertex_count(kFirstGroupedLevel - 1);
+  HeightState state = StateOfGroup(pass.state, groups_->members[mesh.group],
+                                   std::vector<int>(whole.begin(), whole.begin() + shared_count));
+  state.filled = gathered(filled_, uint8_t{0});
+  std::vector<int32_t> values(shared_count, 0);
+  for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
+    Dequantizer dequantizer = pass.dequantizers[level];
+    std::array<int, 2>& draw = pass.draws[mesh.group][level - kFirstGroupedLevel];
+    std::vector<uint8_t>& piece = pass.pieces[mesh.group][level - kFirstGroupedLevel];
+    dequantizer.draw = draw;
+    const int begin = mesh.refinement.vertex_count(level - 1);
+    const int end = mesh.refinement.vertex_count(level);
+    RangeEncoder coder;
+    RateDistortionChooser chooser(mesh.refinement, level, dequantizer, kLambda, targets, gains,
+                                  mean_gains_[level]);
+    PieceLayout layout;
+    layout.empty = chooser.Empty(begin, end);
+    const bool any_filled = std::any_of(state.filled.begin() + begin, state.filled.begin() + end,
+                                        [](uint8_t filled) { return filled != 0; });
+    piece.clear();
+    if (layout.empty && !any_filled) {
+      state.coefficients.resize(end, 0);
+      state.active = NoneActive(mesh.refinement, level);
+    } else {
+      LevelCoder<RangeEncoder, RateDistortionChooser> coded(coder, chooser, mesh.refinement, level,
+                                                            dequantizer.step, has_filled_, *models,
+                                                            state, mesh.foreign.data());
+      coded.Run(layout.empty);
+      draw = MeanDraw(targets, state.coefficients, begin, end, dequantizer.step);
+      layout.draw = dequantizer.draw = draw;
+      piece = WritePieceLayout(layout);
+      const std::vector<uint8_t> bits = coder.Finish();
+      piece.insert(piece.end(), bits.begin(), bits.end());
+    }
+    for (int v = begin; v < end; ++v) {
+      const auto value = static_cast<int32_t>(dequantizer.Value(state.coefficients[v]));
+      values.push_back(value);
+      state.heights.push_back(value);
+    }
+    if (level < max_level_) {
+      SynthesizeLevel(mesh.refinement.levels[level - 1], lifting_.step(level), state.heights);
+    }
+  }
+  for (size_t v = shared_count; v < whole.size(); ++v) {
+    if (mesh.foreign[v] == 0) pass.coefficients[whole[v]] = values[v];
+  }
+}
+
+absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_units,
+                                       const HeightModels& models, const RunContext& context,
+                                       Pass& pass) const {
+  const size_t levels = static_cast<size_t>(max_level_ - kFirstGroupedLevel + 1);
+  pass.draws.resize(group_meshes_.size());
+  for (auto& draws : pass.draws) draws.resize(levels);
+  pass.pieces.assign(group_meshes_.size(), std::vector<std::vector<uint8_t>>(levels));
+  pass.coefficients.resize(lifting_.end(max_level_), 0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(group_meshes_.size()), 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t g = begin; g < end; ++g) {
+          CodeGroup(group_meshes_[g], targets_in_units, models, pass);
+        }
+      }));
+  std::vector<int32_t>& heights = pass.state.heights;
+  heights.insert(heights.end(),
+                 pass.coefficients.begin() + static_cast<std::ptrdiff_t>(heights.size()),
+                 pass.coefficients.end());
+  for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
+    SynthesizeLevel(refinement_.levels[level - 1], lifting_.step(level),
+                    std::span(heights).first(static_cast<size_t>(lifting_.end(level))));
+    std::vector<std::vector<uint8_t>> pieces;
+    for (auto& of_group : pass.pieces) {
+      pieces.push_back(std::move(of_group[level - kFirstGroupedLevel]));
+    }
+    pass.layers.push_back(
+        WriteGroupedLayout(lifting_.step(level), pass.dequantizers[level].step, pieces));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targets,
+                                    const RunContext& context, Pass& pass) const {
   const std::vector<double> steps = StepsOfLevels(step);
   double largest = 0;
   for (double height : heights_) largest = std::max(largest, std::abs(height));
@@ -173,12 +297,13 @@ void HeightEncoder::RunPass(double step, const std::vector<double>& targets, Pas
   pass.state.filled = filled_;
   pass.coefficients.clear();
   pass.layers.clear();
-  HeightModels models;
+  const auto models = std::make_unique<HeightModels>();
   for (int l = 0; l <= max_level_; ++l) {
     const double units = std::clamp(std::round(steps[l] / pass.unit), 1.0, double{kMaxHeightStep});
     pass.dequantizers[l].step = static_cast<int32_t>(units);
-    CodeLevel(l, in_units, models, pass);
+    if (!grouped() || l < kFirstGroupedLevel) CodeLevel(l, in_units, *models, pass);
   }
+  return grouped() ? CodeGroups(in_units, *models, context, pass) : absl::OkStatus();
 }
 
 // What is still wrong is told by the basis functions of each coefficient: they are not quite
@@ -223,7 +348,7 @@ absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunConte
   for (int round = 0; round < kMostRounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     if (round > 0) targets = CorrectedTargets(pass);
-    RunPass(step, targets, pass);
+    RILIEVO_RETURN_IF_ERROR(RunPass(step, targets, context, pass));
     if (round + 1 < kRounds) continue;
     EncodedHeights next = Finish(step, pass);
     if (round + 1 > kRounds && next.rms >= encoded.rms) break;

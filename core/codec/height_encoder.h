@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/face_groups.h"
 #include "core/codec/height_coder.h"
 #include "core/codec/height_layout.h"
 #include "core/codec/height_lifting.h"
@@ -28,9 +29,14 @@ struct EncodedHeights {
 class HeightEncoder {
  public:
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
-  // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
+  // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions. `groups`: of
+  // the control faces, to be coded apart; null for none; must outlive this.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                int smallest_hole);
+                int smallest_hole, const FaceGroups* groups = nullptr);
+
+  ~HeightEncoder();
+  HeightEncoder(const HeightEncoder&) = delete;
+  HeightEncoder& operator=(const HeightEncoder&) = delete;
 
   bool has_filled() const { return has_filled_; }
 
@@ -41,15 +47,25 @@ class HeightEncoder {
 
  private:
   struct Pass;
+  struct Group;
+  bool grouped() const { return groups_ != nullptr && max_level_ >= kFirstGroupedLevel; }
+  void BuildGroups();
+  void CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
+                 const HeightModels& models, Pass& pass) const;
+  absl::Status CodeGroups(const std::vector<double>& targets_in_units, const HeightModels& models,
+                          const RunContext& context, Pass& pass) const;
   void FreeFilledHeights();
   std::vector<double> StepsOfLevels(double step) const;
-  void RunPass(double step, const std::vector<double>& targets, Pass& pass) const;
+  absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
+                       Pass& pass) const;
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
   EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;
+  const FaceGroups* groups_;
+  std::vector<Group> group_meshes_;
   int max_level_;
   std::vector<double> heights_;
   std::vector<uint8_t> filled_;

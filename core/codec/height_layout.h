@@ -40,4 +40,34 @@ std::vector<uint8_t> WriteHeightLayout(const HeightLayout& layout);
 // DATA_LOSS when a field is missing or out of range.
 absl::StatusOr<HeightLayout> ReadHeightLayout(std::span<const uint8_t> payload, int level);
 
+// A level whose heights stand in groups (face_groups.h): what they share, an index, and a piece a
+// group that decodes by itself.
+struct GroupedLayout {
+  LiftingStep lifting;
+  int32_t step = 1;
+  // Empty where a group has neither coefficients nor filled heights.
+  std::vector<std::span<const uint8_t>> pieces;
+};
+
+// The whole payload.
+std::vector<uint8_t> WriteGroupedLayout(const LiftingStep& lifting, int32_t step,
+                                        const std::vector<std::vector<uint8_t>>& pieces);
+
+// DATA_LOSS when the index is cut off, out of range, or its checksum is wrong. The pieces are not
+// looked at.
+absl::StatusOr<GroupedLayout> ReadGroupedLayout(std::span<const uint8_t> payload, int level,
+                                                int group_count);
+
+struct PieceLayout {
+  bool empty = false;  // no coefficients, flags of filled heights only
+  std::array<int, 2> draw = {0, 0};
+  std::span<const uint8_t> coded;
+};
+
+// Everything but what is coded.
+std::vector<uint8_t> WritePieceLayout(const PieceLayout& layout);
+
+// `piece`: not empty. DATA_LOSS when it is cut off or its checksum is wrong.
+absl::StatusOr<PieceLayout> ReadPieceLayout(std::span<const uint8_t> piece, int level, int group);
+
 }  // namespace rilievo

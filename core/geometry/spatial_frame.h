@@ -5,8 +5,9 @@
 
 namespace rilievo {
 
-// unit = (scan - center) / diagonal. In the unit frame the bounding box of the accepted points is
-// centred at the origin and has a diagonal of 1: every length there is a fraction of the diagonal.
+// unit = (scan - center) / diagonal. In the unit frame the bounding box of the accepted points has
+// a diagonal of 1 and its centre at the origin: every length there is a fraction of the diagonal. A
+// surface's frame is rounded, since files carry it: to a millionth, the centre to a thousandth.
 struct SpatialFrame {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // scan frame
   double diagonal = 1.0;                             // scan unit, > 0

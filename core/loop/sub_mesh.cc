@@ -9,21 +9,6 @@
 namespace rilievo {
 namespace {
 
-std::vector<int> WantedAndTouching(const MeshTopology& topology,
-                                   const std::vector<uint8_t>& wanted) {
-  std::vector<uint8_t> near(topology.vertex_count, 0);
-  for (int f = 0; f < topology.face_count(); ++f) {
-    if (wanted[f] == 0) continue;
-    for (int k = 0; k < 3; ++k) near[topology.faces(k, f)] = 1;
-  }
-  std::vector<int> taken;
-  for (int f = 0; f < topology.face_count(); ++f) {
-    const auto face = topology.faces.col(f);
-    if (near[face[0]] != 0 || near[face[1]] != 0 || near[face[2]] != 0) taken.push_back(f);
-  }
-  return taken;
-}
-
 // Corners of the taken faces, joined where faces meet in an edge.
 class CornerSets {
  public:
@@ -45,36 +30,65 @@ class CornerSets {
 
 }  // namespace
 
-SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points,
-                    const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
-                    const std::vector<int>& corners) {
-  SubMesh sub;
-  sub.faces = WantedAndTouching(topology, wanted);
-  const int count = static_cast<int>(sub.faces.size());
-  std::vector<int> place(topology.face_count(), -1);
-  for (int i = 0; i < count; ++i) place[sub.faces[i]] = i;
-  CornerSets sets(sub.faces.size());
+FaceCut CutConnectivity(const MeshTopology& topology, const std::vector<int>& faces,
+                        const std::vector<int>& part, const std::vector<int>& place) {
+  const int count = static_cast<int>(faces.size());
+  CornerSets sets(faces.size());
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
-      const int f = sub.faces[i], neighbor = topology.face_neighbors(k, f);
-      if (neighbor < 0 || place[neighbor] < i) continue;
+      const int f = faces[i], neighbor = topology.face_neighbors(k, f);
+      if (neighbor < 0 || part[neighbor] != part[f] || place[neighbor] < i) continue;
       const int j = CornerOfEdge(topology, neighbor, topology.face_edges(k, f));
       sets.Join(3 * i + k, 3 * place[neighbor] + (j + 1) % 3);
       sets.Join(3 * i + (k + 1) % 3, 3 * place[neighbor] + j);
     }
   }
-  std::vector<int> number(3 * sub.faces.size(), -1), source;  // vertex of each set
-  sub.mesh.faces.resize(3, count);
+  FaceCut cut;
+  std::vector<int> number(3 * faces.size(), -1);
+  cut.faces.resize(3, count);
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
       int& vertex = number[sets.Root(3 * i + k)];
       if (vertex < 0) {
-        vertex = static_cast<int>(source.size());
-        source.push_back(topology.faces(k, sub.faces[i]));
+        vertex = static_cast<int>(cut.vertex_of.size());
+        cut.vertex_of.push_back(topology.faces(k, faces[i]));
       }
-      sub.mesh.faces(k, i) = vertex;
+      cut.faces(k, i) = vertex;
     }
   }
+  return cut;
+}
+
+std::vector<uint8_t> WithTouchingFaces(const MeshTopology& topology,
+                                       const std::vector<uint8_t>& marked) {
+  std::vector<uint8_t> near(topology.vertex_count, 0);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (marked[f] == 0) continue;
+    for (int k = 0; k < 3; ++k) near[topology.faces(k, f)] = 1;
+  }
+  std::vector<uint8_t> grown(topology.face_count(), 0);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const auto face = topology.faces.col(f);
+    grown[f] = near[face[0]] | near[face[1]] | near[face[2]];
+  }
+  return grown;
+}
+
+SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points,
+                    const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
+                    const std::vector<int>& corners) {
+  SubMesh sub;
+  const std::vector<uint8_t> taken = WithTouchingFaces(topology, wanted);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (taken[f] != 0) sub.faces.push_back(f);
+  }
+  const int count = static_cast<int>(sub.faces.size());
+  std::vector<int> place(topology.face_count(), -1);
+  for (int i = 0; i < count; ++i) place[sub.faces[i]] = i;
+  const std::vector<int> part(taken.begin(), taken.end());
+  FaceCut cut = CutConnectivity(topology, sub.faces, part, place);
+  sub.mesh.faces = std::move(cut.faces);
+  const std::vector<int>& source = cut.vertex_of;
   sub.mesh.vertices.resize(3, static_cast<Eigen::Index>(source.size()));
   for (size_t v = 0; v < source.size(); ++v) {
     sub.mesh.vertices.col(static_cast<Eigen::Index>(v)) = points.col(source[v]);

@@ -24,4 +24,19 @@ SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points
                     const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
                     const std::vector<int>& corners);
 
+// The connectivity of some faces alone.
+struct FaceCut {
+  Eigen::Matrix3Xi faces;      // a manifold whenever the whole mesh is one
+  std::vector<int> vertex_of;  // of the whole mesh, each vertex here; one of several fans repeats
+};
+// Vertices are numbered in the order in which the faces meet them. `part`: a number for each face
+// of the topology, that of `faces` their own and no other face's; `place`: where each is in
+// `faces`.
+FaceCut CutConnectivity(const MeshTopology& topology, const std::vector<int>& faces,
+                        const std::vector<int>& part, const std::vector<int>& place);
+
+// The marked faces and those that touch them.
+std::vector<uint8_t> WithTouchingFaces(const MeshTopology& topology,
+                                       const std::vector<uint8_t>& marked);
+
 }  // namespace rilievo

@@ -53,7 +53,7 @@ class FigureList {
  public:
   void Add(std::string name, double stated, double found) {
     if (stated < 0) return;
-    constexpr double kRelative = 1e-5, kAbsolute = 1e-13;
+    constexpr double kRelative = 3e-4, kAbsolute = 1e-13;
     const bool agrees = std::abs(stated - found) <= kRelative * std::max(stated, found) + kAbsolute;
     figures.push_back({std::move(name), stated, found, agrees});
   }
@@ -91,7 +91,7 @@ std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadat
 }  // namespace
 
 std::string HashOfScan(const PointCloud& scan) {
-  constexpr size_t kBytes = 16, kBlock = 4096;
+  constexpr size_t kBlock = 4096;
   Sha256 hash;
   std::array<double, kBlock> block;
   const double* coordinates = scan.points.data();
@@ -104,7 +104,7 @@ std::string HashOfScan(const PointCloud& scan) {
     hash.Add({reinterpret_cast<const uint8_t*>(block.data()), n * sizeof(double)});
   }
   const auto digest = hash.Finish();
-  return std::string(digest.begin(), digest.begin() + kBytes);
+  return std::string(digest.begin(), digest.begin() + kHashBytes);
 }
 
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
@@ -150,9 +150,11 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
   verification.complete =
       decoded.surface.max_level == decoded.declared_max_level && decoded.chunk_bytes.size() > 1;
   if (scan != nullptr) {
-    verification.scan = decoded.metadata.input_hash.empty()                ? StatedScan::kUnknown
-                        : HashOfScan(*scan) == decoded.metadata.input_hash ? StatedScan::kSame
-                                                                           : StatedScan::kOther;
+    // Files of older versions state more of the hash.
+    const std::string stated = decoded.metadata.input_hash.substr(0, kHashBytes);
+    verification.scan = stated.empty()                ? StatedScan::kUnknown
+                        : HashOfScan(*scan) == stated ? StatedScan::kSame
+                                                      : StatedScan::kOther;
   }
   DssMetadata found = decoded.metadata;
   const bool with_errors = verification.scan == StatedScan::kSame;

@@ -2,47 +2,18 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/loop/crease_topology.h"
-#include "core/loop/patch_lattice.h"
+#include "core/loop/face_vertices.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 
 namespace rilievo {
 namespace {
-
-// The vertices that a level has on each control face, in an order that depends on the level alone.
-class FaceVertices {
- public:
-  FaceVertices(const MeshTopology& control, int level) : control_(control) {
-    if (level == 0) return;
-    lattice_.emplace(level);
-    numbering_.emplace(control, *lattice_);
-  }
-  FaceVertices(const FaceVertices&) = delete;
-  FaceVertices& operator=(const FaceVertices&) = delete;
-
-  int64_t count() const { return numbering_ ? numbering_->vertex_count() : control_.vertex_count; }
-  const std::vector<int>& Of(int face) {
-    if (numbering_) {
-      numbering_->VerticesOf(face, vertices_);
-    } else {
-      vertices_ = {control_.faces(0, face), control_.faces(1, face), control_.faces(2, face)};
-    }
-    return vertices_;
-  }
-
- private:
-  const MeshTopology& control_;
-  std::optional<PatchLattice> lattice_;
-  std::optional<PatchNumbering> numbering_;
-  std::vector<int> vertices_;
-};
 
 absl::Status CheckRegion(const DisplacedSurface& surface, std::span<const int> faces, int level) {
   if (surface.max_level < 0 || surface.max_level > kMaxLoopLevel) {
@@ -66,17 +37,6 @@ absl::Status CheckRegion(const DisplacedSurface& surface, std::span<const int> f
         "level ", surface.max_level, " would have more than ", kMaxLoopFaces, " faces"));
   }
   return absl::OkStatus();
-}
-
-std::vector<uint8_t> WithTouching(const MeshTopology& topology, std::vector<uint8_t> wanted) {
-  std::vector<uint8_t> near(topology.vertex_count, 0);
-  for (int f = 0; f < topology.face_count(); ++f) {
-    for (int k = 0; k < 3; ++k) near[topology.faces(k, f)] |= wanted[f];
-  }
-  for (int f = 0; f < topology.face_count(); ++f) {
-    for (int k = 0; k < 3; ++k) wanted[f] |= near[topology.faces(k, f)];
-  }
-  return wanted;
 }
 
 // The wanted triangles of a mesh of the part, over the vertices they use in the whole's order.
@@ -128,7 +88,7 @@ absl::StatusOr<RegionMesh> TessellateRegion(const DisplacedSurface& surface,
   const ControlMesh& whole = surface.control_mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(whole.faces, static_cast<int>(whole.vertices.cols())));
-  FaceVertices whole_heights(topology, surface.max_level);
+  const FaceVertices whole_heights(topology, surface.max_level);
   if (static_cast<int64_t>(surface.heights.size()) != whole_heights.count()) {
     return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
                                                    " entries, level ", surface.max_level, " has ",
@@ -142,8 +102,8 @@ absl::StatusOr<RegionMesh> TessellateRegion(const DisplacedSurface& surface,
   std::vector<uint8_t> wanted(whole.faces.cols(), 0);
   for (int f : control_faces) wanted[f] = 1;
   // Normals on the border of the part take the faces that touch it, whose points have to be right.
-  SubMesh sub =
-      CutFacesOut(topology, whole.vertices, WithTouching(topology, wanted), sharp, whole.corners);
+  SubMesh sub = CutFacesOut(topology, whole.vertices, WithTouchingFaces(topology, wanted), sharp,
+                            whole.corners);
 
   DisplacedSurface part;
   part.frame = surface.frame;
@@ -152,14 +112,15 @@ absl::StatusOr<RegionMesh> TessellateRegion(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology part_topology,
                            BuildMeshTopology(part.control_mesh.faces,
                                              static_cast<int>(part.control_mesh.vertices.cols())));
-  FaceVertices whole_vertices(topology, level), part_vertices(part_topology, level);
+  const FaceVertices whole_vertices(topology, level), part_vertices(part_topology, level);
   part.heights.resize(part_vertices.count());
   part.sources.resize(part_vertices.count(), HeightSource::kMeasured);
   std::vector<int> whole_vertex(part_vertices.count());
   std::vector<uint8_t> wanted_part;
+  std::vector<int> from, to;
   for (size_t f = 0; f < sub.faces.size(); ++f) {
-    const std::vector<int>& from = whole_vertices.Of(sub.faces[f]);
-    const std::vector<int>& to = part_vertices.Of(static_cast<int>(f));
+    whole_vertices.Of(sub.faces[f], from);
+    part_vertices.Of(static_cast<int>(f), to);
     for (size_t p = 0; p < to.size(); ++p) {
       whole_vertex[to[p]] = from[p];
       part.heights[to[p]] = surface.heights[from[p]];

@@ -8,6 +8,7 @@
 
 #include "core/codec/byte_stream.h"
 #include "core/codec/crc32c.h"
+#include "core/codec/decode_region.h"
 #include "core/codec/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/adaptive_tessellation.h"
@@ -19,6 +20,37 @@ namespace {
 
 constexpr uint8_t kSignature[] = {0x89, 0x44, 0x53, 0x53, 0x0d, 0x0a, 0x1a, 0x0a};
 
+void PutChecksum(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
+  if (end < begin || end + 4 > bytes.size()) return;
+  const uint32_t crc = Crc32c(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
+  for (int i = 0; i < 4; ++i) bytes[end + i] = static_cast<uint8_t>(crc >> 8 * i);
+}
+
+// Those within a chunk of groups, whose number is not known here: the index is tried with each
+// number that could be meant, the last one wins that ends at the chunk's end.
+void SetGroupChecksums(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
+  constexpr int kMostGroups = 8;
+  for (int groups = 1; groups <= kMostGroups; ++groups) {
+    ByteReader reader(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
+    reader.Byte();
+    reader.Varint();
+    size_t sizes[kMostGroups], all = 0;
+    for (int g = 0; g < groups; ++g) {
+      sizes[g] = reader.Varint();
+      all += sizes[g] > 0 ? sizes[g] + 4 : 0;
+    }
+    if (!reader.ok() || reader.remaining() != all + 4) continue;
+    size_t at = begin + reader.position();
+    PutChecksum(begin, at, bytes);
+    at += 4;
+    for (int g = 0; g < groups; ++g) {
+      if (sizes[g] == 0) continue;
+      PutChecksum(at, at + sizes[g], bytes);
+      at += sizes[g] + 4;
+    }
+  }
+}
+
 std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
   std::vector<uint8_t> right(bytes.begin(), bytes.end());
   if (right.size() < sizeof(kSignature) + 1) return right;
@@ -26,12 +58,12 @@ std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
   size_t begin = 0, at = sizeof(kSignature) + 1;
   while (at < right.size()) {
     ByteReader reader(std::span<const uint8_t>(right).subspan(at));
-    reader.Byte();
-    reader.Bytes(reader.Varint());
+    const uint8_t tag = reader.Byte();
+    const size_t size = reader.Bytes(reader.Varint()).size();
     if (!reader.ok() || reader.remaining() < 4) break;
     const size_t end = at + reader.position();
-    const uint32_t crc = Crc32c(std::span<const uint8_t>(right).subspan(begin, end - begin));
-    for (int i = 0; i < 4; ++i) right[end + i] = static_cast<uint8_t>(crc >> 8 * i);
+    if (tag == 'H') SetGroupChecksums(end - size, end, right);
+    PutChecksum(begin, end, right);
     begin = at = end + 4;
   }
   return right;
@@ -80,6 +112,29 @@ void CheckSurface(const DecodedSurface& decoded) {
   CheckOtherTessellations(surface, level, *mesh);
 }
 
+// Some faces of bytes that may be no file at all: an error, or what the whole file shows there.
+void CheckRegion(const std::vector<uint8_t>& bytes, const DecodedSurface* whole) {
+  std::vector<int> faces = {0};
+  if (whole != nullptr) {
+    const int last = static_cast<int>(whole->surface.control_mesh.faces.cols()) - 1;
+    if (last > 0) faces.push_back(last);
+    if (whole->surface.heights.size() > 100000) return;
+  }
+  const auto part = DecodeRegion(bytes, faces, kFinestLevel, OneThread());
+  if (whole == nullptr) {
+    Require(part.ok() || !part.status().message().empty());
+    return;
+  }
+  Require(part.ok());
+  const auto mesh = Tessellate(whole->surface, part->level, OneThread());
+  Require(mesh.ok());
+  for (size_t v = 0; v < part->region.vertices.size(); ++v) {
+    const auto column = static_cast<Eigen::Index>(v);
+    Require(part->region.mesh.vertices.col(column) == mesh->vertices.col(part->region.vertices[v]));
+    Require(part->sources[v] == whole->surface.sources[part->region.vertices[v]]);
+  }
+}
+
 }  // namespace
 }  // namespace rilievo
 
@@ -88,8 +143,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto decoded = rilievo::DecodeDss(bytes, rilievo::OneThread());
   if (decoded.ok()) {
     rilievo::CheckSurface(*decoded);
+    rilievo::CheckRegion(bytes, &*decoded);
   } else {
     rilievo::Require(!decoded.status().message().empty());
+    rilievo::CheckRegion(bytes, nullptr);
   }
   return 0;
 }

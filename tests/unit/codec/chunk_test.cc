@@ -14,7 +14,7 @@ TEST(ChunkTest, BytesAreThoseOfTheFormatPage) {
   const std::vector<uint8_t> payload = {0xaa, 0xbb};
   const std::vector<uint8_t> first = WrapChunk('C', payload, true);
   EXPECT_THAT(std::vector<uint8_t>(first.begin(), first.begin() + 13),
-              ElementsAre(0x89, 'D', 'S', 'S', 0x0d, 0x0a, 0x1a, 0x0a, 2, 'C', 2, 0xaa, 0xbb));
+              ElementsAre(0x89, 'D', 'S', 'S', 0x0d, 0x0a, 0x1a, 0x0a, 3, 'C', 2, 0xaa, 0xbb));
   EXPECT_EQ(first.size(), 17u);
   const std::vector<uint8_t> later = WrapChunk('H', std::vector<uint8_t>(300, 7), false);
   EXPECT_EQ(later.size(), 1 + 2 + 300 + 4u);

@@ -23,8 +23,8 @@ constexpr uint8_t kEmptyLayer = 128;  // first byte of a layer without coefficie
 EncodedSurface EncodedSheet(int max_level) {
   DssMetadata metadata;
   metadata.generator = "codec test";
-  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, kPositionStep, 1e-4),
-                    metadata, {}, RunContext());
+  return *EncodeDss(SurfaceOver(Sheet(6, 7, true), max_level, kPositionStep, 1e-4), metadata, {},
+                    RunContext());
 }
 
 // Every surface that comes out of a decoder can be tessellated: sizes and indices fit.
@@ -126,15 +126,26 @@ TEST(DecodeDssTest, EveryChangedByteIsNoticed) {
   }
 }
 
+TEST(DecodeDssTest, TheControlChunkDecodesWhateverFollows) {
+  std::vector<uint8_t> bytes = EncodedSheet(1).Concatenate();
+  bytes.back() ^= 1;
+  EXPECT_FALSE(DecodeDss(bytes, RunContext()).ok());
+  const auto control = DecodeControlChunk(bytes, RunContext());
+  ASSERT_TRUE(control.ok()) << control.status();
+  EXPECT_EQ(control->chunk_bytes.size(), 1u);
+  EXPECT_EQ(control->surface.max_level, 0);
+  EXPECT_EQ(control->declared_max_level, 1);
+}
+
 TEST(DecodeDssTest, TellsForeignAndNewerBytesApart) {
   std::vector<uint8_t> bytes = EncodedSheet(1).Concatenate();
   std::vector<uint8_t> foreign = bytes;
   foreign[1] = 'X';
   EXPECT_EQ(DecodeExact(foreign).status().code(), absl::StatusCode::kInvalidArgument);
   std::vector<uint8_t> newer = bytes;
-  newer[8] = 3;
+  newer[8] = 4;
   EXPECT_EQ(DecodeExact(newer).status().code(), absl::StatusCode::kUnimplemented);
-  EXPECT_THAT(DecodeExact(newer).status().message(), HasSubstr("version 3"));
+  EXPECT_THAT(DecodeExact(newer).status().message(), HasSubstr("version 4"));
   bytes.push_back(0);
   EXPECT_EQ(DecodeExact(bytes).status().code(), absl::StatusCode::kDataLoss);
 }
@@ -244,8 +255,8 @@ TEST(DecodeDssTest, HugeCountsInFewBytesAreRefused) {
 
 // Layers too short for the number of vertices that the refinement has there.
 TEST(DecodeDssTest, LayersBeyondTheLawAreRefused) {
-  EncodedSurface encoded = *EncodeDss(
-      SurfaceOver(Octahedron(), 0, kPositionStep, 1e-4), {}, {}, RunContext());
+  EncodedSurface encoded =
+      *EncodeDss(SurfaceOver(Octahedron(), 0, kPositionStep, 1e-4), {}, {}, RunContext());
   std::vector<uint8_t> bytes = WithMaxLevel(encoded, 8);
   const std::vector<uint8_t> stub = {kEmptyLayer, 0};
   for (int level = 0; level <= 8; ++level) {
@@ -255,8 +266,7 @@ TEST(DecodeDssTest, LayersBeyondTheLawAreRefused) {
     // An octahedron has 4^(l + 1) + 2 vertices at level l: 262146 at level 8.
     EXPECT_TRUE(status.ok()) << status;
   }
-  encoded = *EncodeDss(SurfaceOver(Torus(5, 4), 0, kPositionStep, 1e-4), {}, {},
-                       RunContext());
+  encoded = *EncodeDss(SurfaceOver(Torus(5, 4), 0, kPositionStep, 1e-4), {}, {}, RunContext());
   bytes = WithMaxLevel(encoded, 8);
   for (int level = 0; level <= 8; ++level) {
     const std::vector<uint8_t> chunk = WrapChunk(kHeightsTag, stub, false);

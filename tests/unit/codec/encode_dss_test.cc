@@ -89,7 +89,7 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
     const auto [rms, largest] = HeightErrors(decoded->surface, surface);
     EXPECT_LT(rms, 0.5 * options.height_step);
     EXPECT_LT(largest, 6 * options.height_step);
-    EXPECT_EQ(decoded->format_version, 2);
+    EXPECT_EQ(decoded->format_version, 3);
     EXPECT_EQ(decoded->metadata.generator, metadata.generator);
     EXPECT_EQ(decoded->metadata.road, metadata.road);
     ASSERT_EQ(decoded->chunk_bytes.size(), encoded->chunks.size());
@@ -100,8 +100,7 @@ TEST(EncodeDssTest, RoundTripsEveryTopology) {
 }
 
 TEST(EncodeDssTest, SaysTheErrorThatADecoderFinds) {
-  const DisplacedSurface surface =
-      SurfaceOver(Torus(12, 8), 4, kPositionStep, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, kPositionStep, 1e-4);
   for (double step : {1e-5, 1e-4, 1e-3}) {
     EncodeOptions options;
     options.height_step = step;
@@ -149,8 +148,7 @@ TEST(EncodeDssTest, KeepsTheErrorOrTheBytesAskedFor) {
 }
 
 TEST(EncodeDssTest, SpendsNothingBelowTheNoise) {
-  const DisplacedSurface surface =
-      SurfaceOver(Torus(12, 8), 4, kPositionStep, 2e-4);
+  const DisplacedSurface surface = SurfaceOver(Torus(12, 8), 4, kPositionStep, 2e-4);
   EncodeOptions options;
   const int64_t plain = EncodeDss(surface, {}, options, RunContext())->Concatenate().size();
   options.noise_floor = 1e-4;

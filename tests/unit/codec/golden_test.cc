@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/codec/crc32c.h"
+#include "core/codec/decode_region.h"
 #include "core/codec/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "gtest/gtest.h"
@@ -121,6 +122,42 @@ TEST(GoldenTest, Version2) {
   EXPECT_EQ(PointsFingerprint(surface.control_mesh), 3417436706u);
   EXPECT_EQ(surface.heights.size(), 1562u);
   EXPECT_EQ(HeightsFingerprint(surface), 3594217160u);
+}
+
+// A torus of 288 faces in groups, heights of three levels and a certificate.
+TEST(GoldenTest, Version3) {
+  const std::vector<uint8_t> bytes = Golden("torus_in_groups_v3.dss");
+  ASSERT_EQ(bytes.size(), 0u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 3);
+  EXPECT_EQ(decoded->declared_max_level, 3);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{0}));
+  const DssMetadata& metadata = decoded->metadata;
+  EXPECT_EQ(metadata.generator, "rilievo 0.3.0");
+  EXPECT_EQ(metadata.surface_to_scan.rms, 0x1p-13);
+  EXPECT_EQ(metadata.surface_to_scan.p95, 0x1p-12);
+  EXPECT_EQ(metadata.scan_to_surface.max, 2);
+  EXPECT_EQ(metadata.error_rms, 0x1p-13);
+  EXPECT_EQ(metadata.error_p95, 0x1p-11);
+  EXPECT_EQ(metadata.error_max, 2);
+  EXPECT_EQ(metadata.measured_share, 0.875);
+  EXPECT_EQ(metadata.smoothed_share, 0.0625);
+  EXPECT_EQ(metadata.folds, 1);
+  EXPECT_EQ(metadata.scan_points, 9218);
+  EXPECT_EQ(metadata.road, "arbitrary");
+  EXPECT_EQ(metadata.input_hash, "01234567");
+  EXPECT_EQ(metadata.options, "--max-error 0.0002");
+  const DisplacedSurface& surface = decoded->surface;
+  EXPECT_EQ(surface.control_mesh.faces.cols(), 288);
+  EXPECT_EQ(FacesFingerprint(surface.control_mesh), 0u);
+  EXPECT_EQ(PointsFingerprint(surface.control_mesh), 0u);
+  EXPECT_EQ(surface.heights.size(), 0u);
+  EXPECT_EQ(HeightsFingerprint(surface), 0u);
+  const std::vector<int> faces = {0, 100};
+  const auto region = DecodeRegion(bytes, faces, kFinestLevel, RunContext());
+  ASSERT_TRUE(region.ok()) << region.status();
+  EXPECT_EQ(region->groups, 4);
 }
 
 }  // namespace

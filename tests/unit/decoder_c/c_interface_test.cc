@@ -107,6 +107,51 @@ INSTANTIATE_TEST_SUITE_P(Golden, EveryGolden,
                          testing::Values("sheet_and_octahedron_v1.dss",
                                          "sheet_and_octahedron_v2.dss"));
 
+TEST(CInterfaceTest, RegionsArePartsOfTheWholeMesh) {
+  for (const char* name : {"sheet_and_octahedron_v2.dss", "torus_in_groups_v3.dss"}) {
+    const std::vector<uint8_t> bytes = Golden(name);
+    const SurfacePtr surface = Decode(bytes);
+    for (int level : {0, 2, -1}) {
+      const int found = level < 0 ? rilievo_surface_max_level(surface.get()) : level;
+      const MeshPtr whole = Tessellated(surface.get(), found);
+      const std::vector<uint32_t> faces = {1, 2, 17};
+      RilievoMesh* part = nullptr;
+      ASSERT_EQ(rilievo_decode_region(bytes.data(), bytes.size(), faces.data(), faces.size(), level,
+                                      1, &part),
+                RILIEVO_OK)
+          << rilievo_last_error();
+      const MeshPtr owned(part);
+      const auto numbers = All(rilievo_mesh_vertex_numbers, part);
+      const auto points = All(rilievo_mesh_vertices, part);
+      const auto all_points = All(rilievo_mesh_vertices, whole.get());
+      const auto flags = All(rilievo_mesh_flags, part);
+      const auto all_flags = All(rilievo_mesh_flags, whole.get());
+      EXPECT_EQ(All(rilievo_mesh_faces, part).size(), 9u << (2 * found));
+      ASSERT_EQ(points.size(), 3 * numbers.size());
+      for (size_t v = 0; v < numbers.size(); ++v) {
+        EXPECT_EQ(flags[v], all_flags[numbers[v]]);
+        for (int k = 0; k < 3; ++k) EXPECT_EQ(points[3 * v + k], all_points[3 * numbers[v] + k]);
+      }
+      EXPECT_TRUE(All(rilievo_mesh_vertex_numbers, whole.get()).empty());
+    }
+  }
+}
+
+TEST(CInterfaceTest, RegionsOfNoFacesThereAreRefused) {
+  const std::vector<uint8_t> bytes = Golden("torus_in_groups_v3.dss");
+  for (uint32_t face : {100000u, 0xffffffffu}) {
+    RilievoMesh* part = nullptr;
+    EXPECT_EQ(rilievo_decode_region(bytes.data(), bytes.size(), &face, 1, 0, 1, &part),
+              RILIEVO_INVALID_ARGUMENT);
+    EXPECT_EQ(part, nullptr);
+    EXPECT_THAT(rilievo_last_error(), HasSubstr("control face"));
+  }
+  RilievoMesh* part = nullptr;
+  EXPECT_EQ(rilievo_decode_region(bytes.data(), bytes.size(), nullptr, 1, 0, 1, &part),
+            RILIEVO_INVALID_ARGUMENT);
+  EXPECT_THAT(rilievo_last_error(), HasSubstr("faces is NULL"));
+}
+
 TEST(CInterfaceTest, InfoIsJsonWithTheFileFigures) {
   const std::vector<uint8_t> bytes = Golden("sheet_and_octahedron_v2.dss");
   const SurfacePtr surface = Decode(bytes);
@@ -268,7 +313,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 1);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 2);
 }
 
 }  // namespace

@@ -59,8 +59,9 @@ TEST(ScanSurfaceTest, TheFrameIsTheBoxOfWhatWasKept) {
   const ScanSurface scan = AnalyzeWithOutliers();
   const Eigen::Vector3d low = scan.cloud.points.rowwise().minCoeff();
   const Eigen::Vector3d high = scan.cloud.points.rowwise().maxCoeff();
-  EXPECT_NEAR((high - low).norm(), 1, 1e-9);
-  EXPECT_NEAR((high + low).norm(), 0, 1e-9);
+  // The frame is rounded: to 20 binary digits, and to a grid of 2^-10 to 2^-11 of the diagonal.
+  EXPECT_NEAR((high - low).norm(), 1, 0x1p-20);
+  EXPECT_LE((high + low).cwiseAbs().maxCoeff() / 2, 0x1p-11);
 }
 
 TEST(ScanSurfaceTest, SpacingCoversTheArea) {

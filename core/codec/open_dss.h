@@ -1,0 +1,37 @@
+// What comes before the heights: the chunks of a file in order, its header and its control mesh.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/codec/chunk.h"
+#include "core/codec/dss_header.h"
+#include "core/codec/face_groups.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+struct OpenedDss {
+  int version = 0;
+  DssHeader header;
+  ControlMesh mesh;
+  MeshTopology topology;             // of the control mesh
+  FaceGroups groups;                 // where header.group_limit > 0
+  std::vector<Chunk> layers;         // of level 0, 1, ...; they are views of the caller's bytes
+  std::vector<int64_t> chunk_bytes;  // of all chunks
+  std::vector<std::span<const uint8_t>> Payloads() const;
+};
+
+// The errors of DecodeDss. All counts are held against the bytes that are there. Checksums of the
+// layers that stand in groups are looked at only if `check_groups`: their pieces have their own.
+absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_groups);
+
+// DATA_LOSS when the layers' bytes are too few for their heights.
+absl::Status CheckHeightLaw(const OpenedDss& file);
+
+}  // namespace rilievo
