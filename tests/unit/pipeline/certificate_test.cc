@@ -21,7 +21,7 @@ PointCloud Scan(const std::string& name, int points) {
 TEST(CertificateTest, TheHashIsThatOfTheNumbers) {
   PointCloud scan{Eigen::Matrix3Xd::Random(3, 5000)};
   const std::string hash = HashOfScan(scan);
-  EXPECT_EQ(hash.size(), 16u);
+  EXPECT_EQ(hash.size(), kHashBytes);
   PointCloud other = scan;
   EXPECT_EQ(HashOfScan(other), hash);
   other.points(2, 4999) = std::nextafter(other.points(2, 4999), 2.0);
@@ -41,7 +41,7 @@ TEST(CertificateTest, EveryShapesFileIsConfirmedByItsScan) {
     const auto made = Reconstruct(scan, {}, context);
     ASSERT_TRUE(made.ok()) << name << ": " << made.status();
     const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext()).value();
-    EXPECT_NEAR(decoded.metadata.error_rms / made->report.error.rms, 1, 1e-6) << name;
+    EXPECT_NEAR(decoded.metadata.error_rms / made->report.error.rms, 1, 2.5e-4) << name;
     const auto verified = VerifyCertificate(decoded, &scan, RunContext());
     ASSERT_TRUE(verified.ok()) << name << ": " << verified.status();
     EXPECT_EQ(verified->scan, StatedScan::kSame) << name;
