@@ -83,7 +83,7 @@ absl::Status Check(const std::string& address, const ConnectOptions& options) {
 absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> Connect(const std::string& address,
                                                                 const ConnectOptions& options) {
   if (const absl::Status status = Check(address, options); !status.ok()) return status;
-  KeepGrpcRunning();
+  PrepareToConnect();
   std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
   if (!options.ca.empty()) {
     credentials = grpc::SslCredentials({.pem_root_certs = options.ca,
@@ -97,7 +97,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> Connect(const std::strin
 }
 
 std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address) {
-  KeepGrpcRunning();
+  PrepareToConnect();
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), Arguments());
 }
 

@@ -81,7 +81,7 @@ PackedScan PackScan(const PointCloud& scan) {
 
 JobsClient::JobsClient(const std::shared_ptr<grpc::ChannelInterface>& channel, RetryOptions retry)
     : stub_(v1::JobsService::NewStub(channel)), retry_(retry) {
-  KeepGrpcRunning();
+  PrepareToConnect();
 }
 
 absl::Status JobsClient::UploadOnce(const PackedScan& scan, uint64_t offset,

@@ -79,7 +79,7 @@ absl::Status StatusOfCall(const grpc::Status& status, const CallOptions& call) {
 
 ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel)
     : stub_(v1::ReconstructionService::NewStub(channel)) {
-  KeepGrpcRunning();
+  PrepareToConnect();
 }
 
 absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(

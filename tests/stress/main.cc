@@ -41,7 +41,7 @@ struct CommandLine {
 };
 
 int Run(const CommandLine& line) {
-  KeepGrpcRunning();
+  PrepareToConnect();
   Scale scale;
   scale.client_time = std::chrono::seconds(line.seconds);
   if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1};
