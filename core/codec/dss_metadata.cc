@@ -37,7 +37,6 @@ constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbi
 
 // Figures of a certificate in the order of the format; those at the end that are not known are
 // left off.
-constexpr size_t kFigureCount = 13;
 template <typename Metadata>
 auto ListedFigures(Metadata& m) {
   auto &to = m.surface_to_scan, &from = m.scan_to_surface;
