@@ -57,7 +57,8 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
       const Vector3d at = cloud.points.col(found[i]) - center;
       const double off = normal.dot(at + center - point) / width;
       if (off * off > 4) continue;
-      const double weight = std::pow(agreement, 8) * (1 - off * off / 4);
+      const double fourth = agreement * agreement * agreement * agreement;
+      const double weight = fourth * fourth * (1 - off * off / 4);
       sum += weight * at;
       squares += weight * at * at.transpose();
       weights += weight;
