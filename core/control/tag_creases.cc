@@ -5,15 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
-#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
-#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/control/crease_planes.h"
+#include "core/control/judge_edges.h"
 #include "core/control/quadric.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
@@ -23,21 +20,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kEdgesPerTask = 64;
-// Faces that meet flatter than this are not looked at; the iso-surface rounds sharp edges.
-constexpr double kLeastFold = 0.985;  // cos 10 degrees
-// Sides that meet flatter are no crease: cos 30 degrees.
-constexpr double kSharpCosine = 0.866;
-// Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
-constexpr double kStrongEvidence = 20;
-constexpr double kWeakEvidence = 8;
-// Least cosine of an edge and the line along which its sides meet.
-constexpr double kAligned = 0.85;
-// Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
-constexpr double kOffLength = 0.25;
-constexpr double kOffSpacings = 2.5;
-// An edge that moved less, in its length, and turned less (cos 5 degrees) is not judged again.
-constexpr double kAlikeLength = 0.05, kAlikeCosine = 0.996;
 constexpr size_t kShortestRun = 3;
 // Least mean evidence of the edges of a run.
 constexpr double kRunEvidence = 24;
@@ -48,110 +30,12 @@ constexpr double kStay = 0.003;
 // Least cosine between the normals of a face before and after its corners moved.
 constexpr double kUpright = 0.3;
 
-enum class Verdict : uint8_t { kSmooth, kWeak, kStrong };
-
-struct Candidate {
-  Verdict verdict = Verdict::kSmooth;
-  std::optional<EdgePlace> place;  // where it was judged, nothing for what was not
-  std::optional<CreasePlanes> planes;
-};
-
-Vector3d FaceCross(const ControlMesh& mesh, int face) {
-  const Vector3d a = mesh.vertices.col(mesh.faces(0, face));
-  const Vector3d b = mesh.vertices.col(mesh.faces(1, face));
-  const Vector3d c = mesh.vertices.col(mesh.faces(2, face));
-  return (b - a).cross(c - a);
-}
-
-int Opposite(const Eigen::Matrix3Xi& faces, int face, int a, int b) {
-  for (int k = 0; k < 3; ++k) {
-    if (faces(k, face) != a && faces(k, face) != b) return faces(k, face);
-  }
-  return -1;
-}
-
-EdgePlace PlaceOf(const Vector3d& p, const Vector3d& q, const std::array<Vector3d, 2>& normals,
-                  const std::array<Vector3d, 2>& opposite) {
-  EdgePlace place;
-  place.middle = (p + q) / 2;
-  place.along = (q - p).normalized();
-  place.normal = normals;
-  for (int k = 0; k < 2; ++k) {
-    const Vector3d way = opposite[k] - place.middle;
-    place.inward[k] = (way - place.along * place.along.dot(way)).normalized();
-  }
-  return place;
-}
-
-Verdict VerdictOf(const CreasePlanes& planes, const EdgePlace& place, double length) {
-  const double off = (planes.at - place.middle).norm();
-  if (planes.cosine > kSharpCosine || std::abs(planes.direction.dot(place.along)) < kAligned ||
-      off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
-    return Verdict::kSmooth;
-  }
-  if (planes.evidence > kStrongEvidence) return Verdict::kStrong;
-  return planes.evidence > kWeakEvidence ? Verdict::kWeak : Verdict::kSmooth;
-}
-
-// Whether the points would say the same of both places.
-bool Alike(const EdgePlace& a, const EdgePlace& b, double length) {
-  return (a.middle - b.middle).norm() < kAlikeLength * length &&
-         std::abs(a.along.dot(b.along)) > kAlikeCosine;
-}
-
-// `before`: what was said of the edge earlier.
-Candidate Judge(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& p,
-                const Vector3d& q, const std::array<Vector3d, 2>& normals,
-                const std::array<Vector3d, 2>& opposite, const Candidate* before = nullptr) {
-  Candidate candidate;
-  const double length = (q - p).norm();
-  if (!(length > 0)) return candidate;
-  const EdgePlace place = PlaceOf(p, q, normals, opposite);
-  if (before != nullptr && before->place && Alike(*before->place, place, length)) {
-    candidate = *before;
-  } else {
-    candidate.place = place;
-    candidate.planes = FitCreasePlanes(cloud, index, place);
-  }
-  candidate.verdict =
-      candidate.planes ? VerdictOf(*candidate.planes, place, length) : Verdict::kSmooth;
-  return candidate;
-}
-
-// Edges by their ends.
-using Judgements = std::map<std::pair<int, int>, Candidate>;
-
-absl::StatusOr<std::vector<Candidate>> JudgeEdges(const OrientedCloud& cloud,
-                                                  const PointIndex& index, const ControlMesh& mesh,
-                                                  const MeshTopology& topology,
-                                                  const Judgements& earlier,
-                                                  const RunContext& context) {
-  std::vector<Candidate> candidates(static_cast<size_t>(topology.edge_count()));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(topology.edge_count(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
-        for (int64_t e = begin; e < end; ++e) {
-          if (topology.edge_faces(1, e) < 0) continue;
-          const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-          std::array<Vector3d, 2> normals, opposite;
-          for (int k = 0; k < 2; ++k) {
-            const int face = topology.edge_faces(k, e);
-            normals[k] = FaceCross(mesh, face).normalized();
-            opposite[k] = mesh.vertices.col(Opposite(mesh.faces, face, a, b));
-          }
-          if (normals[0].dot(normals[1]) > kLeastFold) continue;
-          const auto before = earlier.find({a, b});
-          candidates[e] = Judge(cloud, index, mesh.vertices.col(a), mesh.vertices.col(b), normals,
-                                opposite, before == earlier.end() ? nullptr : &before->second);
-        }
-      }));
-  return candidates;
-}
-
 // Weak edges stay where they lead on from a strong one.
-std::vector<uint8_t> Tags(const MeshTopology& topology, const std::vector<Candidate>& candidates) {
-  std::vector<uint8_t> tags(candidates.size(), 0), reached(topology.vertex_count, 0);
+std::vector<uint8_t> Tags(const MeshTopology& topology,
+                          const std::vector<EdgeJudgement>& judgements) {
+  std::vector<uint8_t> tags(judgements.size(), 0), reached(topology.vertex_count, 0);
   for (size_t e = 0; e < tags.size(); ++e) {
-    tags[e] = candidates[e].verdict == Verdict::kStrong;
+    tags[e] = judgements[e].verdict == Verdict::kStrong;
   }
   for (bool grown = true; grown;) {
     grown = false;
@@ -160,7 +44,7 @@ std::vector<uint8_t> Tags(const MeshTopology& topology, const std::vector<Candid
       for (int k = 0; k < 2; ++k) reached[topology.edge_vertices(k, e)] = 1;
     }
     for (size_t e = 0; e < tags.size(); ++e) {
-      if (tags[e] || candidates[e].verdict != Verdict::kWeak) continue;
+      if (tags[e] || judgements[e].verdict != Verdict::kWeak) continue;
       if (!reached[topology.edge_vertices(0, e)] && !reached[topology.edge_vertices(1, e)])
         continue;
       tags[e] = 1;
@@ -205,15 +89,16 @@ void OpenTriangles(const MeshTopology& topology, const ControlMesh& mesh,
 
 // Takes the tags off runs that are short and end freely, and off those that say little; what they
 // ended at may change its kind, so again.
-absl::Status DropPoorRuns(const MeshTopology& topology, const std::vector<Candidate>& candidates,
-                          ControlMesh* mesh, std::vector<uint8_t>* tags) {
+absl::Status DropPoorRuns(const MeshTopology& topology,
+                          const std::vector<EdgeJudgement>& judgements, ControlMesh* mesh,
+                          std::vector<uint8_t>* tags) {
   for (bool dropped = true; dropped;) {
     dropped = false;
     mesh->creases = CreasesOf(topology, *tags);
     RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
     for (const CreaseChain& chain : CreaseChains(topology, creases)) {
       double evidence = 0;
-      for (int edge : chain.edges) evidence += candidates[edge].planes->evidence;
+      for (int edge : chain.edges) evidence += judgements[edge].planes->evidence;
       const auto free_end = [&](int v) { return creases.kinds[v] == VertexKind::kDart; };
       const bool loose = free_end(chain.vertices.front()) || free_end(chain.vertices.back());
       const bool is_short = !chain.closed && loose && chain.edges.size() < kShortestRun;
@@ -250,7 +135,7 @@ int FlipAcross(const OrientedCloud& cloud, const PointIndex& index, const MeshTo
     const int f = topology.edge_faces(0, e), g = topology.edge_faces(1, e);
     if (g < 0 || touched[f] || touched[g]) continue;
     const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-    const int r = Opposite(mesh->faces, f, a, b), s = Opposite(mesh->faces, g, a, b);
+    const int r = OppositeCorner(mesh->faces, f, a, b), s = OppositeCorner(mesh->faces, g, a, b);
     if (valence[a] <= 4 || valence[b] <= 4) continue;
     const auto slips_in = [&](int v) {
       return sharp[v] &&
@@ -274,8 +159,8 @@ int FlipAcross(const OrientedCloud& cloud, const PointIndex& index, const MeshTo
     } else {
       const Vector3d between = FaceCross(*mesh, f).normalized() + FaceCross(*mesh, g).normalized();
       if (left.dot(between) <= 0 || right.dot(between) <= 0) continue;
-      const Candidate flipped = Judge(cloud, index, at(r), at(s),
-                                      {left.normalized(), right.normalized()}, {at(p), at(q)});
+      const FoldedEdge edge{at(r), at(s), {left.normalized(), right.normalized()}, {at(p), at(q)}};
+      const EdgeJudgement flipped = JudgeEdge(cloud, index, edge, nullptr);
       if (flipped.verdict == Verdict::kSmooth) continue;
     }
     mesh->faces.col(f) << p, s, r;
@@ -315,7 +200,7 @@ bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Vector
 }
 
 void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
-                     const MeshTopology& topology, const std::vector<Candidate>& candidates,
+                     const MeshTopology& topology, const std::vector<EdgeJudgement>& judgements,
                      const std::vector<uint8_t>& tags, ControlMesh* mesh) {
   std::vector<Quadric> quadrics(static_cast<size_t>(topology.vertex_count));
   std::vector<double> reach(quadrics.size(), 0);
@@ -324,10 +209,10 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     for (int k = 0; k < 2; ++k) {
       const int v = topology.edge_vertices(k, e);
       for (int side = 0; side < 2; ++side) {
-        const SidePlane tangent = candidates[e].planes->TangentAt(side, mesh->vertices.col(v));
+        const SidePlane tangent = judgements[e].planes->TangentAt(side, mesh->vertices.col(v));
         quadrics[v].AddPlane(tangent.normal, tangent.offset * tangent.normal, 1);
       }
-      reach[v] = std::max(reach[v], 3 * candidates[e].planes->spacing);
+      reach[v] = std::max(reach[v], 3 * judgements[e].planes->spacing);
     }
   }
   std::vector<std::vector<int>> faces(quadrics.size());
@@ -360,7 +245,7 @@ Vector3d WayOut(const CreasePlanes& planes, const Vector3d& from, const Vector3d
 
 // Where a crease turns sharply between its two edges, more than the curvature of its sides says.
 std::vector<int> TurningCorners(const ControlMesh& mesh, const MeshTopology& topology,
-                                const std::vector<Candidate>& candidates,
+                                const std::vector<EdgeJudgement>& judgements,
                                 const std::vector<uint8_t>& tags) {
   std::vector<std::vector<int>> edges(static_cast<size_t>(topology.vertex_count));
   for (int e = 0; e < topology.edge_count(); ++e) {
@@ -376,7 +261,7 @@ std::vector<int> TurningCorners(const ControlMesh& mesh, const MeshTopology& top
       const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
       const Vector3d from = mesh.vertices.col(v), to = mesh.vertices.col(a == v ? b : a);
       chord[k] = (to - from).normalized();
-      way[k] = WayOut(*candidates[e].planes, from, to);
+      way[k] = WayOut(*judgements[e].planes, from, to);
     }
     if (-chord[0].dot(chord[1]) < kCornerCosine && -way[0].dot(way[1]) < kCornerCosine) {
       corners.push_back(v);
@@ -391,30 +276,30 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                         const RunContext& context, ControlMesh* mesh) {
   const ControlMesh given = *mesh;
   constexpr int kFlipRounds = 3;
-  Judgements earlier;
+  EarlierJudgements earlier;
   for (int round = 0;; ++round) {
     const int vertex_count = static_cast<int>(mesh->vertices.cols());
     RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                              BuildMeshTopology(mesh->faces, vertex_count));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Candidate> candidates,
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<EdgeJudgement> judgements,
                              JudgeEdges(cloud, index, *mesh, topology, earlier, context));
-    std::vector<uint8_t> tags = Tags(topology, candidates);
+    std::vector<uint8_t> tags = Tags(topology, judgements);
     if (round < kFlipRounds) {
-      MoveOntoCreases(cloud, index, topology, candidates, tags, mesh);
+      MoveOntoCreases(cloud, index, topology, judgements, tags, mesh);
       if (FlipAcross(cloud, index, topology, tags, mesh) > 0) {
         for (int e = 0; e < topology.edge_count(); ++e) {
-          if (!candidates[e].place) continue;
-          earlier[{topology.edge_vertices(0, e), topology.edge_vertices(1, e)}] = candidates[e];
+          if (!judgements[e].place) continue;
+          earlier[{topology.edge_vertices(0, e), topology.edge_vertices(1, e)}] = judgements[e];
         }
         continue;
       }
     }
     OpenTriangles(topology, *mesh, &tags);
-    RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, candidates, mesh, &tags));
+    RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, judgements, mesh, &tags));
     if (mesh->creases.empty()) {
       *mesh = given;
     } else {
-      mesh->corners = TurningCorners(*mesh, topology, candidates, tags);
+      mesh->corners = TurningCorners(*mesh, topology, judgements, tags);
     }
     return absl::OkStatus();
   }

@@ -1,0 +1,85 @@
+#include "core/control/judge_edges.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/unit/domain/analytic_scenes.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+const Vector3d kHalf(0.32, 0.28, 0.24);
+
+struct JudgedBox : ::testing::Test {
+  OrientedCloud cloud = BoxCloud(kHalf, 20'000);
+  PointIndex index{cloud.points};
+  ControlMesh mesh = BoxMesh(kHalf, 0.08);
+  MeshTopology topology = *BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+
+  bool OnBoxEdge(int edge) const {
+    const Vector3d middle = (mesh.vertices.col(topology.edge_vertices(0, edge)) +
+                             mesh.vertices.col(topology.edge_vertices(1, edge))) /
+                            2;
+    int sides = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      sides += std::abs(std::abs(middle[axis]) - kHalf[axis]) < 1e-9;
+    }
+    return sides == 2;
+  }
+};
+
+TEST_F(JudgedBox, ItsEdgesAreSharpAndItsSidesAreNotEvenLookedAt) {
+  const auto judged = JudgeEdges(cloud, index, mesh, topology, {}, RunContext());
+  ASSERT_TRUE(judged.ok()) << judged.status();
+  int sharp = 0, strong = 0;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const EdgeJudgement& judgement = (*judged)[e];
+    if (!OnBoxEdge(e)) {
+      EXPECT_EQ(judgement.verdict, Verdict::kSmooth);
+      EXPECT_FALSE(judgement.place) << "its faces are flat";
+      continue;
+    }
+    ++sharp;
+    strong += judgement.verdict == Verdict::kStrong;
+    ASSERT_TRUE(judgement.planes);
+    EXPECT_NEAR(judgement.planes->cosine, 0, 1e-6);
+  }
+  EXPECT_GT(sharp, 80);
+  EXPECT_GT(strong, sharp * 95 / 100);
+}
+
+// What was said stays where the edge did, and is asked anew where it moved.
+TEST_F(JudgedBox, OnlyWhatMovedIsAskedAgain) {
+  const auto first = JudgeEdges(cloud, index, mesh, topology, {}, RunContext());
+  ASSERT_TRUE(first.ok());
+  int edge = 0;
+  while ((*first)[edge].verdict != Verdict::kStrong) ++edge;
+  const int a = topology.edge_vertices(0, edge), b = topology.edge_vertices(1, edge);
+  EarlierJudgements earlier;
+  earlier[{a, b}] = (*first)[edge];
+  earlier[{a, b}].planes->evidence = 123456;
+  const auto same = JudgeEdges(cloud, index, mesh, topology, earlier, RunContext());
+  ASSERT_TRUE(same.ok());
+  EXPECT_EQ((*same)[edge].planes->evidence, 123456);
+  mesh.vertices.col(a) += 0.3 * (mesh.vertices.col(b) - mesh.vertices.col(a));
+  const auto moved = JudgeEdges(cloud, index, mesh, topology, earlier, RunContext());
+  ASSERT_TRUE(moved.ok());
+  ASSERT_TRUE((*moved)[edge].planes);
+  EXPECT_NE((*moved)[edge].planes->evidence, 123456);
+}
+
+TEST_F(JudgedBox, StopsWhenAsked) {
+  std::stop_source stop;
+  stop.request_stop();
+  RunContext context;
+  context.stop = stop.get_token();
+  EXPECT_EQ(JudgeEdges(cloud, index, mesh, topology, {}, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
