@@ -12,7 +12,9 @@ namespace rilievo {
 template <typename Scratch>
 class ScratchPool {
  public:
+  // Keeps the reference.
   explicit ScratchPool(const Scratch& prototype) : prototype_(prototype) {}
+  explicit ScratchPool(Scratch&& prototype) = delete;
 
   struct Return {
     ScratchPool* pool;

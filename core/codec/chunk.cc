@@ -56,17 +56,17 @@ absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes, bool check)
   reader.Bytes(kSignature.size() + 1);
   size_t begin = 0;
   do {
-    const size_t number = list.chunks.size();
     Chunk chunk;
+    chunk.number = list.chunks.size();
     chunk.tag = reader.Byte();
     chunk.payload = reader.Bytes(reader.Varint());
     const size_t end = reader.position();
     chunk.checksum = reader.U32();
     if (!reader.ok()) {
-      return absl::DataLossError(absl::StrCat("chunk ", number, " is cut off"));
+      return absl::DataLossError(absl::StrCat("chunk ", chunk.number, " is cut off"));
     }
     chunk.checked = bytes.subspan(begin, end - begin);
-    if (check) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk, number));
+    if (check) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk));
     chunk.bytes = static_cast<int64_t>(reader.position() - begin);
     begin = reader.position();
     list.chunks.push_back(chunk);
@@ -74,9 +74,9 @@ absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes, bool check)
   return list;
 }
 
-absl::Status CheckChunk(const Chunk& chunk, size_t number) {
+absl::Status CheckChunk(const Chunk& chunk) {
   if (chunk.checksum == Crc32c(chunk.checked)) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat("the checksum of chunk ", number, " is wrong"));
+  return absl::DataLossError(absl::StrCat("the checksum of chunk ", chunk.number, " is wrong"));
 }
 
 }  // namespace rilievo

@@ -22,6 +22,7 @@ enum ChunkTag : uint8_t {
 std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bool first);
 
 struct Chunk {
+  size_t number = 0;  // in the file
   uint8_t tag = 0;
   std::span<const uint8_t> payload;  // of the caller's bytes
   int64_t bytes = 0;                 // with its frame
@@ -39,7 +40,7 @@ struct ChunkList {
 // alone unless `check`.
 absl::StatusOr<ChunkList> ListChunks(std::span<const uint8_t> bytes, bool check = true);
 
-// DATA_LOSS that names the chunk `number` when its checksum is wrong.
-absl::Status CheckChunk(const Chunk& chunk, size_t number);
+// DATA_LOSS that names the chunk when its checksum is wrong.
+absl::Status CheckChunk(const Chunk& chunk);
 
 }  // namespace rilievo

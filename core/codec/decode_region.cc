@@ -1,6 +1,7 @@
 #include "core/codec/decode_region.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "core/codec/open_dss.h"
 #include "core/loop/crease_topology.h"
 #include "core/loop/face_vertices.h"
+#include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 
 namespace rilievo {
@@ -33,6 +35,26 @@ absl::StatusOr<int> CheckedLevel(int level, int max_level) {
   if (level >= 0 && level <= max_level) return level;
   return absl::InvalidArgumentError(
       absl::StrCat("level is ", level, ", regions of these bytes have 0 to ", max_level));
+}
+
+// The region's vertices are numbered as the whole's, so these must fit, and the whole must be one
+// that RefineTopology() takes.
+absl::Status CheckNumbers(const OpenedDss& file) {
+  const int steps = static_cast<int>(file.layers.size()) - 1;
+  int64_t vertices = file.topology.vertex_count, edges = file.topology.edge_count(),
+          faces = file.topology.face_count();
+  for (int step = 0; step < steps; ++step) {
+    if (faces > kMaxLoopFaces) break;
+    vertices += edges;
+    edges = 2 * edges + 3 * faces;
+    faces *= 4;
+  }
+  if (faces / 4 <= kMaxLoopFaces && vertices <= std::numeric_limits<int>::max()) {
+    return absl::OkStatus();
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(file.topology.face_count(),
+                                                   " control faces at level ", steps,
+                                                   " are more than can be numbered"));
 }
 
 std::vector<HeightSource> SourcesOf(const DisplacedSurface& surface,
@@ -109,6 +131,7 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
     return OfWholeDecode(bytes, control_faces, level, context);
   }
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
+  RILIEVO_RETURN_IF_ERROR(CheckNumbers(file));
   const int max_level = static_cast<int>(file.layers.size()) - 1;
   DecodedRegion decoded;
   RILIEVO_ASSIGN_OR_RETURN(decoded.level, CheckedLevel(level, max_level));

@@ -22,7 +22,9 @@ struct DecodedRegion {
   int64_t groups_read = 0, groups = 0;  // 0 groups: the file has none, and all of it was decoded
 };
 
-// The triangles of these control faces at `level` (default: the finest that is there), bit for bit
+inline constexpr int kFinestLevel = -1;
+
+// The triangles of these control faces at `level`, or the finest that is there, bit for bit
 // as DecodeDss() and Tessellate() give them. Of a file with groups (docs/dss-format.md) only the
 // control mesh, the two coarsest levels, the indices, and the pieces of the groups within
 // kHeightReach + 1 rings of the faces are looked at: anything may stand in the place of the others,
@@ -31,7 +33,6 @@ struct DecodedRegion {
 absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                                            std::span<const int> control_faces, int level,
                                            const RunContext& context);
-inline constexpr int kFinestLevel = -1;
 
 // The control faces with a corner of their control triangle, or the triangle's middle, within the
 // box (scan frame); for DecodeRegion. The surface lies near its control mesh, not on it.

@@ -192,8 +192,9 @@ absl::Status EncodeOptions::Validate() const {
   if (!(noise_floor >= 0 && noise_floor <= 0.1)) {
     return refuse("noise_floor", noise_floor, "[0, 0.1]");
   }
-  if (group_faces > 0 && (group_faces < kLeastGroupLimit || group_faces > kMostGroupLimit)) {
-    return refuse("group_faces", group_faces, "[128, 2^20], 0 or negative");
+  if (group_faces != 0 && group_faces != -1 &&
+      (group_faces < kLeastGroupLimit || group_faces > kMostGroupLimit)) {
+    return refuse("group_faces", group_faces, "[128, 2^20], 0 or -1");
   }
   if (smallest_hole < 1 || smallest_hole > 1 << 20) {
     return refuse("smallest_hole", smallest_hole, "[1, 2^20]");

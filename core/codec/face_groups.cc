@@ -41,9 +41,10 @@ void Halve(std::span<int> faces, const Sums& sums, size_t limit,
   }
   const int axis = LongestAxis(faces, sums);
   const size_t half = faces.size() / 2;
-  std::nth_element(
-      faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(half), faces.end(),
-      [&](int a, int b) { return std::pair(sums[a][axis], a) < std::pair(sums[b][axis], b); });
+  // Sorted whole: selection may take quadratic time on points that are made for it.
+  std::sort(faces.begin(), faces.end(), [&](int a, int b) {
+    return std::pair(sums[a][axis], a) < std::pair(sums[b][axis], b);
+  });
   Halve(faces.first(half), sums, limit, members);
   Halve(faces.subspan(half), sums, limit, members);
 }

@@ -1,4 +1,4 @@
-// The coefficients of one level of heights as adaptive bits (docs/dss-format.md, version 2).
+// The coefficients of one level of heights as adaptive bits (docs/dss-format.md, version 3).
 //
 // Encoder and decoder share LevelCoder: it walks the level's new vertices in blocks of faces, skips
 // blocks without coefficients, and predicts every bit from the coarser levels, from neighbours

@@ -118,16 +118,25 @@ absl::StatusOr<std::vector<GroupedLayout>> ReadGroupedLayouts(
   return levels;
 }
 
-// The values of coefficients behind the heights of level kFirstGroupedLevel - 1 become heights.
+// What the values of coefficients behind the heights of level kFirstGroupedLevel - 1 make of
+// heights beyond the range: the whole has none; at the rim of a part, where neighbours are missing,
+// there may be some, and nothing that was asked for depends on them.
+enum class BeyondRange { kRefuse, kClamp };
 absl::Status SynthesizeLevels(const LoopRefinement& refinement,
-                              const std::vector<GroupedLayout>& levels,
+                              const std::vector<GroupedLayout>& levels, BeyondRange beyond,
                               std::vector<int32_t>& heights) {
   for (size_t i = 0; i < levels.size(); ++i) {
     const int level = kFirstGroupedLevel + static_cast<int>(i);
     const std::span<int32_t> reached =
         std::span(heights).first(static_cast<size_t>(refinement.vertex_count(level)));
     SynthesizeLevel(refinement.levels[level - 1], levels[i].lifting, reached);
-    if (!InRange(reached)) return OutOfRange();
+    if (beyond == BeyondRange::kClamp) {
+      for (int32_t& height : reached) {
+        height = std::clamp(height, -kMaxHeightUnits, kMaxHeightUnits);
+      }
+    } else if (!InRange(reached)) {
+      return OutOfRange();
+    }
   }
   return absl::OkStatus();
 }
@@ -162,7 +171,8 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     }
   }));
   for (const absl::Status& status : statuses) RILIEVO_RETURN_IF_ERROR(status);
-  RILIEVO_RETURN_IF_ERROR(SynthesizeLevels(refinement, levels, decoded.heights));
+  RILIEVO_RETURN_IF_ERROR(
+      SynthesizeLevels(refinement, levels, BeyondRange::kRefuse, decoded.heights));
   return decoded;
 }
 
@@ -201,7 +211,8 @@ absl::StatusOr<DecodedHeights> DecodePartOfHeights(
     RILIEVO_RETURN_IF_ERROR(
         reader.Read(group, shared_numbers, numbers, there, decoded.heights, decoded.filled));
   }
-  RILIEVO_RETURN_IF_ERROR(SynthesizeLevels(refinement, levels, decoded.heights));
+  RILIEVO_RETURN_IF_ERROR(
+      SynthesizeLevels(refinement, levels, BeyondRange::kClamp, decoded.heights));
   return decoded;
 }
 

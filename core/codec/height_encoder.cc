@@ -121,9 +121,11 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
 void HeightEncoder::BuildGroups() {
   const MeshTopology& control = refinement_.levels[0];
   const FaceVertices whole(control, max_level_);
+  RunContext one_thread;
+  one_thread.threads = 1;
   for (int g = 0; g < groups_->count(); ++g) {
     // Part of a manifold that is refined already: it cannot fail.
-    Group group{*BuildGroupMesh(control, *groups_, g, max_level_, RunContext()), {}};
+    Group group{*BuildGroupMesh(control, *groups_, g, max_level_, one_thread), {}};
     group.whole_vertex = VerticesThere(FaceVertices(group.mesh.refinement.levels[0], max_level_),
                                        whole, groups_->members[g]);
     group_meshes_.push_back(std::move(group));

@@ -82,11 +82,16 @@ std::vector<int64_t> NewVertexCounts(const MeshTopology& control, int level_coun
   return counts;
 }
 
-// Chunk 0 and the layers in order; chunks that may be skipped are.
-absl::Status SortChunks(const ChunkList& list, Chunk& control, std::vector<Chunk>& layers) {
+// Chunk 0 and the layers in order. Chunks that may be skipped are, once their checksum says that
+// they are such chunks.
+absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control,
+                        std::vector<Chunk>& layers) {
   for (size_t i = 0; i < list.chunks.size(); ++i) {
     const Chunk& chunk = list.chunks[i];
-    if (chunk.tag >= 'a' && chunk.tag <= 'z' && i > 0) continue;
+    if (chunk.tag >= 'a' && chunk.tag <= 'z' && i > 0) {
+      if (!checked) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk));
+      continue;
+    }
     if ((chunk.tag == kControlTag) != (i == 0)) {
       return absl::DataLossError(absl::StrCat("the control mesh is not chunk 0 but chunk ", i));
     }
@@ -135,8 +140,8 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   OpenedDss file;
   file.version = list.version;
   Chunk control;
-  RILIEVO_RETURN_IF_ERROR(SortChunks(list, control, file.layers));
-  if (!check_groups) RILIEVO_RETURN_IF_ERROR(CheckChunk(control, 0));
+  RILIEVO_RETURN_IF_ERROR(SortChunks(list, check_groups, control, file.layers));
+  if (!check_groups) RILIEVO_RETURN_IF_ERROR(CheckChunk(control));
   ByteReader reader(control.payload);
   const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
   if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its header");
@@ -149,7 +154,7 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   }
   const size_t apart = header.group_limit > 0 ? kFirstGroupedLevel : file.layers.size();
   for (size_t level = 0; !check_groups && level < file.layers.size() && level < apart; ++level) {
-    RILIEVO_RETURN_IF_ERROR(CheckChunk(file.layers[level], level + 1));
+    RILIEVO_RETURN_IF_ERROR(CheckChunk(file.layers[level]));
   }
   RILIEVO_RETURN_IF_ERROR(
       CheckLaw(header.vertex_count, kControlVerticesPerByte, control, "control vertices"));

@@ -7,7 +7,6 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/base/run_context.h"
 #include "core/codec/chunk.h"
 #include "core/codec/dss_header.h"
 #include "core/codec/face_groups.h"

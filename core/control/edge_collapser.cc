@@ -90,7 +90,6 @@ void EdgeCollapser::FindComponents() {
       });
     }
   }
-  whole_.component_faces.assign(component_open_.size(), 0);
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     ++whole_.component_faces[component_[mesh_.From(3 * f)]];
   }
@@ -195,7 +194,6 @@ std::vector<EdgeCollapser::Front> EdgeCollapser::BlockFronts(const VertexBlocks&
   std::vector<Front> fronts(blocks.count());
   for (Front& front : fronts) {
     front.inner = &blocks.inner;
-    front.component_faces.assign(component_open_.size(), 0);
   }
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     bool inner = true;
@@ -231,7 +229,7 @@ absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double sh
     whole_.faces_left += front.faces_left;
     whole_.time = std::max(whole_.time, front.time);
   }
-  std::fill(whole_.component_faces.begin(), whole_.component_faces.end(), 0);
+  whole_.component_faces.clear();
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     if (mesh_.FaceAlive(f)) ++whole_.component_faces[component_[mesh_.From(3 * f)]];
   }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -22,9 +23,9 @@ class EdgeCollapser {
   EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options,
                 const FacePlanes* planes = nullptr);
 
-  // Collapses on all threads, in every block down to `share`, (0, 1), of the faces between its
-  // inner vertices. The rims stay. The result does not depend on the number of threads. CANCELLED
-  // when stopped.
+  // Collapses on all threads, in every block down to about `share`, (0, 1), of the faces between
+  // its inner vertices. The rims stay. The result does not depend on the number of threads.
+  // CANCELLED when stopped.
   absl::Status CollapseBlocks(const VertexBlocks& blocks, double share, const RunContext& context);
 
   // Collapses until `target_faces` are left or no collapse is allowed. Until `coarse` is false the
@@ -50,8 +51,8 @@ class EdgeCollapser {
     const std::vector<uint8_t>* inner = nullptr;  // null: every vertex
     bool coarse = true;
     int64_t faces_left = 0;
-    std::vector<int> component_faces;
-    int time = 0;  // collapses so far
+    std::unordered_map<int, int> component_faces;  // of the components that are there
+    int time = 0;                                  // collapses so far
     // Each edge at most once, under a cost that may be out of date. Costs only grow (see Quadric),
     // so a stale one is a lower bound and is brought up to date when it surfaces.
     std::vector<Entry> queue;

@@ -31,11 +31,9 @@ absl::StatusOr<VertexBlocks> CutIntoBlocks(const HalfEdgeMesh& mesh,
     blocks.begin.push_back(static_cast<int>(begin));
   }
   blocks.begin.push_back(static_cast<int>(count));
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(blocks.count(), 1, context, [&](int64_t first, int64_t last) {
-    for (int64_t place = blocks.begin[first]; place < blocks.begin[last]; ++place) {
-      blocks.block_of[blocks.order[place]] = static_cast<int>(first);
-    }
-  }));
+  for (int64_t place = 0; place < count; ++place) {
+    blocks.block_of[blocks.order[place]] = static_cast<int>(place / block_size);
+  }
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, block_size, context, [&](int64_t begin, int64_t end) {
     for (int v = static_cast<int>(begin); v < end; ++v) {
       bool inner = mesh.Outgoing(v) >= 0;

@@ -85,10 +85,10 @@ void PatchLattice::AddPoints(int mask) {
 
 PatchNumbering::PatchNumbering(const MeshTopology& topology, const PatchLattice& lattice)
     : topology_(topology), lattice_(lattice) {
-  int edges = topology.edge_count(), faces = topology.face_count();
+  int64_t edges = topology.edge_count(), faces = topology.face_count();
   first_ = {topology.vertex_count};
   for (int step = 0; step < lattice.steps(); ++step) {
-    first_.push_back(first_.back() + edges);
+    first_.push_back(static_cast<int>(first_.back() + edges));
     interior_.push_back(3 * ((1 << 2 * step) - (1 << step)) / 2);
     edges = 2 * edges + 3 * faces;
     faces *= 4;

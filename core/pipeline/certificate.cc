@@ -53,7 +53,7 @@ class FigureList {
  public:
   void Add(std::string name, double stated, double found) {
     if (stated < 0) return;
-    constexpr double kRelative = 3e-4, kAbsolute = 1e-13;
+    constexpr double kRelative = 3e-4, kAbsolute = 5e-13;
     const bool agrees = std::abs(stated - found) <= kRelative * std::max(stated, found) + kAbsolute;
     figures.push_back({std::move(name), stated, found, agrees});
   }

@@ -28,7 +28,8 @@ TEST(ScratchPoolTest, LendsEachToOneAtATimeAndLendsItAgain) {
 }
 
 TEST(ScratchPoolTest, ManyBlocksNeedNoMoreThanTheThreads) {
-  ScratchPool<int> pool(0);
+  const int prototype = 0;
+  ScratchPool<int> pool(prototype);
   std::mutex mutex;
   std::set<const int*> seen;
   RunContext context;

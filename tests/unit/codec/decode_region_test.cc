@@ -117,6 +117,27 @@ TEST(DecodeRegionTest, IsThatPartOfTheWholeBitForBit) {
   }
 }
 
+// A chunk whose frame was touched may not be taken for one of another kind or level.
+TEST(DecodeRegionTest, EveryChangedFrameOfALayerIsNoticed) {
+  const std::vector<uint8_t>& bytes = Bytes(kLeastGroupLimit);
+  const std::vector<int> faces = {0};
+  const OpenedDss file = *OpenDss(bytes, true);
+  size_t begin = 0;
+  for (const int64_t size : file.chunk_bytes) {
+    if (begin > 0) {
+      for (size_t at = begin; at < begin + 3; ++at) {  // the tag and the length
+        for (int bit = 0; bit < 8; ++bit) {
+          std::vector<uint8_t> changed = bytes;
+          changed[at] ^= static_cast<uint8_t>(1 << bit);
+          EXPECT_FALSE(DecodeRegion(changed, faces, kFinestLevel, RunContext()).ok())
+              << "byte " << at - begin << " of the chunk at " << begin << ", bit " << bit;
+        }
+      }
+    }
+    begin += static_cast<size_t>(size);
+  }
+}
+
 TEST(DecodeRegionTest, LooksAtNothingElse) {
   std::vector<uint8_t> bytes = Bytes(kLeastGroupLimit);
   const auto whole = DecodeDss(bytes, RunContext());

@@ -185,13 +185,17 @@ TEST(EncodeDssTest, MetadataCanComeLater) {
 }
 
 TEST(EncodeDssTest, ThreadsDoNotChangeTheBytes) {
-  const EncodeOptions options;
+  EncodeOptions options;
   const DisplacedSurface surface = SurfaceOver(Torus(20, 12), 4, kPositionStep, 1e-4);
   RunContext one, two;
   one.threads = 1;
   two.threads = 2;
-  EXPECT_EQ(EncodeDss(surface, {}, options, one)->Concatenate(),
-            EncodeDss(surface, {}, options, two)->Concatenate());
+  for (const int group_faces : {0, 128}) {
+    options.group_faces = group_faces;
+    const std::vector<uint8_t> bytes = EncodeDss(surface, {}, options, one)->Concatenate();
+    EXPECT_EQ(EncodeDss(surface, {}, options, two)->Concatenate(), bytes);
+    EXPECT_EQ(DecodeDss(bytes, one)->surface.heights, DecodeDss(bytes, two)->surface.heights);
+  }
 }
 
 // A flat surface codes into almost nothing; beyond the free heights the law must hold all the same.
