@@ -8,6 +8,8 @@ export default defineConfig({
     outDir: process.env.RILIEVO_WEB_TESTS ?? 'generated/tests',
     emptyOutDir: true,
     copyPublicDir: false,
-    rollupOptions: { input: { 'decoder.test': 'tests/decoder.test.ts', 'page.test': 'tests/page.test.ts' } },
+    rollupOptions: {
+      input: Object.fromEntries(['gateway', 'decoder', 'page'].map((part) => [`${part}.test`, `tests/${part}.test.ts`])),
+    },
   },
 });

@@ -47,6 +47,11 @@ function decodedPath(url: string): string | undefined {
   }
 }
 
+/** Of any text: a name that no file can have, too long or with a zero in it, is no file's. */
 function isFile(path: string): boolean {
-  return statSync(path, { throwIfNoEntry: false })?.isFile() ?? false;
+  try {
+    return statSync(path).isFile();
+  } catch {
+    return false;
+  }
 }

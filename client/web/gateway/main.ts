@@ -70,16 +70,18 @@ function main(): void {
     return;
   }
   if (!given.server) fail(`--server is missing\n${USAGE}`);
-  const address = /^(?:\[(.+)\]|([^:]*)):(\d+)$/.exec(given.listen!);
+  // Without a host Node would listen everywhere.
+  const address = /^(?:\[(.+)\]|([^:]+)):(\d+)$/.exec(given.listen!);
   if (!address) fail(`--listen '${given.listen}' is no HOST:PORT; give for example 127.0.0.1:8080`);
-  const host = address[1] ?? address[2] ?? '';
+  const host = (address[1] ?? address[2])!;
   const shown = host.includes(':') ? `[${host}]` : host;
   const token = textOf(given['token-file'])?.trim();
+  if (given['allow-host']!.includes('')) fail('--allow-host is empty; give the name by which the page is called');
   const transport = createGrpcTransport({
     baseUrl: /^https?:/.test(given.server) ? given.server : `http://${given.server}`,
     nodeOptions: { ca: textOf(given['tls-ca']), cert: textOf(given['tls-cert']), key: textOf(given['tls-key']) },
   });
-  const names = new Set(['127.0.0.1', 'localhost', '[::1]', shown, ...(given['allow-host'] ?? [])]);
+  const names = new Set(['127.0.0.1', 'localhost', '[::1]', shown, ...given['allow-host']!]);
   const folder = resolve(given.page ?? join(dirname(fileURLToPath(import.meta.url)), 'page'));
   const files = fileHandler(folder, given.file);
   const upload = uploadHandler(transport, token);
@@ -87,7 +89,7 @@ function main(): void {
     routes: (router) => forwardCalls(router, transport, token),
     fallback: (request, response) => files(request as IncomingMessage, response as ServerResponse),
   });
-  const server = createServer((request, response) => {
+  const answer = (request: IncomingMessage, response: ServerResponse): void => {
     if (!isOurs(request, names)) {
       response.writeHead(403, { 'content-type': 'text/plain' })
         .end('this gateway does not answer to that name; start it with --allow-host\n');
@@ -96,14 +98,24 @@ function main(): void {
     } else {
       calls(request, response);
     }
+  };
+  // Whatever one request brings, the next one is answered.
+  const server = createServer((request, response) => {
+    try {
+      answer(request, response);
+    } catch (error) {
+      console.error(`gateway: ${request.method} ${request.url?.slice(0, 200)}: ${(error as Error).message}`);
+      if (response.headersSent) response.destroy();
+      else response.writeHead(500, { 'content-type': 'text/plain' }).end('the gateway failed at this request\n');
+    }
   });
   // A large scan on a slow line takes longer than Node's five minutes; rilievod has limits of its own.
   server.requestTimeout = 0;
   server.on('error', (error) => fail(error.message));
-  server.listen(Number(address[3]), host || undefined, () => {
+  server.listen(Number(address[3]), host, () => {
     const { port } = server.address() as AddressInfo;
     const open = given.file === undefined ? '' : `#open=${encodeURIComponent(basename(given.file))}`;
-    console.log(`rilievo on http://${shown || '127.0.0.1'}:${port}/${open}`);
+    console.log(`rilievo on http://${shown}:${port}/${open}`);
   });
   if (given['until-input-ends']) process.stdin.resume().on('end', () => process.exit(0));
   for (const signal of ['SIGINT', 'SIGTERM'] as const) {

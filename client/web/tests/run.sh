@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The viewer's tests: types, the decoder against the compiled one, the page in Chromium.
+# The viewer's tests: types, the gateway, the decoder against the compiled one, the page in Chromium.
 #   client/web/tests/run.sh BUILD_DIR [NAME_PATTERN]
 # Ends with 77 (skipped, for ctest) and a sentence where a tool is not there.
 set -euo pipefail
@@ -29,7 +29,7 @@ export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
 export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
 export GOLDEN=$root/tests/golden REFERENCE=$web/tests/reference
 status=0
-for part in decoder page; do # one after the other: both measure
+for part in gateway decoder page; do # one after the other: two of them measure
   node --test ${2:+--test-name-pattern="$2"} "generated/tests/$part.test.js" || status=1
 done
 exit $status
