@@ -15,9 +15,9 @@ namespace rilievo {
 
 class ChildProgram {
  public:
-  // Starts `words[0]`, looked for in PATH, with all signals as they are at a program's start. Its
-  // standard input is a pipe without content that ends with this process; its errors go where ours
-  // do. NOT_FOUND where there is no such program.
+  // Starts `words[0]`, looked for in PATH, with no signal blocked or ignored. Its standard
+  // input is a pipe without content that ends with this process; its errors go where ours do.
+  // NOT_FOUND where there is no such program.
   static absl::StatusOr<ChildProgram> Start(const std::vector<std::string>& words);
 
   ChildProgram(ChildProgram&& other) noexcept;

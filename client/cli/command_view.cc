@@ -24,6 +24,7 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/surface/error_at_vertices.h"
+#include "proto/local_address.h"
 
 namespace rilievo {
 namespace {
@@ -162,9 +163,20 @@ void Say(const ViewArguments& arguments, const std::vector<std::string>& paths,
   if (!legend.empty()) out << LabelledLine("colours", legend);
 }
 
+// The server behind the page asks nobody who they are, and has no limits.
+absl::Status CheckListen(const std::string& listen) {
+  if (IsLocalAddress(listen)) return absl::OkStatus();
+  return UsageError(absl::StrCat(
+      "--listen ", listen,
+      ": others could read IN there and fill this machine; listen on 127.0.0.1:PORT and reach that "
+      "with ssh -L PORT:127.0.0.1:PORT, or serve others with a rilievod that has TLS and tokens, "
+      "behind the gateway (docs/viewer.md)"));
+}
+
 absl::Status OpenWebViewer(const ViewArguments& arguments, std::stop_token stop) {
   if (!arguments.output.empty()) return UsageError("--open shows a page, -o a picture: give one");
   WebViewerOptions web = arguments.web;
+  RILIEVO_RETURN_IF_ERROR(CheckListen(web.listen));
   web.file = arguments.input;
   if (web.file == "-") return UsageError("--open: the page reads a file, not the standard input");
   if (!web.file.empty()) {
@@ -227,7 +239,8 @@ void AddWebViewer(CLI::App* app, ViewArguments* arguments) {
                                     "instead of a picture: serve the viewer, with IN in it, print "
                                     "its address and show it in a browser; a scan becomes a "
                                     "surface there. Until Ctrl-C");
-  app->add_option("--listen", arguments->web.listen, "HOST:PORT of the page; 0: any free port")
+  app->add_option("--listen", arguments->web.listen,
+                  "HOST:PORT of the page, on this machine; 0: any free port")
       ->needs(open)
       ->capture_default_str();
   app->add_option("--store", arguments->web.store,

@@ -94,15 +94,21 @@ absl::Status ServeWebViewer(const WebViewerOptions& options,
       told = true;
     }
   }
-  if (told || stop.stop_requested()) return absl::OkStatus();
+  if (stop.stop_requested()) return absl::OkStatus();
+  if (told) {
+    return absl::UnavailableError(
+        "the page is no longer served: its gateway ended by itself; the lines before may say why");
+  }
   return absl::UnavailableError(
       absl::StrCat("the page cannot be served on ", options.listen, "; the lines before say why"));
 }
 
 bool OpenInBrowser(const std::string& url) {
   if (!Set("DISPLAY") && !Set("WAYLAND_DISPLAY")) return false;
-  // Behind a shell: the browser stays when this program ends.
-  constexpr char kOpen[] = "command -v xdg-open && { xdg-open \"$1\" >/dev/null 2>&1 & }";
+  // Behind a shell: the browser stays when this program ends. The shell prints once it has started
+  // xdg-open, for it is ended as soon as it has printed.
+  constexpr char kOpen[] =
+      "command -v xdg-open >/dev/null && { xdg-open \"$1\" >/dev/null 2>&1 & echo; }";
   absl::StatusOr<ChildProgram> shell = ChildProgram::Start({"sh", "-c", kOpen, "sh", url});
   return shell.ok() && shell->ReadLine(/*stop=*/{}).has_value();
 }

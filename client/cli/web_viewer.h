@@ -19,7 +19,9 @@ struct WebViewerOptions {
 // calls `opened` with the address of the page, and lasts until `stop` or the gateway's end; both
 // end with this process, however it ends. The gateway is looked for in the folder that RILIEVO_WEB
 // names, in ../share/rilievo/web and in ../web from this program. FAILED_PRECONDITION with what to
-// do when the page was not built or Node is not there; UNAVAILABLE when the address cannot be had.
+// do when the page was not built or Node is not there; UNAVAILABLE when the address cannot be had
+// or the gateway ends by itself. The service has no limits and asks for no token: whoever reaches
+// `listen` may use it, so callers give an address of loopback.
 absl::Status ServeWebViewer(const WebViewerOptions& options,
                             const std::function<void(const std::string& url)>& opened,
                             std::stop_token stop);

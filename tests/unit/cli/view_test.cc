@@ -1,4 +1,5 @@
 // Pictures as the program draws them.
+#include "client/cli/web_viewer.h"
 #include "client/picture/image.h"
 #include "tests/unit/cli/program_fixture.h"
 
@@ -14,6 +15,28 @@ class ViewTest : public ProgramFixture {
     const auto image = DecodePng(Content(At(name)));
     EXPECT_TRUE(image.ok()) << image.status();
     return image.ok() ? *image : Image{};
+  }
+
+  // A program of the test's own, which StartWithOurs finds before any other.
+  void WriteProgram(const std::string& name, const std::string& script) const {
+    std::ofstream(At(name)) << "#!/bin/sh\n" << script;
+    fs::permissions(At(name), fs::perms::owner_all);
+  }
+
+  void WritePage() const {
+    fs::create_directory(At("page"));
+    std::ofstream(At("page/index.html")) << "page";
+    std::ofstream(At("gateway.mjs")) << "gateway";
+  }
+
+  pid_t StartWithOurs(const std::vector<std::string>& arguments) const {
+    const std::string path = getenv("PATH");
+    setenv("RILIEVO_WEB", folder_.c_str(), 1);
+    setenv("PATH", (folder_.string() + ":" + path).c_str(), 1);
+    const pid_t child = Start(arguments);
+    setenv("PATH", path.c_str(), 1);
+    unsetenv("RILIEVO_WEB");
+    return child;
   }
 };
 
@@ -116,9 +139,7 @@ TEST_F(ViewTest, TheViewerSaysWhatItLacks) {
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.err, HasSubstr("./dev web builds it"));
   // The page is there, Node is not.
-  fs::create_directory(At("page"));
-  std::ofstream(At("page/index.html")) << "page";
-  std::ofstream(At("gateway.mjs")) << "gateway";
+  WritePage();
   const std::string path = getenv("PATH");
   setenv("PATH", folder_.c_str(), 1);
   ended = Run({"view", At("a.dss"), "--open"});
@@ -131,19 +152,12 @@ TEST_F(ViewTest, TheViewerSaysWhatItLacks) {
 // `node` of this test: prints what the gateway does, and tells what it was given.
 TEST_F(ViewTest, TheViewerStartsTheGatewayAndEndsIt) {
   std::ofstream(At("a.dss")) << "any";
-  fs::create_directory(At("page"));
-  std::ofstream(At("page/index.html")) << "page";
-  std::ofstream(At("gateway.mjs")) << "gateway";
-  std::ofstream(At("node")) << "#!/bin/sh\nprintf '%s\\n' \"$@\" >" << At("given")
-                            << "\necho rilievo on http://127.0.0.1:9/\n"
-                            << "cat >/dev/null; echo ended >" << At("ended") << "\n";
-  fs::permissions(At("node"), fs::perms::owner_all);
-  const std::string path = getenv("PATH");
-  setenv("RILIEVO_WEB", folder_.c_str(), 1);
-  setenv("PATH", (folder_.string() + ":" + path).c_str(), 1);
-  const pid_t child = Start({"view", At("a.dss"), "--open", "--json"});
-  setenv("PATH", path.c_str(), 1);
-  unsetenv("RILIEVO_WEB");
+  WritePage();
+  WriteProgram("node", "printf '%s\\n' \"$@\" >" + At("given") +
+                           "\necho rilievo on http://127.0.0.1:9/\n"
+                           "cat >/dev/null; echo ended >" +
+                           At("ended") + "\n");
+  const pid_t child = StartWithOurs({"view", At("a.dss"), "--open", "--json"});
   for (int i = 0; i < 200 && Content(At("stdout")).find('}') == std::string::npos; ++i) {
     usleep(50'000);
   }
@@ -154,6 +168,55 @@ TEST_F(ViewTest, TheViewerStartsTheGatewayAndEndsIt) {
   EXPECT_THAT(Content(At("given")), HasSubstr("--server\n127.0.0.1:"));
   for (int i = 0; i < 200 && !fs::exists(At("ended")); ++i) usleep(50'000);
   EXPECT_TRUE(fs::exists(At("ended")));
+}
+
+TEST_F(ViewTest, AGatewayThatEndsByItselfIsAnError) {
+  WritePage();
+  WriteProgram("node", "echo rilievo on http://127.0.0.1:9/\n");
+  const Ended ended = Wait(StartWithOurs({"view", "--open", "--json"}));
+  EXPECT_EQ(Json::parse(ended.out)["url"], "http://127.0.0.1:9/");
+  EXPECT_EQ(ended.code, 4);
+  EXPECT_THAT(ended.err, HasSubstr("no longer served"));
+}
+
+// Its server has no limits: only this machine reaches it.
+TEST_F(ViewTest, TheViewerListensOnThisMachineAlone) {
+  WritePage();
+  WriteProgram("node", "echo rilievo on http://127.0.0.1:9/\n");
+  for (const std::string listen : {"0.0.0.0:8080", ":8080", "[::]:8080", "192.0.2.7:0"}) {
+    const Ended ended = Wait(StartWithOurs({"view", "--open", "--json", "--listen", listen}));
+    EXPECT_EQ(ended.code, 2) << listen;
+    EXPECT_THAT(ended.err, HasSubstr("--listen " + listen));
+    EXPECT_THAT(ended.err, HasSubstr("ssh -L"));
+    EXPECT_EQ(ended.out, "");
+  }
+  for (const std::string listen : {"127.0.0.1:0", "localhost:8080", "[::1]:0"}) {
+    const Ended ended = Wait(StartWithOurs({"view", "--open", "--json", "--listen", listen}));
+    EXPECT_THAT(ended.out, HasSubstr("http://127.0.0.1:9/")) << listen << ended.err;
+  }
+}
+
+TEST_F(ViewTest, TheBrowserIsOpenedEachTime) {
+  constexpr int kRounds = 20;
+  const std::string path = getenv("PATH");
+  const char* display = getenv("DISPLAY");
+  const std::string display_before = display == nullptr ? "" : display;
+  WriteProgram("xdg-open", "echo \"$1\" >>" + At("opened") + "\n");
+  setenv("DISPLAY", ":0", 1);
+  setenv("PATH", (folder_.string() + ":" + path).c_str(), 1);
+  std::string all;
+  for (int i = 0; i < kRounds; ++i) {
+    EXPECT_TRUE(OpenInBrowser("http://127.0.0.1:9/"));
+    all += "http://127.0.0.1:9/\n";
+  }
+  fs::create_directory(At("empty"));
+  fs::create_symlink("/bin/sh", At("empty/sh"));
+  setenv("PATH", At("empty").c_str(), 1);
+  EXPECT_FALSE(OpenInBrowser("http://127.0.0.1:9/"));  // no xdg-open
+  setenv("PATH", path.c_str(), 1);
+  setenv("DISPLAY", display_before.c_str(), 1);
+  for (int i = 0; i < 200 && Content(At("opened")).size() < all.size(); ++i) usleep(50'000);
+  EXPECT_EQ(Content(At("opened")), all);
 }
 
 }  // namespace
