@@ -6,6 +6,8 @@
 
 #include <utility>
 
+#include "server/doors/caller.h"
+
 namespace rilievo {
 namespace {
 
@@ -22,7 +24,6 @@ std::string Bytes(const void* data, size_t size) { return {static_cast<const cha
 }  // namespace
 
 std::string AddressOfPeer(const FileDescriptor& socket) {
-  constexpr size_t kPrefixBytes = 8, kMappedBytes = 12;
   sockaddr_storage address{};
   socklen_t size = sizeof(address);
   if (getpeername(socket.number(), reinterpret_cast<sockaddr*>(&address), &size) != 0) return "";
@@ -30,9 +31,7 @@ std::string AddressOfPeer(const FileDescriptor& socket) {
     return Bytes(&reinterpret_cast<const sockaddr_in*>(&address)->sin_addr, sizeof(in_addr));
   }
   if (address.ss_family != AF_INET6) return "";
-  const in6_addr& six = reinterpret_cast<const sockaddr_in6*>(&address)->sin6_addr;
-  if (IN6_IS_ADDR_V4MAPPED(&six)) return Bytes(six.s6_addr + kMappedBytes, sizeof(in_addr));
-  return Bytes(six.s6_addr, kPrefixBytes);
+  return HouseholdOf(reinterpret_cast<const sockaddr_in6*>(&address)->sin6_addr);
 }
 
 OpenConnections::Verdict OpenConnections::Take(const FileDescriptor& connection) {

@@ -51,8 +51,8 @@ class OpenConnections {
   std::chrono::steady_clock::time_point looked_{};
 };
 
-// Whom a connection counts for: an IPv4 address, or the first 64 bits of an IPv6 one, which are the
-// least that anybody is given. Empty when `socket` has no peer.
+// Whom a connection counts for: the bytes of an IPv4 address, or HouseholdOf() an IPv6 one. Empty
+// when `socket` has no peer.
 std::string AddressOfPeer(const FileDescriptor& socket);
 
 }  // namespace rilievo

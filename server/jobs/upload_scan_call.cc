@@ -66,10 +66,11 @@ void UploadScanCall::OnReadDone(bool ok) {
     const std::lock_guard done(call->mutex_);
     call->busy_ = false;
     call->last_message_ = Clock::now();
+    if (ok) call->received_ += static_cast<int64_t>(call->request_.chunk().size());
     if (end) {
       call->FinishOnce(*end);
     } else if (call->stop_reason_ != StopReason::kNone) {
-      call->FinishOnce(call->StatusOfStop());
+      call->FinishStopped();
     } else {
       call->StartRead(&call->request_);
     }
@@ -85,24 +86,28 @@ void UploadScanCall::OnDone() {
 
 void UploadScanCall::Tick(Clock::time_point now) {
   const ServerOptions& options = core_->service->options;
-  if (now - begin_ > options.max_job_time) {
-    Stop(StopReason::kUploadTime);  // a place is not held by a byte a minute
-    return;
-  }
-  bool idle;
+  bool late, idle;
   {
     const std::lock_guard lock(mutex_);
+    const std::chrono::duration<double> age = now - begin_;
+    late = age > options.max_job_time &&
+           static_cast<double>(received_) < age.count() * kSteadyBytesPerSecond;
     idle = !busy_ && now - last_message_ > options.max_idle_time;
   }
-  if (idle) Stop(StopReason::kIdle);
+  if (late) {
+    Stop(StopReason::kUploadTime);
+  } else if (idle) {
+    Stop(StopReason::kIdle);
+  }
 }
 
 grpc::Status UploadScanCall::StatusOfStop() const {
   CallError error = StopError(stop_reason_, core_->service->options);
   if (stop_reason_ == StopReason::kUploadTime) {
     error.message =
-        "this stream took as long as the server gives to one; go on in another from what "
-        "GetUpload says";
+        "this stream took as long as the server gives to one that sends so little; go on in "
+        "another "
+        "from what GetUpload says";
     error.retry_delay = std::chrono::seconds(1);
   }
   return GrpcStatus(error);
@@ -111,7 +116,12 @@ grpc::Status UploadScanCall::StatusOfStop() const {
 void UploadScanCall::Stop(StopReason reason) {
   const std::lock_guard lock(mutex_);
   if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
-  if (!busy_) FinishOnce(StatusOfStop());
+  if (!busy_) FinishStopped();
+}
+
+void UploadScanCall::FinishStopped() {
+  // What is stored is not refused, though its client has not half-closed yet.
+  FinishOnce(ended_ ? grpc::Status::OK : StatusOfStop());
 }
 
 void UploadScanCall::FinishOnce(const grpc::Status& status) {

@@ -21,6 +21,10 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
                              public LiveCall,
                              public std::enable_shared_from_this<UploadScanCall> {
  public:
+  // A stream that has sent as much a second, in the mean since its begin, goes on beyond
+  // max_job_time: an old modem sends more, and a place held by less is a place lost to others.
+  static constexpr double kSteadyBytesPerSecond = 4096;
+
   // The reactor gRPC asks for; owns itself until OnDone().
   static UploadScanCall* Begin(JobsCore* core, Caller caller, v1::UploadScanResponse* response);
 
@@ -44,6 +48,7 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   grpc::Status StatusOfStop() const;
 
   // With mutex_ held.
+  void FinishStopped();
   void FinishOnce(const grpc::Status& status);
 
   JobsCore* const core_;
@@ -61,6 +66,7 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   std::mutex mutex_;
   bool busy_ = false;  // a disk thread is at work
   bool finished_ = false;
+  int64_t received_ = 0;  // bytes of chunks
   StopReason stop_reason_ = StopReason::kNone;
   Clock::time_point last_message_;
 };

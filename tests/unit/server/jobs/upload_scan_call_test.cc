@@ -105,6 +105,44 @@ TEST_F(UploadScanCallTest, ASilentOneAndASlowOneAreSentAway) {
   EXPECT_EQ(StoredBytes(), 1u) << "what came is kept";
 }
 
+TEST_F(UploadScanCallTest, ASlowButSteadyOneGoesOn) {
+  ServerOptions options;
+  options.max_job_time = std::chrono::milliseconds(300);
+  Open(options);
+  const std::string bytes(20'000, 'x');  // at 20 000 bytes/s
+  grpc::ClientContext context;
+  v1::UploadScanResponse response;
+  const auto stream = stub_->UploadScan(&context, &response);
+  stream->Write(Header(bytes.size()));
+  for (size_t begin = 0; begin < bytes.size(); begin += 1000) {
+    stream->Write(Chunk(bytes.substr(begin, 1000)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  stream->Write(End(bytes.size(), absl::HexStringToBytes(ContentNameOf(bytes))));
+  stream->WritesDone();
+  const grpc::Status status = stream->Finish();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+}
+
+TEST_F(UploadScanCallTest, WhatIsStoredIsNotRefused) {
+  for (const bool idle : {false, true}) {
+    ServerOptions options;
+    (idle ? options.max_idle_time : options.max_job_time) = std::chrono::milliseconds(300);
+    Open(options);
+    grpc::ClientContext context;
+    v1::UploadScanResponse response;
+    const auto stream = stub_->UploadScan(&context, &response);
+    stream->Write(Header(5));
+    stream->Write(Chunk("bytes"));
+    stream->Write(End(5, absl::HexStringToBytes(ContentNameOf("bytes"))));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    stream->WritesDone();
+    const grpc::Status status = stream->Finish();
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(response.scan_id(), ContentNameOf("bytes"));
+  }
+}
+
 TEST_F(UploadScanCallTest, PlacesAreSharedAndGivenBack) {
   ServerOptions options;
   options.max_uploads = 2;
