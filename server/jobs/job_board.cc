@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "server/calls/grpc_status.h"
 #include "server/conversion/memory_estimate.h"
 #include "server/jobs/job_run.h"
+#include "server/jobs/request_checks.h"
 
 namespace rilievo {
 namespace {
@@ -110,6 +112,12 @@ std::shared_ptr<JobRun> JobBoard::BeginRun(const std::string& job_id) {
   core_->live_calls.Enter(run);
   // On a full disk the job is worked on all the same: its end waits until there is room.
   const absl::Status kept = store_->Update(run->stored());
+  if (absl::IsFailedPrecondition(kept)) {
+    // Cancelled or removed while it was not on the board.
+    TakeOff(run->stored(), kept);
+    core_->live_calls.Leave(run.get());
+    return nullptr;
+  }
   if (kept.ok()) events->Push(run->stored().job);
   return run;
 }
@@ -119,8 +127,13 @@ void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   const JobOutcome outcome = run->Work();
   using Kind = JobOutcome::Kind;
   const bool again = outcome.kind == Kind::kKilled && Requeue(id);
-  if (!again && outcome.kind != Kind::kAbandoned && run->Keep(outcome).ok()) {
-    Publish(outcome.job.job);
+  if (!again && outcome.kind != Kind::kAbandoned) {
+    const absl::Status kept = run->Keep(outcome);
+    if (kept.ok()) {
+      Publish(outcome.job.job);
+    } else if (!absl::IsResourceExhausted(kept)) {  // else the server ends before there was room
+      TakeOff(outcome.job, kept);
+    }
   }
   {
     const std::lock_guard lock(mutex_);
@@ -136,6 +149,28 @@ void JobBoard::Publish(const v1::Job& job) {
   if (found == jobs_.end()) return;
   core_->metrics->CountKeptJob(CodeOf(job));
   found->second.events->Push(job);
+  jobs_.erase(found);
+}
+
+void JobBoard::TakeOff(StoredJob stored, absl::Status refusal) {
+  if (!absl::IsFailedPrecondition(refusal)) {
+    v1::Job& job = stored.job;
+    job.set_state(v1::JOB_STATE_FAILED);
+    job.clear_surface();
+    job.clear_report();
+    *job.mutable_error() = RpcStatus(ErrorOfStore(absl::InternalError(refusal.message())));
+    stored.surface.clear();
+    job.set_sequence(SequenceOfState(job.state(), job.attempts()));
+    refusal = store_->Update(stored);
+    // What the store does not take either stays RUNNING there: the next server works on it again.
+    if (!absl::IsFailedPrecondition(refusal)) return Publish(job);
+  }
+  const absl::StatusOr<StoredJob> held = store_->Get(stored.owner, stored.job.job_id());
+  if (held.ok()) return Publish(held->job);
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(stored.job.job_id());
+  if (found == jobs_.end()) return;
+  found->second.events->Close(held.status());
   jobs_.erase(found);
 }
 

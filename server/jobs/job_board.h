@@ -75,6 +75,9 @@ class JobBoard {
 
   // Takes a finished job off the board.
   void Publish(const v1::Job& job);
+  // Takes off a job whose state the store refused to keep: as the store holds it when it was
+  // finished or removed meanwhile, else as FAILED with INTERNAL.
+  void TakeOff(StoredJob stored, absl::Status refusal);
   // Puts it back into the queue; false after too many kills.
   bool Requeue(const std::string& job_id);
 

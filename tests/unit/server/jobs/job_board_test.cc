@@ -1,5 +1,8 @@
 #include "server/jobs/job_board.h"
 
+#include <filesystem>
+
+#include "server/jobs/job_run.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 
 namespace rilievo {
@@ -11,6 +14,20 @@ using testing::Not;
 class JobBoardTest : public JobsRoomTest {
  protected:
   JobBoard& board() { return core_->board; }
+  // Whether the board has no job in time.
+  bool WaitForEmpty() {
+    for (int i = 0; i < 2000 && board().size() > 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return board().size() == 0;
+  }
+  static StoredJob Cancelled(StoredJob stored) {
+    stored.job.set_attempts(1);
+    stored.job.set_state(v1::JOB_STATE_CANCELLED);
+    stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_CANCELLED, stored.job.attempts()));
+    SetTime(stored.job.mutable_end_time());
+    return stored;
+  }
   std::string Metrics() const { return service_->metrics->Text(); }
 };
 
@@ -81,6 +98,58 @@ TEST_F(JobBoardTest, CancelEndsWhatWaitsAndWhatRuns) {
   core_.reset();
   EXPECT_THAT(Metrics(),
               HasSubstr("rilievo_jobs_ended_total{kind=\"kept\",status=\"CANCELLED\"} 2\n"));
+}
+
+TEST_F(JobBoardTest, WhatEndedBeforeItCameIsNotWorkedOn) {
+  ServerOptions options;
+  options.max_concurrent_jobs = 1;
+  work_.wait = true;
+  Open(options);
+  board().Add(Stored("first"));
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  const StoredJob cancelled = Stored("cancelled"), removed = Stored("removed");
+  ASSERT_TRUE(board().Cancel("", "cancelled").ok());
+  ASSERT_TRUE(core_->store->Remove("removed").ok());
+  board().Add(cancelled);
+  board().Add(removed);
+  const auto watched = board().EventsOf("cancelled"), lost = board().EventsOf("removed");
+  work_.Release();
+  EXPECT_TRUE(WaitForEmpty()) << "their places are free again";
+  EXPECT_EQ(watched->After(1)->job().state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_TRUE(absl::IsNotFound(lost->EndAfter(1).value_or(absl::OkStatus())));
+  EXPECT_FALSE(work_.WaitForBegun(2, std::chrono::milliseconds(0)));
+}
+
+TEST_F(JobBoardTest, WhatEndedWhileItRanLeavesTheBoard) {
+  work_.wait = true;
+  Open();
+  const StoredJob cancelled = Stored("cancelled");
+  board().Add(cancelled);
+  board().Add(Stored("removed"));
+  ASSERT_TRUE(work_.WaitForBegun(2));
+  const auto watched = board().EventsOf("cancelled"), lost = board().EventsOf("removed");
+  ASSERT_TRUE(core_->store->Update(Cancelled(cancelled)).ok());
+  ASSERT_TRUE(core_->store->Remove("removed").ok());
+  work_.Release();
+  EXPECT_TRUE(WaitForEmpty());
+  EXPECT_TRUE(watched->EndAfter(1'000'000).value_or(absl::UnknownError("goes on")).ok());
+  EXPECT_TRUE(absl::IsNotFound(lost->EndAfter(1'000'000).value_or(absl::OkStatus())));
+}
+
+TEST_F(JobBoardTest, AJobWhoseSurfaceCannotBeStoredFails) {
+  work_.wait = true;
+  Open();
+  board().Add(Stored("a"));
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  const auto watched = board().EventsOf("a");
+  std::filesystem::rename(test_ / "store/blobs", test_ / "store/gone");
+  work_.Release();
+  EXPECT_TRUE(WaitForEmpty());
+  EXPECT_TRUE(watched->EndAfter(1'000'000).value_or(absl::UnknownError("goes on")).ok());
+  const v1::Job failed = core_->store->Get("", "a")->job;
+  EXPECT_EQ(failed.state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(failed.error().code(), static_cast<int>(absl::StatusCode::kInternal));
+  EXPECT_FALSE(failed.has_surface());
 }
 
 TEST_F(JobBoardTest, TheNextBoardTakesUpWhatIsNotFinished) {

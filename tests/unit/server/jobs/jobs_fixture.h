@@ -52,9 +52,9 @@ class FakeJobWork {
   }
 
   // Whether so many attempts have begun in time.
-  bool WaitForBegun(int count) {
+  bool WaitForBegun(int count, std::chrono::milliseconds time = std::chrono::seconds(10)) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, std::chrono::seconds(10), [&] { return begun_ >= count; });
+    return changed_.wait_for(lock, time, [&] { return begun_ >= count; });
   }
 
   bool wait = false;                  // set before the first job
