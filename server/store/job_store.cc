@@ -29,7 +29,8 @@ constexpr char kSchema[] = R"(
   CREATE INDEX jobs_by_end ON jobs(end_ms, number);
   CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
   CREATE INDEX scans_by_name ON scans(scan))";
-// Version 1 had no table of scans; whoever has a job of a scan sent it.
+// Version 1 had no table of scans: whoever named one could use it. Whoever made a job of it goes on
+// using it, whether sent by the same owner or not; nobody can tell that any more.
 constexpr char kFromVersion1[] = R"(
   CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
   CREATE INDEX scans_by_name ON scans(scan);
@@ -114,10 +115,28 @@ absl::StatusOr<FileDescriptor> JobStore::ReadScanLocked(const std::string& owner
   return file;
 }
 
-absl::Status JobStore::RemoveBlob(const std::string& blob) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM scans WHERE scan = ?"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Run());
-  return blobs_.Remove(blob);
+absl::Status JobStore::ForgetScans(const std::vector<std::string>& blobs) {
+  for (const std::string& blob : blobs) {
+    RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM scans WHERE scan = ?"));
+    RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Run());
+  }
+  return absl::OkStatus();
+}
+
+absl::Status JobStore::RemoveBlobs(const std::vector<std::string>& blobs) {
+  if (blobs.empty()) return absl::OkStatus();
+  // One transaction, as each is synced to disk. A file without its row goes the next time; a row
+  // without its file would give the scan back to its owner when somebody else sends it.
+  RILIEVO_RETURN_IF_ERROR(database_.Execute("BEGIN"));
+  absl::Status forgotten = ForgetScans(blobs);
+  if (forgotten.ok()) forgotten = database_.Execute("COMMIT");
+  if (!forgotten.ok()) {
+    // Says an error where the failure has ended the transaction already.
+    database_.Execute("ROLLBACK").IgnoreError();
+    return forgotten;
+  }
+  for (const std::string& blob : blobs) RILIEVO_RETURN_IF_ERROR(blobs_.Remove(blob));
+  return absl::OkStatus();
 }
 
 absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::string& job_id) {
@@ -234,14 +253,16 @@ absl::StatusOr<int64_t> JobStore::RemoveUnusedBlobs(int64_t older_than_ms) {
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_.List());
   int64_t left = 0;
+  std::vector<std::string> unused;
   for (const FileEntry& file : files) {
     if (file.modified_ms < older_than_ms && !used.contains(file.name) &&
         !coming_.contains(file.name)) {
-      RILIEVO_RETURN_IF_ERROR(RemoveBlob(file.name));
+      unused.push_back(file.name);
     } else {
       left += file.bytes;
     }
   }
+  RILIEVO_RETURN_IF_ERROR(RemoveBlobs(unused));
   return left;
 }
 
@@ -255,7 +276,7 @@ absl::StatusOr<int64_t> JobStore::RemoveIfUnused(const std::string& blob) {
   const auto file = blobs_.Read(blob);
   if (!file.ok()) return 0;
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file->Size());
-  RILIEVO_RETURN_IF_ERROR(RemoveBlob(blob));
+  RILIEVO_RETURN_IF_ERROR(RemoveBlobs({blob}));
   return bytes;
 }
 

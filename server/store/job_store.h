@@ -102,7 +102,8 @@ class JobStore {
 
   // With mutex_ held.
   absl::StatusOr<FileDescriptor> ReadScanLocked(const std::string& owner, const std::string& scan);
-  absl::Status RemoveBlob(const std::string& blob);
+  absl::Status RemoveBlobs(const std::vector<std::string>& blobs);
+  absl::Status ForgetScans(const std::vector<std::string>& blobs);
   absl::StatusOr<std::optional<StoredJob>> FindLocked(const std::string& owner,
                                                       const std::string& request_id);
   absl::StatusOr<int64_t> RemoveOldestFinished();

@@ -144,17 +144,49 @@ TEST_F(JobStoreTest, AScanThatWasRemovedIsNobodys) {
   EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("ann", scan).status()));
 }
 
+// The tables as version 1 made them.
+constexpr char kSchemaOfVersion1[] = R"(
+  CREATE TABLE jobs(
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    job_id BLOB NOT NULL UNIQUE,
+    owner BLOB NOT NULL,
+    request_id BLOB NOT NULL,
+    client BLOB NOT NULL,
+    scan BLOB NOT NULL,
+    surface BLOB NOT NULL,
+    end_ms INTEGER NOT NULL,
+    header BLOB NOT NULL,
+    job BLOB NOT NULL,
+    UNIQUE(owner, request_id));
+  CREATE INDEX jobs_by_end ON jobs(end_ms, number))";
+
 TEST_F(JobStoreTest, AStoreOfTheVersionBeforeGoesOn) {
-  ASSERT_TRUE(store_->Insert(NewJob("a", "ann")).ok());
-  const std::string scan = store_->Get("ann", "a")->job.scan_id();
+  const StoredJob job = NewJob("a", "ann");
+  const std::string scan = job.job.scan_id(), file = test_ / "store/jobs.db";
   store_.reset();
+  for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file + end);
   {
-    auto old = *Database::Open(test_ / "store/jobs.db", 2, "");
-    ASSERT_TRUE(old.Execute("DROP TABLE scans; PRAGMA user_version = 1").ok());
+    auto old = *Database::Open(file, 1, kSchemaOfVersion1);
+    auto insert = *old.Prepare(
+        "INSERT INTO jobs(job_id, owner, request_id, client, scan, surface, end_ms, header, job)"
+        " VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    insert.Bind("a").Bind("ann").Bind("r-a").Bind("c").Bind(scan).Bind("").Bind(int64_t{0});
+    insert.Bind(job.header.SerializeAsString()).Bind(job.job.SerializeAsString());
+    ASSERT_TRUE(insert.Run().ok());
   }
   Reopen();
-  EXPECT_TRUE(store_->ReadScan("ann", scan).ok()) << "who has a job of it sent it";
+  const auto kept = store_->Get("ann", "a");
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  EXPECT_EQ(kept->job.request_id(), "r-a");
+  EXPECT_EQ(kept->header.point_count(), 20u);
+  EXPECT_EQ(store_->Unfinished()->size(), 1u);
+  EXPECT_TRUE(store_->ReadScan("ann", scan).ok()) << "who has a job of it";
   EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("bob", scan).status()));
+  store_.reset();
+  auto database = *Database::Open(file, 2, "");
+  auto version = *database.Prepare("PRAGMA user_version");
+  ASSERT_TRUE(*version.Step());
+  EXPECT_EQ(version.Integer(0), 2);
 }
 
 TEST_F(JobStoreTest, OwnersSeeTheirOwn) {
