@@ -24,6 +24,7 @@
 #include "server/eyes/server_metrics.h"
 #include "server/health_probe.h"
 #include "server/reconstruction_server.h"
+#include "server/system/open_files.h"
 #include "server/worker/in_worker_process.h"
 #include "server/worker/worker_process.h"
 
@@ -66,7 +67,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_option("--threads", options.threads, "threads a job gets at most; 0: all")
       ->capture_default_str();
-  app->add_option("--max-job-seconds", line->max_job_seconds, "of work, waiting not counted")
+  app->add_option("--max-job-seconds", line->max_job_seconds,
+                  "of work, waiting not counted; also of a stream that uploads a scan at under "
+                  "4096 bytes/s")
       ->capture_default_str();
   app->add_option("--max-idle-seconds", line->max_idle_seconds, "between two messages of a call")
       ->capture_default_str();
@@ -84,7 +87,8 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->capture_default_str();
   app->add_option("--keep-bytes", options.keep_bytes, "of all scans and surfaces together")
       ->capture_default_str();
-  app->add_option("--max-waiting-jobs", options.max_waiting_jobs, "kept jobs that are not finished")
+  app->add_option("--max-waiting-jobs", options.max_waiting_jobs,
+                  "kept jobs that are not finished; one client alone gets half")
       ->capture_default_str();
   app->add_option("--memory-budget", options.memory_budget,
                   "bytes that the running jobs may need together; 0: 80 % of what there is")
@@ -103,7 +107,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--max-calls", options.max_calls,
                   "streams under way, all clients together; one alone gets half")
       ->capture_default_str();
-  app->add_option("--max-uploads", options.max_uploads, "scans that are being uploaded")
+  app->add_option("--max-uploads", options.max_uploads,
+                  "scans that are being uploaded; one client alone gets half (without tokens all "
+                  "behind one gateway, NAT or unix socket are one)")
       ->capture_default_str();
   app->add_option("--max-connections", options.max_connections, "connections that are open")
       ->capture_default_str();
@@ -244,6 +250,7 @@ int Serve(const CommandLine& line, JobWork work) {
   std::signal(SIGPIPE, SIG_IGN);
   // A file that may not grow is an error of its write, not the end of the server.
   std::signal(SIGXFSZ, SIG_IGN);
+  RaiseOpenFiles();
 
   auto server = ReconstructionServer::Listen(
       line.options, std::move(work),

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 
 #include "client/library/reconstruction_client.h"
 #include "client/library/status_conversion.h"
@@ -36,6 +37,19 @@ TEST(Daemon, SaysWhereItListensAndAnswersTheProbe) {
   EXPECT_EQ(daemon.WaitForExit(seconds(5)), 0);
   EXPECT_LT(SecondsSince(start), 2) << "nothing runs, so nothing is waited for";
   EXPECT_EQ(Probe(daemon.address()), 1);
+}
+
+TEST(Daemon, MayOpenAsManyFilesAsTheHardLimitAllows) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = 200;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  const DaemonProcess daemon;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit of_daemon{};
+  ASSERT_EQ(prlimit(daemon.pid(), RLIMIT_NOFILE, nullptr, &of_daemon), 0);
+  EXPECT_EQ(of_daemon.rlim_cur, before.rlim_max);
 }
 
 TEST(Daemon, RefusesWrongArguments) {
