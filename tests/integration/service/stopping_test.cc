@@ -21,6 +21,16 @@ class StoppingTest : public ServiceTest {
 
   // What stops a job must reach it within a second.
   static constexpr milliseconds kSoon{1000};
+
+  // Whether the server comes to know a call within 10 s.
+  bool WaitUntilBusy() {
+    const auto end = steady_clock::now() + milliseconds(10'000);
+    while (server_->WaitUntilIdle(milliseconds(0))) {
+      if (steady_clock::now() > end) return false;
+      std::this_thread::sleep_for(milliseconds(1));
+    }
+    return true;
+  }
 };
 
 TEST_F(StoppingTest, CancelReachesTheWorkWithinASecond) {
@@ -140,6 +150,7 @@ TEST_F(StoppingTest, CancelDuringTheUploadGivesThePlaceBack) {
     const auto stream = stub->Reconstruct(&context);
     ASSERT_TRUE(stream->Write(HeaderRequest(50)));
     ASSERT_TRUE(stream->Write(PointsRequest(10)));
+    ASSERT_TRUE(WaitUntilBusy()) << "what the server does not know yet has no place to give back";
     context.TryCancel();
     EXPECT_EQ(ReadToEnd(stream.get()).status.error_code(), StatusCode::CANCELLED);
   }
