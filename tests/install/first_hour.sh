@@ -58,8 +58,13 @@ while read -r command; do
     bash -euo pipefail -c "$command" </dev/null
   fi
 done <"$root/commands"
-until grep -q ^http "$root/page"; do
-  kill -0 "$web" 2>/dev/null || { web=""; cat "$root/page" "$root/page.err" >&2; exit 1; }
+until grep -qs ^http "$root/page"; do
+  kill -0 "$web" 2>/dev/null || {
+    web=""
+    cat "$root/page" "$root/page.err" >&2
+    npm ping >/dev/null 2>&1 || skip "npm's registry does not answer"
+    exit 1
+  }
   sleep 0.2
 done
 # Files that the README says are there.

@@ -20,7 +20,10 @@ export CHROMIUM=${CHROMIUM:-/usr/bin/chromium}
 [ -x "$CHROMIUM" ] || skip "$CHROMIUM is not installed (Debian package chromium)"
 command -v protoc >/dev/null || skip "protoc is not installed (Debian package protobuf-compiler)"
 
-"$web/build.sh" "$build"
+"$web/build.sh" "$build" || {
+  npm ping >/dev/null 2>&1 || skip "npm's registry does not answer"
+  exit 1
+}
 cd "$web"
 npx tsc --noEmit
 export RILIEVO_WEB_TESTS=$web/generated/tests
