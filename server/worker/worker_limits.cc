@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "core/base/sanitized.h"
 #include "core/base/status_macros.h"
 #include "server/system/file_descriptor.h"
 
@@ -47,7 +48,7 @@ void BeEndedFirst() {
 absl::Status LimitThisProcess(const WorkerLimits& limits) {
   BeEndedFirst();
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
-  if (limits.memory_bytes > 0) {
+  if (limits.memory_bytes > 0 && !kSanitized) {
     // Not the address space: glibc reserves 64 MiB of it for each thread and hardly uses them.
     const int64_t own = WritableBytes() + (limits.threads + 1) * kStackBytes;
     RILIEVO_RETURN_IF_ERROR(

@@ -14,7 +14,8 @@ struct WorkerLimits {
 };
 
 // For this process, for good: no core files, no files written, few opened, and the limits. It asks
-// the kernel to end this process first when memory runs out everywhere.
+// the kernel to end this process first when memory runs out everywhere. Built with a sanitizer it
+// sets no limit of memory (core/base/sanitized.h).
 absl::Status LimitThisProcess(const WorkerLimits& limits);
 
 }  // namespace rilievo

@@ -9,6 +9,7 @@
 #include <thread>
 #include <variant>
 
+#include "core/base/sanitized.h"
 #include "core/pipeline/reconstruct.h"
 #include "tests/unit/server/worker/moody_worker.h"
 
@@ -76,12 +77,6 @@ TEST(InWorkerProcess, TheWorkerIsShutIn) {
 TEST(InWorkerProcess, AFailureKeepsItsCode) {
   EXPECT_EQ(RunMoody(Mood::kRefuse).status(), absl::FailedPreconditionError("not planar"));
 }
-
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 TEST(InWorkerProcess, EveryWayToDieHasItsStatus) {
   if (kSanitized) GTEST_SKIP() << "a sanitizer takes the signals of a crash for itself";

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <cstdio>
 
+#include "core/base/sanitized.h"
+
 namespace rilievo {
 namespace {
 
@@ -24,6 +26,7 @@ bool CanMap(size_t bytes) {
 }
 
 TEST(WorkerLimits, MemoryIsCountedFromWhatTheProgramHas) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer maps memory of its own";
   constexpr int64_t kMiB = 1 << 20;
   const WorkerLimits limits{.memory_bytes = 200 * kMiB, .processor_seconds = 0, .threads = 1};
   EXPECT_IN_CHILD(LimitThisProcess(limits).ok() && CanMap(200 * kMiB) && !CanMap(240 * kMiB));
