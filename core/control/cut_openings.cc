@@ -12,13 +12,16 @@ namespace rilievo {
 namespace {
 
 constexpr double kMostlyBare = 0.5;  // share of the heights of a piece
+// Spacings count up to this many times the scan's median: stray points far from each other vouch
+// for no sheet over the wide gaps between them.
+constexpr double kWidestSpacing = 3;
 
 double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
                  const PointIndex& index) {
   int nearest = 0;
   double squared = 0;
   index.Nearest(position, 1, &nearest, &squared);
-  return cloud.spacing[nearest];
+  return std::min(double{cloud.spacing[nearest]}, kWidestSpacing * cloud.median_spacing);
 }
 
 // Connected faces that share a flag.

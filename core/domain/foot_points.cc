@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -20,6 +22,9 @@ constexpr int kNearest = 8;
 constexpr int kNearestOfThinWall = 32;
 constexpr int kNearestOfBorder = 48;
 constexpr int kNearestOfCrease = 32;
+// Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
+// follows them spans open space.
+constexpr double kBorderGap = 2.0;
 // A sample whose nearest points all lie farther aside than this stands over a hole.
 constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
@@ -178,9 +183,10 @@ void FootPointSearch::FindSharp(const SampledSurface& surface, int sample, FootP
   spacing_[i] = foot->spacing;
 }
 
-// The cloud's border across from a boundary sample: the farthest point, along the conormal, of
-// those in a strip as wide as the sample's share of the boundary. The points assigned to the sample
-// show a border that the surface falls short of, its nearest points one that it hangs over.
+// The cloud's border across from a boundary sample: the farthest point, along the conormal, without
+// a gap before it, of those in a strip as wide as the sample's share of the boundary. The points
+// assigned to the sample show a border that the surface falls short of, its nearest points one that
+// it hangs over.
 void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
                                  FootPoints* feet) const {
   const auto i = static_cast<size_t>(sample);
@@ -193,6 +199,12 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   feet->conormals.col(sample) = conormal;
   const double step = chord.norm() / 2;
   const double reach = Reach(samples_, surface, sample);
+  int found[kNearestOfBorder];
+  double squared[kNearestOfBorder];
+  const int count = index_.Nearest(position, kNearestOfBorder, found, squared);
+  const double spacing_here = cloud_.spacing[static_cast<size_t>(found[0])];
+  // How far out the points lie that the boundary falls short of, and over which gap each is met.
+  std::vector<std::pair<double, double>> beyond;
   const auto look_at = [&](int point) {
     if (cloud_.normals.col(point).dot(normal) <= kNormalAgreement) return;
     const Eigen::Vector3d way = cloud_.points.col(point) - position;
@@ -200,16 +212,23 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
     if (std::abs(along.dot(way)) > std::max(step / 2, spacing)) return;
     if (way.squaredNorm() > reach * reach) return;
     const double border = conormal.dot(way);
+    if (border > 0) {
+      beyond.emplace_back(border, kBorderGap * std::min(spacing, spacing_here));
+      return;
+    }
     if (feet->border_weight[i] == 0 || border > feet->border_offset[i]) {
       feet->border_offset[i] = border;
     }
     feet->border_weight[i] = 1;
   };
   for (int point : assignment_.PointsOf(sample)) look_at(point);
-  int found[kNearestOfBorder];
-  double squared[kNearestOfBorder];
-  const int count = index_.Nearest(position, kNearestOfBorder, found, squared);
   for (int k = 0; k < count; ++k) look_at(found[k]);
+  std::sort(beyond.begin(), beyond.end());
+  for (const auto& [border, gap] : beyond) {
+    if (border - std::max(0.0, feet->border_offset[i]) > gap) break;
+    feet->border_offset[i] = border;
+    feet->border_weight[i] = 1;
+  }
 }
 
 // Huber's weights min(1, s/|h|), Huber 1964. The scale s is `robust_spacings` local spacings, or

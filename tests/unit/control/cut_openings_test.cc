@@ -34,6 +34,7 @@ OrientedCloud PointsOf(const ControlMesh& mesh) {
   cloud.points = mesh.vertices;
   cloud.normals = Eigen::Vector3d::UnitZ().replicate(1, mesh.vertices.cols());
   cloud.spacing.assign(mesh.vertices.cols(), 1.0f / kSide);
+  cloud.median_spacing = 1.0 / kSide;
   return cloud;
 }
 
@@ -46,10 +47,14 @@ void MarkBare(int x0, int x1, int y0, int y1, std::vector<float>* unmeasured) {
   }
 }
 
-ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured) {
-  const OrientedCloud cloud = PointsOf(mesh);
+ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured,
+                const OrientedCloud& cloud) {
   return CutOpenings(mesh, unmeasured, cloud, PointIndex(cloud.points), CutOptions{}, RunContext{})
       .value();
+}
+
+ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured) {
+  return Cut(mesh, unmeasured, PointsOf(mesh));
 }
 
 std::vector<float> Nothing() { return std::vector<float>(2 * kSide * kSide, 0.0f); }
@@ -68,6 +73,19 @@ TEST(CutOpeningsTest, AWideHoleBecomesAnOpening) {
   const TopologySummary topology = SummarizeTopology(cut.faces, cut.vertices.cols());
   EXPECT_TRUE(topology.manifold());
   EXPECT_EQ(topology.boundary_loops, 2);
+}
+
+TEST(CutOpeningsTest, StrayPointsVouchForNoWideHole) {
+  std::vector<float> unmeasured = Nothing();
+  MarkBare(2, 22, 2, 22, &unmeasured);
+  OrientedCloud cloud = PointsOf(Sheet());
+  // A hole 28 edges wide is 9 wide where all points lie three edges apart, ...
+  cloud.spacing.assign(cloud.spacing.size(), 3.1f / kSide);
+  cloud.median_spacing = 3.1 / kSide;
+  EXPECT_EQ(Cut(Sheet(), unmeasured, cloud).faces.cols(), 2 * kSide * kSide);
+  // ... and an opening where most of the scan's lie much nearer to each other.
+  cloud.median_spacing = 0.5 / kSide;
+  EXPECT_EQ(Cut(Sheet(), unmeasured, cloud).faces.cols(), 2 * (kSide * kSide - 20 * 20));
 }
 
 TEST(CutOpeningsTest, WhatHangsOverTheBoundaryIsCutHoweverNarrow) {

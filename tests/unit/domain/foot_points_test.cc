@@ -134,7 +134,7 @@ TEST(FootPoints, BoundarySamplesFindTheBorder) {
     }
     const Feet feet(SphereCloud(0.3, 30'000, 0, true), mesh, 2);
     const double spacing = feet.cloud_.median_spacing;
-    int boundary = 0;
+    int boundary = 0, short_of_it = 0;
     for (int i = 0; i < feet.samples_.size(); ++i) {
       if (!feet.samples_.on_boundary(i)) {
         EXPECT_EQ(feet.feet_.border_weight[i], 0);
@@ -145,9 +145,37 @@ TEST(FootPoints, BoundarySamplesFindTheBorder) {
       EXPECT_LT(feet.feet_.conormals(2, i), -0.8);
       const double border =
           feet.surface_.positions(2, i) + feet.feet_.border_offset[i] * feet.feet_.conormals(2, i);
-      EXPECT_NEAR(border, 0, 2 * spacing);
+      EXPECT_GT(border, -2 * spacing);
+      short_of_it += border > 2 * spacing;
     }
+    // Random points leave a gap of two spacings here and there; the next round goes on behind it.
+    EXPECT_LE(short_of_it, boundary / 50);
     EXPECT_EQ(boundary, 4 * 8 * 4);
+  }
+}
+
+TEST(FootPoints, TheBorderIsNotBeyondAGap) {
+  // A belt of points 8 spacings below the rim of the cloud.
+  const ControlMesh mesh = OctahedralSphere(0.3, 3, true);
+  OrientedCloud cloud = SphereCloud(0.3, 30'000, 0, true);
+  const OrientedCloud whole = SphereCloud(0.3, 60'000, 0, false);
+  const double gap = 8 * cloud.median_spacing;
+  std::vector<int> belt;
+  for (int i = 0; i < whole.points.cols(); ++i) {
+    if (whole.points(2, i) < -gap && whole.points(2, i) > -1.5 * gap) belt.push_back(i);
+  }
+  const auto rim = cloud.points.cols();
+  const auto more = static_cast<Eigen::Index>(belt.size());
+  cloud.points.conservativeResize(3, rim + more);
+  cloud.normals.conservativeResize(3, rim + more);
+  cloud.points.rightCols(more) = whole.points(Eigen::all, belt);
+  cloud.normals.rightCols(more) = whole.normals(Eigen::all, belt);
+  cloud.spacing.resize(static_cast<size_t>(rim + more), static_cast<float>(cloud.median_spacing));
+  cloud.noise.resize(static_cast<size_t>(rim + more), 0.0f);
+  const Feet feet(cloud, mesh, 2);
+  for (int i = 0; i < feet.samples_.size(); ++i) {
+    if (!feet.samples_.on_boundary(i)) continue;
+    EXPECT_LT(feet.feet_.border_offset[i], gap / 2);
   }
 }
 
