@@ -35,6 +35,7 @@ absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count)
   for (int h = 0; h < half_count; ++h) leaving[fill[from_[h]]++] = h;
 
   twin_.assign(static_cast<size_t>(half_count), -1);
+  edge_.assign(static_cast<size_t>(half_count), -1);  // read, not used, by CheckFans()
   for (int h = 0; h < half_count; ++h) {
     const int from = from_[h], to = To(h);
     for (int i = begin[from]; i < begin[from + 1]; ++i) {
@@ -72,7 +73,6 @@ absl::Status HalfEdgeMesh::CheckFans() const {
 }
 
 void HalfEdgeMesh::NumberEdges() {
-  edge_.assign(from_.size(), -1);
   edge_half_.reserve(from_.size() / 2 + 1);
   for (int h = 0; h < static_cast<int>(from_.size()); ++h) {
     if (edge_[h] >= 0) continue;
