@@ -53,6 +53,13 @@ std::string ReasonOf(const grpc::Status& status) {
 }  // namespace
 
 struct ServerMetrics::Registers final : prometheus::Collectable {
+  // Prometheus does not see the rise of a counter that was not there.
+  Registers() {
+    for (const char* limit : {"ALL", "ADDRESS", "HANDLES"}) {
+      connections_refused.Add({{"reason", limit}});
+    }
+  }
+
   prometheus::Registry registry;
   Family<Counter>& jobs_ended = prometheus::BuildCounter()
                                     .Name("rilievo_jobs_ended_total")

@@ -138,7 +138,8 @@ TEST_F(LimitsTest, ConnectionsAreBoundedByAddressAndAllTogether) {
   metrics << std::ifstream(test_ / "metrics").rdbuf();
   EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections 6\n"));
   EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections_refused_total{reason=\"ALL\"} 1\n"));
-  EXPECT_THAT(metrics.str(), HasSubstr("rilievo_connections_refused_total{reason=\"ADDRESS\"}"));
+  EXPECT_THAT(metrics.str(),
+              Not(HasSubstr("rilievo_connections_refused_total{reason=\"ADDRESS\"} 0\n")));
   mute.clear();
   for (int i = 0; i < 100 && !status.ok(); ++i) {
     std::this_thread::sleep_for(milliseconds(50));
@@ -232,7 +233,7 @@ TEST_F(LimitsTest, NoErrorNamesAPathOrTheMachine) {
   // A worker that dies.
   std::jthread killer([&] {
     const pid_t worker = daemon_->WaitForWorker(seconds(10));
-    if (worker > 0) kill(worker, SIGSEGV);
+    if (worker > 0) kill(worker, SIGABRT);
   });
   add(client.Reconstruct(SphereScan(5000), {}).status());
   char host[256] = "";

@@ -87,10 +87,14 @@ TEST_F(EyesTest, MetricsTellOfJobsStagesAndBytes) {
   EXPECT_GT(Metric("process_resident_memory_bytes"), 1e6);
 }
 
-// A panel that asks for a metric that does not exist stays empty and says nothing.
-TEST_F(EyesTest, TheDashboardAsksForMetricsThatThereAre) {
+// A panel that asks for a metric that does not exist stays empty and says nothing, and so does a
+// metric that no panel asks for.
+TEST_F(EyesTest, TheDashboardShowsTheMetricsThatThereAre) {
   StartServer({"--metrics", "127.0.0.1:0"});
-  ASSERT_TRUE(ReconstructionClient(Channel()).Reconstruct(SphereScan(500), {}).ok());
+  const auto job = Client().Submit(PackScan(SphereScan(500)), {}, "one");
+  ASSERT_TRUE(job.ok());
+  ASSERT_TRUE(Client().Watch(job->job_id()).ok());
+  daemon_->WaitForLine("\"id\":\"" + job->job_id(), seconds(10));
   std::ifstream file(RILIEVO_SOURCE_FOLDER "/deploy/grafana/rilievod.json");
   const auto dashboard = nlohmann::json::parse(file);
   EXPECT_GE(dashboard["panels"].size(), 8u);
@@ -108,6 +112,14 @@ TEST_F(EyesTest, TheDashboardAsksForMetricsThatThereAre) {
       EXPECT_GT(names, 0) << expression;
     }
   }
+  const std::string shown = dashboard.dump();
+  const std::regex type("# TYPE ((rilievo|process)_[a-z_]+) ");
+  int families = 0;
+  for (std::sregex_iterator match(metrics.begin(), metrics.end(), type), end; match != end;
+       ++match, ++families) {
+    EXPECT_NE(shown.find((*match)[1].str()), std::string::npos) << (*match)[1];
+  }
+  EXPECT_GE(families, 14);
 }
 
 TEST_F(EyesTest, AJobIsCountedOnceHoweverOftenItIsTried) {
