@@ -31,6 +31,16 @@ function(rilievo_library name)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE} rilievo_warnings)
 endfunction()
 
+# rilievo_test_program(NAME): a test that is a program of this build, which a sanitizer can look into.
+# A report of one fails it, also that of a process it started, and it may take ten times as long.
+function(rilievo_test_program name)
+  set_tests_properties(${name} PROPERTIES LABELS program)
+  if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
+    set_tests_properties(${name} PROPERTIES TIMEOUT 3000
+      FAIL_REGULAR_EXPRESSION "SUMMARY: [A-Za-z]+Sanitizer|: runtime error: ")
+  endif()
+endfunction()
+
 # rilievo_test(NAME DIRECTORY folder DEPENDS libraries...): one GoogleTest program of all the
 # *_test.cc in the folder, one ctest entry.
 function(rilievo_test name)
@@ -49,6 +59,7 @@ function(rilievo_test name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} rilievo_warnings GTest::gmock GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  rilievo_test_program(${name})
 endfunction()
 
 # rilievo_benchmark(NAME SOURCES ... DEPENDS libraries...): a Google Benchmark program.

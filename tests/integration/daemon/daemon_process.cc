@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/base/sanitized.h"
+
 extern char** environ;
 
 namespace rilievo {
@@ -75,6 +77,11 @@ DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments) {
 }
 
 DaemonProcess::~DaemonProcess() {
+  // A sanitizer looks for what leaked when the program ends by itself.
+  if (kSanitized && pid_ > 0 && !exit_code_) {
+    Signal(SIGTERM);
+    WaitForExit(std::chrono::seconds(10));
+  }
   if (pid_ > 0 && !exit_code_) {
     Signal(SIGKILL);
     WaitForExit(std::chrono::seconds(10));
@@ -132,6 +139,7 @@ void DaemonProcess::ReadLog(int pipe) {
         line += buffer[i];
         continue;
       }
+      if (kSanitized) std::fprintf(stderr, "%s\n", line.c_str());  // its report is the test's
       log_.push_back(line);
       line.clear();
     }

@@ -81,7 +81,7 @@ TEST(Daemon, LimitsFromTheCommandLineReachTheService) {
 }
 
 TEST(Daemon, DrainsOnSigterm) {
-  DaemonProcess daemon({"--drain-seconds", "60"});
+  DaemonProcess daemon({"--drain-seconds", "600"});
   const auto channel = ConnectPlaintext(daemon.address());
   bool signalled = false;
   int probed = -1;
