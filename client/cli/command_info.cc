@@ -64,6 +64,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   json["scan_points"] = metadata.scan_points;
   json["error_rms_ratio"] = metadata.error_rms < 0 ? Json() : Json(metadata.error_rms);
   json["error_max_ratio"] = metadata.error_max < 0 ? Json() : Json(metadata.error_max);
+  json["error_across_ratio"] = metadata.error_across < 0 ? Json() : Json(metadata.error_across);
   const SpatialFrame& frame = decoded.surface.frame;
   json["frame"] = {{"center", {frame.center.x(), frame.center.y(), frame.center.z()}},
                    {"diagonal", frame.diagonal}};

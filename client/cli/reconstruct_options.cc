@@ -56,9 +56,11 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   app->add_option("--fit", a->fit, "suzuki (fast) or least-squares (default, closer)")
       ->check(CLI::IsMember({"suzuki", "least-squares"}));
   CLI::Option* error =
-      app->add_option("--max-error", a->max_error,
-                      "RMS error of the surface in the file, fraction of the diagonal; default "
-                      "next to its own")
+      app->add_option(
+             "--max-error", a->max_error,
+             "RMS distance between the file's surface and the points, both ways, across the "
+             "surface, fraction of the diagonal; a warning says where the scan does not "
+             "allow it; default next to its own")
           ->check(CLI::Range(1e-6, 0.1));
   CLI::Option* bytes =
       app->add_option("--max-bytes", a->max_bytes, "bytes of the file, as good as they allow")

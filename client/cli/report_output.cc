@@ -49,7 +49,9 @@ std::string ErrorText(const v1::ReconstructReport& report) {
                       both(points.p95()), ", max ", both(points.max()), "; surface to points: RMS ",
                       both(report.error().surface_to_points().rms()), ", max ",
                       both(report.error().surface_to_points().max()), ", the points being ",
-                      both(report.median_spacing_ratio()), " apart; % of the diagonal, ",
+                      both(report.median_spacing_ratio()),
+                      " apart; across the surface, the larger of both ways: RMS ",
+                      both(report.error().rms_across()), "; % of the diagonal, ",
                       Short(report.diagonal()));
 }
 
@@ -66,6 +68,7 @@ Json ErrorJson(const v1::TwoSidedError& error) {
           {"mean", error.mean()},
           {"p95", error.p95()},
           {"max", error.max()},
+          {"rms_across", error.rms_across()},
           {"surface_to_points", SummaryJson(error.surface_to_points())},
           {"points_to_surface", SummaryJson(error.points_to_surface())}};
 }
@@ -167,6 +170,7 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["heights_smoothed"] = report.heights_smoothed();
   json["heights_filled"] = report.heights_filled();
   json["error"] = report.has_error() ? ErrorJson(report.error()) : Json();
+  json["max_error_kept"] = report.has_max_error_kept() ? Json(report.max_error_kept()) : Json();
   json["encoded_bytes"] = report.encoded_bytes();
   json["stage_seconds"] = Json::object();
   for (const v1::StageTime& time : report.stage_times()) {

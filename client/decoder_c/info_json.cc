@@ -71,6 +71,7 @@ std::string Certificate(const DssMetadata& metadata) {
   return absl::StrCat(
       "{\"error_rms\":", Known(metadata.error_rms), ",\"error_mean\":", Known(metadata.error_mean),
       ",\"error_p95\":", Known(metadata.error_p95), ",\"error_max\":", Known(metadata.error_max),
+      ",\"error_across\":", Known(metadata.error_across),
       ",\"surface_to_scan\":", Distance(metadata.surface_to_scan),
       ",\"scan_to_surface\":", Distance(metadata.scan_to_surface),
       ",\"measured_share\":", Known(metadata.measured_share),

@@ -73,7 +73,7 @@ RILIEVO_API int rilievo_surface_declared_max_level(const RilievoSurface* surface
 /* What the file says of itself, one JSON object, UTF-8: format_version, frame (center, diagonal),
  * levels (vertices and faces of each that is there), max_level, declared_max_level,
  * chunk_bytes, control (vertices, faces, closed, creases, corners), certificate (error_rms,
- * error_mean, error_p95, error_max, surface_to_scan and scan_to_surface with rms, mean, p95, max;
+ * error_mean, error_p95, error_max, error_across, surface_to_scan and scan_to_surface with rms, mean, p95, max;
  * measured_share, smoothed_share, filled_share, folds; distances are fractions of frame.diagonal,
  * null where unknown), metadata (generator, road, scan_points, input_hash in hexadecimal digits,
  * options). Unknown keys may be added. Ends with a zero byte that `count` leaves out. */

@@ -63,6 +63,7 @@ struct DssMetadata {
   double error_mean = -1;
   double error_p95 = -1;
   double error_max = -1;
+  double error_across = -1;  // RMS across the surface: TwoSidedError::across_rms
   DssDistance surface_to_scan, scan_to_surface;
   double measured_share = -1, smoothed_share = -1,
          filled_share = -1;  // of the heights; -1: unknown

@@ -40,9 +40,10 @@ constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbi
 template <typename Metadata>
 auto ListedFigures(Metadata& m) {
   auto &to = m.surface_to_scan, &from = m.scan_to_surface;
-  return std::array{&m.measured_share, &m.smoothed_share, &m.filled_share, &to.rms,    &to.mean,
-                    &to.p95,           &to.max,           &from.rms,       &from.mean, &from.p95,
-                    &from.max,         &m.error_mean,     &m.error_p95};
+  return std::array{&m.measured_share, &m.smoothed_share, &m.filled_share, &to.rms,
+                    &to.mean,          &to.p95,           &to.max,         &from.rms,
+                    &from.mean,        &from.p95,         &from.max,       &m.error_mean,
+                    &m.error_p95,      &m.error_across};
 }
 
 // A small figure: 5 bits of exponent over 11 of a mantissa; from 2^-40 to 4, 0xffff for unknown.

@@ -34,18 +34,21 @@ double FilledShare(const DisplacedSurface& surface) {
 }
 
 // The points that the errors of the file are about.
-absl::StatusOr<Eigen::Matrix3Xd> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
-                                            const SpatialFrame& frame, const RunContext& context) {
+absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
+                                 const SpatialFrame& frame, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked,
                            CheckScan(scan, stated.options.check, context));
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, AnalyzeScan(checked, stated.options.scan, context));
-  Eigen::Matrix3Xd points = std::move(cleaned.cloud.points);
+  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface cleaned,
+                           AnalyzeScan(checked, stated.options.scan, context));
+  Shape points = PointsToMeasure(cleaned.cloud);
   if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
     return points;
   }
-  for (auto point : points.colwise()) {
+  for (auto point : points.vertices.colwise()) {
     point = frame.UnitFromScan(cleaned.frame.ScanFromUnit(point));
   }
+  const auto scale = static_cast<float>(cleaned.frame.diagonal / frame.diagonal);
+  for (float& gap : points.gaps) gap *= scale;
   return points;
 }
 
@@ -74,6 +77,7 @@ std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadat
     list.Add("mean", stated.error_mean, found.error_mean);
     list.Add("p95", stated.error_p95, found.error_p95);
     list.Add("max", stated.error_max, found.error_max);
+    list.Add("rms_across", stated.error_across, found.error_across);
     list.Add("surface_to_scan", stated.surface_to_scan, found.surface_to_scan);
     list.Add("scan_to_surface", stated.scan_to_surface, found.scan_to_surface);
     list.Add("scan_points", static_cast<double>(stated.scan_points),
@@ -107,18 +111,27 @@ std::string HashOfScan(const PointCloud& scan) {
   return std::string(digest.begin(), digest.begin() + kHashBytes);
 }
 
-absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
-                                             const Eigen::Matrix3Xd& points,
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
                                              const RunContext& context) {
   DisplacedSurface unit = surface;
   unit.frame = {};
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  return MeasureTwoSided({std::move(mesh.vertices), std::move(mesh.triangles)}, {points, {}},
-                         MeasureOptions{kSamples}, context);
+  return MeasureTriangles({std::move(mesh.vertices), std::move(mesh.triangles)}, points, context);
 }
 
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
-                                             const Eigen::Matrix3Xd* points,
+absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
+                                               const RunContext& context) {
+  return MeasureTwoSided(surface, points, MeasureOptions{kSamples}, context);
+}
+
+Shape PointsToMeasure(const OrientedCloud& cloud) {
+  constexpr float kGapSpacings = 3;
+  Shape points{cloud.points, {}, cloud.spacing};
+  for (float& gap : points.gaps) gap *= kGapSpacings;
+  return points;
+}
+
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
   if (points != nullptr) {
@@ -127,6 +140,7 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
     certificate->error_mean = error.mean;
     certificate->error_p95 = error.p95;
     certificate->error_max = error.max;
+    certificate->error_across = error.across_rms;
     certificate->surface_to_scan = Distance(error.a_to_b);
     certificate->scan_to_surface = Distance(error.b_to_a);
   }
@@ -159,7 +173,7 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
   DssMetadata found = decoded.metadata;
   const bool with_errors = verification.scan == StatedScan::kSame;
   RunContext measure = context;
-  Eigen::Matrix3Xd points;
+  Shape points;
   if (with_errors) {
     RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
     measure.seed = stated.seed;
@@ -168,9 +182,10 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
       RILIEVO_ASSIGN_OR_RETURN(points, PointsUsed(*scan, stated, decoded.surface.frame, measure));
     }
   }
-  RILIEVO_RETURN_IF_ERROR(
-      CertifySurface(decoded.surface, points.cols() > 0 ? &points : nullptr, measure, &found)
-          .status());
+  RILIEVO_RETURN_IF_ERROR(CertifySurface(decoded.surface,
+                                         points.vertices.cols() > 0 ? &points : nullptr, measure,
+                                         &found)
+                              .status());
   verification.figures = Compare(decoded.metadata, found, with_errors);
   return verification;
 }

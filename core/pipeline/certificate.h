@@ -9,6 +9,7 @@
 #include "core/base/run_context.h"
 #include "core/codec/dss.h"
 #include "core/geometry/point_cloud.h"
+#include "core/scan/oriented_cloud.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
@@ -23,16 +24,22 @@ std::string HashOfScan(const PointCloud& scan);
 
 // Two-sided error of the surface's finest level against points of its unit frame: 50 000 samples of
 // the surface and every point. Their RMS is within 1 % of that of 200 000 samples.
-absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
-                                             const Eigen::Matrix3Xd& points,
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
                                              const RunContext& context);
+
+// The same of a surface that is triangles already.
+absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
+                                               const RunContext& context);
+
+// The points of a scan as errors are measured against, with three spacings as their gaps: holes of
+// about twenty points still count as seen.
+Shape PointsToMeasure(const OrientedCloud& cloud);
 
 // Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
 // null), folds, share filled in. The shares measured and smoothed are the maker's word: the file
 // only tells filled heights from others, so `measured_share` becomes what the other two leave.
 // Gives the errors; all zero without points.
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
-                                             const Eigen::Matrix3Xd* points,
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
                                              const RunContext& context, DssMetadata* certificate);
 
 struct CertifiedFigure {

@@ -10,7 +10,9 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/coding_error.h"
 #include "core/pipeline/fit_under_noise.h"
+#include "core/pipeline/keep_error.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/relief.h"
 #include "core/pipeline/report_warnings.h"
@@ -99,9 +101,14 @@ absl::Status Certify(const ScanSurface& scan, DssMetadata metadata,
   silent.progress = nullptr;
   const StageTimer timer(Stage::kMeasure, silent, report);
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded->Concatenate(), silent));
+  const Shape points = PointsToMeasure(scan.cloud);
   RILIEVO_ASSIGN_OR_RETURN(
-      report->error, CertifySurface(decoded.surface, options.measure ? &scan.cloud.points : nullptr,
-                                    silent, &metadata));
+      report->error,
+      CertifySurface(decoded.surface, options.measure ? &points : nullptr, silent, &metadata));
+  report->max_error = options.encode.max_error.value_or(0);
+  const double reached =
+      options.measure ? report->error.across_rms : OwnError(*report, options.measure);
+  report->error_unreachable = report->max_error > 0 && reached > report->max_error;
   RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(metadata, *encoded));
   for (const auto& chunk : encoded->chunks) report->encoded_bytes += chunk.size();
   return absl::OkStatus();
@@ -139,7 +146,10 @@ absl::StatusOr<CodedRelief> Relieve(const ScanSurface& scan, const ControlMesh& 
   }
   const auto fit = given ? FitDomain : FitUnderNoise;
   RILIEVO_ASSIGN_OR_RETURN(const Domain domain, fit(scan, start, options, context, report));
-  return MakeRelief(scan, domain, metadata, options, context, report);
+  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
+                           MakeRelief(scan, domain, metadata, options, context, report));
+  RILIEVO_RETURN_IF_ERROR(KeepError(scan, options, context, report, &relief).status());
+  return relief;
 }
 
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const ReconstructOptions& options,

@@ -58,7 +58,8 @@ struct ReconstructReport {
   int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;
   TwoSidedError error;  // a = decoded surface, b = points; zero when not measured
   int64_t encoded_bytes = 0;
-  bool error_unreachable = false;  // the surface's own error is above encode.max_error already
+  double max_error = 0;            // encode.max_error; 0: not asked for
+  bool error_unreachable = false;  // error.across_rms is above it
   double stage_seconds[kStageCount] = {};
   double total_seconds = 0;
   std::vector<std::string> warnings;  // full sentences for people

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,6 +11,7 @@
 #include "core/control/cut_openings.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
 #include "core/pipeline/position_step.h"
 #include "core/pipeline/stage_timer.h"
@@ -125,10 +127,16 @@ Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
 }
 
 // How far the points lie from the surface before it is coded: how exactly it is worth coding
-// follows from that. The errors of the report are those of the coded surface (Certify).
-absl::Status Measure(const ScanSurface& scan, const Shape& shape, const RunContext& context,
-                     ReconstructReport* report) {
+// follows from that. `to_keep`: as the certificate will say it. The errors of the report are those
+// of the coded surface in the end (Certify).
+absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
+                     const RunContext& context, ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
+  if (to_keep) {
+    RILIEVO_ASSIGN_OR_RETURN(report->error,
+                             MeasureTriangles(shape, PointsToMeasure(scan.cloud), context));
+    return absl::OkStatus();
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       report->error.b_to_a,
       MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context));
@@ -141,6 +149,7 @@ DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces
   constexpr double kWide = 1.0 / 3;
   if (measured) {
     metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
+    metadata.error_across = kWide;
     metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
   }
   metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
@@ -148,23 +157,34 @@ DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces
   return metadata;
 }
 
-absl::StatusOr<EncodedSurface> Encode(const DisplacedSurface& surface, const DssMetadata& metadata,
-                                      double position_step, const ReconstructOptions& options,
-                                      const RunContext& context, ReconstructReport* report) {
+// `coding_error`: of the heights; unset where the options ask for a step or for bytes.
+absl::StatusOr<EncodedSurface> Encode(const CodedRelief& relief, std::optional<double> coding_error,
+                                      const ReconstructOptions& options, const RunContext& context,
+                                      ReconstructReport* report) {
   const StageTimer timer(Stage::kEncode, context, report);
   EncodeOptions encode = options.encode;
-  encode.position_step = position_step;
-  if (encode.height_step == 0 && !encode.max_error && !encode.max_bytes) {
-    encode.max_error = CodingError(*report, options.measure);
-  } else if (encode.max_error) {
-    encode.max_error = CodingErrorWithin(*encode.max_error, *report, options.measure);
-    report->error_unreachable = OwnError(*report, options.measure) > *options.encode.max_error;
-  }
-  return EncodeDss(surface, WithWidestFigures(metadata, options.measure, report->surface_faces),
+  encode.position_step = relief.position_step;
+  encode.max_error = coding_error;
+  return EncodeDss(relief.surface,
+                   WithWidestFigures(relief.metadata, options.measure, report->surface_faces),
                    encode, context);
 }
 
+std::optional<double> CodingErrorFor(const ReconstructOptions& options,
+                                     const ReconstructReport& report) {
+  const EncodeOptions& encode = options.encode;
+  if (encode.max_error) return CodingErrorWithin(*encode.max_error, report, options.measure);
+  if (encode.height_step > 0 || encode.max_bytes) return std::nullopt;
+  return CodingError(report, options.measure);
+}
+
 }  // namespace
+
+absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double coding_error,
+                                            const ReconstructOptions& options,
+                                            const RunContext& context, ReconstructReport* report) {
+  return Encode(relief, coding_error, options, context, report);
+}
 
 absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,
                                  const ReconstructOptions& options, const RunContext& context,
@@ -193,15 +213,17 @@ absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        ReconstructReport* report) {
   RILIEVO_ASSIGN_OR_RETURN(Relief relief, DisplaceAndCut(scan, &domain, options, context, report));
   if (options.measure) {
-    RILIEVO_RETURN_IF_ERROR(Measure(scan, relief.shape, context, report));
+    const bool to_keep = options.encode.max_error.has_value();
+    RILIEVO_RETURN_IF_ERROR(Measure(scan, relief.shape, to_keep, context, report));
   }
   CodedRelief coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share =
       static_cast<double>(report->heights_smoothed) / static_cast<double>(report->surface_vertices);
-  RILIEVO_ASSIGN_OR_RETURN(coded.encoded, Encode(relief.surface, coded.metadata,
-                                                 domain.position_step, options, context, report));
+  coded.position_step = domain.position_step;
   coded.surface = std::move(relief.surface);
+  RILIEVO_ASSIGN_OR_RETURN(
+      coded.encoded, Encode(coded, CodingErrorFor(options, *report), options, context, report));
   return coded;
 }
 

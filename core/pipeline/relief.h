@@ -27,15 +27,22 @@ struct CodedRelief {
   DisplacedSurface surface;  // before coding
   EncodedSurface encoded;    // room is kept for the figures of the certificate
   DssMetadata metadata;
+  double position_step = 0;
 };
 
 // Samples heights over the domain, cuts it where the scan turns out to have an opening, measures
 // how far the surface lies from the points and encodes it. Fills in what the report says of these
-// stages. `metadata`: what is known before. RESOURCE_EXHAUSTED also when encode.max_bytes cannot be
-// kept.
+// stages; its error is that of the surface before coding: with encode.max_error as the certificate
+// measures it, else from the points alone. `metadata`: what is known before. RESOURCE_EXHAUSTED
+// also when encode.max_bytes cannot be kept.
 absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report);
+
+// The surface coded once more, with an RMS error of the heights of `coding_error`.
+absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double coding_error,
+                                            const ReconstructOptions& options,
+                                            const RunContext& context, ReconstructReport* report);
 
 }  // namespace rilievo

@@ -1,29 +1,60 @@
 #include "core/pipeline/report_warnings.h"
 
+#include <string>
+
 #include "absl/strings/str_format.h"
+#include "core/pipeline/coding_error.h"
 
 namespace rilievo {
 namespace {
 
 // Thresholds beyond which a figure deserves a sentence.
-constexpr double kPoorFitSpacings = 2.0;     // two-sided RMS, in median spacings
-constexpr double kFilledShare = 0.2;         // of all heights
-constexpr double kDisagreementShare = 0.05;  // of neighbouring normals
-constexpr double kNoiseSpacings = 1.0;       // median noise, in median spacings
+constexpr double kPoorFitSpacings = 2.0;                    // two-sided RMS, in median spacings
+constexpr double kFilledShare = 0.2;                        // of all heights
+constexpr double kDisagreementShare = 0.05;                 // of neighbouring normals
+constexpr double kMostlyOneWay = 1.5, kMostlyNoise = 0.75;  // shares of an error that explain it
+constexpr double kNoiseSpacings = 1.0;                      // median noise, in median spacings
 
 double Share(int64_t part, int64_t whole) {
   return whole == 0 ? 0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+// Which of noise, holes and spacing keeps the surface off the points.
+std::string ReasonOf(const ReconstructReport& report) {
+  const double points = report.error.b_to_a.rms;
+  if (report.error.across_rms > kMostlyOneWay * points) {
+    return absl::StrFormat(
+        "parts of the surface have no points near them (%.1f %% of its heights are filled in), and "
+        "count by their distance from the points",
+        100 * Share(report.heights_filled, report.surface_vertices));
+  }
+  if (report.median_noise > kMostlyNoise * points || !NoiseAllows(report.max_error, report)) {
+    return absl::StrFormat(
+        "the points scatter by %.4f %% around the surface, which does not follow their noise",
+        100 * report.median_noise);
+  }
+  return absl::StrFormat(
+      "edges and detail between points that are %.3f %% apart (in the median), and points that "
+      "stand out of those around them, are beyond its heights",
+      100 * report.median_spacing);
+}
+
+std::string UnreachableError(const ReconstructReport& report) {
+  if (report.error.across_rms <= 0) {
+    return "The error asked for is below what the scan allows: noise and spacing of the points "
+           "keep the surface farther from the truth than that.";
+  }
+  return absl::StrFormat(
+      "The error asked for, %.4f %% of the diagonal, is not kept: %.4f %% is reached (RMS across "
+      "the surface, the larger of both ways). The scan does not allow less: %s.",
+      100 * report.max_error, 100 * report.error.across_rms, ReasonOf(report));
 }
 
 }  // namespace
 
 std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   std::vector<std::string> warnings;
-  if (report.error_unreachable) {
-    warnings.push_back(
-        "The error asked for is below what the scan allows: noise and spacing of the points keep "
-        "the surface farther from the truth than that.");
-  }
+  if (report.error_unreachable) warnings.push_back(UnreachableError(report));
   const double rms_spacings =
       report.median_spacing > 0 ? report.error.rms / report.median_spacing : 0;
   if (rms_spacings > kPoorFitSpacings) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -9,14 +10,13 @@
 #include "core/control/coarser_control_mesh.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
+#include "core/pipeline/keep_error.h"
 
 namespace rilievo {
 namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr int kKeepRounds = 2;
-constexpr double kLeastFiner = 0.5;
 constexpr double kNone = -1, kHalf = 0.5;  // rungs
 constexpr double kAlike = 1.01;            // errors
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
@@ -27,6 +27,7 @@ struct Worth {
   double own = 0, coding = 0;  // RMS errors
   double from_points = 0;      // RMS distance of the points, noise and strays with it
   double bytes = 0;
+  double kept = -1;  // of the error to be kept, as the certificate measures it: before coding
 };
 
 struct Trial {
@@ -69,7 +70,7 @@ class Search {
       }
     }
     if (!best_) return failure_;
-    RILIEVO_RETURN_IF_ERROR(KeepError());
+    RILIEVO_RETURN_IF_ERROR(Keep());
     SetReport(best_->report);
     return std::move(best_->relief);
   }
@@ -114,10 +115,11 @@ class Search {
     }
     RILIEVO_RETURN_IF_ERROR(relief.status());
     Worth worth{OwnError(*report_, options_.measure), relief->encoded.height_rms,
-                report_->error.b_to_a.rms, 0};
+                report_->error.b_to_a.rms, 0, report_->error.across_rms};
     for (const auto& chunk : relief->encoded.chunks) {
       worth.bytes += static_cast<double>(chunk.size());
     }
+    kept_of_rung_[rung] = worth.kept;
     if (!best_ || IsBetter(worth, best_->worth)) {
       best_ = Trial{domain, *std::move(relief), *report_, worth};
       best_rung_ = rung;
@@ -125,33 +127,39 @@ class Search {
     return absl::OkStatus();
   }
 
-  // The points tell how far coding has moved the surface away from them in truth: where that is
-  // more than the heights' own error foretold, they are coded again more finely.
-  absl::Status KeepError() {
-    if (!options_.encode.max_error || !options_.measure) return absl::OkStatus();
-    const double limit = *options_.encode.max_error;
-    double asked = limit;
-    SetReport(best_->report);
-    for (int round = 0; round < kKeepRounds; ++round) {
-      if (best_->report.error_unreachable) return absl::OkStatus();
-      RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
-                               DecodeDss(best_->relief.encoded.Concatenate(), context_));
-      RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError coded,
-                               MeasureSurface(decoded.surface, scan_.cloud.points, context_));
-      const Worth& worth = best_->worth;
-      const double added =
-          coded.b_to_a.rms * coded.b_to_a.rms - worth.from_points * worth.from_points;
-      const double error = std::sqrt(worth.own * worth.own + std::max(0.0, added));
-      if (error <= limit) return absl::OkStatus();
-      asked *= std::max(kLeastFiner, 0.98 * limit / error);
-      ReconstructOptions finer = options_;
-      finer.encode.max_error = asked;
-      RILIEVO_ASSIGN_OR_RETURN(
-          best_->relief, MakeRelief(scan_, best_->domain, metadata_, finer, context_, report_));
-      best_->report = *report_;
-      best_->report.error_unreachable = false;  // of the error asked for, not of the finer one
+  // The best trial coded so that the error asked for is kept in truth; where it cannot be, one of
+  // more faces that can, unless noise alone is more than that.
+  absl::Status Keep() {
+    RILIEVO_ASSIGN_OR_RETURN(bool kept, KeepBest());
+    if (kept || !NoiseAllows(*options_.encode.max_error, *report_)) return absl::OkStatus();
+    const Trial nearest = *best_;
+    const double rung_of_nearest = best_rung_;
+    for (int rung = static_cast<int>(std::ceil(rung_of_nearest)) - 1; rung >= 0; --rung) {
+      const auto tried = kept_of_rung_.find(rung);
+      if (tried != kept_of_rung_.end() && tried->second >= *options_.encode.max_error) continue;
+      best_.reset();
+      RILIEVO_RETURN_IF_ERROR(Try(rung));
+      if (!best_) continue;
+      RILIEVO_ASSIGN_OR_RETURN(kept, KeepBest());
+      if (kept) return absl::OkStatus();
     }
+    best_ = nearest;
+    best_rung_ = rung_of_nearest;
     return absl::OkStatus();
+  }
+
+  absl::StatusOr<bool> KeepBest() {
+    SetReport(best_->report);
+    RILIEVO_ASSIGN_OR_RETURN(const bool kept,
+                             KeepError(scan_, options_, context_, report_, &best_->relief));
+    best_->report = *report_;
+    return kept;
+  }
+
+  bool Keeps(const Worth& worth) const {
+    const double limit = *options_.encode.max_error;
+    return worth.kept >= 0 && NoiseAllows(limit, before_) &&
+           std::hypot(worth.kept, worth.coding) <= limit;
   }
 
   // Parts of the scan that one trial has and the other lost stand out of what both have of noise.
@@ -164,6 +172,8 @@ class Search {
   bool IsBetter(const Worth& worth, const Worth& other) const {
     const double error = Error(worth, other), other_error = Error(other, worth);
     if (options_.encode.max_bytes) return error < other_error;
+    if (Keeps(worth) != Keeps(other)) return Keeps(worth);
+    if (Keeps(worth)) return worth.bytes < other.bytes;
     const double limit = *options_.encode.max_error;
     if (error <= limit && other_error <= limit) return worth.bytes < other.bytes;
     if (error > limit && other_error > limit && worth.own > limit && other.own > limit) {
@@ -183,6 +193,7 @@ class Search {
   const ReconstructReport before_;  // the first trial
   std::optional<Trial> best_;
   double best_rung_ = kNone;
+  std::map<double, double> kept_of_rung_;  // Worth::kept
   absl::Status failure_;
 };
 

@@ -1,5 +1,6 @@
 #include "core/surface/measure_error.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -25,6 +26,11 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
   if (!shape.vertices.allFinite()) {
     return absl::InvalidArgumentError(
         absl::StrCat("shape ", name, " has a coordinate that is not finite"));
+  }
+  if (!shape.gaps.empty() &&
+      static_cast<Eigen::Index>(shape.gaps.size()) != shape.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat("shape ", name, " has ", shape.gaps.size(),
+                                                   " gaps for ", shape.vertices.cols(), " points"));
   }
   if (shape.triangles.cols() == 0) return absl::OkStatus();
   if (shape.triangles.minCoeff() < 0 || shape.triangles.maxCoeff() >= shape.vertices.cols()) {
@@ -53,11 +59,14 @@ std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& ord
 }
 
 // Squared distance of each column of `points`. Each block starts without a hint, which costs
-// little and leaves the blocks independent of the threads.
+// little and leaves the blocks independent of the threads. `items`, unless null, become the nearest
+// items.
 absl::StatusOr<std::vector<double>> SquaredDistances(const Eigen::Matrix3Xd& points,
                                                      const ClosestPointTree& tree,
-                                                     const RunContext& context) {
+                                                     const RunContext& context,
+                                                     std::vector<int>* items = nullptr) {
   std::vector<double> squared(points.cols());
+  if (items != nullptr) items->assign(squared.size(), 0);
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
@@ -65,6 +74,7 @@ absl::StatusOr<std::vector<double>> SquaredDistances(const Eigen::Matrix3Xd& poi
           const ClosestPointTree::Hit hit = tree.Closest(points.col(i), hint);
           squared[i] = hit.squared_distance;
           hint = hit.item;
+          if (items != nullptr) (*items)[i] = hit.item;
         }
       }));
   return squared;
@@ -80,10 +90,34 @@ double Percentile95(std::vector<double>& distances) {
 struct OneWay {
   DistanceSummary summary;
   std::vector<double> distances;
+  double across_rms = -1;  // see TwoSidedError
 };
 
+// Samples of a surface, each with its triangle and the point of `to` nearest to it.
+struct NearestPoints {
+  Eigen::Matrix3Xd samples;
+  std::vector<int> faces, points;
+};
+
+double AcrossRms(const Shape& from, const Shape& to, const NearestPoints& nearest) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < nearest.samples.cols(); ++i) {
+    const auto triangle = from.triangles.col(nearest.faces[i]);
+    const Eigen::Vector3d a = from.vertices.col(triangle[0]);
+    const Eigen::Vector3d normal =
+        (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a).normalized();
+    const int point = nearest.points[i];
+    const Eigen::Vector3d offset = nearest.samples.col(i) - to.vertices.col(point);
+    const double across = offset.dot(normal);
+    const double along = offset.squaredNorm() - across * across;
+    const double gap = to.gaps[point];
+    sum += along <= gap * gap ? across * across : offset.squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(nearest.samples.cols()));
+}
+
 absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const ClosestPointTree& from_tree,
-                                     const ClosestPointTree& to_tree, int samples,
+                                     const Shape& to, const ClosestPointTree& to_tree, int samples,
                                      const RunContext& context) {
   const std::vector<int> vertices = VerticesInOrder(from, from_tree.source());
   Eigen::Matrix3Xd corners(3, static_cast<Eigen::Index>(vertices.size()));
@@ -93,9 +127,15 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const ClosestPointTree& 
   OneWay way;
   way.summary.max = std::sqrt(*std::max_element(squared.begin(), squared.end()));
   if (from.triangles.cols() > 0) {
-    const Eigen::Matrix3Xd points =
-        SampleByArea(from.vertices, from.triangles, from_tree.source(), samples, context.seed);
-    RILIEVO_ASSIGN_OR_RETURN(squared, SquaredDistances(points, to_tree, context));
+    NearestPoints nearest;
+    nearest.samples = SampleByArea(from.vertices, from.triangles, from_tree.source(), samples,
+                                   context.seed, &nearest.faces);
+    RILIEVO_ASSIGN_OR_RETURN(squared,
+                             SquaredDistances(nearest.samples, to_tree, context, &nearest.points));
+    if (!to.gaps.empty() && to.triangles.cols() == 0) {
+      for (int& point : nearest.points) point = to_tree.source()[point];
+      way.across_rms = AcrossRms(from, to, nearest);
+    }
   }
   const double count = static_cast<double>(squared.size());
   double sum = 0, sum_of_squares = 0;
@@ -136,15 +176,18 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                            ClosestPointTree::Build(b.vertices, b.triangles, context));
   context.Report(Stage::kMeasure, 0.2);
   RILIEVO_ASSIGN_OR_RETURN(OneWay a_to_b,
-                           MeasureOneWay(a, tree_a, tree_b, options.samples, context));
+                           MeasureOneWay(a, tree_a, b, tree_b, options.samples, context));
   context.Report(Stage::kMeasure, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OneWay b_to_a,
-                           MeasureOneWay(b, tree_b, tree_a, options.samples, context));
+                           MeasureOneWay(b, tree_b, a, tree_a, options.samples, context));
   TwoSidedError error;
   error.a_to_b = a_to_b.summary;
   error.b_to_a = b_to_a.summary;
   const auto square = [](double x) { return x * x; };
   error.rms = std::sqrt((square(error.a_to_b.rms) + square(error.b_to_a.rms)) / 2);
+  if (a_to_b.across_rms >= 0) {
+    error.across_rms = std::max(a_to_b.across_rms, error.b_to_a.rms);
+  }
   error.mean = (error.a_to_b.mean + error.b_to_a.mean) / 2;
   error.max = std::max(error.a_to_b.max, error.b_to_a.max);
   std::vector<double>& pooled = a_to_b.distances;
@@ -165,7 +208,7 @@ absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& 
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree,
                            ClosestPointTree::Build(to.vertices, to.triangles, context));
   RILIEVO_ASSIGN_OR_RETURN(const OneWay way,
-                           MeasureOneWay(from, from_tree, to_tree, options.samples, context));
+                           MeasureOneWay(from, from_tree, to, to_tree, options.samples, context));
   return way.summary;
 }
 

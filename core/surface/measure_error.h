@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -22,12 +23,20 @@ struct TwoSidedError {
   double mean = 0;  // of both means
   double p95 = 0;   // of both sample sets pooled
   double max = 0;   // the larger maximum
+  // The larger RMS of both ways, where b is a point set with `gaps`; of a sample of a that has its
+  // nearest point no farther off than that along the surface, only the distance across the surface
+  // counts: the part along the normal of a's triangle (point-to-plane distance, D2 of MPEG's point
+  // cloud metrics; Tian et al., ICIP 2017). So points that are far apart are no error of the
+  // surface; parts of it that no points are near to are, by their whole distance. -1 without gaps.
+  double across_rms = -1;
 };
 
 // A surface (triangles) or a bare point set (`triangles` empty).
 struct Shape {
   Eigen::Matrix3Xd vertices;
   Eigen::Matrix3Xi triangles;
+  // Of a point set: how far from each point a surface through it counts as seen. Empty: not known.
+  std::vector<float> gaps = {};
 };
 
 struct MeasureOptions {
@@ -37,7 +46,7 @@ struct MeasureOptions {
 };
 
 // Exact closest-point distances (own bounding-volume tree over triangles or points), both ways.
-// INVALID_ARGUMENT when a shape is empty or not finite.
+// INVALID_ARGUMENT when a shape is empty or not finite, or has gaps that are not one a point.
 absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);

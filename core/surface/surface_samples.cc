@@ -22,7 +22,8 @@ double UnitFromBits(uint64_t bits) { return static_cast<double>(bits >> 32) * 0x
 }  // namespace
 
 Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
-                              std::span<const int> order, int64_t count, uint64_t seed) {
+                              std::span<const int> order, int64_t count, uint64_t seed,
+                              std::vector<int>* faces) {
   Eigen::VectorXd area(static_cast<Eigen::Index>(order.size()));
   for (Eigen::Index i = 0; i < area.size(); ++i) {
     const auto triangle = triangles.col(order[i]);
@@ -32,12 +33,14 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
   if (!(area.sum() > 0)) area.setOnes();
   const double slice = area.sum() / static_cast<double>(count);
   Eigen::Matrix3Xd points(3, count);
+  if (faces != nullptr) faces->assign(static_cast<size_t>(count), 0);
   Eigen::Index face = 0;
   double before = 0;  // area of the triangles before `face`
   for (int64_t i = 0; i < count; ++i) {
     const uint64_t bits = MixBits(seed ^ MixBits(static_cast<uint64_t>(i)));
     const double at = (static_cast<double>(i) + UnitFromBits(bits)) * slice;
     while (face + 1 < area.size() && before + area[face] <= at) before += area[face++];
+    if (faces != nullptr) (*faces)[i] = order[face];
     // Uniform in the triangle (Turk 1990): the root spreads by area, the rest along the chord.
     const uint64_t place = MixBits(bits);
     const double root = std::sqrt(UnitFromBits(place));

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace rilievo {
 
@@ -11,8 +12,10 @@ namespace rilievo {
 // equal slices of the running area over the triangles in the order `order` (all of them, each
 // once), at a random place in it that depends on `seed` and the slice alone. So the spread is
 // better than that of independent points, and points of neighbouring columns lie as close as
-// neighbours in `order` do. Triangles without area get points only when none has any.
+// neighbours in `order` do. Triangles without area get points only when none has any. `faces`,
+// unless null, becomes the triangle of each point.
 Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
-                              std::span<const int> order, int64_t count, uint64_t seed);
+                              std::span<const int> order, int64_t count, uint64_t seed,
+                              std::vector<int>* faces = nullptr);
 
 }  // namespace rilievo

@@ -18,6 +18,7 @@ void Convert(const TwoSidedError& from, v1::TwoSidedError* to) {
   to->set_mean(from.mean);
   to->set_p95(from.p95);
   to->set_max(from.max);
+  to->set_rms_across(from.across_rms);
 }
 
 void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
@@ -82,6 +83,7 @@ v1::ReconstructReport ProtoReport(const ReconstructReport& report, bool measured
   ConvertScan(report, &result);
   ConvertSurface(report, &result);
   if (measured) Convert(report.error, result.mutable_error());
+  if (report.max_error > 0) result.set_max_error_kept(!report.error_unreachable);
   result.set_encoded_bytes(report.encoded_bytes);
   for (int stage = 0; stage < kStageCount; ++stage) {
     auto* time = result.add_stage_times();

@@ -76,6 +76,9 @@ class Certificate:
     smoothed_share: Optional[float]
     filled_share: Optional[float]
     folds: Optional[int]
+    error_across: Optional[float] = None
+    """The larger RMS of both ways, of the surface's samples the part across it: what max_error
+    promises."""
 
 
 class Surface:
@@ -172,7 +175,7 @@ class Surface:
         values = dict(self.info["certificate"])
         for name in ("surface_to_scan", "scan_to_surface"):
             values[name] = Distance(**{k: values[name][k] for k in ("rms", "mean", "p95", "max")})
-        return Certificate(**{k: values[k] for k in Certificate.__dataclass_fields__})
+        return Certificate(**{k: values.get(k) for k in Certificate.__dataclass_fields__})
 
     def mesh(self, level: Optional[int] = None) -> Mesh:
         """The triangles of a level, [0, max_level + 2]; None: max_level. The last two levels asked

@@ -14,6 +14,7 @@ DssMetadata Certificate() {
   metadata.error_mean = 1.6e-4;
   metadata.error_p95 = 4.5e-4;
   metadata.error_max = 7e-3;
+  metadata.error_across = 1.9e-4;
   metadata.surface_to_scan = {2.1e-4, 1.5e-4, 4.4e-4, 6e-3};
   metadata.scan_to_surface = {2.2e-4, 1.7e-4, 4.6e-4, 7e-3};
   metadata.measured_share = 0.97;
@@ -53,6 +54,7 @@ TEST(DssMetadataTest, EveryFieldComesBack) {
   EXPECT_EQ(read.error_max, written.error_max);
   EXPECT_NEAR(read.error_mean / written.error_mean, 1, 2.5e-4);
   EXPECT_NEAR(read.error_p95 / written.error_p95, 1, 2.5e-4);
+  EXPECT_NEAR(read.error_across / written.error_across, 1, 2.5e-4);
   ExpectNear(read.surface_to_scan, written.surface_to_scan);
   ExpectNear(read.scan_to_surface, written.scan_to_surface);
   EXPECT_NEAR(read.measured_share, written.measured_share, 2.5e-4);

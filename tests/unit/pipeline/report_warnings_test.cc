@@ -6,6 +6,7 @@
 namespace rilievo {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -34,6 +35,29 @@ TEST(WarningsTest, EachFaultHasASentence) {
   EXPECT_THAT(WarningsOf(report),
               ElementsAre(HasSubstr("5.0 point spacings"), HasSubstr("30 %"), HasSubstr("50 %"),
                           HasSubstr("1.00 %"), HasSubstr("2 point(s)"), HasSubstr("7 point(s)")));
+}
+
+ReconstructReport NotKept() {
+  ReconstructReport report = Good();
+  report.max_error = 3e-4;
+  report.error_unreachable = true;
+  report.error.across_rms = 5e-4;
+  report.error.b_to_a.rms = 5e-4;
+  return report;
+}
+
+TEST(WarningsTest, AnErrorThatIsNotKeptIsNamedWithItsReason) {
+  const ReconstructReport noisy = NotKept();
+  EXPECT_THAT(WarningsOf(noisy),
+              ElementsAre(AllOf(HasSubstr("0.0300 %"), HasSubstr("0.0500 % is reached"),
+                                HasSubstr("scatter by 0.0400 %"))));
+  ReconstructReport holes = NotKept();
+  holes.error.across_rms = 2e-3;
+  EXPECT_THAT(WarningsOf(holes), ElementsAre(AllOf(HasSubstr("0.2000 % is reached"),
+                                                   HasSubstr("1.0 % of its heights are filled"))));
+  ReconstructReport coarse = NotKept();
+  coarse.median_noise = 1e-5;
+  EXPECT_THAT(WarningsOf(coarse), ElementsAre(HasSubstr("0.400 % apart")));
 }
 
 }  // namespace

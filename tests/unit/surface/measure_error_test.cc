@@ -67,6 +67,27 @@ TEST(MeasureTwoSidedTest, PointSetsAreTakenAsTheyAre) {
   EXPECT_GT(error.b_to_a.mean, 1);  // the square to the nearest point
 }
 
+// Points at the corners of a grid, dz under a square: their spacing is no error across it.
+TEST(MeasureTwoSidedTest, AcrossTheSurfaceTheSpacingOfPointsDoesNotCount) {
+  Shape points = SquareShape(0, 20);
+  points.triangles.resize(3, 0);
+  EXPECT_EQ(Measure(SquareShape(0.001, 50), points).across_rms, -1);
+  points.gaps.assign(points.vertices.cols(), 0.1f);
+  const TwoSidedError error = Measure(SquareShape(0.001, 50), points);
+  EXPECT_NEAR(error.across_rms, 0.001, 1e-12);
+  EXPECT_GT(error.a_to_b.rms, 0.015);
+  // The part of the square that no point is near to counts, by its whole distance: on the strip
+  // from 0.5 to 1 that is x - 0.5, whose mean square is 1/12, half of the area.
+  for (Eigen::Index i = 0; i < points.vertices.cols(); ++i) {
+    if (points.vertices(0, i) > 0.5) points.vertices(0, i) = 0.5;
+  }
+  points.gaps.assign(points.vertices.cols(), 0.03f);
+  EXPECT_NEAR(Measure(SquareShape(0, 50), points).across_rms, std::sqrt(1 / 24.0), 2e-3);
+  points.gaps.pop_back();
+  EXPECT_EQ(MeasureTwoSided(SquareShape(0, 5), points, {}, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 // One spike that area-weighted samples hardly see.
 TEST(MeasureTwoSidedTest, TheMaximumSeesEveryVertex) {
   Shape spiked = SquareShape(0, 100);

@@ -1,0 +1,62 @@
+#include "core/pipeline/keep_error.h"
+
+#include <gtest/gtest.h>
+
+#include "core/pipeline/certificate.h"
+#include "tests/unit/pipeline/prepared_scan.h"
+
+namespace rilievo {
+namespace {
+
+struct Made {
+  PreparedScan prepared;
+  ReconstructOptions options;
+  CodedRelief relief;
+
+  Made(double noise, double max_error) : prepared(PrepareScan(*MakeTorus(), 12000, noise)) {
+    options.encode.max_error = max_error;
+    const Domain domain =
+        FitDomain(prepared.scan, prepared.control, options, {}, &prepared.report).value();
+    relief = MakeRelief(prepared.scan, domain, {}, options, {}, &prepared.report).value();
+  }
+  bool Keep() { return KeepError(prepared.scan, options, {}, &prepared.report, &relief).value(); }
+  double Error() const {
+    const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), {}).value();
+    return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
+        .value()
+        .across_rms;
+  }
+};
+
+TEST(KeepErrorTest, TheErrorIsKeptAndNotMuchFinerThanAskedFor) {
+  Made made(0, 4e-4);
+  EXPECT_TRUE(made.Keep());
+  EXPECT_LE(made.Error(), 4e-4);
+  EXPECT_GE(made.Error(), 0.9 * 4e-4);
+}
+
+// As if the first coding had been far too coarse.
+TEST(KeepErrorTest, TooCoarseACodingIsMadeFiner) {
+  Made made(0, 4e-4);
+  made.relief.encoded =
+      EncodeRelief(made.relief, 1.5e-3, made.options, {}, &made.prepared.report).value();
+  ASSERT_GT(made.Error(), 4e-4);
+  EXPECT_TRUE(made.Keep());
+  EXPECT_LE(made.Error(), 4e-4);
+}
+
+TEST(KeepErrorTest, NoiseDoesNotAllowLessThanItself) {
+  Made made(1e-3, 8e-4);
+  const std::vector<uint8_t> before = made.relief.encoded.Concatenate();
+  EXPECT_FALSE(made.Keep());
+  EXPECT_EQ(made.relief.encoded.Concatenate(), before);
+}
+
+TEST(KeepErrorTest, WithoutAnErrorAskedForThereIsNothingToKeep) {
+  Made made(0, 1e-3);
+  made.options.encode.max_error.reset();
+  EXPECT_TRUE(made.Keep());
+}
+
+}  // namespace
+}  // namespace rilievo
