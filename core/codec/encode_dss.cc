@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -233,9 +234,12 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   FaceGroups groups;
   header.group_limit = GroupLimit(control.face_count(), options);
   if (header.group_limit > 0) groups = GroupFaces(control, points, header.group_limit);
-  const HeightEncoder encoder(surface, refinement, options.smallest_hole,
-                              header.group_limit > 0 ? &groups : nullptr);
-  header.has_filled = encoder.has_filled();
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::unique_ptr<HeightEncoder> encoder,
+      header.group_limit > 0
+          ? HeightEncoder::MakeGrouped(surface, refinement, options.smallest_hole, groups, context)
+          : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole));
+  header.has_filled = encoder->has_filled();
   header.has_creases = HasTags(surface.control_mesh);
   if (header.has_creases) {
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> tags,
@@ -256,7 +260,7 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
                      *options.max_bytes, "; allow more, or take fewer control faces"));
   }
   RILIEVO_ASSIGN_OR_RETURN(EncodedHeights heights,
-                           EncodeHeights(encoder, options, bytes_left, context));
+                           EncodeHeights(*encoder, options, bytes_left, context));
   header.height_unit = heights.unit;
   EncodedSurface encoded;
   encoded.height_step = heights.step;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -141,6 +142,47 @@ absl::Status SynthesizeLevels(const LoopRefinement& refinement,
   return absl::OkStatus();
 }
 
+// A group to be read, and for each of its members its face in the mesh whose heights are wanted, or
+// -1.
+struct WantedGroup {
+  int group;
+  std::vector<int> face_there;
+};
+
+// What all groups share, and the heights of a mesh that is the whole or a part of it.
+struct GroupedHeights {
+  const LoopRefinement& refinement;      // of the mesh
+  const std::vector<int>& whole_vertex;  // of each vertex of level kFirstGroupedLevel - 1
+  const std::vector<WantedGroup>& wanted;
+  BeyondRange beyond;
+
+  absl::StatusOr<DecodedHeights> Decode(const GroupReader& reader,
+                                        const RunContext& context) const {
+    const int max_level = reader.max_level();
+    DecodedHeights decoded;
+    decoded.heights.resize(refinement.vertex_count(max_level), 0);
+    decoded.filled.resize(decoded.heights.size(), 0);
+    for (size_t v = 0; v < whole_vertex.size(); ++v) {
+      decoded.heights[v] = reader.shared.heights[whole_vertex[v]];
+      decoded.filled[v] = reader.shared.filled[whole_vertex[v]];
+    }
+    const FaceVertices shared_numbers(reader.control, kFirstGroupedLevel - 1),
+        numbers(refinement.levels[0], max_level);
+    std::vector<absl::Status> statuses(wanted.size());
+    // Each group writes at vertices of its own.
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(
+        static_cast<int64_t>(wanted.size()), 1, context, [&](int64_t begin, int64_t end) {
+          for (int64_t i = begin; i < end; ++i) {
+            statuses[i] = reader.Read(wanted[i].group, shared_numbers, numbers,
+                                      wanted[i].face_there, decoded.heights, decoded.filled);
+          }
+        }));
+    for (const absl::Status& status : statuses) RILIEVO_RETURN_IF_ERROR(status);
+    RILIEVO_RETURN_IF_ERROR(SynthesizeLevels(refinement, reader.levels, beyond, decoded.heights));
+    return decoded;
+  }
+};
+
 }  // namespace
 
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
@@ -156,24 +198,12 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
 
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
                            ReadGroupedLayouts(layers, groups->count()));
-  const int max_level = static_cast<int>(layers.size()) - 1;
-  const MeshTopology& control = refinement.levels[0];
-  DecodedHeights decoded{state.heights, state.filled};
-  decoded.heights.resize(refinement.vertex_count(max_level), 0);
-  decoded.filled.resize(decoded.heights.size(), 0);
-  const FaceVertices shared_numbers(control, kFirstGroupedLevel - 1), numbers(control, max_level);
-  const GroupReader reader{control, *groups, levels, *models, state, has_filled};
-  std::vector<absl::Status> statuses(groups->count());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(groups->count(), 1, context, [&](int64_t begin, int64_t end) {
-    for (int64_t g = begin; g < end; ++g) {
-      statuses[g] = reader.Read(static_cast<int>(g), shared_numbers, numbers, groups->members[g],
-                                decoded.heights, decoded.filled);
-    }
-  }));
-  for (const absl::Status& status : statuses) RILIEVO_RETURN_IF_ERROR(status);
-  RILIEVO_RETURN_IF_ERROR(
-      SynthesizeLevels(refinement, levels, BeyondRange::kRefuse, decoded.heights));
-  return decoded;
+  std::vector<int> itself(state.heights.size());
+  std::iota(itself.begin(), itself.end(), 0);
+  std::vector<WantedGroup> wanted;
+  for (int g = 0; g < groups->count(); ++g) wanted.push_back({g, groups->members[g]});
+  return GroupedHeights{refinement, itself, wanted, BeyondRange::kRefuse}.Decode(
+      GroupReader{refinement.levels[0], *groups, levels, *models, state, has_filled}, context);
 }
 
 absl::StatusOr<DecodedHeights> DecodePartOfHeights(
@@ -186,34 +216,21 @@ absl::StatusOr<DecodedHeights> DecodePartOfHeights(
                                             has_filled, context, *models, state));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
                            ReadGroupedLayouts(layers, groups.count()));
-  const int max_level = static_cast<int>(layers.size()) - 1;
-  const MeshTopology &control = shared.levels[0], &own = refinement.levels[0];
-  const FaceVertices shared_numbers(control, kFirstGroupedLevel - 1), numbers(own, max_level);
-  DecodedHeights decoded;
-  decoded.heights.resize(refinement.vertex_count(max_level), 0);
-  decoded.filled.resize(decoded.heights.size(), 0);
+  const MeshTopology& control = shared.levels[0];
   const std::vector<int> whole =
-      VerticesThere(FaceVertices(own, kFirstGroupedLevel - 1), shared_numbers, part);
-  for (size_t v = 0; v < whole.size(); ++v) {
-    decoded.heights[v] = state.heights[whole[v]];
-    decoded.filled[v] = state.filled[whole[v]];
-  }
-  std::map<int, std::vector<int>> face_there;  // of each group needed: its members in the part
+      VerticesThere(FaceVertices(refinement.levels[0], kFirstGroupedLevel - 1),
+                    FaceVertices(control, kFirstGroupedLevel - 1), part);
+  std::map<int, std::vector<int>> face_there;
   for (size_t i = 0; i < part.size(); ++i) {
     const int group = groups.group_of[part[i]];
     std::vector<int>& there = face_there[group];
     there.resize(groups.members[group].size(), -1);
     there[groups.place_of[part[i]]] = static_cast<int>(i);
   }
-  const GroupReader reader{control, groups, levels, *models, state, has_filled};
-  for (const auto& [group, there] : face_there) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    RILIEVO_RETURN_IF_ERROR(
-        reader.Read(group, shared_numbers, numbers, there, decoded.heights, decoded.filled));
-  }
-  RILIEVO_RETURN_IF_ERROR(
-      SynthesizeLevels(refinement, levels, BeyondRange::kClamp, decoded.heights));
-  return decoded;
+  std::vector<WantedGroup> wanted;
+  for (auto& [group, there] : face_there) wanted.push_back({group, std::move(there)});
+  return GroupedHeights{refinement, whole, wanted, BeyondRange::kClamp}.Decode(
+      GroupReader{control, groups, levels, *models, state, has_filled}, context);
 }
 
 }  // namespace rilievo

@@ -90,9 +90,8 @@ struct HeightEncoder::Group {
 HeightEncoder::~HeightEncoder() = default;
 
 HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                             int smallest_hole, const FaceGroups* groups)
+                             int smallest_hole)
     : refinement_(refinement),
-      groups_(groups),
       max_level_(surface.max_level),
       heights_(surface.heights.begin(), surface.heights.end()),
       filled_(FilledFlags(surface)),
@@ -115,21 +114,34 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
     }
     mean_gains_.push_back(count > 0 ? sum / count : 0);
   }
-  if (grouped()) BuildGroups();
 }
 
-void HeightEncoder::BuildGroups() {
+absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoder::MakeGrouped(
+    const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
+    const FaceGroups& groups, const RunContext& context) {
+  auto encoder = std::make_unique<HeightEncoder>(surface, refinement, smallest_hole);
+  RILIEVO_RETURN_IF_ERROR(encoder->BuildGroups(groups, context));
+  return encoder;
+}
+
+absl::Status HeightEncoder::BuildGroups(const FaceGroups& groups, const RunContext& context) {
+  groups_ = &groups;
+  if (!grouped()) return absl::OkStatus();
   const MeshTopology& control = refinement_.levels[0];
   const FaceVertices whole(control, max_level_);
-  RunContext one_thread;
+  RunContext one_thread = context;
   one_thread.threads = 1;
-  for (int g = 0; g < groups_->count(); ++g) {
-    // Part of a manifold that is refined already: it cannot fail.
-    Group group{*BuildGroupMesh(control, *groups_, g, max_level_, one_thread), {}};
+  one_thread.progress = nullptr;
+  for (int g = 0; g < groups.count(); ++g) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    Group group;
+    RILIEVO_ASSIGN_OR_RETURN(group.mesh,
+                             BuildGroupMesh(control, groups, g, max_level_, one_thread));
     group.whole_vertex = VerticesThere(FaceVertices(group.mesh.refinement.levels[0], max_level_),
-                                       whole, groups_->members[g]);
+                                       whole, groups.members[g]);
     group_meshes_.push_back(std::move(group));
   }
+  return absl::OkStatus();
 }
 
 // Filled heights are free: they take the values that need no coefficients, and the targets of the

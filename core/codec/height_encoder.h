@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -29,10 +30,15 @@ struct EncodedHeights {
 class HeightEncoder {
  public:
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
-  // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions. `groups`: of
-  // the control faces, to be coded apart; null for none; must outlive this.
+  // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                int smallest_hole, const FaceGroups* groups = nullptr);
+                int smallest_hole);
+
+  // The same for `groups` of the control faces that are coded apart; they must outlive it.
+  // CANCELLED is the only error.
+  static absl::StatusOr<std::unique_ptr<HeightEncoder>> MakeGrouped(
+      const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
+      const FaceGroups& groups, const RunContext& context);
 
   ~HeightEncoder();
   HeightEncoder(const HeightEncoder&) = delete;
@@ -49,7 +55,7 @@ class HeightEncoder {
   struct Pass;
   struct Group;
   bool grouped() const { return groups_ != nullptr && max_level_ >= kFirstGroupedLevel; }
-  void BuildGroups();
+  absl::Status BuildGroups(const FaceGroups& groups, const RunContext& context);
   void CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
                  const HeightModels& models, Pass& pass) const;
   absl::Status CodeGroups(const std::vector<double>& targets_in_units, const HeightModels& models,
@@ -64,7 +70,7 @@ class HeightEncoder {
   EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;
-  const FaceGroups* groups_;
+  const FaceGroups* groups_ = nullptr;
   std::vector<Group> group_meshes_;
   int max_level_;
   std::vector<double> heights_;

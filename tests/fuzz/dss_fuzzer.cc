@@ -6,68 +6,16 @@
 #include <span>
 #include <vector>
 
-#include "core/codec/byte_stream.h"
-#include "core/codec/crc32c.h"
 #include "core/codec/decode_region.h"
 #include "core/codec/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/region_tessellation.h"
 #include "tests/fuzz/require.h"
+#include "tests/fuzz/right_checksums.h"
 
 namespace rilievo {
 namespace {
-
-constexpr uint8_t kSignature[] = {0x89, 0x44, 0x53, 0x53, 0x0d, 0x0a, 0x1a, 0x0a};
-
-void PutChecksum(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
-  if (end < begin || end + 4 > bytes.size()) return;
-  const uint32_t crc = Crc32c(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
-  for (int i = 0; i < 4; ++i) bytes[end + i] = static_cast<uint8_t>(crc >> 8 * i);
-}
-
-// Those within a chunk of groups, whose number is not known here: the index is tried with each
-// number that could be meant, the last one wins that ends at the chunk's end.
-void SetGroupChecksums(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
-  constexpr int kMostGroups = 8;
-  for (int groups = 1; groups <= kMostGroups; ++groups) {
-    ByteReader reader(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
-    reader.Byte();
-    reader.Varint();
-    size_t sizes[kMostGroups], all = 0;
-    for (int g = 0; g < groups; ++g) {
-      sizes[g] = reader.Varint();
-      all += sizes[g] > 0 ? sizes[g] + 4 : 0;
-    }
-    if (!reader.ok() || reader.remaining() != all + 4) continue;
-    size_t at = begin + reader.position();
-    PutChecksum(begin, at, bytes);
-    at += 4;
-    for (int g = 0; g < groups; ++g) {
-      if (sizes[g] == 0) continue;
-      PutChecksum(at, at + sizes[g], bytes);
-      at += sizes[g] + 4;
-    }
-  }
-}
-
-std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
-  std::vector<uint8_t> right(bytes.begin(), bytes.end());
-  if (right.size() < sizeof(kSignature) + 1) return right;
-  std::copy(std::begin(kSignature), std::end(kSignature), right.begin());
-  size_t begin = 0, at = sizeof(kSignature) + 1;
-  while (at < right.size()) {
-    ByteReader reader(std::span<const uint8_t>(right).subspan(at));
-    const uint8_t tag = reader.Byte();
-    const size_t size = reader.Bytes(reader.Varint()).size();
-    if (!reader.ok() || reader.remaining() < 4) break;
-    const size_t end = at + reader.position();
-    if (tag == 'H') SetGroupChecksums(end - size, end, right);
-    PutChecksum(begin, end, right);
-    begin = at = end + 4;
-  }
-  return right;
-}
 
 RunContext OneThread() {
   RunContext context;

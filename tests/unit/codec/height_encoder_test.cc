@@ -144,5 +144,20 @@ TEST(HeightEncoderTest, StopsWhenAsked) {
             absl::StatusCode::kCancelled);
 }
 
+// The groups' meshes alone take a while on a large surface.
+TEST(HeightEncoderTest, StopsWhileGroupsAreBuilt) {
+  const DisplacedSurface surface = Measured(Torus(10, 8), 2, 1e-4);
+  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 1, RunContext());
+  const std::vector<GridPoint> points(surface.control_mesh.vertices.cols(), GridPoint{});
+  const FaceGroups groups = GroupFaces(refinement.levels[0], points, kLeastGroupLimit);
+  std::stop_source source;
+  RunContext context;
+  context.stop = source.get_token();
+  EXPECT_TRUE(HeightEncoder::MakeGrouped(surface, refinement, 1, groups, context).ok());
+  source.request_stop();
+  EXPECT_EQ(HeightEncoder::MakeGrouped(surface, refinement, 1, groups, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
 }  // namespace
 }  // namespace rilievo
