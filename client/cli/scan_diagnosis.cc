@@ -148,18 +148,18 @@ std::string BytesText(int64_t bytes) {
 
 absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
-  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, CheckScan(scan, {}, context));
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(checked, {}, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMeshResult control,
-      BuildControlMesh(surface.cloud, surface.graph, surface.index, {}, context));
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-
+  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, {}, context));
   ScanDiagnosis d;
   d.points_in = scan.points.cols();
   d.non_finite = checked.non_finite;
   d.duplicates = checked.duplicates;
   d.strays = checked.strays;
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(std::move(checked), {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ControlMeshResult control,
+      BuildControlMesh(surface.cloud, surface.graph, surface.index, {}, context));
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+
   d.outliers = surface.outliers;
   d.island_points = surface.island_points;
   const OrientedCloud& cloud = surface.cloud;

@@ -36,11 +36,10 @@ double FilledShare(const DisplacedSurface& surface) {
 // The points that the errors of the file are about.
 absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
                                  const SpatialFrame& frame, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked,
-                           CheckScan(scan, stated.options.check, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanSurface cleaned,
-                           AnalyzeScan(checked, stated.options.scan, context));
-  Shape points = PointsToMeasure(cleaned.cloud);
+  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, stated.options.check, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
+                           AnalyzeScan(std::move(checked), stated.options.scan, context));
+  Shape points = PointsToMeasure(std::move(cleaned.cloud.points), std::move(cleaned.cloud.spacing));
   if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
     return points;
   }
@@ -124,11 +123,10 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
   return MeasureTwoSided(surface, points, MeasureOptions{kSamples}, context);
 }
 
-Shape PointsToMeasure(const OrientedCloud& cloud) {
+Shape PointsToMeasure(Eigen::Matrix3Xd points, std::vector<float> spacing) {
   constexpr float kGapSpacings = 3;
-  Shape points{cloud.points, {}, cloud.spacing};
-  for (float& gap : points.gaps) gap *= kGapSpacings;
-  return points;
+  for (float& gap : spacing) gap *= kGapSpacings;
+  return {std::move(points), {}, std::move(spacing)};
 }
 
 absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,

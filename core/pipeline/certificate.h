@@ -33,7 +33,7 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
 
 // The points of a scan as errors are measured against, with three spacings as their gaps: holes of
 // about twenty points still count as seen.
-Shape PointsToMeasure(const OrientedCloud& cloud);
+Shape PointsToMeasure(Eigen::Matrix3Xd points, std::vector<float> spacing);
 
 // Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
 // null), folds, share filled in. The shares measured and smoothed are the maker's word: the file

@@ -12,8 +12,8 @@ inline constexpr int kKeepErrorRounds = 6;
 // more coarsely where that takes fewer bytes, until the RMS across the surface is at most
 // encode.max_error and close to it. `report`: of the same surface before coding, with error as
 // MakeRelief leaves it. True if the error is kept; false leaves `coded` as the nearest one tried,
-// or untouched where the surface itself is farther off than that or noise does not allow it. Without max_error or without
-// measuring there is nothing to keep: true.
+// or untouched where the surface itself is farther off than that or noise does not allow it.
+// Without max_error or without measuring there is nothing to keep: true.
 absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions& options,
                                const RunContext& context, ReconstructReport* report,
                                CodedRelief* coded);

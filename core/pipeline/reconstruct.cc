@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
@@ -33,7 +34,7 @@ absl::StatusOr<CheckedScan> Check(const PointCloud& scan, const ReconstructOptio
   return checked;
 }
 
-absl::StatusOr<ScanSurface> Analyze(const CheckedScan& checked, const ReconstructOptions& options,
+absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOptions& options,
                                     const RunContext& context, ReconstructReport* report) {
   // One call for two stages: the clock passes from neighbours to normals at the first word of them.
   std::optional<StageTimer> timer(std::in_place, Stage::kNeighbors, context, report);
@@ -46,7 +47,8 @@ absl::StatusOr<ScanSurface> Analyze(const CheckedScan& checked, const Reconstruc
     }
     context.Report(progress.stage, progress.fraction);
   };
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeScan(checked, options.scan, watched));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan,
+                           AnalyzeScan(std::move(checked), options.scan, watched));
   report->outliers = scan.outliers;
   report->island_points = scan.island_points;
   report->points_used = scan.cloud.points.cols();
@@ -93,15 +95,19 @@ DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options
   return metadata;
 }
 
+// What is left of a scan when its surface is made; the rest of its memory goes.
+Shape PointsAlone(ScanSurface scan) {
+  return PointsToMeasure(std::move(scan.cloud.points), std::move(scan.cloud.spacing));
+}
+
 // Decodes the bytes that go out, and writes into them what they are worth.
-absl::Status Certify(const ScanSurface& scan, DssMetadata metadata,
-                     const ReconstructOptions& options, const RunContext& context,
-                     EncodedSurface* encoded, ReconstructReport* report) {
+absl::Status Certify(const Shape& points, DssMetadata metadata, const ReconstructOptions& options,
+                     const RunContext& context, EncodedSurface* encoded,
+                     ReconstructReport* report) {
   RunContext silent = context;  // progress has passed this stage
   silent.progress = nullptr;
   const StageTimer timer(Stage::kMeasure, silent, report);
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded->Concatenate(), silent));
-  const Shape points = PointsToMeasure(scan.cloud);
   RILIEVO_ASSIGN_OR_RETURN(
       report->error,
       CertifySurface(decoded.surface, options.measure ? &points : nullptr, silent, &metadata));
@@ -158,14 +164,19 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Reconstru
   Reconstruction result;
   ReconstructReport* report = &result.report;
 
-  RILIEVO_ASSIGN_OR_RETURN(const CheckedScan checked, Check(scan, options, context, report));
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, Analyze(checked, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, Check(scan, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
+                           Analyze(std::move(checked), options, context, report));
+  ReturnFreedMemory();
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
+  ReturnFreedMemory();
   const DssMetadata metadata = MetadataOf(scan, options, context.seed, *report);
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
                            Relieve(cleaned, coarse, metadata, options, context, report));
+  const Shape points = PointsAlone(std::move(cleaned));
+  ReturnFreedMemory();
   RILIEVO_RETURN_IF_ERROR(
-      Certify(cleaned, relief.metadata, options, context, &relief.encoded, report));
+      Certify(points, relief.metadata, options, context, &relief.encoded, report));
   result.encoded = std::move(relief.encoded);
   result.surface = std::move(relief.surface);
 

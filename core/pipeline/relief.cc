@@ -133,8 +133,9 @@ absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
                      const RunContext& context, ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
   if (to_keep) {
-    RILIEVO_ASSIGN_OR_RETURN(report->error,
-                             MeasureTriangles(shape, PointsToMeasure(scan.cloud), context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        report->error,
+        MeasureTriangles(shape, PointsToMeasure(scan.cloud.points, scan.cloud.spacing), context));
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -163,8 +164,29 @@ absl::StatusOr<std::vector<int>> PointIndex::NearestOfEach(const Eigen::Matrix3X
 }
 
 absl::Status NeighborOptions::Validate() const {
-  if (k >= 6 && k <= 64) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("k: ", k, " is outside [6, 64]"));
+  if (k >= 6 && k <= kMostNeighbors) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("k: ", k, " is outside [6, ", kMostNeighbors, "]"));
+}
+
+void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int point, int k,
+                   int* neighbors) {
+  std::array<int, kMostNeighbors + 1> nearest;
+  std::array<double, kMostNeighbors + 1> squared;
+  index.Nearest(points.col(point), k + 1, nearest.data(), squared.data());
+  for (int from = 0, to = 0; to < k; ++from) {
+    if (nearest[from] != point) neighbors[to++] = nearest[from];
+  }
+}
+
+std::vector<float> NeighborDistances(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                     int point) {
+  std::vector<float> distances;
+  distances.reserve(static_cast<size_t>(graph.k));
+  for (const int neighbor : graph.neighbors(point)) {
+    distances.push_back(static_cast<float>((points.col(neighbor) - points.col(point)).norm()));
+  }
+  return distances;
 }
 
 absl::StatusOr<NeighborGraph> BuildNeighborGraph(const PointIndex& index,
@@ -180,20 +202,10 @@ absl::StatusOr<NeighborGraph> BuildNeighborGraph(const PointIndex& index,
   graph.k = std::min<int>(options.k, index.size() - 1);
   const int k = graph.k;
   graph.indices.resize(static_cast<size_t>(points.cols()) * k);
-  graph.distances.resize(graph.indices.size());
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
-        std::vector<int> nearest(k + 1);
-        std::vector<double> squared(k + 1);
         for (int64_t i = begin; i < end; ++i) {
-          index.Nearest(points.col(i), k + 1, nearest.data(), squared.data());
-          int* const indices = &graph.indices[i * k];
-          float* const distances = &graph.distances[i * k];
-          for (int from = 0, to = 0; to < k; ++from) {
-            if (nearest[from] == i) continue;
-            indices[to] = nearest[from];
-            distances[to++] = static_cast<float>(std::sqrt(squared[from]));
-          }
+          ListNeighbors(index, points, static_cast<int>(i), k, &graph.indices[i * k]);
         }
       }));
   return graph;

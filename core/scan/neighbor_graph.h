@@ -44,21 +44,28 @@ class PointIndex {
 };
 
 struct NeighborGraph {
-  int k = 0;                     // neighbours a point, the point itself not among them
-  std::vector<int> indices;      // point i: [i * k, (i + 1) * k), ascending by distance
-  std::vector<float> distances;  // unit frame, same layout
+  int k = 0;                 // neighbours a point, the point itself not among them
+  std::vector<int> indices;  // point i: [i * k, (i + 1) * k), ascending by distance
 
   int size() const { return k == 0 ? 0 : static_cast<int>(indices.size()) / k; }
   std::span<const int> neighbors(int point) const {
     return {indices.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
   }
-  std::span<const float> neighbor_distances(int point) const {
-    return {distances.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
-  }
 };
 
+// Distances of the listed neighbours, in the order of the list and in the frame of `points`.
+std::vector<float> NeighborDistances(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                     int point);
+
+inline constexpr int kMostNeighbors = 64;
+
+// The `k` (<= kMostNeighbors, < points) nearest other points of one, ascending by distance, into
+// neighbors[0..k). `index`: of `points`.
+void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int point, int k,
+                   int* neighbors);
+
 struct NeighborOptions {
-  int k = 16;  // [6, 64]; lowered to size - 1 for small sets
+  int k = 16;  // [6, kMostNeighbors]; lowered to size - 1 for small sets
   absl::Status Validate() const;
 };
 

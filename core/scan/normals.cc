@@ -163,12 +163,13 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
 
 }  // namespace
 
-absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
+absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
                                               const NeighborGraph& graph,
                                               const RunContext& context) {
-  const int64_t count = points.cols();
   OrientedCloud cloud;
-  cloud.points = points;
+  cloud.points = std::move(own_points);
+  const Eigen::Matrix3Xd& points = cloud.points;
+  const int64_t count = points.cols();
   cloud.normals.resize(3, count);
   cloud.spacing.resize(static_cast<size_t>(count));
   cloud.noise.resize(static_cast<size_t>(count));
@@ -178,7 +179,7 @@ absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const int center = static_cast<int>(i);
-      const std::span<const float> distances = graph.neighbor_distances(center);
+      const std::vector<float> distances = NeighborDistances(points, graph, center);
       planes[i] = FitPlane(patches[i]);
       cloud.spacing[i] = LocalSpacing(distances);
       cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),

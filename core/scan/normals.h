@@ -9,8 +9,7 @@
 namespace rilievo {
 
 // Normals are unoriented (see OrientNormals). `points`: unit frame, the graph's own points.
-absl::StatusOr<OrientedCloud> EstimateNormals(const Eigen::Matrix3Xd& points,
-                                              const NeighborGraph& graph,
+absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd points, const NeighborGraph& graph,
                                               const RunContext& context);
 
 }  // namespace rilievo

@@ -8,16 +8,16 @@
 namespace rilievo {
 
 struct OrientedCloud {
-  Eigen::Matrix3Xd points;     // unit frame, Morton order
-  Eigen::Matrix3Xd normals;    // unit, pointing outward after OrientNormals
+  Eigen::Matrix3Xd points;   // unit frame, Morton order
+  Eigen::Matrix3Xd normals;  // unit, pointing outward after OrientNormals
   // Local distance between samples, unit frame: a point's share of the surface is
   // pi/4 * spacing^2 on average.
   std::vector<float> spacing;
   // RMS distance of the neighbours to the local surface, unit frame; bounded by the noise around,
   // so that edges and curvature do not count.
   std::vector<float> noise;
-  // 1 where what the neighbours say of the side of a point contradicts itself, as between the sheets
-  // of a wall about as thin as its points are apart; empty before OrientNormals.
+  // 1 where what the neighbours say of the side of a point contradicts itself, as between the
+  // sheets of a wall about as thin as its points are apart; empty before OrientNormals.
   std::vector<uint8_t> contested;
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`

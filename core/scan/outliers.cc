@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
@@ -27,27 +28,52 @@ constexpr double kSpacingGrowth = 0.1;
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
-// Mean neighbour distance of each point.
-std::vector<float> MeanDistances(const NeighborGraph& graph) {
-  std::vector<float> reach(static_cast<size_t>(graph.size()));
-  for (int i = 0; i < graph.size(); ++i) {
-    double sum = 0;
-    for (const float distance : graph.neighbor_distances(i)) sum += distance;
-    reach[i] = static_cast<float>(sum / graph.k);
+// How far the neighbours of each point are.
+struct Reaches {
+  int k = 0;
+  std::vector<float> distances;  // in the layout of the graph
+  std::vector<float> mean;
+  std::vector<float> middle;  // of the neighbour in the middle of the list
+
+  std::span<const float> of(int point) const {
+    return {distances.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
   }
-  return reach;
+};
+
+absl::StatusOr<Reaches> MeasureReaches(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                                       const RunContext& context) {
+  Reaches reaches;
+  reaches.k = graph.k;
+  reaches.distances.resize(graph.indices.size());
+  reaches.mean.resize(static_cast<size_t>(graph.size()));
+  reaches.middle.resize(static_cast<size_t>(graph.size()));
+  const auto measure = [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      double sum = 0;
+      for (int j = 0; j < graph.k; ++j) {
+        const int neighbor = graph.indices[i * graph.k + j];
+        const auto distance = static_cast<float>((points.col(neighbor) - points.col(i)).norm());
+        reaches.distances[i * graph.k + j] = distance;
+        sum += distance;
+      }
+      reaches.mean[i] = static_cast<float>(sum / graph.k);
+      reaches.middle[i] = reaches.distances[i * graph.k + graph.k / 2];
+    }
+  };
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), kBlock, context, measure));
+  return reaches;
 }
 
-// The mean distance usual around each point: the largest field below `reach` that grows by no more
-// than kSpacingGrowth along the graph. A cluster of flying points does not vouch for itself.
+// The mean distance usual around each point: the largest field below the means that grows by no
+// more than kSpacingGrowth along the graph. A cluster of flying points does not vouch for itself.
 absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
-                                                  const std::vector<float>& reach,
+                                                  const Reaches& reaches,
                                                   const RunContext& context) {
-  std::vector<float> usual = reach;
+  std::vector<float> usual = reaches.mean;
   const auto relax = [&](int64_t index) {
     const int i = static_cast<int>(index);
     const auto neighbors = graph.neighbors(i);
-    const auto distances = graph.neighbor_distances(i);
+    const auto distances = reaches.of(i);
     for (int j = 0; j < graph.k; ++j) {
       const float step = static_cast<float>(kSpacingGrowth) * distances[j];
       usual[i] = std::min(usual[i], usual[neighbors[j]] + step);
@@ -64,7 +90,7 @@ absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
 }
 
 // Points with fewer than half of their neighbours within `factor` usual distances.
-std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const Reaches& reaches,
                                   const std::vector<float>& usual, double factor) {
   auto cloud = std::make_shared<Cloud>();
   cloud->resize(static_cast<size_t>(points.cols()));
@@ -74,7 +100,7 @@ std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const Neighbor
   // PCL's radius filter has no door for a search of ours, and a fixed radius is no measure for a
   // scan whose density changes; its functor filter takes both.
   const auto surrounded = [&](const Cloud&, pcl::index_t i) {
-    return graph.neighbor_distances(i)[graph.k / 2] <= factor * usual[i];
+    return reaches.middle[i] <= factor * usual[i];
   };
   pcl::experimental::advanced::FunctorFilter<pcl::PointXYZ, decltype(surrounded)> filter(
       surrounded);
@@ -165,9 +191,10 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   constexpr double kOffDeviations = 4.0;  // of the sheet's thickness
   constexpr double kOffUsual = 0.3;       // of factor * usual distance
   constexpr double kHopeless = 3.0;       // of factor
-  const std::vector<float> reach = MeanDistances(graph);
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, UsualDistances(graph, reach, context));
-  const std::vector<uint8_t> sparse = SparsePoints(points, graph, usual, factor);
+  RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, UsualDistances(graph, reaches, context));
+  reaches.distances = {};  // only their summaries are asked for from here
+  const std::vector<uint8_t> sparse = SparsePoints(points, reaches, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Standing> standings,
                            AllStandings(points, graph, context));
@@ -180,8 +207,8 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const bool off_sheet = standing.height > kOffDeviations * standing.thickness &&
                            standing.height > kOffUsual * thick * limit;
     const bool in_volume = standing.thickness > kVolumeRatio * thick * standing.spread &&
-                           graph.neighbor_distances(i)[graph.k / 2] > kVolumeSparse * limit;
-    const bool hopeless = reach[i] > kHopeless * limit;
+                           reaches.middle[i] > kVolumeSparse * limit;
+    const bool hopeless = reaches.mean[i] > kHopeless * limit;
     if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
   }
   return absl::OkStatus();

@@ -31,7 +31,7 @@ struct ScanSurface {
   OrientationResult orientation;
 };
 
-absl::StatusOr<ScanSurface> AnalyzeScan(const CheckedScan& scan, const ScanOptions& options,
+absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,
                                         const RunContext& context);
 
 }  // namespace rilievo

@@ -1,6 +1,7 @@
 #include "core/surface/closest_point_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -50,11 +51,6 @@ double SquaredDistanceToSegment(const Vector3d& point, const Vector3d& a, const 
   return (ap - t * ab).squaredNorm();
 }
 
-struct Center {
-  float at[3];
-  int item;
-};
-
 }  // namespace
 
 double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const Vector3d& b,
@@ -92,19 +88,16 @@ double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const
 }
 
 // Splits `centers` in place; the nodes of a subtree are appended to a vector of the caller.
+// `box_of(item)`: the box of an item.
+template <typename BoxOfItem>
 class ClosestPointTree::Builder {
  public:
-  Builder(const std::vector<Box>& boxes, const RunContext& context, std::vector<Center>& centers)
-      : boxes_(boxes), context_(context), centers_(centers) {}
+  Builder(const BoxOfItem& box_of, const RunContext& context, std::vector<Center>& centers)
+      : box_of_(box_of), context_(context), centers_(centers) {}
 
-  // The boxes and children of node `at` over centers [begin, end); returns the box of all. Below
-  // `smallest` items a part is left to a job of its own, if `jobs` is given. Unfinished once a stop
-  // was requested.
-  struct Job {
-    int begin, end;
-    int node, slot;  // the place in the upper tree that waits for it
-  };
-  Box Split(int begin, int end, int smallest, std::vector<Job>* jobs, std::vector<Node>& nodes) {
+  // The nodes over centers [begin, end), at least one; the first is the root. Returns the box of
+  // all. Unfinished once a stop was requested.
+  Box Split(int begin, int end, std::vector<Node>& nodes) {
     const int at = static_cast<int>(nodes.size());
     nodes.push_back(EmptyNode());
     if (context_.stop.stop_requested()) return Box();
@@ -114,68 +107,22 @@ class ClosestPointTree::Builder {
     for (int slot = 0; slot < kWidth; ++slot) {
       const int from = part_begin[slot], to = part_begin[slot + 1];
       if (from == to) continue;
+      Box part;
       if (to - from == 1) {
         nodes[at].child[slot] = ~from;
-        SetBox(boxes_[centers_[from].item], slot, nodes[at]);
-        all.Add(boxes_[centers_[from].item]);
-        continue;
+        part = box_of_(centers_[from].item);
+      } else {
+        nodes[at].child[slot] = static_cast<int32_t>(nodes.size());
+        part = Split(from, to, nodes);
       }
-      if (jobs != nullptr && to - from <= smallest) {
-        jobs->push_back({from, to, at, slot});
-        continue;
-      }
-      nodes[at].child[slot] = static_cast<int32_t>(nodes.size());
-      const Box part = Split(from, to, smallest, jobs, nodes);
       SetBox(part, slot, nodes[at]);
       all.Add(part);
     }
     return all;
   }
 
-  static void SetBox(const Box& box, int slot, Node& node) {
-    for (int k = 0; k < 3; ++k) {
-      node.lo[k][slot] = box.lo[k];
-      node.hi[k][slot] = box.hi[k];
-    }
-  }
-
-  static Box BoxOf(const Node& node) {
-    Box all;
-    for (int slot = 0; slot < kWidth; ++slot) {
-      Box box;
-      for (int k = 0; k < 3; ++k) {
-        box.lo[k] = node.lo[k][slot];
-        box.hi[k] = node.hi[k][slot];
-      }
-      all.Add(box);
-    }
-    return all;
-  }
-
- private:
-  static Node EmptyNode() {
-    Node node;
-    for (int slot = 0; slot < kWidth; ++slot) {
-      SetBox(Box(), slot, node);
-      node.child[slot] = ~0;
-    }
-    return node;
-  }
-
-  // Four parts of nearly equal size; where they are large, of a multiple of four items, so that
-  // most of the lowest nodes are full.
-  void Cut(int begin, int end, int part_begin[kWidth + 1]) {
-    part_begin[0] = begin;
-    part_begin[kWidth] = end;
-    if (end - begin <= kWidth) {
-      for (int i = 1; i < kWidth; ++i) part_begin[i] = std::min(begin + i, end);
-      return;
-    }
-    part_begin[2] = Halve(begin, end);
-    part_begin[1] = Halve(begin, part_begin[2]);
-    part_begin[3] = Halve(part_begin[2], end);
-  }
-
+  // Where the second half begins after centers [begin, end) are halved along their longest axis; in
+  // large ranges after a multiple of four items, so that most of the lowest nodes are full.
   int Halve(int begin, int end) {
     const int count = end - begin;
     int half = (count + 1) / 2;
@@ -199,10 +146,118 @@ class ClosestPointTree::Builder {
     return begin + half;
   }
 
-  const std::vector<Box>& boxes_;
+  static void SetBox(const Box& box, int slot, Node& node) {
+    for (int k = 0; k < 3; ++k) {
+      node.lo[k][slot] = box.lo[k];
+      node.hi[k][slot] = box.hi[k];
+    }
+  }
+
+  static Box BoxOf(const Node& node) {
+    Box all;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      Box box;
+      for (int k = 0; k < 3; ++k) {
+        box.lo[k] = node.lo[k][slot];
+        box.hi[k] = node.hi[k][slot];
+      }
+      all.Add(box);
+    }
+    return all;
+  }
+
+  static Node EmptyNode() {
+    Node node;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      SetBox(Box(), slot, node);
+      node.child[slot] = ~0;
+    }
+    return node;
+  }
+
+ private:
+  // Four parts of nearly equal size.
+  void Cut(int begin, int end, int part_begin[kWidth + 1]) {
+    part_begin[0] = begin;
+    part_begin[kWidth] = end;
+    if (end - begin <= kWidth) {
+      for (int i = 1; i < kWidth; ++i) part_begin[i] = std::min(begin + i, end);
+      return;
+    }
+    part_begin[2] = Halve(begin, end);
+    part_begin[1] = Halve(begin, part_begin[2]);
+    part_begin[3] = Halve(part_begin[2], end);
+  }
+
+  const BoxOfItem& box_of_;
   const RunContext& context_;
   std::vector<Center>& centers_;
 };
+
+// A large tree has a root, its four children and their sixteen, each made by a job of its own: the
+// same tree for any number of threads.
+template <typename BoxOfItem>
+absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, const RunContext& context,
+                                          std::vector<Center>& centers) {
+  Builder<BoxOfItem> builder(box_of, context, centers);
+  const int count = static_cast<int>(centers.size());
+  constexpr int kSmall = 4096;
+  if (count <= kSmall) {
+    builder.Split(0, count, nodes_);
+    return context.CheckStop();
+  }
+  constexpr int kJobs = kWidth * kWidth;
+  std::array<int, kJobs + 1> first;
+  first[0] = 0;
+  first[kJobs] = count;
+  for (int parts = 1; parts < kJobs; parts *= 2) {
+    const int width = kJobs / parts;
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(parts, 1, context, [&](int64_t begin, int64_t end) {
+      for (int64_t part = begin; part < end; ++part) {
+        const int64_t at = part * width;
+        first[at + width / 2] = builder.Halve(first[at], first[at + width]);
+      }
+    }));
+  }
+  std::array<std::vector<Node>, kJobs> subtrees;
+  std::array<Box, kJobs> boxes;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t job = begin; job < end; ++job) {
+      subtrees[job].reserve(static_cast<size_t>(first[job + 1] - first[job]) * 3 / 8);
+      boxes[job] = builder.Split(first[job], first[job + 1], subtrees[job]);
+    }
+  }));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+
+  nodes_.assign(1 + kWidth, builder.EmptyNode());
+  std::array<int32_t, kJobs> offset;
+  int32_t size = 1 + kWidth;
+  for (int job = 0; job < kJobs; ++job) {
+    offset[job] = size;
+    size += static_cast<int32_t>(subtrees[job].size());
+  }
+  for (int part = 0; part < kWidth; ++part) {
+    Box all;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      const int job = part * kWidth + slot;
+      nodes_[1 + part].child[slot] = offset[job];
+      builder.SetBox(boxes[job], slot, nodes_[1 + part]);
+      all.Add(boxes[job]);
+    }
+    nodes_[0].child[part] = 1 + part;
+    builder.SetBox(all, part, nodes_[0]);
+  }
+  nodes_.resize(static_cast<size_t>(size));
+  return ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t job = begin; job < end; ++job) {
+      for (size_t n = 0; n < subtrees[job].size(); ++n) {
+        Node& node = nodes_[offset[job] + n] = subtrees[job][n];
+        for (int32_t& child : node.child) child = child >= 0 ? child + offset[job] : child;
+      }
+      subtrees[job] = {};
+    }
+  });
+}
 
 absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
                                                          const Eigen::Matrix3Xi& triangles,
@@ -220,65 +275,44 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   const auto corner = [&](int item, int k) -> Vector3d {
     return vertices.col(tree.points_ ? item : triangles(k, item)) - tree.origin_;
   };
-  std::vector<Box> boxes(count);
+  const auto box_of = [&](int item) {
+    Vector3d low = corner(item, 0), high = low;
+    for (int k = 1; k < corner_count; ++k) {
+      const Vector3d at = corner(item, k);
+      low = low.cwiseMin(at);
+      high = high.cwiseMax(at);
+    }
+    Box box;
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] = RoundDown(low[k] * tree.box_scale_);
+      box.hi[k] = RoundUp(high[k] * tree.box_scale_);
+    }
+    return box;
+  };
   std::vector<Center> centers(count);
   constexpr int64_t kBlock = 8192;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int i = static_cast<int>(begin); i < end; ++i) {
-      Vector3d low = corner(i, 0), high = low;
-      for (int k = 1; k < corner_count; ++k) {
-        const Vector3d at = corner(i, k);
-        low = low.cwiseMin(at);
-        high = high.cwiseMax(at);
-      }
-      for (int k = 0; k < 3; ++k) {
-        boxes[i].lo[k] = RoundDown(low[k] * tree.box_scale_);
-        boxes[i].hi[k] = RoundUp(high[k] * tree.box_scale_);
-        centers[i].at[k] = 0.5f * (boxes[i].lo[k] + boxes[i].hi[k]);
-      }
+      const Box box = box_of(i);
+      for (int k = 0; k < 3; ++k) centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
       centers[i].item = i;
     }
   }));
-
-  Builder builder(boxes, context, centers);
-  std::vector<Builder::Job> jobs;
-  // At most some dozens of jobs whatever the threads, so the tree is the same for any number.
-  builder.Split(0, count, std::max(1024, count / 16), &jobs, tree.nodes_);
-  std::vector<std::vector<Node>> subtrees(jobs.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(static_cast<int64_t>(jobs.size()), 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t j = begin; j < end; ++j) {
-          builder.Split(jobs[j].begin, jobs[j].end, 0, nullptr, subtrees[j]);
-        }
-      }));
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  const int upper_count = static_cast<int>(tree.nodes_.size());
-  for (size_t j = 0; j < jobs.size(); ++j) {
-    const int32_t offset = static_cast<int32_t>(tree.nodes_.size());
-    tree.nodes_[jobs[j].node].child[jobs[j].slot] = offset;
-    Builder::SetBox(Builder::BoxOf(subtrees[j][0]), jobs[j].slot, tree.nodes_[jobs[j].node]);
-    for (Node& node : subtrees[j]) {
-      for (int32_t& child : node.child) child = child >= 0 ? child + offset : child;
-      tree.nodes_.push_back(node);
-    }
-  }
-  // The upper boxes, children before parents: a node of the upper tree comes after its parent.
-  for (int n = upper_count - 1; n >= 0; --n) {
-    for (int slot = 0; slot < kWidth; ++slot) {
-      const int32_t child = tree.nodes_[n].child[slot];
-      if (child > n && child < upper_count) {
-        Builder::SetBox(Builder::BoxOf(tree.nodes_[child]), slot, tree.nodes_[n]);
-      }
-    }
-  }
+  RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, context, centers));
 
   tree.items_.resize(count);
-  tree.corners_.resize(static_cast<size_t>(count) * corner_count);
+  tree.vertices_.resize(3, vertices.cols());
+  if (!tree.points_) {
+    tree.corners_.resize(3, count);
+    tree.vertices_ = vertices.colwise() - tree.origin_;
+  }
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      tree.items_[i] = centers[i].item;
-      for (int k = 0; k < corner_count; ++k) {
-        tree.corners_[i * corner_count + k] = corner(centers[i].item, k);
+      const int item = tree.items_[i] = centers[i].item;
+      if (tree.points_) {
+        tree.vertices_.col(i) = corner(item, 0);
+      } else {
+        tree.corners_.col(i) = triangles.col(item);
       }
     }
   }));
@@ -286,9 +320,10 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
 }
 
 double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) const {
-  if (points_) return (local - corners_[item]).squaredNorm();
-  const Vector3d* corner = &corners_[3 * static_cast<size_t>(item)];
-  return SquaredDistanceToTriangle(local, corner[0], corner[1], corner[2]);
+  if (points_) return (local - vertices_.col(item)).squaredNorm();
+  const auto corner = corners_.col(item);
+  return SquaredDistanceToTriangle(local, vertices_.col(corner[0]), vertices_.col(corner[1]),
+                                   vertices_.col(corner[2]));
 }
 
 ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint) const {

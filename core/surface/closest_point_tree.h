@@ -35,6 +35,11 @@ class ClosestPointTree {
   };
   Hit Closest(const Eigen::Vector3d& point, int hint = -1) const;
 
+  // Squared distance from `point` to item `item` alone.
+  double SquaredDistanceTo(int item, const Eigen::Vector3d& point) const {
+    return SquaredDistanceToItem(point - origin_, item);
+  }
+
   int item_count() const { return static_cast<int>(items_.size()); }
   // Items are numbered so that neighbours in number are neighbours in space: item i is triangle
   // (or point) source()[i] of the input.
@@ -48,7 +53,17 @@ class ClosestPointTree {
     float hi[3][4];
     int32_t child[4];
   };
+  // The middle of an item's box.
+  struct Center {
+    float at[3];
+    int item;
+  };
+  template <typename BoxOfItem>
   class Builder;
+
+  template <typename BoxOfItem>
+  absl::Status BuildNodes(const BoxOfItem& box_of, const RunContext& context,
+                          std::vector<Center>& centers);
 
   double SquaredDistanceToItem(const Eigen::Vector3d& local, int item) const;
 
@@ -56,8 +71,9 @@ class ClosestPointTree {
   double box_scale_ = 1;                              // box = box_scale_ * corner: within [-1, 1]
   bool points_ = false;
   std::vector<int> items_;
-  std::vector<Eigen::Vector3d> corners_;  // three an item, or one when the items are points
-  std::vector<Node> nodes_;               // node 0 is the root
+  Eigen::Matrix3Xd vertices_;  // from the origin; in the order of the items where these are points
+  Eigen::Matrix3Xi corners_;   // of each item in `vertices_`; empty where the items are points
+  std::vector<Node> nodes_;    // node 0 is the root
 };
 
 }  // namespace rilievo

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -41,9 +42,8 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
 }
 
 // The vertices in the order in which the triangles of `order` first name them, so that neighbours
-// in the list are neighbours in space; for a point set, `order` itself.
+// in the list are neighbours in space.
 std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& order) {
-  if (shape.triangles.cols() == 0) return order;
   std::vector<uint8_t> seen(shape.vertices.cols(), 0);
   std::vector<int> vertices;
   vertices.reserve(shape.vertices.cols());
@@ -58,26 +58,47 @@ std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& ord
   return vertices;
 }
 
-// Squared distance of each column of `points`. Each block starts without a hint, which costs
-// little and leaves the blocks independent of the threads. `items`, unless null, become the nearest
-// items.
-absl::StatusOr<std::vector<double>> SquaredDistances(const Eigen::Matrix3Xd& points,
+// Squared distance of the points at(0) to at(count - 1). Each block starts without a hint, which
+// costs little and leaves the blocks independent of the threads. `items`, unless null, become the
+// nearest items.
+template <typename PointAt>
+absl::StatusOr<std::vector<double>> SquaredDistances(int64_t count, const PointAt& at,
                                                      const ClosestPointTree& tree,
                                                      const RunContext& context,
                                                      std::vector<int>* items = nullptr) {
-  std::vector<double> squared(points.cols());
+  std::vector<double> squared(static_cast<size_t>(count));
   if (items != nullptr) items->assign(squared.size(), 0);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
-        int hint = -1;
-        for (int64_t i = begin; i < end; ++i) {
-          const ClosestPointTree::Hit hit = tree.Closest(points.col(i), hint);
-          squared[i] = hit.squared_distance;
-          hint = hit.item;
-          if (items != nullptr) (*items)[i] = hit.item;
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
+    int hint = -1;
+    for (int64_t i = begin; i < end; ++i) {
+      const ClosestPointTree::Hit hit = tree.Closest(at(i), hint);
+      squared[i] = hit.squared_distance;
+      hint = hit.item;
+      if (items != nullptr) (*items)[i] = hit.item;
+    }
+  }));
   return squared;
+}
+
+// The largest of `least` and the squared distances. Points that the item of one before keeps below
+// the largest so far are not searched for.
+template <typename PointAt>
+absl::StatusOr<double> LargestSquaredDistance(int64_t count, const PointAt& at,
+                                              const ClosestPointTree& tree, double least,
+                                              const RunContext& context) {
+  std::vector<double> largest(static_cast<size_t>((count + kQueryBlock - 1) / kQueryBlock), least);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
+    double& block = largest[begin / kQueryBlock];
+    int hint = -1;
+    for (int64_t i = begin; i < end; ++i) {
+      const Eigen::Vector3d point = at(i);
+      if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= block) continue;
+      const ClosestPointTree::Hit hit = tree.Closest(point, hint);
+      block = std::max(block, hit.squared_distance);
+      hint = hit.item;
+    }
+  }));
+  return largest.empty() ? least : *std::max_element(largest.begin(), largest.end());
 }
 
 // Distance below which 95 of 100 values lie. Reorders `distances`.
@@ -116,26 +137,36 @@ double AcrossRms(const Shape& from, const Shape& to, const NearestPoints& neares
   return std::sqrt(sum / static_cast<double>(nearest.samples.cols()));
 }
 
-absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const ClosestPointTree& from_tree,
+// `order`: of the triangles of `from`, or of its points, such that neighbours in it are neighbours
+// in space.
+absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& order,
                                      const Shape& to, const ClosestPointTree& to_tree, int samples,
                                      const RunContext& context) {
-  const std::vector<int> vertices = VerticesInOrder(from, from_tree.source());
-  Eigen::Matrix3Xd corners(3, static_cast<Eigen::Index>(vertices.size()));
-  for (size_t i = 0; i < vertices.size(); ++i) corners.col(i) = from.vertices.col(vertices[i]);
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> squared,
-                           SquaredDistances(corners, to_tree, context));
+  const auto vertex = [&](int64_t i) -> Eigen::Vector3d { return from.vertices.col(i); };
   OneWay way;
-  way.summary.max = std::sqrt(*std::max_element(squared.begin(), squared.end()));
-  if (from.triangles.cols() > 0) {
+  std::vector<double> squared;
+  if (from.triangles.cols() == 0) {
+    const auto point = [&](int64_t i) { return vertex(order[i]); };
+    RILIEVO_ASSIGN_OR_RETURN(
+        squared, SquaredDistances(static_cast<int64_t>(order.size()), point, to_tree, context));
+  } else {
     NearestPoints nearest;
-    nearest.samples = SampleByArea(from.vertices, from.triangles, from_tree.source(), samples,
-                                   context.seed, &nearest.faces);
-    RILIEVO_ASSIGN_OR_RETURN(squared,
-                             SquaredDistances(nearest.samples, to_tree, context, &nearest.points));
+    nearest.samples =
+        SampleByArea(from.vertices, from.triangles, order, samples, context.seed, &nearest.faces);
+    const auto sample = [&](int64_t i) -> Eigen::Vector3d { return nearest.samples.col(i); };
+    RILIEVO_ASSIGN_OR_RETURN(squared, SquaredDistances(nearest.samples.cols(), sample, to_tree,
+                                                       context, &nearest.points));
     if (!to.gaps.empty() && to.triangles.cols() == 0) {
       for (int& point : nearest.points) point = to_tree.source()[point];
       way.across_rms = AcrossRms(from, to, nearest);
     }
+    const std::vector<int> vertices = VerticesInOrder(from, order);
+    const auto corner = [&](int64_t i) { return vertex(vertices[i]); };
+    RILIEVO_ASSIGN_OR_RETURN(
+        const double largest,
+        LargestSquaredDistance(static_cast<int64_t>(vertices.size()), corner, to_tree,
+                               *std::max_element(squared.begin(), squared.end()), context));
+    way.summary.max = std::sqrt(largest);
   }
   const double count = static_cast<double>(squared.size());
   double sum = 0, sum_of_squares = 0;
@@ -176,10 +207,10 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                            ClosestPointTree::Build(b.vertices, b.triangles, context));
   context.Report(Stage::kMeasure, 0.2);
   RILIEVO_ASSIGN_OR_RETURN(OneWay a_to_b,
-                           MeasureOneWay(a, tree_a, b, tree_b, options.samples, context));
+                           MeasureOneWay(a, tree_a.source(), b, tree_b, options.samples, context));
   context.Report(Stage::kMeasure, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OneWay b_to_a,
-                           MeasureOneWay(b, tree_b, a, tree_a, options.samples, context));
+                           MeasureOneWay(b, tree_b.source(), a, tree_a, options.samples, context));
   TwoSidedError error;
   error.a_to_b = a_to_b.summary;
   error.b_to_a = b_to_a.summary;
@@ -203,12 +234,12 @@ absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& 
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckShape(from, "from"));
   RILIEVO_RETURN_IF_ERROR(CheckShape(to, "to"));
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree from_tree,
-                           ClosestPointTree::Build(from.vertices, from.triangles, context));
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree,
                            ClosestPointTree::Build(to.vertices, to.triangles, context));
+  std::vector<int> order(from.triangles.cols() > 0 ? from.triangles.cols() : from.vertices.cols());
+  std::iota(order.begin(), order.end(), 0);
   RILIEVO_ASSIGN_OR_RETURN(const OneWay way,
-                           MeasureOneWay(from, from_tree, to, to_tree, options.samples, context));
+                           MeasureOneWay(from, order, to, to_tree, options.samples, context));
   return way.summary;
 }
 

@@ -51,7 +51,8 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);
 
-// One direction of it: from samples and vertices of `from`, or its points, to `to`.
+// One direction of it: from samples and vertices of `from`, or its points, to `to`. Quickest where
+// neighbours in the numbering of `from` are neighbours in space.
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
                                                 const MeasureOptions& options,
                                                 const RunContext& context);

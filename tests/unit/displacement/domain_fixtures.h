@@ -97,7 +97,7 @@ inline Scan MakeScan(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& nor
   scan.cloud.normals = normals;
   const int k = scan.graph.k;
   for (int i = 0; i < points.cols(); ++i) {
-    const float farthest = scan.graph.neighbor_distances(i)[k - 1];
+    const float farthest = NeighborDistances(points, scan.graph, i)[k - 1];
     scan.cloud.spacing.push_back(2 * farthest / std::sqrt(static_cast<float>(k)));
     scan.cloud.noise.push_back(static_cast<float>(noise));
     scan.cloud.median_spacing += scan.cloud.spacing.back() / points.cols();

@@ -31,9 +31,31 @@ TEST(ScanSurfaceTest, CloudGraphAndIndexSpeakOfTheSamePoints) {
     ASSERT_EQ(scan.index.Nearest(scan.cloud.points.col(i), scan.graph.k + 1, nearest, squared),
               scan.graph.k + 1);
     EXPECT_EQ(nearest[0], i);
+    const std::vector<float> distances = NeighborDistances(scan.cloud.points, scan.graph, i);
     for (int k = 0; k < scan.graph.k; ++k) {
-      EXPECT_NEAR(scan.graph.neighbor_distances(i)[k], std::sqrt(squared[k + 1]), 1e-6);
+      EXPECT_NEAR(distances[k], std::sqrt(squared[k + 1]), 1e-6);
     }
+  }
+}
+
+// The frame is rounded in any case, and the index must follow.
+TEST(ScanSurfaceTest, TheIndexHoldsThePointsWhereNothingIsDropped) {
+  ScannerOptions options;
+  options.points = 5000;
+  options.views = 0;
+  SimulatedScan scan = SimulateScan(*MakeTorus(), options).value();
+  scan.cloud.points.colwise() += Eigen::Vector3d(0.123, 4.567, -8.901);
+  const CheckedScan checked = CheckScan(scan.cloud, CheckOptions{}, RunContext{}).value();
+  ScanOptions analysis;
+  analysis.outliers.distance_factor = 0;
+  const ScanSurface surface = AnalyzeScan(checked, analysis, RunContext{}).value();
+  ASSERT_EQ(surface.cloud.points.cols(), checked.points.cols());
+  for (int i = 0; i < surface.index.size(); i += 37) {
+    int nearest = -1;
+    double squared = 1;
+    surface.index.Nearest(surface.cloud.points.col(i), 1, &nearest, &squared);
+    EXPECT_EQ(nearest, i);
+    EXPECT_EQ(squared, 0);
   }
 }
 

@@ -19,7 +19,8 @@ Widened WidenOn(const KnownCloud& known, double noise, Eigen::Matrix3Xd* truth) 
   const std::vector<float> level(count, static_cast<float>(noise / prepared.scan.frame.diagonal));
   std::vector<float> spacing(count);
   for (size_t i = 0; i < count; ++i) {
-    spacing[i] = prepared.graph.neighbor_distances(static_cast<int>(i)).back() / 2;
+    spacing[i] =
+        NeighborDistances(prepared.scan.points, prepared.graph, static_cast<int>(i)).back() / 2;
   }
   Widened result;
   result.before = ComputePatchMoments(prepared.scan.points, prepared.graph, RunContext{}).value();
