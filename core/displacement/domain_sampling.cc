@@ -71,7 +71,9 @@ absl::Status DomainSampling::RefineNoisy() {
 }
 
 bool DomainSampling::WantsFit(int vertex) const {
-  return samples_.measured[vertex] != 0 && IsNoisy(cloud_.points[samples_.foot[vertex]], options_);
+  if (!samples_.measured[vertex]) return false;
+  const RayPoint& foot = cloud_.points[samples_.foot[vertex]];
+  return IsNoisy(foot, options_) || (!samples_.crease[vertex] && IsWorthFitting(foot, options_));
 }
 
 std::vector<int> DomainSampling::TakeForetold() {

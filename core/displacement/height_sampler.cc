@@ -75,10 +75,21 @@ float MedianHeight(std::span<const QueuedPoint> queue) {
   return heights[count / 2];
 }
 
+// The noise that a fit there is asked for with.
+float FitNoise(const RayPoint& point) {
+  constexpr float kLeastShare = 0.05f;  // of the spacing
+  return std::max(point.noise, kLeastShare * point.spacing);
+}
+
 }  // namespace
 
 bool IsNoisy(const RayPoint& point, const DisplacementOptions& options) {
   return point.noise > options.plane_noise_ratio * point.spacing;
+}
+
+bool IsWorthFitting(const RayPoint& point, const DisplacementOptions& options) {
+  constexpr double kShare = 1.0 / 3;
+  return point.noise > kShare * options.plane_noise_ratio * point.spacing;
 }
 
 HeightSampler::HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,
@@ -148,7 +159,7 @@ std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, f
   return estimate;
 }
 
-void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> group) {
+void HeightSampler::LookAround(std::span<const RaySample> samples, std::span<const int> group) {
   const RaySample& leader = samples[group.front()];
   const float spacing = leader.estimate.spacing;
   QueueGate gate;
@@ -161,22 +172,17 @@ void HeightSampler::FitGroup(std::span<RaySample> samples, std::span<const int> 
   queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * spacing);
   fitter_.SetPatch(queue_.queued(), cloud_);
   for (int member : group) {
-    HeightEstimate& estimate = samples[member].estimate;
+    const HeightEstimate& estimate = samples[member].estimate;
     const RayPoint& foot = cloud_.points[estimate.foot];
-    constexpr float kLeastNoiseShare = 0.05f;  // of the spacing, where a fit is asked for
-    const LocalFitRequest request = {
-        Eigen::Map<const Eigen::Vector3f>(foot.normal), estimate.height,
-        std::max(foot.noise, kLeastNoiseShare * foot.spacing), foot.spacing};
-    const auto fit = fitter_.Fit(samples[member].ray, request);
-    // A fit less certain than the points it is made of reaches beyond them.
-    if (!fit || fit->deviation > request.noise) continue;
-    estimate.height = fit->height;
-    estimate.deviation = fit->deviation;
-    estimate.fitted = true;
+    const LocalFitRequest request = {Eigen::Map<const Eigen::Vector3f>(foot.normal),
+                                     estimate.height, FitNoise(foot), foot.spacing,
+                                     estimate.fitted ? 0 : estimate.deviation};
+    views_[member] = fitter_.Look(samples[member].ray, request);
   }
 }
 
 void HeightSampler::Refine(std::span<RaySample> samples) {
+  views_.assign(samples.size(), {});
   waiting_.clear();
   for (size_t i = 0; i < samples.size(); ++i) waiting_.push_back(static_cast<int>(i));
   while (!waiting_.empty()) {
@@ -197,7 +203,20 @@ void HeightSampler::Refine(std::span<RaySample> samples) {
       }
     }
     waiting_.resize(left);
-    FitGroup(samples, group_);
+    LookAround(samples, group_);
+  }
+  std::vector<WindowLadder> ladders;
+  ladders.reserve(views_.size());
+  for (const LocalView& view : views_) ladders.push_back(view.ladder);
+  const LadderTrust trust(ladders);
+  for (size_t i = 0; i < samples.size(); ++i) {
+    HeightEstimate& estimate = samples[i].estimate;
+    const auto fit = Settle(views_[i], trust);
+    // A fit less certain than the points it is made of reaches beyond them.
+    if (!fit || fit->deviation > FitNoise(cloud_.points[estimate.foot])) continue;
+    estimate.fitted |= fit->height != estimate.height;
+    estimate.height = fit->height;
+    estimate.deviation = fit->deviation;
   }
 }
 

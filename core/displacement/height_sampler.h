@@ -28,6 +28,8 @@ struct RaySample {
 
 // Whether the local fit takes the place of the bare triangle there.
 bool IsNoisy(const RayPoint& point, const DisplacementOptions& options);
+// Whether the triangle is worth improving by a local fit that agrees with it.
+bool IsWorthFitting(const RayPoint& point, const DisplacementOptions& options);
 
 // Not for use by two threads at once: holds the scratch of its queue and fits.
 class HeightSampler {
@@ -41,18 +43,20 @@ class HeightSampler {
   std::optional<HeightEstimate> Pierce(const Ray& ray, int start, float reference);
 
   // Replaces the estimates by local fits where that succeeds. Rays that lie close together share
-  // the points that one of them gathers.
+  // the points that one of them gathers; all together, best of one region, show how wide its
+  // detail is (LadderTrust).
   void Refine(std::span<RaySample> samples);
 
  private:
   std::optional<HeightEstimate> PierceOnce(const Ray& ray, int start, QueueGate gate);
-  void FitGroup(std::span<RaySample> samples, std::span<const int> group);
+  void LookAround(std::span<const RaySample> samples, std::span<const int> group);
 
   const RayCloud& cloud_;
   DisplacementOptions options_;
   NeighborQueue queue_;
   LocalFitter fitter_;
   std::vector<int> waiting_, group_;
+  std::vector<LocalView> views_;  // by sample
 };
 
 }  // namespace rilievo

@@ -20,11 +20,10 @@ struct WindowSize {
 constexpr WindowSize kWindows[] = {{8, false}, {16, false}, {28, true},
                                    {52, true}, {92, true},  {kMostFitPoints, true}};
 constexpr int kWindowCount = static_cast<int>(std::size(kWindows));
+// Below all windows is what was measured before.
+static_assert(kWindowCount + 1 <= WindowLadder::kMostRungs);
 // A normal at 60 degrees to the foot's has no weight.
 constexpr float kNormalCutoff = 0.5f;
-// Squared difference to the narrower windows, in variances of theirs, at which a wider window is
-// given up; below, it is blended in.
-constexpr float kAgreement = 6.0f;
 // Points farther off a window's fit than this many noises are dropped.
 constexpr float kOutlierNoises = 3.5f;
 // The share of the plain variance that remains with weights 1 - r^2 (which are not their square).
@@ -186,8 +185,7 @@ bool LocalFitter::Accumulate(float scale, int inside, const std::vector<float>& 
 }
 
 template <int kTerms>
-std::optional<LocalFitter::Window> LocalFitter::FitWindow(float radius, int inside,
-                                                          float outlier_distance) {
+std::optional<FitWindow> LocalFitter::Fit(float radius, int inside, float outlier_distance) {
   const float scale = 1.0f / radius;
   NormalEquations<kTerms> equations;
   if (!Accumulate<kTerms>(scale, inside, weight_, &equations)) return std::nullopt;
@@ -195,10 +193,10 @@ std::optional<LocalFitter::Window> LocalFitter::FitWindow(float radius, int insi
     NormalEquations<kTerms> again;
     if (Accumulate<kTerms>(scale, inside, kept_weight_, &again)) equations = again;
   }
-  return Window{static_cast<float>(equations.solution[0]),
-                static_cast<float>(equations.solution[1]) * scale,
-                static_cast<float>(equations.solution[2]) * scale,
-                static_cast<float>(equations.inverse_first) * kKernelVariance};
+  return FitWindow{static_cast<float>(equations.solution[0]),
+                   static_cast<float>(equations.solution[1]) * scale,
+                   static_cast<float>(equations.solution[2]) * scale,
+                   static_cast<float>(equations.inverse_first) * kKernelVariance};
 }
 
 std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
@@ -231,8 +229,8 @@ std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
   return OtherSide{normals[1], opening > 0};
 }
 
-const LocalFitter::Window& LocalFitter::Choose(const Window& side, const Window& other, bool convex,
-                                               float noise) const {
+const FitWindow& LocalFitter::Choose(const FitWindow& side, const FitWindow& other, bool convex,
+                                     float noise) const {
   const float most = kSheetNoises * noise;
   float alone = 0, other_alone = 0, both = 0;
   for (int i = 0; i < patch_size_; ++i) {
@@ -255,53 +253,61 @@ const LocalFitter::Window& LocalFitter::Choose(const Window& side, const Window&
   return (convex ? other.height < side.height : other.height > side.height) ? other : side;
 }
 
-std::optional<LocalFit> LocalFitter::Fit(const Ray& ray, const LocalFitRequest& request) {
-  auto window = FitSide(ray, request);
-  if (const auto other_side = FindOtherSide(request)) {
-    LocalFitRequest other_request = request;
-    other_request.foot_normal = other_side->normal;
-    const auto other = FitSide(ray, other_request);
-    if (!window) {
-      window = other;
-    } else if (other) {
-      window = Choose(*window, *other, other_side->convex, request.noise / request.spacing);
-    }
-  }
+std::optional<LocalFit> Settle(const LocalView& view, const LadderTrust& trust) {
+  const auto window = Climb(view.ladder, trust);
   if (!window) return std::nullopt;
-  return LocalFit{request.height + window->height * request.spacing,
-                  request.noise * std::sqrt(window->variance_factor)};
+  return LocalFit{view.height + window->height * view.spacing,
+                  view.ladder.noise * std::sqrt(window->variance_factor) * view.spacing};
 }
 
-std::optional<LocalFitter::Window> LocalFitter::FitSide(const Ray& ray,
-                                                        const LocalFitRequest& request) {
+LocalView LocalFitter::Look(const Ray& ray, const LocalFitRequest& request) {
+  LocalView view = {LookAtSide(ray, request), request.height, request.spacing};
+  const auto other_side = FindOtherSide(request);
+  if (!other_side) return view;
+  LocalFitRequest other_request = request;
+  other_request.foot_normal = other_side->normal;
+  const WindowLadder other_ladder = LookAtSide(ray, other_request);
+  // Beside an edge each ray stands for itself: it says nothing of the region.
+  const auto side = Climb(view.ladder, {}), other = Climb(other_ladder, {});
+  if (!side && !other) return view;
+  bool across = !side;
+  if (side && other) {
+    across = &Choose(*side, *other, other_side->convex, request.noise / request.spacing) == &*other;
+  }
+  view.ladder.noise = across ? other_ladder.noise : view.ladder.noise;
+  view.ladder.count = 0;
+  view.ladder.Add(0, across ? *other : *side);
+  return view;
+}
+
+WindowLadder LocalFitter::LookAtSide(const Ray& ray, const LocalFitRequest& request) {
   Project(ray, request);
   // In spacings; noise off the surface is longer when measured along a slanted ray.
-  const float slant = 1.0f / std::max(0.3f, request.foot_normal.dot(ray.direction));
-  const float noise = slant * request.noise / request.spacing;
-  std::optional<Window> fit;
+  const float along = std::max(0.3f, request.foot_normal.dot(ray.direction));
+  const float noise = request.noise / request.spacing / along;
+  WindowLadder ladder;
+  ladder.noise = noise;
+  if (request.deviation > 0) {
+    const float factor = along * request.deviation / request.noise;
+    ladder.Add(0, {0, -request.foot_normal.dot(ray.u) / along,
+                   -request.foot_normal.dot(ray.v) / along, factor * factor});
+  }
   for (int w = 0; w < kWindowCount; ++w) {
     const float radius = 0.5f * std::sqrt(kWindows[w].points);
     const float outlier = kOutlierNoises * noise;
-    const auto window = kWindows[w].quadric ? FitWindow<6>(radius, inside_[w], outlier)
-                                            : FitWindow<3>(radius, inside_[w], outlier);
+    const auto window = kWindows[w].quadric ? Fit<6>(radius, inside_[w], outlier)
+                                            : Fit<3>(radius, inside_[w], outlier);
     // A window that knows less than a single point has most of its points on one side.
     if (!window || window->variance_factor > 1) continue;
     if (std::abs(window->height) > kFarthestSpacings + kFarthestNoises * noise) continue;
-    if (!fit) {
-      fit = window;
-      continue;
+    if (ladder.count > 0) {
+      const FitWindow& narrower = ladder.windows[ladder.count - 1];
+      if (window->variance_factor >= narrower.variance_factor) continue;
+      if (IsOut(*window, narrower, noise)) break;
     }
-    if (window->variance_factor >= fit->variance_factor) continue;
-    const float off = (window->height - fit->height) / noise;
-    const float blend = 1.0f - off * off / (kAgreement * fit->variance_factor);
-    if (blend <= 0) break;
-    fit->height += blend * (window->height - fit->height);
-    fit->slope_u += blend * (window->slope_u - fit->slope_u);
-    fit->slope_v += blend * (window->slope_v - fit->slope_v);
-    fit->variance_factor += blend * (window->variance_factor - fit->variance_factor);
+    ladder.Add(w + 1, *window);
   }
-  if (fit) fit->variance_factor *= slant * slant;
-  return fit;
+  return ladder;
 }
 
 }  // namespace rilievo

@@ -8,6 +8,7 @@
 
 #include "core/displacement/neighbor_queue.h"
 #include "core/displacement/normal_equations.h"
+#include "core/displacement/window_ladder.h"
 
 namespace rilievo {
 
@@ -21,6 +22,9 @@ struct LocalFitRequest {
   float height;                 // about where the ray meets the surface
   float noise;                  // standard deviation of the points off the surface, > 0
   float spacing;                // of the points there, > 0
+  // Standard deviation of `height` where it is already a measurement, to be improved only by what
+  // agrees with it; 0: it is a guess.
+  float deviation = 0;
 };
 
 // Most points that the widest window holds, and its radius in spacings: a disc of radius r holds
@@ -28,39 +32,40 @@ struct LocalFitRequest {
 inline constexpr int kMostFitPoints = 160;
 inline constexpr float kWidestFitSpacings = 6.32f;
 
-// Fits weighted planes and quadrics height(u, v) in nested windows of growing radius and goes on
-// to the wider one while it agrees with what the narrower ones said, within the noise (stagewise
-// aggregation, Belomestny and Spokoiny 2007, in the spirit of Lepski's rule): wide windows on
-// smooth parts, narrow ones on detail. Points whose normal turns away from the ray's foot count
-// less, so that a window does not reach around an edge; points that stand off a window's fit by
-// several times the noise are dropped and the window is fitted again. Where many of the nearest
-// normals turn away there is an edge: its other side is fitted as well, and the ray meets the lower
-// of the two where they meet convexly, the higher where concavely.
+// What was seen around a ray, from which its height follows.
+struct LocalView {
+  WindowLadder ladder;
+  float height = 0, spacing = 0;  // the requested height; the unit of the ladder
+};
+
+// The height that a view says; nothing where too few points took part.
+std::optional<LocalFit> Settle(const LocalView& view, const LadderTrust& trust);
+
+// Fits weighted planes and quadrics height(u, v) in nested windows of growing radius. Points whose
+// normal turns away from the ray's foot count less, so that a window does not reach around an edge;
+// points that stand off a window's fit by several times the noise are dropped and the window is
+// fitted again. Where many of the nearest normals turn away there is an edge: its other side is
+// fitted as well, and the ray meets the lower of the two where they meet convexly, the higher where
+// concavely.
 class LocalFitter {
  public:
   // The points that the next fits draw on: those within kWidestFitSpacings of their rays. Rays
   // that lie close together share them.
   void SetPatch(std::span<const QueuedPoint> points, const RayCloud& cloud);
 
-  // Nothing where too few points take part.
-  std::optional<LocalFit> Fit(const Ray& ray, const LocalFitRequest& request);
+  LocalView Look(const Ray& ray, const LocalFitRequest& request);
 
  private:
-  // Lengths in spacings.
-  struct Window {
-    float height;            // above the requested one
-    float slope_u, slope_v;  // of the surface at the ray
-    float variance_factor;   // of the height, in squared noises
-  };
   // The other side of an edge near the ray.
   struct OtherSide {
     Eigen::Vector3f normal;
     bool convex;
   };
   std::optional<OtherSide> FindOtherSide(const LocalFitRequest& request) const;
-  std::optional<Window> FitSide(const Ray& ray, const LocalFitRequest& request);
+  WindowLadder LookAtSide(const Ray& ray, const LocalFitRequest& request);
   // Of two sides and their meeting, the one that describes the points around the ray best.
-  const Window& Choose(const Window& side, const Window& other, bool convex, float noise) const;
+  const FitWindow& Choose(const FitWindow& side, const FitWindow& other, bool convex,
+                          float noise) const;
   // The patch in the frame of the ray, nearest windows first. Lengths in spacings.
   void Project(const Ray& ray, const LocalFitRequest& request);
   template <int kTerms>
@@ -70,7 +75,7 @@ class LocalFitter {
   bool Accumulate(float scale, int inside, const std::vector<float>& weights,
                   NormalEquations<kTerms>* equations) const;
   template <int kTerms>
-  std::optional<Window> FitWindow(float radius, int inside, float outlier_distance);
+  std::optional<FitWindow> Fit(float radius, int inside, float outlier_distance);
 
   // Structures of arrays, padded to whole lanes with points of weight 0.
   std::vector<float> patch_[6];  // position, normal

@@ -52,9 +52,10 @@ struct Relief {
   std::optional<LocalFit> Fit(const Eigen::Vector3d& foot_normal, double noise, double start) {
     LocalFitter fitter;
     fitter.SetPatch(queue, cloud);
-    return fitter.Fit(MakeRay(Eigen::Vector3d::Zero(), {0, 0, 1}),
-                      {foot_normal.cast<float>(), static_cast<float>(start),
-                       static_cast<float>(noise), static_cast<float>(kSpacing)});
+    const LocalView view = fitter.Look(MakeRay(Eigen::Vector3d::Zero(), {0, 0, 1}),
+                                       {foot_normal.cast<float>(), static_cast<float>(start),
+                                        static_cast<float>(noise), static_cast<float>(kSpacing)});
+    return Settle(view, LadderTrust());
   }
 };
 
