@@ -11,9 +11,12 @@ namespace {
 constexpr double kShareOfFaces = 0.21;
 constexpr int kFewestFaces = 100;
 constexpr double kLeastNoiseSpacings = 0.08;
-// RMS distance of the points from the domain, in standard deviations of their noise. Smooth objects
-// came to 1.03 at all faces and 1.11 at a fifth, thin walls to 1.1 and 2.1.
-constexpr double kMostNoise = 1.22;
+// RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
+// the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
+// little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
+// (scan/noise_scale.h); thin walls and detail to 1.8 and more, and to 1.11.
+constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
+constexpr double kKnownNoiseSpacings = 1.0 / 3;
 
 }  // namespace
 
@@ -29,7 +32,8 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
       const ControlMesh coarser,
       CoarserControlMesh(scan.cloud, scan.index, start, fewer, options.control.creases, context));
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, options, context, report));
-  if (report->domain_rms <= kMostNoise * noise) return domain;
+  const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
+  if (report->domain_rms <= (known ? kMostKnownNoise : kMostNoise) * noise) return domain;
   return FitDomain(scan, start, options, context, report);
 }
 

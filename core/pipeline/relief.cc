@@ -26,10 +26,15 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l.
-int ChooseLevel(const ReconstructOptions& options, int64_t points, int64_t control_faces) {
+// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l. Points that
+// noise moves by more than they are apart are worth fewer: what they show together is smoother.
+int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
+                int64_t control_faces) {
   if (options.max_level) return *options.max_level;
-  const double steps = std::log2(2.0 * static_cast<double>(points) / control_faces) / 2;
+  constexpr double kNoises = 2.5;
+  const double blur = std::max(1.0, kNoises * cloud.median_noise / cloud.median_spacing);
+  const double points = static_cast<double>(cloud.points.cols()) / (blur * blur);
+  const double steps = std::log2(2.0 * points / static_cast<double>(control_faces)) / 2;
   int level = std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
@@ -48,7 +53,7 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
   DisplacedSurface& surface = relief.surface;
   surface.frame = scan.frame;
   surface.control_mesh = control_mesh;
-  surface.max_level = ChooseLevel(options, report->points_used, control_mesh.faces.cols());
+  surface.max_level = ChooseLevel(options, scan.cloud, control_mesh.faces.cols());
   RILIEVO_RETURN_IF_ERROR(
       CheckSurfaceFaces(control_mesh.faces.cols(), surface.max_level, options.max_surface_faces));
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,

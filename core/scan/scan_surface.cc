@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/noise_scale.h"
 #include "core/scan/normals.h"
 
 namespace rilievo {
@@ -131,6 +132,9 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(const double noise_scale, NoiseScale(cloud, index, context));
+  for (float& noise : cloud.noise) noise *= static_cast<float>(noise_scale);
+  cloud.median_noise *= noise_scale;
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    std::move(index), kept.frame,
                      found.outliers,   found.island_points, orientation};

@@ -22,7 +22,9 @@ struct Made {
   bool Keep() { return KeepError(prepared.scan, options, {}, &prepared.report, &relief).value(); }
   double Error() const {
     const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), {}).value();
-    return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
+    return MeasureSurface(decoded.surface,
+                          PointsToMeasure(prepared.scan.cloud.points, prepared.scan.cloud.spacing),
+                          {})
         .value()
         .across_rms;
   }
