@@ -48,9 +48,10 @@ TEST_F(LimitsTest, AFullServerSaysSoWithinFiftyMilliseconds) {
   StartServer({"--max-concurrent-jobs", "1", "--queue", "0", "--max-waiting-jobs", "1"});
   const PackedScan large = PackScan(SphereScan(300'000));
   ASSERT_TRUE(Client().Submit(large, {}, "first").ok());
+  // Takes the place that there is to wait behind it.
   std::jthread busy([&](const std::stop_token& stop) {
     ReconstructionClient(Channel())
-        .Reconstruct(SphereScan(300'000), {}, {}, {.timeout = {}, .stop = stop})
+        .Reconstruct(SphereScan(50), {}, {}, {.timeout = {}, .stop = stop})
         .status()
         .IgnoreError();
   });

@@ -39,7 +39,7 @@ class JobsTest : public testing::Test {
 
   // Patient: a server that is started again is waited for.
   JobsClient Client() const {
-    return JobsClient(Channel(), {.attempts = 40,
+    return JobsClient(Channel(), {.attempts = 200,
                                   .first_pause = std::chrono::milliseconds(20),
                                   .longest_pause = std::chrono::milliseconds(300)});
   }
