@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/morton_order.h"
 
 namespace rilievo {
 namespace {
@@ -76,6 +77,7 @@ struct PointIndex::Impl {
     trees.resize(static_cast<size_t>(count));
     boxes.resize(trees.size());
     first_points.resize(trees.size());
+    first_codes.resize(trees.size());
     return ParallelFor(count, 1, context, [&](int64_t begin, int64_t end) {
       for (int64_t t = begin; t < end; ++t) {
         const int64_t first = points.cols() * t / count;
@@ -87,21 +89,24 @@ struct PointIndex::Impl {
         const auto stretch = points.middleCols(first, size);
         boxes[t] = {stretch.rowwise().minCoeff(), stretch.rowwise().maxCoeff()};
         first_points[t] = static_cast<int>(first);
+        first_codes[t] = CodeOf(points.col(first));
       }
     });
   }
 
-  // A tree whose box holds the position first: it leaves the others little to offer.
+  static uint64_t CodeOf(const Eigen::Vector3d& position) {
+    return MortonCode(MortonCell(position.x()), MortonCell(position.y()), MortonCell(position.z()));
+  }
+
+  // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
+  // little to offer. One that lies far off would be searched in vain, and widely.
   int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
     NearestSet nearest(k, indices, distances);
     size_t home = 0;
-    double least = std::numeric_limits<double>::max();
-    for (size_t t = 0; trees.size() > 1 && t < trees.size(); ++t) {
-      const double distance = (position - boxes[t].center()).squaredNorm();
-      if (boxes[t].contains(position) && distance < least) {
-        least = distance;
-        home = t;
-      }
+    if (trees.size() > 1) {
+      const auto next =
+          std::upper_bound(first_codes.begin() + 1, first_codes.end(), CodeOf(position));
+      home = static_cast<size_t>(next - first_codes.begin()) - 1;
     }
     Ask(home, position, &nearest);
     for (size_t t = 0; t < trees.size(); ++t) {
@@ -123,6 +128,7 @@ struct PointIndex::Impl {
   std::vector<std::unique_ptr<Tree>> trees;
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> first_points;
+  std::vector<uint64_t> first_codes;  // on the Morton curve
   flann::SearchParams exact{flann::FLANN_CHECKS_UNLIMITED, 0.0f};
 };
 
