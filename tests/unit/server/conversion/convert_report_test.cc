@@ -34,7 +34,9 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.heights_measured = 25;
   report.heights_smoothed = 26;
   report.heights_filled = 27;
-  report.error = {{31, 32, 33, 34, 35}, {41, 42, 43, 44, 45}, 51, 52, 53, 54};
+  report.error = {{31, 32, 33, 34, 35}, {41, 42, 43, 44, 45}, 51, 52, 53, 54, 55};
+  report.max_error = 50;
+  report.error_unreachable = true;
   report.encoded_bytes = 29;
   for (int i = 0; i < kStageCount; ++i) report.stage_seconds[i] = 100 + i;
   report.total_seconds = 61;
@@ -79,6 +81,9 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   EXPECT_EQ(proto.error().mean(), 52);
   EXPECT_EQ(proto.error().p95(), 53);
   EXPECT_EQ(proto.error().max(), 54);
+  EXPECT_EQ(proto.error().rms_across(), 55);
+  EXPECT_TRUE(proto.has_max_error_kept());
+  EXPECT_FALSE(proto.max_error_kept());
   EXPECT_EQ(proto.encoded_bytes(), 29);
   ASSERT_EQ(proto.stage_times_size(), kStageCount);
   EXPECT_EQ(proto.stage_times(0).stage(), v1::STAGE_CHECK);
@@ -91,6 +96,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
 
 TEST(ProtoReport, NoErrorWhenNotMeasured) {
   EXPECT_FALSE(ProtoReport({}, /*measured=*/false).has_error());
+  EXPECT_FALSE(ProtoReport({}, /*measured=*/false).has_max_error_kept());
 }
 
 // The protocol's names are the core's: "STAGE_CONTROL_MESH" is "control-mesh".
