@@ -59,6 +59,7 @@ struct ReconstructReport {
   TwoSidedError error;  // a = decoded surface, b = points; zero when not measured
   int64_t encoded_bytes = 0;
   double max_error = 0;            // encode.max_error; 0: not asked for
+  double uncoded_error = 0;        // error.across_rms before coding; measured where asked for
   bool error_unreachable = false;  // error.across_rms is above it
   double stage_seconds[kStageCount] = {};
   double total_seconds = 0;

@@ -141,6 +141,7 @@ absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
     RILIEVO_ASSIGN_OR_RETURN(
         report->error,
         MeasureTriangles(shape, PointsToMeasure(scan.cloud.points, scan.cloud.spacing), context));
+    report->uncoded_error = report->error.across_rms;
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(

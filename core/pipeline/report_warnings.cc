@@ -45,9 +45,10 @@ std::string UnreachableError(const ReconstructReport& report) {
            "keep the surface farther from the truth than that.";
   }
   return absl::StrFormat(
-      "The error asked for, %.4f %% of the diagonal, is not kept: %.4f %% is reached (RMS across "
-      "the surface, the larger of both ways). The scan does not allow less: %s.",
-      100 * report.max_error, 100 * report.error.across_rms, ReasonOf(report));
+      "The error asked for, %.4f %% of the diagonal, is not kept: %.4f %% is reached, and %.4f %% "
+      "before coding (RMS across the surface, the larger of both ways): %s.",
+      100 * report.max_error, 100 * report.error.across_rms, 100 * report.uncoded_error,
+      ReasonOf(report));
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ ReconstructReport NotKept() {
   report.max_error = 3e-4;
   report.error_unreachable = true;
   report.error.across_rms = 5e-4;
+  report.uncoded_error = 4e-4;
   report.error.b_to_a.rms = 5e-4;
   return report;
 }
@@ -49,7 +50,8 @@ ReconstructReport NotKept() {
 TEST(WarningsTest, AnErrorThatIsNotKeptIsNamedWithItsReason) {
   const ReconstructReport noisy = NotKept();
   EXPECT_THAT(WarningsOf(noisy),
-              ElementsAre(AllOf(HasSubstr("0.0300 %"), HasSubstr("0.0500 % is reached"),
+              ElementsAre(AllOf(HasSubstr("0.0300 %"),
+                                HasSubstr("0.0500 % is reached, and 0.0400 % before coding"),
                                 HasSubstr("scatter by 0.0400 %"))));
   ReconstructReport holes = NotKept();
   holes.error.across_rms = 2e-3;
