@@ -11,7 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/control/crease_planes.h"
+#include "core/scan/crease_planes.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/scan/neighbor_graph.h"

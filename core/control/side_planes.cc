@@ -10,6 +10,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/points_wanted.h"
 
 namespace rilievo {
 namespace {
@@ -25,13 +26,6 @@ constexpr int kLeastSidePoints = 6;
 // Least cosine of a side's normal and the normals of the face and of the points it is made of.
 constexpr double kSameSide = 0.3;
 
-int PointsWanted(const OrientedCloud& cloud, int nearest) {
-  const double ratio =
-      cloud.spacing[nearest] > 0 ? cloud.noise[nearest] / cloud.spacing[nearest] : 0;
-  return static_cast<int>(std::clamp(kFewestPoints * (1 + 12 * ratio * ratio),
-                                     double{kFewestPoints}, double{kMostPoints}));
-}
-
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
 void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& center,
                  Vector3d* face_normal, Vector3d* face_point) {
@@ -39,8 +33,9 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
   std::array<double, kMostPoints> squared;
   index.Nearest(center, 1, found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int count = index.Nearest(center, std::min(PointsWanted(cloud, found[0]), index.size()),
-                                  found.data(), squared.data());
+  const int wanted = PointsWanted(kFewestPoints, kMostPoints, noise, spacing);
+  const int count =
+      index.Nearest(center, std::min(wanted, index.size()), found.data(), squared.data());
   int seed = 0;
   while (seed < count && cloud.normals.col(found[seed]).dot(*face_normal) < kSameSide) ++seed;
   if (seed == count) return;

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/crease_heights.h"
 #include "core/displacement/despike_heights.h"
 #include "core/displacement/foretell_heights.h"
 #include "core/displacement/side_heights.h"
@@ -22,6 +23,9 @@ constexpr int kChunk = 32768;
 constexpr int kStartCandidates = 16;
 // Fits that share most of their points agree far better than this; see RoughVertices.
 constexpr float kForetoldDeviations = 1.5f;
+// A side's plane is not believed farther off the height that was sampled.
+constexpr float kFarthestSpacings = 1.0f;
+constexpr float kFarthestNoises = 3.0f;
 
 }  // namespace
 
@@ -143,7 +147,7 @@ absl::Status DomainSampling::Despike(const VertexRings& rings) {
                      });
 }
 
-absl::Status DomainSampling::MeetSides() {
+absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexRings& rings) {
   RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors,
                            SectorsOfLevel(refinement_, refinement_.max_level()));
   std::vector<int> begin;
@@ -152,7 +156,7 @@ absl::Status DomainSampling::MeetSides() {
   }
   const auto count = static_cast<int64_t>(begin.size());
   begin.push_back(sectors.size());
-  return ParallelFor(count, kBlock, context_, [&](int64_t first, int64_t last) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context_, [&](int64_t first, int64_t last) {
     for (int64_t i = first; i < last; ++i) {
       const int vertex = sectors.vertices[begin[i]];
       if (samples_.measured[vertex] && samples_.crease[vertex]) continue;
@@ -161,7 +165,28 @@ absl::Status DomainSampling::MeetSides() {
                                     limit_.normals.col(vertex), sides);
       if (met) Store(vertex, met);
     }
-  });
+  }));
+  return FitSides(cloud, rings, sectors);
+}
+
+absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const VertexRings& rings,
+                                      const SharpSectors& sectors) {
+  std::vector<uint8_t> noisy(samples_.measured.size(), 0);
+  for (const int vertex : sectors.vertices) noisy[vertex] = WantsFit(vertex);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::vector<CreaseHeight> heights,
+      HeightsBesideCreases(cloud, index_, rings, limit_, sectors, noisy, context_));
+  for (const CreaseHeight& height : heights) {
+    const int v = height.vertex;
+    // A plane that runs on where the surface does not is none of it.
+    const float most = kFarthestSpacings * height.estimate.spacing +
+                       kFarthestNoises * cloud_.points[height.estimate.foot].noise;
+    if (samples_.measured[v] && std::abs(samples_.height[v] - height.estimate.height) > most) {
+      continue;
+    }
+    Store(v, height.estimate);
+  }
+  return absl::OkStatus();
 }
 
 Ray DomainSampling::RayOf(int vertex) const {

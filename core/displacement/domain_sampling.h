@@ -10,7 +10,9 @@
 #include "core/displacement/height_sampler.h"
 #include "core/displacement/height_samples.h"
 #include "core/loop/refinement.h"
+#include "core/loop/split_normals.h"
 #include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
 
@@ -35,14 +37,16 @@ class DomainSampling {
   absl::Status Despike(const VertexRings& rings);
 
   // On the domain's creases and in its corners: where the planes of the sides meet, unless the
-  // crease fit found it. Nothing else is measured anew.
-  absl::Status MeetSides();
+  // crease fit found it; beside the creases of noisy scans the planes of the sides themselves.
+  absl::Status MeetSides(const OrientedCloud& cloud, const VertexRings& rings);
 
   const std::vector<HeightBounds>& bounds() const { return bounds_; }
   HeightSamples& samples() { return samples_; }
 
  private:
   bool WantsFit(int vertex) const;
+  absl::Status FitSides(const OrientedCloud& cloud, const VertexRings& rings,
+                        const SharpSectors& sectors);
   absl::Status Refine(std::vector<int> vertices);
   std::vector<int> TakeForetold();  // finest vertices that still want a fit
   Ray RayOf(int vertex) const;

@@ -109,7 +109,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());
   context.Report(Stage::kDisplacement, 0.8);
   RILIEVO_RETURN_IF_ERROR(sampling.Despike(rings));
-  RILIEVO_RETURN_IF_ERROR(sampling.MeetSides());
+  RILIEVO_RETURN_IF_ERROR(sampling.MeetSides(cloud, rings));
   HeightSamples& samples = sampling.samples();
   const std::vector<float> sampled = samples.height;
   RILIEVO_RETURN_IF_ERROR(

@@ -1,10 +1,12 @@
-#include "core/control/crease_planes.h"
+#include "core/scan/crease_planes.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "core/scan/points_wanted.h"
 
 namespace rilievo {
 namespace {
@@ -17,12 +19,16 @@ constexpr int kMostPoints = 384;
 // Noise in spacings.
 constexpr double kClean = 0.15;
 constexpr int kLeastSidePoints = 8;
-constexpr int kRounds = 4, kBowRounds = 2;
+constexpr int kRounds = 4, kUnbiasedRounds = 2, kBowRounds = 2;
 // Least cosine of a point's normal and the nearer of the faces'.
 constexpr double kSameSheet = 0.2;
 // Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
 constexpr double kOwnSides = 0.5;
-constexpr int kNeither = 2;
+// Of no side, and of either: noise may have carried a point so near to the edge across it.
+constexpr int kNeither = 2, kEither = 3;
+constexpr double kEitherNoises = 0.7;
+// Of the angle between two sides.
+constexpr double kLeastSine = 0.05;
 // Least ratio of the widths of a side's points, squared: below it they lie on a line.
 constexpr double kLeastWidth = 0.03;
 // What planes leave of a clean scan's curved sides, in spacings.
@@ -50,13 +56,6 @@ struct Found {
   int count = 0;
   std::array<int, kMostPoints> points;  // ascending by distance
 };
-
-// More points where they are noisier.
-int PointsWanted(double noise, double spacing) {
-  const double ratio = spacing > 0 ? noise / spacing : 0;
-  return static_cast<int>(std::clamp(kFewestPoints * (1 + 12 * ratio * ratio),
-                                     double{kFewestPoints}, double{kMostPoints} / 2));
-}
 
 Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePlace& place,
                     int count) {
@@ -128,6 +127,7 @@ double Off(const SidePlane& side, const Neighborhood& around, int i) {
   return side.normal.dot(around.at[i]) - side.offset - side.curvature * around.bow[i];
 }
 
+// To the nearer plane, which finds the sides from a poor guess.
 bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < 2; ++k) {
@@ -145,6 +145,25 @@ bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
     if (!changed) return true;
   }
   return FitSide(*around, 0, &(*sides)[0]) && FitSide(*around, 1, &(*sides)[1]);
+}
+
+// The nearer plane takes points beside the edge whose noise is larger than their way to it, and
+// both lean: in the end the sides part at the edge, and points nearer to it than noise carries them
+// are left out.
+void Unbias(const EdgePlace& place, double noise, Neighborhood* around,
+            std::array<SidePlane, 2>* sides) {
+  const bool convex = place.normal[0].dot(place.inward[1]) < 0;
+  for (int round = 0; round < kUnbiasedRounds; ++round) {
+    for (int i = 0; i < around->count; ++i) {
+      if (around->side[i] == kNeither) continue;
+      const double a = Off((*sides)[0], *around, i), b = Off((*sides)[1], *around, i);
+      const bool near = std::max(std::abs(a), std::abs(b)) < kEitherNoises * noise;
+      around->side[i] = near ? kEither : (convex ? a >= b : a <= b) ? 0 : 1;
+    }
+    std::array<SidePlane, 2> refit = *sides;
+    if (!FitSide(*around, 0, &refit[0]) || !FitSide(*around, 1, &refit[1])) return;
+    *sides = refit;
+  }
 }
 
 // Squared distances off the solid that the sides bound, the better of their meet and their union.
@@ -187,16 +206,14 @@ std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& fo
   const int nearest = found.points[0];
   CreasePlanes fit;
   fit.spacing = cloud.spacing[nearest];
+  fit.reach = (cloud.points.col(found.points[count - 1]) - place.middle).norm();
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, place, count);
   if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
-  fit.cosine = a.dot(b);
-  const Vector3d line = a.cross(b);
   const Vector3d axis = a + b;
-  if (!(line.norm() > 0.05) || !(axis.norm() > 0.1)) return std::nullopt;
-  fit.direction = line.normalized();
+  if (!(a.cross(b).norm() > kLeastSine) || !(axis.norm() > 0.1)) return std::nullopt;
   // Heights over the mean plane shrink the quadric's residuals by what its slope is; both are
   // measured across the planes.
   const double tilt = axis.norm() / 2;
@@ -210,6 +227,13 @@ std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& fo
   const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.evidence = used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
+  // Where little speaks for two sides, those that explain the points best are the safer ones.
+  if (fit.evidence > kEnough && cloud.noise[nearest] > kClean * fit.spacing) {
+    Unbias(place, cloud.noise[nearest], &around, &fit.sides);
+  }
+  fit.cosine = a.dot(b);
+  if (!(a.cross(b).norm() > kLeastSine)) return std::nullopt;
+  fit.direction = a.cross(b).normalized();
   // x = alpha a + beta b with a . x and b . x as the planes say.
   const double sine2 = 1 - fit.cosine * fit.cosine;
   const double alpha = (fit.sides[0].offset - fit.cosine * fit.sides[1].offset) / sine2;
@@ -238,7 +262,7 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   std::array<double, kMostPoints> squared;
   index.Nearest(place.middle, 1, found.points.data(), squared.data());
   const double noise = cloud.noise[found.points[0]], spacing = cloud.spacing[found.points[0]];
-  const int wanted = PointsWanted(noise, spacing);
+  const int wanted = PointsWanted(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
   found.count = index.Nearest(place.middle, std::min(std::max(wanted, other), index.size()),

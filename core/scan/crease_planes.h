@@ -29,6 +29,7 @@ struct CreasePlanes {
   // what the sides' two curvatures cost (Schwarz 1978).
   double evidence = 0;
   double spacing = 0;  // of the points
+  double reach = 0;    // farthest of the points from the middle
 
   // The tangent plane of a side where it passes `place`, a place by the edge.
   SidePlane TangentAt(int side, const Eigen::Vector3d& place) const;

@@ -1,4 +1,4 @@
-#include "core/control/crease_planes.h"
+#include "core/scan/crease_planes.h"
 
 #include <gtest/gtest.h>
 
