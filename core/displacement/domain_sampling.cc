@@ -172,7 +172,9 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexR
 absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const VertexRings& rings,
                                       const SharpSectors& sectors) {
   std::vector<uint8_t> noisy(samples_.measured.size(), 0);
-  for (const int vertex : sectors.vertices) noisy[vertex] = WantsFit(vertex);
+  for (const int v : sectors.vertices) {
+    noisy[v] = samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_);
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<CreaseHeight> heights,
       HeightsBesideCreases(cloud, index_, rings, limit_, sectors, noisy, context_));
