@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "client/formats/carried_layers.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
@@ -17,6 +16,7 @@
 #include "client/cli/region_words.h"
 #include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
+#include "client/formats/carried_layers.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_reader.h"

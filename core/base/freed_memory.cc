@@ -1,4 +1,5 @@
 #include "core/base/freed_memory.h"
+
 #include <cstdlib>  // says whether this is glibc
 
 #ifdef __GLIBC__

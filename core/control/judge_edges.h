@@ -11,9 +11,9 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/scan/crease_planes.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/scan/crease_planes.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
 

@@ -107,20 +107,18 @@ absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
     const RunContext& context) {
   std::vector<Source> sources = SourcesOf(sectors, limit, wanted);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(sources.size()), kBlock, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        for (int64_t i = begin; i < end; ++i) {
-                                          Source& source = sources[i];
-                                          const EdgePlace place = PlaceOf(source, rings, limit);
-                                          double squared = 0;
-                                          index.Nearest(place.middle, 1, &source.foot, &squared);
-                                          if (!place.along.allFinite() || place.along.isZero())
-                                            continue;
-                                          source.planes = FitCreasePlanes(cloud, index, place);
-                                          if (source.planes && !(source.planes->evidence > kLeastEvidence))
-                                            source.planes.reset();
-                                        }
-                                      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(sources.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          Source& source = sources[i];
+          const EdgePlace place = PlaceOf(source, rings, limit);
+          double squared = 0;
+          index.Nearest(place.middle, 1, &source.foot, &squared);
+          if (!place.along.allFinite() || place.along.isZero()) continue;
+          source.planes = FitCreasePlanes(cloud, index, place);
+          if (source.planes && !(source.planes->evidence > kLeastEvidence)) source.planes.reset();
+        }
+      }));
   // Rings around the sources in turn: each vertex takes the first source that reaches it.
   constexpr int kNone = -1;
   std::vector<int> source_of(wanted.size(), kNone), front, next;

@@ -163,7 +163,9 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexR
       const auto sides = limit_.sector_normals.middleCols(begin[i], begin[i + 1] - begin[i]);
       const auto met = MeetAlongRay(cloud_, index_, limit_.positions.col(vertex),
                                     limit_.normals.col(vertex), sides);
-      if (met) Store(vertex, met);
+      if (met && (IsInBounds(vertex, met->height) || !samples_.measured[vertex])) {
+        Store(vertex, met);
+      }
     }
   }));
   return FitSides(cloud, rings, sectors);
@@ -186,6 +188,7 @@ absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const VertexRi
     if (samples_.measured[v] && std::abs(samples_.height[v] - height.estimate.height) > most) {
       continue;
     }
+    if (samples_.measured[v] && !IsInBounds(v, height.estimate.height)) continue;
     Store(v, height.estimate);
   }
   return absl::OkStatus();
@@ -200,9 +203,12 @@ HeightEstimate DomainSampling::EstimateOf(int vertex) const {
           samples_.foot[vertex],   samples_.crease[vertex] != 0, samples_.fitted[vertex] != 0};
 }
 
+bool DomainSampling::IsInBounds(int vertex, float height) const {
+  return height >= bounds_[vertex].lowest && height <= bounds_[vertex].highest;
+}
+
 void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& estimate) {
-  const bool measured = estimate && estimate->height >= bounds_[vertex].lowest &&
-                        estimate->height <= bounds_[vertex].highest;
+  const bool measured = estimate && IsInBounds(vertex, estimate->height);
   samples_.measured[vertex] = measured;
   samples_.height[vertex] = measured ? estimate->height : 0.0f;
   samples_.deviation[vertex] = measured ? estimate->deviation : 0.0f;

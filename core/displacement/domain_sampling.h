@@ -52,6 +52,7 @@ class DomainSampling {
   Ray RayOf(int vertex) const;
   HeightEstimate EstimateOf(int vertex) const;
   // What lies outside its bounds was not measured.
+  bool IsInBounds(int vertex, float height) const;
   void Store(int vertex, const std::optional<HeightEstimate>& estimate);
   int StartFromIndex(const Ray& ray, int vertex, float reference) const;
   std::optional<HeightEstimate> PierceVertex(int vertex, const MeshTopology* coarser,

@@ -266,6 +266,7 @@ LocalView LocalFitter::Look(const Ray& ray, const LocalFitRequest& request) {
   if (!other_side) return view;
   LocalFitRequest other_request = request;
   other_request.foot_normal = other_side->normal;
+  other_request.deviation = 0;  // what was measured is of this side
   const WindowLadder other_ladder = LookAtSide(ray, other_request);
   // Beside an edge each ray stands for itself: it says nothing of the region.
   const auto side = Climb(view.ladder, {}), other = Climb(other_ladder, {});

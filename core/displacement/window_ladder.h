@@ -21,8 +21,8 @@ struct WindowLadder {
 
   float noise = 0;  // standard deviation of the points along the ray, in spacings, > 0
   int count = 0;
-  std::array<FitWindow, kMostRungs> windows;
-  std::array<int, kMostRungs> rungs;  // the place of each window among all sizes there are
+  std::array<FitWindow, kMostRungs> windows{};
+  std::array<int, kMostRungs> rungs{};  // the place of each window among all sizes there are
 
   void Add(int rung, const FitWindow& window);
 };

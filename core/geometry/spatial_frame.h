@@ -20,6 +20,12 @@ struct SpatialFrame {
   }
 };
 
+// The unit frame of `inner` as one within that of `outer`: its ScanFromUnit carries from the unit
+// frame of `inner` to that of `outer`.
+inline SpatialFrame Between(const SpatialFrame& inner, const SpatialFrame& outer) {
+  return {outer.UnitFromScan(inner.center), inner.diagonal / outer.diagonal};
+}
+
 // Nearly the same frame in few digits, so that a file's takes 15 bytes and not 32: the diagonal
 // keeps 20 binary digits after the first, the centre lies on a grid of 2^-10 to 2^-11 of it.
 SpatialFrame Rounded(const SpatialFrame& frame);

@@ -16,8 +16,15 @@ constexpr double kClose = 0.98;    // of the error asked for: bytes to be won ab
 constexpr double kAim = 0.99;      // of it, between that and 1
 constexpr double kNarrow = 1.015;  // bracket of coding errors that is not divided further
 constexpr double kLeastFactor = 0.4, kMostFactor = 1.6;
+constexpr double kFinestCoding = 1e-7, kCoarsestCoding = 0.1;  // EncodeOptions::max_error
 
 double Squared(double x) { return x * x; }
+
+size_t BytesOf(const EncodedSurface& encoded) {
+  size_t bytes = 0;
+  for (const auto& chunk : encoded.chunks) bytes += chunk.size();
+  return bytes;
+}
 
 // Search over the RMS error that the heights are coded with. What coding adds to the mean square
 // of the surface is about in proportion to the mean square of the heights' error.
@@ -61,7 +68,7 @@ absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions
   KeepSearch search(limit, own);
   double coding = CodingErrorWithin(limit, *report, options.measure);
   std::optional<EncodedSurface> kept;
-  double kept_coding = 0;
+  double kept_coding = 0;  // the coarsest that kept the error
   for (int round = 0; round < kKeepErrorRounds; ++round) {
     TwoSidedError error;
     {
@@ -70,12 +77,16 @@ absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions
                                DecodeDss(coded->encoded.Concatenate(), silent));
       RILIEVO_ASSIGN_OR_RETURN(error, MeasureSurface(decoded.surface, points, silent));
     }
-    if (error.across_rms <= limit && coding > kept_coding) {
-      kept = coded->encoded;
-      kept_coding = coding;
+    if (error.across_rms <= limit) {
+      // Coarser than all coefficients at zero there is nothing.
+      if (kept && coding > kept_coding && BytesOf(coded->encoded) >= BytesOf(*kept)) break;
+      if (!kept || BytesOf(coded->encoded) < BytesOf(*kept)) kept = coded->encoded;
+      kept_coding = std::max(kept_coding, coding);
     }
-    coding = search.Next(coding, error.across_rms);
-    if (coding == 0 || round + 1 == kKeepErrorRounds) break;
+    double next = search.Next(coding, error.across_rms);
+    if (next > 0) next = std::clamp(next, kFinestCoding, kCoarsestCoding);
+    if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
+    coding = next;
     RILIEVO_ASSIGN_OR_RETURN(coded->encoded, EncodeRelief(*coded, coding, options, silent, report));
   }
   if (kept) coded->encoded = *std::move(kept);

@@ -26,8 +26,8 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l. Points that
-// noise moves by more than they are apart are worth fewer: what they show together is smoother.
+// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l. Points whose
+// noise is more than 0.4 of their spacing are worth fewer: what they show together is smoother.
 int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;

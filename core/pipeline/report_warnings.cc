@@ -22,20 +22,20 @@ double Share(int64_t part, int64_t whole) {
 // Which of noise, holes and spacing keeps the surface off the points.
 std::string ReasonOf(const ReconstructReport& report) {
   const double points = report.error.b_to_a.rms;
+  const std::string noise = absl::StrFormat(
+      "the points scatter by %.4f %% around the surface, which does not follow their noise",
+      100 * report.median_noise);
+  if (!NoiseAllows(report.max_error, report)) return noise;
   if (report.error.across_rms > kMostlyOneWay * points) {
     return absl::StrFormat(
         "parts of the surface have no points near them (%.1f %% of its heights are filled in), and "
         "count by their distance from the points",
         100 * Share(report.heights_filled, report.surface_vertices));
   }
-  if (report.median_noise > kMostlyNoise * points || !NoiseAllows(report.max_error, report)) {
-    return absl::StrFormat(
-        "the points scatter by %.4f %% around the surface, which does not follow their noise",
-        100 * report.median_noise);
-  }
+  if (report.median_noise > kMostlyNoise * points) return noise;
   return absl::StrFormat(
-      "edges and detail between points that are %.3f %% apart (in the median), and points that "
-      "stand out of those around them, are beyond its heights",
+      "what lies between points that are %.3f %% apart (in the median), at edges, borders and in "
+      "detail, is beyond its heights",
       100 * report.median_spacing);
 }
 

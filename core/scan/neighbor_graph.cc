@@ -78,7 +78,7 @@ struct PointIndex::Impl {
     boxes.resize(trees.size());
     first_points.resize(trees.size());
     first_codes.resize(trees.size());
-    return ParallelFor(count, 1, context, [&](int64_t begin, int64_t end) {
+    const auto build = [&](int64_t begin, int64_t end) {
       for (int64_t t = begin; t < end; ++t) {
         const int64_t first = points.cols() * t / count;
         const int64_t size = points.cols() * (t + 1) / count - first;
@@ -91,11 +91,15 @@ struct PointIndex::Impl {
         first_points[t] = static_cast<int>(first);
         first_codes[t] = CodeOf(points.col(first));
       }
-    });
+    };
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 1, context, build));
+    sorted = std::is_sorted(first_codes.begin(), first_codes.end());
+    return absl::OkStatus();
   }
 
-  static uint64_t CodeOf(const Eigen::Vector3d& position) {
-    return MortonCode(MortonCell(position.x()), MortonCell(position.y()), MortonCell(position.z()));
+  uint64_t CodeOf(const Eigen::Vector3d& position) const {
+    const Eigen::Vector3d at = curve.ScanFromUnit(position);
+    return MortonCode(MortonCell(at.x()), MortonCell(at.y()), MortonCell(at.z()));
   }
 
   // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
@@ -103,7 +107,7 @@ struct PointIndex::Impl {
   int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
     NearestSet nearest(k, indices, distances);
     size_t home = 0;
-    if (trees.size() > 1) {
+    if (trees.size() > 1 && sorted) {
       const auto next =
           std::upper_bound(first_codes.begin() + 1, first_codes.end(), CodeOf(position));
       home = static_cast<size_t>(next - first_codes.begin()) - 1;
@@ -129,6 +133,8 @@ struct PointIndex::Impl {
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> first_points;
   std::vector<uint64_t> first_codes;  // on the Morton curve
+  SpatialFrame curve;
+  bool sorted = true;  // the codes ascend
   flann::SearchParams exact{flann::FLANN_CHECKS_UNLIMITED, 0.0f};
 };
 
@@ -142,9 +148,10 @@ PointIndex::PointIndex(PointIndex&&) noexcept = default;
 PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
 
 absl::StatusOr<PointIndex> PointIndex::Build(const Eigen::Matrix3Xd& points,
-                                             const RunContext& context) {
+                                             const RunContext& context, const SpatialFrame& curve) {
   auto impl = std::make_unique<Impl>();
   impl->points = points;
+  impl->curve = curve;
   RILIEVO_RETURN_IF_ERROR(impl->Build(context));
   return PointIndex(std::move(impl));
 }

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/spatial_frame.h"
 
 namespace rilievo {
 
@@ -18,8 +19,10 @@ class PointIndex {
  public:
   // `points`: column = point, finite, unit frame, at least one. Built on the context's threads;
   // CANCELLED within half a second, as FLANN itself cannot be stopped.
-  static absl::StatusOr<PointIndex> Build(const Eigen::Matrix3Xd& points,
-                                          const RunContext& context);
+  // `curve`: its ScanFromUnit carries the points to where they were sorted along the Morton curve;
+  // points in any other order, or another place, are answered as exactly, but not as fast.
+  static absl::StatusOr<PointIndex> Build(const Eigen::Matrix3Xd& points, const RunContext& context,
+                                          const SpatialFrame& curve = {});
   // The same, for few points: nothing stops it.
   explicit PointIndex(const Eigen::Matrix3Xd& points);
   ~PointIndex();

@@ -15,7 +15,7 @@ namespace {
 constexpr int kMostSamples = 384;
 constexpr int kLeastSamples = 32;
 constexpr int64_t kBlock = 16;
-constexpr double kLeastRatio = 1.0 / 3;
+constexpr double kLeastRatio = 1.0 / 3, kFullRatio = 1.0 / 2;
 constexpr double kMostScale = 4;
 // Below the middle: edges and bumps within a neighbourhood only ever add to the residual.
 constexpr double kQuantile = 0.4;
@@ -60,10 +60,8 @@ double NoiseAlong(const OrientedCloud& cloud, const PointIndex& index, int cente
   return QuadricResidual(cloud.points, center, points, radius, cloud.normals.col(center));
 }
 
-}  // namespace
-
-absl::StatusOr<double> NoiseScale(const OrientedCloud& cloud, const PointIndex& index,
-                                  const RunContext& context) {
+absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& index,
+                                 const RunContext& context) {
   const int64_t count = cloud.points.cols();
   const int64_t samples = std::min<int64_t>(count, kMostSamples);
   std::vector<double> ratios(static_cast<size_t>(samples), -1);
@@ -82,6 +80,23 @@ absl::StatusOr<double> NoiseScale(const OrientedCloud& cloud, const PointIndex& 
       ratios.begin() + static_cast<int64_t>(kQuantile * static_cast<double>(ratios.size()));
   std::nth_element(ratios.begin(), middle, ratios.end());
   return std::clamp(*middle, 1.0, kMostScale);
+}
+
+}  // namespace
+
+absl::Status ScaleNoise(const PointIndex& index, const RunContext& context, OrientedCloud* cloud) {
+  RILIEVO_ASSIGN_OR_RETURN(const double scale, FindScale(*cloud, index, context));
+  if (scale == 1) return absl::OkStatus();
+  for (size_t i = 0; i < cloud->noise.size(); ++i) {
+    const double ratio = cloud->noise[i] / std::max(double{cloud->spacing[i]}, 1e-30);
+    const double share = std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
+    cloud->noise[i] *= static_cast<float>(1 + share * (scale - 1));
+  }
+  std::vector<float> noise = cloud->noise;
+  const auto middle = noise.begin() + static_cast<int64_t>((noise.size() - 1) / 2);
+  std::nth_element(noise.begin(), middle, noise.end());
+  cloud->median_noise = *middle;
+  return absl::OkStatus();
 }
 
 }  // namespace rilievo

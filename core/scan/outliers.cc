@@ -193,7 +193,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   constexpr double kHopeless = 3.0;       // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, UsualDistances(graph, reaches, context));
-  reaches.distances = {};  // only their summaries are asked for from here
+  reaches.distances = std::vector<float>();  // only their summaries are asked for from here
   const std::vector<uint8_t> sparse = SparsePoints(points, reaches, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Standing> standings,

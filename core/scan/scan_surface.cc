@@ -1,6 +1,7 @@
 #include "core/scan/scan_surface.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -24,9 +25,8 @@ struct KeptPoints {
 
 // Carries points from one unit frame to another.
 void Reframe(const SpatialFrame& from, const SpatialFrame& to, Eigen::Matrix3Xd* points) {
-  const Eigen::Vector3d center = from.UnitFromScan(to.center);
-  const double scale = to.diagonal / from.diagonal;
-  for (auto point : points->colwise()) point = (point - center) / scale;
+  const SpatialFrame between = Between(to, from);
+  for (auto point : points->colwise()) point = between.UnitFromScan(point);
 }
 
 // Takes the points out of `scan`. Where nothing is dropped, they and their frame stay as they are.
@@ -96,12 +96,14 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
         "points: ", scan.points.cols(), " points, at least ", kMinScanPoints, " are needed"));
   }
   context.Report(Stage::kNeighbors, 0);
-  const SpatialFrame rounded = Rounded(scan.frame);
-  Reframe(scan.frame, rounded, &scan.points);
-  scan.frame = rounded;
-  RILIEVO_ASSIGN_OR_RETURN(PointIndex index, PointIndex::Build(scan.points, context));
+  const SpatialFrame sorted = scan.frame;  // the points are in the order of its Morton curve
+  scan.frame = Rounded(sorted);
+  Reframe(sorted, scan.frame, &scan.points);
+  std::optional<PointIndex> index;
+  RILIEVO_ASSIGN_OR_RETURN(index,
+                           PointIndex::Build(scan.points, context, Between(scan.frame, sorted)));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,
-                           BuildNeighborGraph(index, scan.points, options.neighbors, context));
+                           BuildNeighborGraph(*index, scan.points, options.neighbors, context));
   context.Report(Stage::kNeighbors, 1);
   context.Report(Stage::kNormals, 0);
   RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
@@ -118,25 +120,25 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
                      kMinScanPoints, " are needed"));
   }
   if (count < checked) {
-    RILIEVO_ASSIGN_OR_RETURN(index, PointIndex::Build(kept.points, context));
+    index.reset();
+    RILIEVO_ASSIGN_OR_RETURN(index,
+                             PointIndex::Build(kept.points, context, Between(kept.frame, sorted)));
     if (count > graph.k) {
-      RILIEVO_RETURN_IF_ERROR(RepairGraph(kept, index, context, &graph));
+      RILIEVO_RETURN_IF_ERROR(RepairGraph(kept, *index, context, &graph));
     } else {  // each list gets shorter
       RILIEVO_ASSIGN_OR_RETURN(graph,
-                               BuildNeighborGraph(index, kept.points, options.neighbors, context));
+                               BuildNeighborGraph(*index, kept.points, options.neighbors, context));
     }
   }
-  kept.new_index = {};
+  kept.new_index = std::vector<int>();
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
                            EstimateNormals(std::move(kept.points), graph, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
-  RILIEVO_ASSIGN_OR_RETURN(const double noise_scale, NoiseScale(cloud, index, context));
-  for (float& noise : cloud.noise) noise *= static_cast<float>(noise_scale);
-  cloud.median_noise *= noise_scale;
+  RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
-  return ScanSurface{std::move(cloud), std::move(graph),    std::move(index), kept.frame,
+  return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,
                      found.outliers,   found.island_points, orientation};
 }
 

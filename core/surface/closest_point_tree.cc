@@ -153,19 +153,6 @@ class ClosestPointTree::Builder {
     }
   }
 
-  static Box BoxOf(const Node& node) {
-    Box all;
-    for (int slot = 0; slot < kWidth; ++slot) {
-      Box box;
-      for (int k = 0; k < 3; ++k) {
-        box.lo[k] = node.lo[k][slot];
-        box.hi[k] = node.hi[k][slot];
-      }
-      all.Add(box);
-    }
-    return all;
-  }
-
   static Node EmptyNode() {
     Node node;
     for (int slot = 0; slot < kWidth; ++slot) {
@@ -254,7 +241,7 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, const RunCont
         Node& node = nodes_[offset[job] + n] = subtrees[job][n];
         for (int32_t& child : node.child) child = child >= 0 ? child + offset[job] : child;
       }
-      subtrees[job] = {};
+      subtrees[job] = std::vector<Node>();
     }
   });
 }

@@ -83,7 +83,7 @@ v1::ReconstructReport ProtoReport(const ReconstructReport& report, bool measured
   ConvertScan(report, &result);
   ConvertSurface(report, &result);
   if (measured) Convert(report.error, result.mutable_error());
-  if (report.max_error > 0) result.set_max_error_kept(!report.error_unreachable);
+  if (report.max_error > 0 && measured) result.set_max_error_kept(!report.error_unreachable);
   result.set_encoded_bytes(report.encoded_bytes);
   for (int stage = 0; stage < kStageCount; ++stage) {
     auto* time = result.add_stage_times();

@@ -19,8 +19,8 @@ class ScanBytes {
   // `file`: all of it, wherever its offset stands.
   explicit ScanBytes(FileDescriptor file) : file_(std::move(file)) {}
 
-  // All points as double; memory and file are given back to the system on the way. INTERNAL when the file
-  // cannot be read or holds a broken point.
+  // All points as double; memory and file are given back to the system on the way. INTERNAL when
+  // the file cannot be read or holds a broken point.
   absl::StatusOr<PointCloud> Decode(CoordinateType coordinates) &&;
 
   // For another process: the file, or an unnamed one in memory. RESOURCE_EXHAUSTED when there is no

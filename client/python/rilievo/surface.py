@@ -175,7 +175,9 @@ class Surface:
         values = dict(self.info["certificate"])
         for name in ("surface_to_scan", "scan_to_surface"):
             values[name] = Distance(**{k: values[name][k] for k in ("rms", "mean", "p95", "max")})
-        return Certificate(**{k: values.get(k) for k in Certificate.__dataclass_fields__})
+        # Libraries of older versions know fewer of them.
+        known: Dict[str, Any] = {k: values.get(k) for k in Certificate.__dataclass_fields__}
+        return Certificate(**known)
 
     def mesh(self, level: Optional[int] = None) -> Mesh:
         """The triangles of a level, [0, max_level + 2]; None: max_level. The last two levels asked

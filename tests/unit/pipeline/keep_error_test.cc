@@ -47,6 +47,17 @@ TEST(KeepErrorTest, TooCoarseACodingIsMadeFiner) {
   EXPECT_LE(made.Error(), 4e-4);
 }
 
+// Wide errors leave nothing to code; the search must not leave what the coder takes.
+TEST(KeepErrorTest, AnErrorOfPercentsIsKeptToo) {
+  for (const double wide : {0.01, 0.05, 0.1}) {
+    Made made(0, wide);
+    const size_t before = made.relief.encoded.Concatenate().size();
+    EXPECT_TRUE(made.Keep()) << wide;
+    EXPECT_LE(made.Error(), wide);
+    EXPECT_LE(made.relief.encoded.Concatenate().size(), before) << wide;
+  }
+}
+
 TEST(KeepErrorTest, NoiseDoesNotAllowLessThanItself) {
   Made made(1e-3, 8e-4);
   const std::vector<uint8_t> before = made.relief.encoded.Concatenate();
@@ -57,7 +68,9 @@ TEST(KeepErrorTest, NoiseDoesNotAllowLessThanItself) {
 TEST(KeepErrorTest, WithoutAnErrorAskedForThereIsNothingToKeep) {
   Made made(0, 1e-3);
   made.options.encode.max_error.reset();
+  const std::vector<uint8_t> before = made.relief.encoded.Concatenate();
   EXPECT_TRUE(made.Keep());
+  EXPECT_EQ(made.relief.encoded.Concatenate(), before);
 }
 
 }  // namespace

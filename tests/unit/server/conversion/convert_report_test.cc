@@ -96,7 +96,10 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
 
 TEST(ProtoReport, NoErrorWhenNotMeasured) {
   EXPECT_FALSE(ProtoReport({}, /*measured=*/false).has_error());
-  EXPECT_FALSE(ProtoReport({}, /*measured=*/false).has_max_error_kept());
+  ReconstructReport asked;
+  asked.max_error = 1e-3;
+  EXPECT_TRUE(ProtoReport(asked, /*measured=*/true).has_max_error_kept());
+  EXPECT_FALSE(ProtoReport(asked, /*measured=*/false).has_max_error_kept());
 }
 
 // The protocol's names are the core's: "STAGE_CONTROL_MESH" is "control-mesh".
