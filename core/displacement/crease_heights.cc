@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
           double squared = 0;
           index.Nearest(place.middle, 1, &source.foot, &squared);
           if (!place.along.allFinite() || place.along.isZero()) continue;
-          source.planes = FitCreasePlanes(cloud, index, place);
+          source.planes = FitCreasePlanes(cloud, index, place, SideBias::kRemoved);
           if (source.planes && !(source.planes->evidence > kLeastEvidence)) source.planes.reset();
         }
       }));

@@ -147,35 +147,42 @@ bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
   return FitSide(*around, 0, &(*sides)[0]) && FitSide(*around, 1, &(*sides)[1]);
 }
 
-// The nearer plane takes points beside the edge whose noise is larger than their way to it, and
-// both lean: in the end the sides part at the edge, and points nearer to it than noise carries them
-// are left out.
-void Unbias(const EdgePlace& place, double noise, Neighborhood* around,
-            std::array<SidePlane, 2>* sides) {
-  const bool convex = place.normal[0].dot(place.inward[1]) < 0;
-  for (int round = 0; round < kUnbiasedRounds; ++round) {
-    for (int i = 0; i < around->count; ++i) {
-      if (around->side[i] == kNeither) continue;
-      const double a = Off((*sides)[0], *around, i), b = Off((*sides)[1], *around, i);
-      const bool near = std::max(std::abs(a), std::abs(b)) < kEitherNoises * noise;
-      around->side[i] = near ? kEither : (convex ? a >= b : a <= b) ? 0 : 1;
-    }
-    std::array<SidePlane, 2> refit = *sides;
-    if (!FitSide(*around, 0, &refit[0]) || !FitSide(*around, 1, &refit[1])) return;
-    *sides = refit;
-  }
-}
-
-// Squared distances off the solid that the sides bound, the better of their meet and their union.
-double PlaneSquares(const Neighborhood& around, const std::array<SidePlane, 2>& sides) {
+// Squared distances off the solid that the sides bound: where it is their meet, and their union.
+struct SolidSquares {
   double convex = 0, concave = 0;
+  double best() const { return std::min(convex, concave); }
+};
+
+SolidSquares PlaneSquares(const Neighborhood& around, const std::array<SidePlane, 2>& sides) {
+  SolidSquares squares;
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
     const double a = Off(sides[0], around, i), b = Off(sides[1], around, i);
-    convex += std::pow(std::max(a, b), 2);
-    concave += std::pow(std::min(a, b), 2);
+    squares.convex += std::pow(std::max(a, b), 2);
+    squares.concave += std::pow(std::min(a, b), 2);
   }
-  return std::min(convex, concave);
+  return squares;
+}
+
+// The nearer plane takes points beside the edge whose noise is larger than their way to it, and
+// both lean: in the end the sides part at the edge, and points nearer to it than noise carries them
+// are left out. Sides that then fit the points worse are not taken.
+void Unbias(double noise, Neighborhood* around, std::array<SidePlane, 2>* sides) {
+  constexpr double kMostWorse = 1.1;
+  const SolidSquares before = PlaneSquares(*around, *sides);
+  const bool convex = before.convex < before.concave;
+  std::array<SidePlane, 2> refit = *sides;
+  for (int round = 0; round < kUnbiasedRounds; ++round) {
+    for (int i = 0; i < around->count; ++i) {
+      if (around->side[i] == kNeither) continue;
+      const double a = Off(refit[0], *around, i), b = Off(refit[1], *around, i);
+      const bool near = std::max(std::abs(a), std::abs(b)) < kEitherNoises * noise;
+      around->side[i] = near ? kEither : (convex ? a >= b : a <= b) ? 0 : 1;
+    }
+    if (!FitSide(*around, 0, &refit[0]) || !FitSide(*around, 1, &refit[1])) return;
+  }
+  const SolidSquares after = PlaneSquares(*around, refit);
+  if ((convex ? after.convex : after.concave) < kMostWorse * before.best()) *sides = refit;
 }
 
 // Squared residuals of the best quadric height field over `axis`.
@@ -202,7 +209,7 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
 
 // Among the `count` nearest points.
 std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& found,
-                                     const EdgePlace& place, int count) {
+                                     const EdgePlace& place, SideBias bias, int count) {
   const int nearest = found.points[0];
   CreasePlanes fit;
   fit.spacing = cloud.spacing[nearest];
@@ -222,14 +229,15 @@ std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& fo
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
-  const double planes = PlaneSquares(around, fit.sides);
+  const double planes = PlaneSquares(around, fit.sides).best();
   // Two unknowns more than the quadric has (Schwarz 1978).
   const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.evidence = used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
   // Where little speaks for two sides, those that explain the points best are the safer ones.
-  if (fit.evidence > kEnough && cloud.noise[nearest] > kClean * fit.spacing) {
-    Unbias(place, cloud.noise[nearest], &around, &fit.sides);
+  if (bias == SideBias::kRemoved && fit.evidence > kEnough &&
+      cloud.noise[nearest] > kClean * fit.spacing) {
+    Unbias(cloud.noise[nearest], &around, &fit.sides);
   }
   fit.cosine = a.dot(b);
   if (!(a.cross(b).norm() > kLeastSine)) return std::nullopt;
@@ -257,7 +265,7 @@ SidePlane CreasePlanes::TangentAt(int side, const Vector3d& place) const {
 }
 
 std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
-                                            const EdgePlace& place) {
+                                            const EdgePlace& place, SideBias bias) {
   Found found;
   std::array<double, kMostPoints> squared;
   index.Nearest(place.middle, 1, found.points.data(), squared.data());
@@ -269,7 +277,7 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
                               found.points.data(), squared.data());
   std::optional<CreasePlanes> best;
   for (const int count : {wanted, other}) {
-    auto fit = FitAmong(cloud, found, place, std::min(count, found.count));
+    auto fit = FitAmong(cloud, found, place, bias, std::min(count, found.count));
     if (fit && (!best || fit->evidence > best->evidence)) best = fit;
     if (best && best->evidence > kEnough) break;
   }

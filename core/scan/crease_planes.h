@@ -43,9 +43,15 @@ struct EdgePlace {
   std::array<Eigen::Vector3d, 2> inward;  // from the edge into them, within their planes
 };
 
+// Noise carries points across the edge to the nearer plane, and both lean. kRemoved: sure sides are
+// fitted once more without those points. Heights want that; a tag or the place of a control vertex
+// is steadier as it stands.
+enum class SideBias { kLeft, kRemoved };
+
 // Nothing where the points do not form two sides of enough of them, wide enough to hold a plane, or
 // lie farther off them than their noise.
 std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
-                                            const EdgePlace& place);
+                                            const EdgePlace& place,
+                                            SideBias bias = SideBias::kLeft);
 
 }  // namespace rilievo
