@@ -10,8 +10,9 @@ namespace rilievo {
 // fewest bytes; for encode.max_bytes that of the least error. The bytes are taken to have one
 // minimum: from the second mesh the search goes the way in which they fall, and then tries half a
 // step to either side of the best. A trial costs the fit, the heights, their measure and the codec,
-// a third to half of a whole reconstruction. The best one is decoded and measured: where coding has
-// moved it farther from the points than its heights foretold, it is coded again more finely.
+// a third to half of a whole reconstruction. The best one is decoded and measured, and coded again
+// more finely or more coarsely until the error asked for is kept (keep_error.h). Where it cannot
+// be, though noise allows it, meshes of more faces are tried in the same way.
 absl::StatusOr<CodedRelief> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
                                                const DssMetadata& metadata,
                                                const ReconstructOptions& options,
