@@ -13,7 +13,6 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 2048;
-constexpr int kMostNeighbors = 64;
 constexpr double kNoiseQuantile = 0.35;
 constexpr int kNoiseRounds = 2;
 // A point is a stray when it stands off the median tangent plane of its neighbours by more than

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/scan/neighbor_graph.h"
+
 namespace rilievo {
 namespace {
 
@@ -49,7 +51,7 @@ double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<con
   Vector6 right = Vector6::Zero();
   double heights = 0;
   gram(0, 0) = 1;  // the centre itself
-  constexpr size_t kMostRows = 65;
+  constexpr size_t kMostRows = kMostNeighbors + 1;
   std::array<Vector6, kMostRows> rows;
   std::array<double, kMostRows> residuals;
   rows[0] << 1, 0, 0, 0, 0, 0;

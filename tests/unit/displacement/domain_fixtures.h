@@ -147,6 +147,11 @@ inline Points SpherePoints(double radius, int count) {
   return points;
 }
 
+inline Scan SphereScan(double radius, int count) {
+  const Points points = SpherePoints(radius, count);
+  return MakeScan(points.Positions(), points.Normals(), 0);
+}
+
 // `count` points of z = height(x, y) over [-half, half]^2, jittered off a grid.
 inline Points ReliefPoints(double half, int count, Random* random,
                            const std::function<double(double, double)>& height) {
