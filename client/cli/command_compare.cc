@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <array>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,29 @@ Json SummaryJson(const DistanceSummary& summary, double diagonal) {
           {"rms_percent", 100 * summary.rms / diagonal},
           {"max_percent", 100 * summary.max / diagonal},
           {"samples", summary.samples}};
+}
+
+// How many heights come from where, of a shape that tells it: measured, smoothed, filled in.
+using SourceCounts = std::array<int64_t, 3>;
+
+SourceCounts CountSources(const LoadedShape& shape) {
+  SourceCounts counts{};
+  for (const uint8_t source : shape.sources) {
+    if (source < counts.size()) ++counts[source];
+  }
+  return counts;
+}
+
+bool Known(const SourceCounts& counts) { return counts != SourceCounts{}; }
+
+Json SourcesJson(const SourceCounts& counts) {
+  return {{"measured", counts[0]}, {"smoothed", counts[1]}, {"filled", counts[2]}};
+}
+
+std::string SourcesLine(const SourceCounts& counts) {
+  const double all = static_cast<double>(counts[0] + counts[1] + counts[2]);
+  const auto share = [&](int kind) { return Percent(static_cast<double>(counts[kind]) / all); };
+  return absl::StrCat(share(0), " measured, ", share(1), " smoothed, ", share(2), " filled in");
 }
 
 Json CompareJson(const CompareArguments& arguments, const TwoSidedError& error, double diagonal) {
@@ -76,12 +100,16 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
     return absl::InvalidArgumentError(
         absl::StrCat(arguments.a, ": all points are the same; there is no scale to compare by"));
   }
+  const std::array<SourceCounts, 2> sources = {CountSources(a), CountSources(b)};
   const Shape shape_a{std::move(a.mesh.vertices), std::move(a.mesh.triangles)};
   const Shape shape_b{std::move(b.mesh.vertices), std::move(b.mesh.triangles)};
   RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
                            MeasureTwoSided(shape_a, shape_b, arguments.measure, context));
   if (arguments.json) {
-    std::cout << CompareJson(arguments, error, diagonal).dump(2) << '\n';
+    Json json = CompareJson(arguments, error, diagonal);
+    if (Known(sources[0])) json["heights_a"] = SourcesJson(sources[0]);
+    if (Known(sources[1])) json["heights_b"] = SourcesJson(sources[1]);
+    std::cout << json.dump(2) << '\n';
     return absl::OkStatus();
   }
   std::cout << "A " << arguments.a << " (" << a.description << ")\n"
@@ -93,6 +121,11 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
             << Row("% of A", 100 * error.rms / diagonal, 100 * error.mean / diagonal,
                    100 * error.p95 / diagonal, 100 * error.max / diagonal)
             << LabelledLine("diagonal", absl::StrCat(Short(diagonal), " (of A's bounding box)"));
+  for (const bool first : {true, false}) {
+    const SourceCounts& counts = sources[first ? 0 : 1];
+    if (!Known(counts)) continue;
+    std::cout << LabelledLine(first ? "heights of A" : "heights of B", SourcesLine(counts));
+  }
   for (const bool first : {true, false}) {
     if ((first ? shape_a : shape_b).triangles.cols() > 0) continue;
     std::cout << LabelledLine("note", absl::StrCat(first ? "A" : "B",

@@ -134,6 +134,9 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
                                            ", ", Counted(facts.faces[level], "face", "faces"), ", ",
                                            Counted(bytes, "byte", "bytes")));
   }
+  if (decoded.chunk_bytes.size() > facts.vertices.size() + 1) {
+    std::cout << LabelledLine("flags", Counted(decoded.chunk_bytes.back(), "byte", "bytes"));
+  }
 }
 
 absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {

@@ -34,8 +34,8 @@ typedef enum RilievoCode {
   RILIEVO_DATA_LOSS = 15          /* cut off or corrupted; the sentence names the chunk */
 } RilievoCode;
 
-/* Where a height comes from: the flag of a vertex. The format keeps smoothed heights as measured,
- * so a decoded surface has the first and the last only. */
+/* Where a height comes from: the flag of a vertex. Smoothed heights are told from measured ones
+ * once the whole file is there; files written before the format had that have none. */
 enum { RILIEVO_MEASURED = 0, RILIEVO_SMOOTHED = 1, RILIEVO_FILLED = 2 };
 
 typedef struct RilievoSurface RilievoSurface;

@@ -16,6 +16,7 @@ inline constexpr int kDssVersion = 3;
 enum ChunkTag : uint8_t {
   kControlTag = 'C',
   kHeightsTag = 'H',
+  kSmoothedTag = 's',
 };
 
 // One chunk as it stands in the file; the first one brings the signature and the version along.

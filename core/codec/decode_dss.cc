@@ -40,14 +40,12 @@ absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
   RILIEVO_ASSIGN_OR_RETURN(const DecodedHeights decoded,
                            DecodeHeightLayers(file.Payloads(), refinement,
                                               header.group_limit > 0 ? &file.groups : nullptr,
-                                              header.has_filled, context));
+                                              header.has_filled, file.SmoothedPayload(), context));
   surface.heights.reserve(decoded.heights.size());
-  surface.sources.reserve(decoded.heights.size());
-  for (size_t v = 0; v < decoded.heights.size(); ++v) {
-    surface.heights.push_back(static_cast<float>(decoded.heights[v] * header.height_unit));
-    surface.sources.push_back(decoded.filled[v] != 0 ? HeightSource::kFilled
-                                                     : HeightSource::kMeasured);
+  for (int32_t height : decoded.heights) {
+    surface.heights.push_back(static_cast<float>(height * header.height_unit));
   }
+  surface.sources = decoded.Sources(header.metadata.all_smoothed);
   return absl::OkStatus();
 }
 

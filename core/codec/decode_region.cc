@@ -144,14 +144,14 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                            RefineTopology(sub.mesh, max_level - 1, context));
   LoopRefinement shared;
   shared.levels.push_back(file.topology);
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedHeights heights,
-                           DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces,
-                                               refinement, file.header.has_filled, context));
-  for (size_t v = 0; v < heights.heights.size(); ++v) {
-    part.heights.push_back(static_cast<float>(heights.heights[v] * file.header.height_unit));
-    part.sources.push_back(heights.filled[v] != 0 ? HeightSource::kFilled
-                                                  : HeightSource::kMeasured);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const DecodedHeights heights,
+      DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces, refinement,
+                          file.header.has_filled, file.SmoothedPayload(), context));
+  for (int32_t height : heights.heights) {
+    part.heights.push_back(static_cast<float>(height * file.header.height_unit));
   }
+  part.sources = heights.Sources(file.header.metadata.all_smoothed);
   part.control_mesh = std::move(sub.mesh);
   std::vector<int> wanted;
   for (int f : control_faces) {

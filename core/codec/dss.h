@@ -40,8 +40,10 @@ struct EncodeOptions {
   // Standard error of the heights themselves, fraction of the diagonal, 0 when unknown. [0, 0.1].
   // No bytes are spent on an RMS error below half of it: together they err by 1.12 of it.
   double noise_floor = 0;
-  // Filled heights in patches of fewer vertices of the finest level than this count as measured:
-  // they lie between measured neighbours. 1 keeps all of them. [1, 2^20].
+  // Filled heights in patches of fewer vertices of the finest level than this count as what is
+  // around them: they lie between measured neighbours. So do patches of measured and of smoothed
+  // heights; these are larger, up to 1024, where their flags would take more than a 32nd of the
+  // file. 1 keeps all that flags of that size can tell. [1, 2^20].
   int smallest_hole = 16;
   // Heights of level 2 and on stand in groups of at most so many control faces, each of which
   // decodes by itself (DecodeRegion), where there are more faces than that. [128, 2^20]; 0: no
@@ -72,9 +74,12 @@ struct DssMetadata {
   std::string road;        // "planar", "spherical", "arbitrary", "user"
   std::string input_hash;  // of the scan's bytes, at most 64 bytes
   std::string options;     // what the surface was asked for
+  // Every height that is not filled is smoothed. Set by EncodeDss alone.
+  bool all_smoothed = false;
 };
 
-// Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds. Their concatenation
+// Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds; the last may tell
+// which heights are smoothed. Their concatenation
 // is the file, and any prefix of whole chunks decodes, to a surface with fewer levels.
 struct EncodedSurface {
   std::vector<std::vector<uint8_t>> chunks;
@@ -88,7 +93,8 @@ struct EncodedSurface {
 // makes it with this position_step: INVALID_ARGUMENT when its order is another, when a control
 // point is off the grid, when a height is not finite or beyond 0.5 + 2^20 steps, or when the number
 // of heights does not fit. RESOURCE_EXHAUSTED when max_bytes is too small for the control mesh and
-// the coarsest heights. Sources come back as measured or filled (see smallest_hole).
+// the coarsest heights. Small patches of
+// one source come back as what is around them (see smallest_hole).
 absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
                                          const DssMetadata& metadata, const EncodeOptions& options,
                                          const RunContext& context);

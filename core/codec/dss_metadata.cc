@@ -32,6 +32,7 @@ enum Field : uint64_t {
   kFigures = 13,       // small figures, 2 bytes each: ListedFigures
   kRelease = 14,       // three varints: generator "rilievo A.B.C"
   kNamedRoad = 15,     // one byte: place in kRoads
+  kAllSmoothed = 16,   // nothing: it is there
 };
 constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbitrary", "user"};
 
@@ -199,6 +200,9 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
       if (value.ok() && road < kRoads.size()) metadata.road = kRoads[road];
       break;
     }
+    case kAllSmoothed:
+      metadata.all_smoothed = true;
+      break;
     default:
       break;
   }
@@ -239,6 +243,7 @@ void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
   if (metadata.folds >= 0) WriteCount(kFolds, metadata.folds, writer);
   WriteText(kInputHash, metadata.input_hash, writer);
   WriteText(kOptions, metadata.options, writer);
+  if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);
 }
 

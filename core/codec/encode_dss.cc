@@ -13,6 +13,7 @@
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
+#include "core/codec/encode_smoothed_flags.h"
 #include "core/codec/face_groups.h"
 #include "core/codec/height_encoder.h"
 #include "core/codec/rate_control.h"
@@ -36,7 +37,7 @@ constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
 // The RMS error on which bits are still spent, in standard errors of the heights.
 constexpr double kNoiseShare = 0.5;
 constexpr int64_t kLayerOverhead = 8;  // of a chunk's tag, length and checksum, at most
-constexpr int64_t kStepSlack = 8;      // by which the header grows when the unit is known
+constexpr int64_t kStepSlack = 10;     // by which the header grows when unit and flags are known
 
 absl::Status CheckStep(double step, const char* name) {
   if (step > 0 && step <= kMaxStep) return absl::OkStatus();
@@ -131,6 +132,7 @@ DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology
       StoredStep(options.position_step > 0 ? options.position_step : kPositionStep);
   header.height_unit = header.position_step;  // until the heights are coded
   header.metadata = metadata;
+  header.metadata.all_smoothed = false;
   return header;
 }
 
@@ -251,16 +253,31 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
     writer.Bytes(coded_mesh);
     coded_mesh = std::move(both);
   }
+  const auto encode_smoothed = [&](int64_t bytes, int64_t most) {
+    return EncodeSmoothedFlags(surface, refinement, encoder->filled(),
+                               header.group_limit > 0 ? &groups : nullptr, options.smallest_hole,
+                               bytes, most, context);
+  };
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> chunk, ControlChunk(header, coded_mesh));
-  const int64_t bytes_left =
+  EncodedFlags smoothed;
+  int64_t bytes_left =
       options.max_bytes.value_or(0) - static_cast<int64_t>(chunk.size()) - kStepSlack;
-  if (options.max_bytes && bytes_left <= 0) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the control mesh alone takes ", chunk.size(), " bytes, encode.max_bytes is ",
-                     *options.max_bytes, "; allow more, or take fewer control faces"));
+  if (options.max_bytes) {
+    if (bytes_left <= 0) {
+      return absl::ResourceExhaustedError(absl::StrCat(
+          "the control mesh alone takes ", chunk.size(), " bytes, encode.max_bytes is ",
+          *options.max_bytes, "; allow more, or take fewer control faces"));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(smoothed, encode_smoothed(*options.max_bytes, bytes_left / 2));
+    bytes_left -= static_cast<int64_t>(smoothed.chunk.size());
   }
   RILIEVO_ASSIGN_OR_RETURN(EncodedHeights heights,
                            EncodeHeights(*encoder, options, bytes_left, context));
+  if (!options.max_bytes) {
+    const int64_t bytes = static_cast<int64_t>(chunk.size()) + heights.bytes();
+    RILIEVO_ASSIGN_OR_RETURN(smoothed, encode_smoothed(bytes, bytes));
+  }
+  header.metadata.all_smoothed = smoothed.all;
   header.height_unit = heights.unit;
   EncodedSurface encoded;
   encoded.height_step = heights.step;
@@ -269,6 +286,7 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(chunk, ControlChunk(header, coded_mesh));
   encoded.chunks.push_back(std::move(chunk));
   WrapLayers(refinement, heights.layers, encoded);
+  if (!smoothed.chunk.empty()) encoded.chunks.push_back(std::move(smoothed.chunk));
   context.Report(Stage::kEncode, 1);
   return CheckSize(std::move(encoded), options);
 }
@@ -282,7 +300,9 @@ absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encode
     return absl::InvalidArgumentError("chunk 0 is not as this version writes it");
   }
   RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head, list.version));
+  const bool all_smoothed = header.metadata.all_smoothed;
   header.metadata = metadata;
+  header.metadata.all_smoothed = all_smoothed;
   RILIEVO_ASSIGN_OR_RETURN(encoded.chunks[0],
                            ControlChunk(header, reader.Bytes(reader.remaining())));
   return absl::OkStatus();

@@ -14,6 +14,7 @@
 #include "core/codec/height_coder.h"
 #include "core/codec/height_layout.h"
 #include "core/codec/range_coder.h"
+#include "core/codec/smoothed_flags.h"
 
 namespace rilievo {
 namespace {
@@ -75,16 +76,16 @@ struct GroupReader {
   const std::vector<GroupedLayout>& levels;
   const HeightModels& models;
   const HeightState& shared;
+  const SmoothedReader* smoothed;  // null: not said
   bool has_filled;
 
   int max_level() const { return kFirstGroupedLevel + static_cast<int>(levels.size()) - 1; }
 
-  // Puts what the group codes at the vertices of `there`, its finest level's, into `heights` and
-  // `filled`. `shared_numbers`: of the whole's vertices of the last shared level. `face_there`: for
+  // Puts what the group codes at the vertices of `there`, its finest level's, into `result`.
+  // `shared_numbers`: of the whole's vertices of the last shared level. `face_there`: for
   // each member its face there or -1.
   absl::Status Read(int group, const FaceVertices& shared_numbers, const FaceVertices& there,
-                    const std::vector<int>& face_there, std::vector<int32_t>& heights,
-                    std::vector<uint8_t>& filled) const {
+                    const std::vector<int>& face_there, DecodedHeights& result) const {
     RunContext one_thread;
     one_thread.threads = 1;
     RILIEVO_ASSIGN_OR_RETURN(const GroupMesh mesh,
@@ -96,12 +97,18 @@ struct GroupReader {
     RILIEVO_ASSIGN_OR_RETURN(
         const GroupHeights decoded,
         DecodeGroup(mesh, levels, has_filled, models, StateOfGroup(shared, members, whole)));
+    std::vector<uint8_t> smoothed_here;
+    if (smoothed != nullptr) {
+      RILIEVO_ASSIGN_OR_RETURN(smoothed_here,
+                               smoothed->ReadGroup(mesh, max_level(), whole, decoded.filled));
+    }
     const std::vector<int> target =
         VerticesThere(FaceVertices(own, max_level()), there, face_there);
     for (size_t v = whole.size(); v < target.size(); ++v) {
       if (target[v] < 0 || mesh.foreign[v] != 0) continue;
-      heights[target[v]] = decoded.values[v];
-      filled[target[v]] = decoded.filled[v];
+      result.heights[target[v]] = decoded.values[v];
+      result.filled[target[v]] = decoded.filled[v];
+      if (smoothed != nullptr) result.smoothed[target[v]] = smoothed_here[v];
     }
     return absl::OkStatus();
   }
@@ -162,9 +169,13 @@ struct GroupedHeights {
     DecodedHeights decoded;
     decoded.heights.resize(refinement.vertex_count(max_level), 0);
     decoded.filled.resize(decoded.heights.size(), 0);
+    if (reader.smoothed != nullptr) decoded.smoothed.resize(decoded.heights.size(), 0);
     for (size_t v = 0; v < whole_vertex.size(); ++v) {
       decoded.heights[v] = reader.shared.heights[whole_vertex[v]];
       decoded.filled[v] = reader.shared.filled[whole_vertex[v]];
+      if (reader.smoothed != nullptr) {
+        decoded.smoothed[v] = reader.smoothed->shared()[whole_vertex[v]];
+      }
     }
     const FaceVertices shared_numbers(reader.control, kFirstGroupedLevel - 1),
         numbers(refinement.levels[0], max_level);
@@ -174,7 +185,7 @@ struct GroupedHeights {
         static_cast<int64_t>(wanted.size()), 1, context, [&](int64_t begin, int64_t end) {
           for (int64_t i = begin; i < end; ++i) {
             statuses[i] = reader.Read(wanted[i].group, shared_numbers, numbers,
-                                      wanted[i].face_there, decoded.heights, decoded.filled);
+                                      wanted[i].face_there, decoded);
           }
         }));
     for (const absl::Status& status : statuses) RILIEVO_RETURN_IF_ERROR(status);
@@ -183,18 +194,50 @@ struct GroupedHeights {
   }
 };
 
+// Null where the file has no such chunk. `filled`: of the first `level_count` levels.
+absl::StatusOr<std::unique_ptr<SmoothedReader>> ReadSmoothed(
+    const std::optional<std::span<const uint8_t>>& payload, const LoopRefinement& refinement,
+    int level_count, int group_count, const std::vector<uint8_t>& filled) {
+  if (!payload) return nullptr;
+  RILIEVO_ASSIGN_OR_RETURN(SmoothedReader opened, SmoothedReader::Open(*payload, group_count));
+  auto reader = std::make_unique<SmoothedReader>(std::move(opened));
+  RILIEVO_RETURN_IF_ERROR(reader->ReadShared(refinement, level_count, filled));
+  return reader;
+}
+
 }  // namespace
+
+std::vector<HeightSource> DecodedHeights::Sources(bool all_smoothed) const {
+  std::vector<HeightSource> sources;
+  sources.reserve(filled.size());
+  for (size_t v = 0; v < filled.size(); ++v) {
+    const bool is_smoothed = all_smoothed || (!smoothed.empty() && smoothed[v] != 0);
+    sources.push_back(filled[v] != 0 ? HeightSource::kFilled
+                      : is_smoothed  ? HeightSource::kSmoothed
+                                     : HeightSource::kMeasured);
+  }
+  return sources;
+}
 
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
-    const FaceGroups* groups, bool has_filled, const RunContext& context) {
+    const FaceGroups* groups, bool has_filled,
+    const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context) {
   const bool grouped = groups != nullptr && layers.size() > kFirstGroupedLevel;
   HeightState state;
   const auto models = std::make_unique<HeightModels>();
   const std::span all(layers);
   RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(grouped ? all.first(kFirstGroupedLevel) : all,
                                             refinement, has_filled, context, *models, state));
-  if (!grouped) return DecodedHeights{std::move(state.heights), std::move(state.filled)};
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::unique_ptr<SmoothedReader> flags,
+      ReadSmoothed(smoothed, refinement,
+                   grouped ? kFirstGroupedLevel : static_cast<int>(layers.size()),
+                   grouped ? groups->count() : 0, state.filled));
+  if (!grouped) {
+    return DecodedHeights{std::move(state.heights), std::move(state.filled),
+                          flags != nullptr ? flags->shared() : std::vector<uint8_t>()};
+  }
 
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
                            ReadGroupedLayouts(layers, groups->count()));
@@ -203,17 +246,22 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
   std::vector<WantedGroup> wanted;
   for (int g = 0; g < groups->count(); ++g) wanted.push_back({g, groups->members[g]});
   return GroupedHeights{refinement, itself, wanted, BeyondRange::kRefuse}.Decode(
-      GroupReader{refinement.levels[0], *groups, levels, *models, state, has_filled}, context);
+      GroupReader{refinement.levels[0], *groups, levels, *models, state, flags.get(), has_filled},
+      context);
 }
 
 absl::StatusOr<DecodedHeights> DecodePartOfHeights(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
     const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
-    bool has_filled, const RunContext& context) {
+    bool has_filled, const std::optional<std::span<const uint8_t>>& smoothed,
+    const RunContext& context) {
   HeightState state;
   const auto models = std::make_unique<HeightModels>();
   RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(std::span(layers).first(kFirstGroupedLevel), shared,
                                             has_filled, context, *models, state));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::unique_ptr<SmoothedReader> flags,
+      ReadSmoothed(smoothed, shared, kFirstGroupedLevel, groups.count(), state.filled));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<GroupedLayout> levels,
                            ReadGroupedLayouts(layers, groups.count()));
   const MeshTopology& control = shared.levels[0];
@@ -230,7 +278,7 @@ absl::StatusOr<DecodedHeights> DecodePartOfHeights(
   std::vector<WantedGroup> wanted;
   for (auto& [group, there] : face_there) wanted.push_back({group, std::move(there)});
   return GroupedHeights{refinement, whole, wanted, BeyondRange::kClamp}.Decode(
-      GroupReader{control, groups, levels, *models, state, has_filled}, context);
+      GroupReader{control, groups, levels, *models, state, flags.get(), has_filled}, context);
 }
 
 }  // namespace rilievo

@@ -2,28 +2,36 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/face_groups.h"
+#include "core/displacement/height_source.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
 
 struct DecodedHeights {
-  std::vector<int32_t> heights;  // in units, one per vertex of the level of the last layer
-  std::vector<uint8_t> filled;   // same
+  std::vector<int32_t> heights;   // in units, one per vertex of the level of the last layer
+  std::vector<uint8_t> filled;    // same
+  std::vector<uint8_t> smoothed;  // same, where the file says it; else empty
+
+  // `all_smoothed`: those that are not filled.
+  std::vector<HeightSource> Sources(bool all_smoothed) const;
 };
 
 // `layers`: payloads of level 0, 1, ..., at least one; `refinement` reaches the last level but one.
-// `groups`: of the control faces where the file has them, else null. DATA_LOSS when the bytes hold
+// `groups`: of the control faces where the file has them, else null. `smoothed`: payload of the
+// chunk, where the file has one. DATA_LOSS when the bytes hold
 // fewer heights, or numbers beyond the range of the format. The caller has checked the counts
 // against the bytes.
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
-    const FaceGroups* groups, bool has_filled, const RunContext& context);
+    const FaceGroups* groups, bool has_filled,
+    const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context);
 
 // The same for a part of a surface with groups and at least kFirstGroupedLevel + 1 layers. `part`:
 // control faces of `control`, whose connectivity alone `refinement` refines. Heights come out as
@@ -33,6 +41,7 @@ inline constexpr int kHeightReach = 4;
 absl::StatusOr<DecodedHeights> DecodePartOfHeights(
     const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& shared,
     const FaceGroups& groups, const std::vector<int>& part, const LoopRefinement& refinement,
-    bool has_filled, const RunContext& context);
+    bool has_filled, const std::optional<std::span<const uint8_t>>& smoothed,
+    const RunContext& context);
 
 }  // namespace rilievo

@@ -45,6 +45,7 @@ class HeightEncoder {
   HeightEncoder& operator=(const HeightEncoder&) = delete;
 
   bool has_filled() const { return has_filled_; }
+  const std::vector<uint8_t>& filled() const { return filled_; }  // without small holes
 
   // `step`: of the quantiser at the finest level, fraction of the diagonal. Level l's is larger by
   // the square root of what its coefficients' errors cost less (CoefficientGains), smaller where

@@ -43,4 +43,13 @@ void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smalles
   }
 }
 
+void DropSmallPatches(const LoopRefinement& refinement, int max_level, int smallest,
+                      const std::vector<uint8_t>& filled, std::vector<uint8_t>& smoothed) {
+  DropSmallHoles(refinement, max_level, smallest, smoothed);
+  std::vector<uint8_t> measured(smoothed.size());
+  for (size_t v = 0; v < smoothed.size(); ++v) measured[v] = (filled[v] | smoothed[v]) == 0;
+  DropSmallHoles(refinement, max_level, smallest, measured);
+  for (size_t v = 0; v < smoothed.size(); ++v) smoothed[v] = (filled[v] | measured[v]) == 0;
+}
+
 }  // namespace rilievo

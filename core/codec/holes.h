@@ -1,4 +1,4 @@
-// Patches of filled heights.
+// Patches of filled heights, and of smoothed ones.
 #pragma once
 
 #include <cstdint>
@@ -12,5 +12,10 @@ namespace rilievo {
 // level `max_level`. `refinement` reaches max(0, max_level - 1).
 void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smallest,
                     std::vector<uint8_t>& filled);
+
+// Of the flags of smoothed heights, those of filled ones 0: patches of fewer than `smallest`
+// vertices, smoothed or measured, take on the flag around them.
+void DropSmallPatches(const LoopRefinement& refinement, int max_level, int smallest,
+                      const std::vector<uint8_t>& filled, std::vector<uint8_t>& smoothed);
 
 }  // namespace rilievo

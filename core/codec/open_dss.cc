@@ -84,10 +84,13 @@ std::vector<int64_t> NewVertexCounts(const MeshTopology& control, int level_coun
 
 // Chunk 0 and the layers in order. Chunks that may be skipped are, once their checksum says that
 // they are such chunks.
-absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control,
-                        std::vector<Chunk>& layers) {
+absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control, OpenedDss& file) {
   for (size_t i = 0; i < list.chunks.size(); ++i) {
     const Chunk& chunk = list.chunks[i];
+    if (chunk.tag == kSmoothedTag && list.version > 2 && i > 0) {
+      if (!file.smoothed) file.smoothed = chunk;
+      continue;
+    }
     if (chunk.tag >= 'a' && chunk.tag <= 'z' && i > 0) {
       if (!checked) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk));
       continue;
@@ -98,7 +101,7 @@ absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control,
     if (i == 0) {
       control = chunk;
     } else if (chunk.tag == kHeightsTag) {
-      layers.push_back(chunk);
+      file.layers.push_back(chunk);
     } else {
       return absl::UnimplementedError(
           absl::StrCat("chunk ", i, " is of a kind this decoder must know and does not, ",
@@ -114,6 +117,11 @@ std::vector<std::span<const uint8_t>> OpenedDss::Payloads() const {
   std::vector<std::span<const uint8_t>> payloads;
   for (const Chunk& layer : layers) payloads.push_back(layer.payload);
   return payloads;
+}
+
+std::optional<std::span<const uint8_t>> OpenedDss::SmoothedPayload() const {
+  if (!smoothed) return std::nullopt;
+  return smoothed->payload;
 }
 
 absl::Status CheckHeightLaw(const OpenedDss& file) {
@@ -140,7 +148,7 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   OpenedDss file;
   file.version = list.version;
   Chunk control;
-  RILIEVO_RETURN_IF_ERROR(SortChunks(list, check_groups, control, file.layers));
+  RILIEVO_RETURN_IF_ERROR(SortChunks(list, check_groups, control, file));
   if (!check_groups) RILIEVO_RETURN_IF_ERROR(CheckChunk(control));
   ByteReader reader(control.payload);
   const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
@@ -155,6 +163,13 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   const size_t apart = header.group_limit > 0 ? kFirstGroupedLevel : file.layers.size();
   for (size_t level = 0; !check_groups && level < file.layers.size() && level < apart; ++level) {
     RILIEVO_RETURN_IF_ERROR(CheckChunk(file.layers[level]));
+  }
+  const bool whole = static_cast<int>(file.layers.size()) == header.max_level + 1;
+  if (file.smoothed && (!whole || file.smoothed->number < file.layers.back().number)) {
+    file.smoothed.reset();
+  }
+  if (file.smoothed && !check_groups && apart == file.layers.size()) {
+    RILIEVO_RETURN_IF_ERROR(CheckChunk(*file.smoothed));
   }
   RILIEVO_RETURN_IF_ERROR(
       CheckLaw(header.vertex_count, kControlVerticesPerByte, control, "control vertices"));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,8 +23,10 @@ struct OpenedDss {
   MeshTopology topology;             // of the control mesh
   FaceGroups groups;                 // where header.group_limit > 0
   std::vector<Chunk> layers;         // of level 0, 1, ...; they are views of the caller's bytes
+  std::optional<Chunk> smoothed;     // only if the heights of all levels are there
   std::vector<int64_t> chunk_bytes;  // of all chunks
   std::vector<std::span<const uint8_t>> Payloads() const;
+  std::optional<std::span<const uint8_t>> SmoothedPayload() const;
 };
 
 // The errors of DecodeDss. All counts are held against the bytes that are there. Checksums of the

@@ -26,10 +26,9 @@ DssDistance Distance(const DistanceSummary& summary) {
   return {summary.rms, summary.mean, summary.p95, summary.max};
 }
 
-double FilledShare(const DisplacedSurface& surface) {
-  const auto filled =
-      std::count(surface.sources.begin(), surface.sources.end(), HeightSource::kFilled);
-  return static_cast<double>(filled) /
+double ShareOf(HeightSource source, const DisplacedSurface& surface) {
+  const auto count = std::count(surface.sources.begin(), surface.sources.end(), source);
+  return static_cast<double>(count) /
          static_cast<double>(std::max<size_t>(1, surface.sources.size()));
 }
 
@@ -85,6 +84,7 @@ std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadat
   list.Add("folds", static_cast<double>(stated.folds), static_cast<double>(found.folds));
   if (stated.filled_share >= 0) {
     list.Add("filled_share", stated.filled_share, found.filled_share);
+    list.Add("smoothed_share", stated.smoothed_share, found.smoothed_share);
     const double shares = stated.measured_share + stated.smoothed_share + stated.filled_share;
     list.Add("sum_of_shares", shares, 1.0);
   }
@@ -143,9 +143,13 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, co
     certificate->scan_to_surface = Distance(error.b_to_a);
   }
   RILIEVO_ASSIGN_OR_RETURN(certificate->folds, CountFolds(decoded, context));
-  certificate->filled_share = FilledShare(decoded);
-  certificate->smoothed_share =
-      std::clamp(certificate->smoothed_share, 0.0, 1 - certificate->filled_share);
+  certificate->filled_share = ShareOf(HeightSource::kFilled, decoded);
+  // Few of them leave no flags in the file, and files written before there were any have none: then
+  // the maker's word stands.
+  const double smoothed_share = ShareOf(HeightSource::kSmoothed, decoded);
+  certificate->smoothed_share = smoothed_share > 0 ? smoothed_share
+                                                   : std::clamp(certificate->smoothed_share, 0.0,
+                                                                1 - certificate->filled_share);
   certificate->measured_share = 1 - certificate->filled_share - certificate->smoothed_share;
   return error;
 }

@@ -36,8 +36,9 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
 Shape PointsToMeasure(Eigen::Matrix3Xd points, std::vector<float> spacing);
 
 // Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
-// null), folds, share filled in. The shares measured and smoothed are the maker's word: the file
-// only tells filled heights from others, so `measured_share` becomes what the other two leave.
+// null), folds, shares filled in and smoothed; `measured_share` becomes what these leave. Where the
+// file tells no height to be smoothed (few, or a file that is not whole or older) that share is the
+// maker's word.
 // Gives the errors; all zero without points.
 absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
                                              const RunContext& context, DssMetadata* certificate);

@@ -21,13 +21,17 @@ inline void PutChecksum(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
 }
 
 // Those within a chunk of groups, whose number is not known here: the index is tried with each
-// number that could be meant, the last one wins that ends at the chunk's end.
-inline void SetGroupChecksums(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
-  constexpr int kMostGroups = 8;
+// number that could be meant, the last one wins that ends at the chunk's end. `has_step`: what
+// stands before the index in a chunk of heights, not in one of flags.
+inline void SetGroupChecksums(size_t begin, size_t end, bool has_step,
+                              std::vector<uint8_t>& bytes) {
+  constexpr int kMostGroups = 9;
   for (int groups = 1; groups <= kMostGroups; ++groups) {
     ByteReader reader(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
-    reader.Byte();
-    reader.Varint();
+    if (has_step) {
+      reader.Byte();
+      reader.Varint();
+    }
     size_t sizes[kMostGroups], all = 0;
     for (int g = 0; g < groups; ++g) {
       sizes[g] = reader.Varint();
@@ -56,7 +60,7 @@ inline std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
     const size_t size = reader.Bytes(reader.Varint()).size();
     if (!reader.ok() || reader.remaining() < 4) break;
     const size_t end = at + reader.position();
-    if (tag == 'H') SetGroupChecksums(end - size, end, right);
+    if (tag == 'H' || tag == 's') SetGroupChecksums(end - size, end, tag == 'H', right);
     PutChecksum(begin, end, right);
     begin = at = end + 4;
   }

@@ -14,7 +14,7 @@ from . import _library
 from .errors import InvalidArgument, RilievoError
 
 MEASURED, SMOOTHED, FILLED = 0, 1, 2
-"""Flags of a vertex: where its height comes from. The format keeps smoothed as measured."""
+"""Flags of a vertex: where its height comes from. Smoothed show once the whole file is there."""
 
 _KEPT_LEVELS = 2
 

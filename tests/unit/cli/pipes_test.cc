@@ -38,7 +38,11 @@ TEST_F(PipesTest, ScanInSurfaceOut) {
   EXPECT_EQ(RunPiped(simulated.out, {"verify", At("a.dss"), "-"}).code, 0);
   const Ended compared = RunPiped(piped.out, {"compare", "-", At("a.dss"), "--json"});
   ASSERT_EQ(compared.code, 0) << compared.err;
-  EXPECT_LT(Json::parse(compared.out)["max"], 1e-14);
+  const Json found = Json::parse(compared.out);
+  EXPECT_LT(found["max"], 1e-14);
+  EXPECT_EQ(found["heights_a"], found["heights_b"]);
+  EXPECT_GT(found["heights_a"]["measured"].get<int>() + found["heights_a"]["smoothed"].get<int>(),
+            0);
 }
 
 TEST_F(PipesTest, TheFormatIsToldWhereTheBytesDoNot) {

@@ -226,7 +226,7 @@ TEST_F(ProgramTest, VerifyConfirmsAFileAndTellsAnother) {
   EXPECT_EQ(json["agrees"], true);
   EXPECT_EQ(json["scan"], "same");
   EXPECT_EQ(json["options"], "max_error=0.001");
-  EXPECT_EQ(json["figures"].size(), 17u);
+  EXPECT_EQ(json["figures"].size(), 18u);
   EXPECT_NEAR(double{json["figures"]["rms"]["found"]}, double{json["figures"]["rms"]["stated"]},
               3e-4 * double{json["figures"]["rms"]["found"]});
   const Ended text = Run({"verify", At("a.dss")});

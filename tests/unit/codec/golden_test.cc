@@ -1,5 +1,6 @@
 // Files of every format version, frozen: what was written once must be read for ever, to the same
 // numbers on every machine. Never change a golden file; a new version adds one.
+#include <array>
 #include <bit>
 #include <filesystem>
 #include <fstream>
@@ -158,6 +159,42 @@ TEST(GoldenTest, Version3) {
   const auto region = DecodeRegion(bytes, faces, kFinestLevel, RunContext());
   ASSERT_TRUE(region.ok()) << region.status();
   EXPECT_EQ(region->groups, 4);
+}
+
+// Smoothed heights told from measured ones, without groups and with them.
+TEST(GoldenTest, Version3WithSmoothedHeights) {
+  struct Expected {
+    const char* name;
+    std::vector<int64_t> chunk_bytes;
+    std::array<int64_t, 3> sources;
+    uint32_t heights;
+  };
+  for (const Expected& expected : {Expected{"torus_and_sheet_smoothed_v3.dss",
+                                            {288, 73, 111, 129, 54, 54},
+                                            {1557, 1369, 354},
+                                            2032656050u},
+                                   Expected{"torus_and_sheet_smoothed_in_groups_v3.dss",
+                                            {607, 188, 240, 408, 979, 109},
+                                            {4655, 4471, 1130},
+                                            1859283995u}}) {
+    SCOPED_TRACE(expected.name);
+    const std::vector<uint8_t> bytes = Golden(expected.name);
+    const auto decoded = DecodeDss(bytes, RunContext());
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(decoded->format_version, 3);
+    EXPECT_EQ(decoded->chunk_bytes, expected.chunk_bytes);
+    EXPECT_FALSE(decoded->metadata.all_smoothed);
+    std::array<int64_t, 3> sources{};
+    for (HeightSource source : decoded->surface.sources) ++sources[static_cast<size_t>(source)];
+    EXPECT_EQ(sources, expected.sources);
+    EXPECT_EQ(HeightsFingerprint(decoded->surface), expected.heights);
+    const std::vector<int> faces = {0, 60};
+    const auto region = DecodeRegion(bytes, faces, kFinestLevel, RunContext());
+    ASSERT_TRUE(region.ok()) << region.status();
+    for (size_t v = 0; v < region->sources.size(); ++v) {
+      EXPECT_EQ(region->sources[v], decoded->surface.sources[region->region.vertices[v]]);
+    }
+  }
 }
 
 }  // namespace

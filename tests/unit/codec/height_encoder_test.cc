@@ -15,7 +15,8 @@ namespace {
 DecodedHeights Decode(const EncodedHeights& encoded, const LoopRefinement& refinement,
                       bool has_filled) {
   std::vector<std::span<const uint8_t>> layers(encoded.layers.begin(), encoded.layers.end());
-  auto decoded = DecodeHeightLayers(layers, refinement, nullptr, has_filled, RunContext());
+  auto decoded =
+      DecodeHeightLayers(layers, refinement, nullptr, has_filled, std::nullopt, RunContext());
   EXPECT_TRUE(decoded.ok()) << decoded.status();
   return *std::move(decoded);
 }

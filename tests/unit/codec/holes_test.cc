@@ -44,5 +44,31 @@ TEST(HolesTest, WorksOnTheControlMeshAlone) {
   EXPECT_EQ(Count(flags), 0);
 }
 
+// A scattered flag is nothing, the border between two kinds stays.
+TEST(HolesTest, SmallPatchesOfSmoothedHeightsTakeOnWhatIsAround) {
+  constexpr int kLevel = 3, kSmallest = 16;
+  const DisplacedSurface surface = SurfaceOver(Torus(10, 8), kLevel, 4e-4, 0);
+  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kLevel, RunContext());
+  std::vector<uint8_t> filled, smoothed;
+  for (HeightSource source : surface.sources) {
+    filled.push_back(source == HeightSource::kFilled);
+    smoothed.push_back(source == HeightSource::kSmoothed);
+  }
+  std::vector<uint8_t> clean = smoothed;
+  DropSmallPatches(refinement, kLevel, kSmallest, filled, clean);
+  EXPECT_LT(Count(clean), Count(smoothed));
+  EXPECT_GT(Count(clean), Count(smoothed) * 8 / 10);
+  int checked = 0;
+  for (size_t v = 0; v < clean.size(); v += 101) {
+    if (filled[v] != 0) continue;
+    std::vector<uint8_t> turned = clean;
+    turned[v] ^= 1;
+    DropSmallPatches(refinement, kLevel, kSmallest, filled, turned);
+    checked += turned == clean;
+    for (size_t u = 0; u < turned.size(); ++u) ASSERT_EQ(turned[u] & filled[u], 0);
+  }
+  EXPECT_GT(checked, 20);
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -27,6 +27,15 @@ TEST(OpenDssTest, FindsTheLayersAndTheGroups) {
   EXPECT_EQ(file->groups.count(), 4);
   EXPECT_EQ(file->Payloads()[2].data(), file->layers[2].payload.data());
   EXPECT_TRUE(CheckHeightLaw(*file).ok());
+  ASSERT_TRUE(file->SmoothedPayload().has_value());
+  EXPECT_EQ(file->SmoothedPayload()->size(), encoded.chunks.back().size() - 6);
+  // It is about the finest level: of no use without that, or before it.
+  EncodedSurface other = encoded;
+  other.chunks.erase(other.chunks.end() - 2);
+  EXPECT_FALSE(OpenDss(other.Concatenate(), true)->smoothed.has_value());
+  other = encoded;
+  std::swap(other.chunks[5], other.chunks[4]);
+  EXPECT_FALSE(OpenDss(other.Concatenate(), true)->smoothed.has_value());
 }
 
 // With groups, only the chunks that stand for all faces are held to their checksums.

@@ -134,7 +134,7 @@ inline DisplacedSurface SurfaceOver(const ControlMesh& mesh, int max_level, doub
     const double bump = noise * (MixedUnit(3 * v) + MixedUnit(3 * v + 1));
     surface.heights.push_back(static_cast<float>(smooth + bump));
     const bool filled = p[0] > 0.2 && p[1] > 0;
-    const bool smoothed = MixedBits(3 * v + 2) % 8 == 0;
+    const bool smoothed = p[1] < -0.05 || MixedBits(3 * v + 2) % 64 == 0;
     surface.sources.push_back(filled     ? HeightSource::kFilled
                               : smoothed ? HeightSource::kSmoothed
                                          : HeightSource::kMeasured);

@@ -45,7 +45,7 @@ TEST(CertificateTest, EveryShapesFileIsConfirmedByItsScan) {
     const auto verified = VerifyCertificate(decoded, &scan, RunContext());
     ASSERT_TRUE(verified.ok()) << name << ": " << verified.status();
     EXPECT_EQ(verified->scan, StatedScan::kSame) << name;
-    EXPECT_EQ(verified->figures.size(), 17u) << name;
+    EXPECT_EQ(verified->figures.size(), 18u) << name;
     for (const CertifiedFigure& figure : verified->figures) {
       EXPECT_TRUE(figure.agrees) << name << ": " << figure.name << " stated " << figure.stated
                                  << ", found " << figure.found;
@@ -73,7 +73,7 @@ class VerifyTest : public ::testing::Test {
 TEST_F(VerifyTest, WithoutTheScanTheRestIsChecked) {
   const Verification verified = Verify(nullptr);
   EXPECT_TRUE(verified.agrees());
-  EXPECT_EQ(verified.figures.size(), 3u);  // folds, filled_share, sum_of_shares
+  EXPECT_EQ(verified.figures.size(), 4u);  // folds, two shares, sum_of_shares
 }
 
 TEST_F(VerifyTest, AnotherScanIsTold) {
