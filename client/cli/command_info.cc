@@ -126,15 +126,18 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
   if (!decoded.chunk_bytes.empty()) {
     std::cout << LabelledLine("control", Counted(decoded.chunk_bytes[0], "byte", "bytes"));
   }
+  const bool whole = decoded.surface.max_level == decoded.declared_max_level;
+  const size_t layers =
+      facts.vertices.size() - (whole ? decoded.metadata.plain_levels.size() : size_t{0});
   for (size_t level = 0; level < facts.vertices.size(); ++level) {
-    const int64_t bytes =
-        level + 1 < decoded.chunk_bytes.size() ? decoded.chunk_bytes[level + 1] : 0;
+    const bool has_chunk = level < layers && level + 1 < decoded.chunk_bytes.size();
+    const int64_t bytes = has_chunk ? decoded.chunk_bytes[level + 1] : 0;
     std::cout << LabelledLine(absl::StrCat("level ", level),
                               absl::StrCat(Counted(facts.vertices[level], "vertex", "vertices"),
                                            ", ", Counted(facts.faces[level], "face", "faces"), ", ",
                                            Counted(bytes, "byte", "bytes")));
   }
-  if (decoded.chunk_bytes.size() > facts.vertices.size() + 1) {
+  if (decoded.chunk_bytes.size() > layers + 1) {
     std::cout << LabelledLine("flags", Counted(decoded.chunk_bytes.back(), "byte", "bytes"));
   }
 }

@@ -27,7 +27,7 @@ absl::Status DecodeHeightsV1(const std::vector<Chunk>& layers, const LoopRefinem
 
 absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
                            DisplacedSurface& surface) {
-  const int level_count = static_cast<int>(file.layers.size());
+  const int level_count = file.level_count();
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
   RILIEVO_ASSIGN_OR_RETURN(
       const LoopRefinement refinement,
@@ -38,7 +38,7 @@ absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
     return DecodeHeightsV1(file.layers, refinement, header.height_unit, context, surface);
   }
   RILIEVO_ASSIGN_OR_RETURN(const DecodedHeights decoded,
-                           DecodeHeightLayers(file.Payloads(), refinement,
+                           DecodeHeightLayers(file.Payloads(), file.PlainLevels(), refinement,
                                               header.group_limit > 0 ? &file.groups : nullptr,
                                               header.has_filled, file.SmoothedPayload(), context));
   surface.heights.reserve(decoded.heights.size());

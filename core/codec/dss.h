@@ -74,13 +74,16 @@ struct DssMetadata {
   std::string road;        // "planar", "spherical", "arbitrary", "user"
   std::string input_hash;  // of the scan's bytes, at most 64 bytes
   std::string options;     // what the surface was asked for
-  // Every height that is not filled is smoothed. Set by EncodeDss alone.
+  // Set by EncodeDss alone: every height that is not filled is smoothed; lifting rules of the
+  // finest levels, coarse first, that have no coefficients and no chunk.
   bool all_smoothed = false;
+  std::vector<uint8_t> plain_levels;
 };
 
-// Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds; the last may tell
-// which heights are smoothed. Their concatenation
-// is the file, and any prefix of whole chunks decodes, to a surface with fewer levels.
+// Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds (the finest levels
+// may have none, see DssMetadata::plain_levels); the last may tell which heights are smoothed.
+// Their concatenation is the file, and any prefix of whole chunks decodes, to a surface with fewer
+// levels.
 struct EncodedSurface {
   std::vector<std::vector<uint8_t>> chunks;
   double height_step = 0;  // of the quantiser, as asked for or found

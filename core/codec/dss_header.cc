@@ -1,5 +1,6 @@
 #include "core/codec/dss_header.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -7,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/codec/byte_stream.h"
 #include "core/codec/dss_metadata.h"
+#include "core/codec/edge_rules.h"
 #include "core/codec/face_groups.h"
 #include "core/loop/refinement.h"
 
@@ -82,6 +84,13 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   header.group_limit = static_cast<int>(group_limit);
   header.vertex_count = static_cast<int>(vertex_count);
   header.face_count = static_cast<int>(face_count);
+  if (version < 3) header.metadata.plain_levels.clear();
+  const std::vector<uint8_t>& plain = header.metadata.plain_levels;
+  if (plain.size() > static_cast<size_t>(header.max_level) ||
+      (!plain.empty() && (header.group_limit > 0 ||
+                          *std::max_element(plain.begin(), plain.end()) >= kEdgeRules.size()))) {
+    return absl::DataLossError("the header names levels without a chunk that cannot be");
+  }
   if (header.max_level > kMaxLoopLevel) {
     return absl::DataLossError(
         absl::StrCat("max_level is ", header.max_level, ", the format ends at ", kMaxLoopLevel));

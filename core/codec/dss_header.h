@@ -23,6 +23,9 @@ struct DssHeader {
   bool has_creases = false;
   int group_limit = 0;  // most faces of a group (face_groups.h); 0: no groups
   DssMetadata metadata;
+
+  // Chunks of heights in a whole file.
+  int layer_count() const { return max_level + 1 - static_cast<int>(metadata.plain_levels.size()); }
 };
 
 // Steps are written with 12 binary digits after the first: the nearest such number, which a

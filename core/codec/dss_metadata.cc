@@ -33,6 +33,7 @@ enum Field : uint64_t {
   kRelease = 14,       // three varints: generator "rilievo A.B.C"
   kNamedRoad = 15,     // one byte: place in kRoads
   kAllSmoothed = 16,   // nothing: it is there
+  kPlainLevels = 17,   // a rule a byte
 };
 constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbitrary", "user"};
 
@@ -200,6 +201,9 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
       if (value.ok() && road < kRoads.size()) metadata.road = kRoads[road];
       break;
     }
+    case kPlainLevels:
+      metadata.plain_levels.assign(bytes.begin(), bytes.end());
+      break;
     case kAllSmoothed:
       metadata.all_smoothed = true;
       break;
@@ -243,6 +247,7 @@ void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
   if (metadata.folds >= 0) WriteCount(kFolds, metadata.folds, writer);
   WriteText(kInputHash, metadata.input_hash, writer);
   WriteText(kOptions, metadata.options, writer);
+  if (!metadata.plain_levels.empty()) WriteField(kPlainLevels, metadata.plain_levels, writer);
   if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);
 }

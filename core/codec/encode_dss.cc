@@ -13,6 +13,7 @@
 #include "core/codec/decode_law.h"
 #include "core/codec/dss.h"
 #include "core/codec/dss_header.h"
+#include "core/codec/edge_rules.h"
 #include "core/codec/encode_smoothed_flags.h"
 #include "core/codec/face_groups.h"
 #include "core/codec/height_encoder.h"
@@ -37,7 +38,8 @@ constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
 // The RMS error on which bits are still spent, in standard errors of the heights.
 constexpr double kNoiseShare = 0.5;
 constexpr int64_t kLayerOverhead = 8;  // of a chunk's tag, length and checksum, at most
-constexpr int64_t kStepSlack = 10;     // by which the header grows when unit and flags are known
+constexpr int64_t kLayerFrame = 6;     // the same, at least
+constexpr int64_t kStepSlack = 20;     // by which the header grows when all is coded
 
 absl::Status CheckStep(double step, const char* name) {
   if (step > 0 && step <= kMaxStep) return absl::OkStatus();
@@ -133,6 +135,7 @@ DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology
   header.height_unit = header.position_step;  // until the heights are coded
   header.metadata = metadata;
   header.metadata.all_smoothed = false;
+  header.metadata.plain_levels.clear();
   return header;
 }
 
@@ -157,12 +160,50 @@ absl::StatusOr<EncodedHeights> EncodeHeights(const HeightEncoder& encoder,
   return encoder.Encode(StepOf(options), context);
 }
 
-void WrapLayers(const LoopRefinement& refinement, std::vector<std::vector<uint8_t>>& layers,
-                EncodedSurface& encoded) {
+bool IsEmpty(const std::vector<uint8_t>& layer) { return (layer[0] & kEmptyLayerFlag) != 0; }
+
+// Takes off the finest layers that hold no coefficients, and gives their rules. They may hold flags
+// of filled heights, which are as coarse then as the heights that are told: only where that saves
+// something worth it of a file of `other_bytes` besides.
+std::vector<uint8_t> TakePlainLevels(int64_t other_bytes,
+                                     std::vector<std::vector<uint8_t>>& layers) {
+  constexpr int64_t kWorth = 64;  // as one part in so many
+  size_t left = layers.size();
+  int64_t saved = 0, all = other_bytes;
+  for (const auto& layer : layers) all += static_cast<int64_t>(layer.size());
+  for (; left > 1 && IsEmpty(layers[left - 1]); --left) {
+    saved += static_cast<int64_t>(layers[left - 1].size()) + kLayerFrame;
+  }
+  std::vector<uint8_t> rules;
+  if (saved * kWorth < all) return rules;
+  for (size_t level = left; level < layers.size(); ++level) {
+    rules.push_back(static_cast<uint8_t>((layers[level][0] & ~kEmptyLayerFlag) >> 4));
+  }
+  layers.resize(left);
+  return rules;
+}
+
+// As a decoder has them: levels without a chunk follow those before.
+std::vector<uint8_t> FilledAsDecoded(const LoopRefinement& refinement, int max_level,
+                                     size_t plain_levels, std::vector<uint8_t> filled) {
+  for (int level = max_level + 1 - static_cast<int>(plain_levels); level <= max_level; ++level) {
+    const MeshTopology& topology = refinement.levels[level - 1];
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      const EdgeStencil stencil = StencilOfEdge(topology, e);
+      filled[topology.vertex_count + e] =
+          static_cast<uint8_t>(filled[stencil.ends[0]] & filled[stencil.ends[1]]);
+    }
+  }
+  return filled;
+}
+
+void WrapLayers(const LoopRefinement& refinement, int max_level,
+                std::vector<std::vector<uint8_t>>& layers, EncodedSurface& encoded) {
   int64_t bytes = 0;
   for (size_t level = 0; level < layers.size(); ++level) {
-    PadTo(HeightBytesByLaw(refinement.vertex_count(static_cast<int>(level))) - bytes,
-          layers[level]);
+    // The last one answers for the levels that have none.
+    const int reached = level + 1 == layers.size() ? max_level : static_cast<int>(level);
+    PadTo(HeightBytesByLaw(refinement.vertex_count(reached)) - bytes, layers[level]);
     bytes += static_cast<int64_t>(layers[level].size());
     encoded.chunks.push_back(WrapChunk(kHeightsTag, layers[level], false));
   }
@@ -253,8 +294,9 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
     writer.Bytes(coded_mesh);
     coded_mesh = std::move(both);
   }
-  const auto encode_smoothed = [&](int64_t bytes, int64_t most) {
-    return EncodeSmoothedFlags(surface, refinement, encoder->filled(),
+  const auto encode_smoothed = [&](const std::vector<uint8_t>& filled, int64_t bytes,
+                                   int64_t most) {
+    return EncodeSmoothedFlags(surface, refinement, filled,
                                header.group_limit > 0 ? &groups : nullptr, options.smallest_hole,
                                bytes, most, context);
   };
@@ -268,14 +310,22 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
           "the control mesh alone takes ", chunk.size(), " bytes, encode.max_bytes is ",
           *options.max_bytes, "; allow more, or take fewer control faces"));
     }
-    RILIEVO_ASSIGN_OR_RETURN(smoothed, encode_smoothed(*options.max_bytes, bytes_left / 2));
+    RILIEVO_ASSIGN_OR_RETURN(
+        smoothed, encode_smoothed(encoder->filled(), *options.max_bytes, bytes_left / 2));
     bytes_left -= static_cast<int64_t>(smoothed.chunk.size());
   }
   RILIEVO_ASSIGN_OR_RETURN(EncodedHeights heights,
                            EncodeHeights(*encoder, options, bytes_left, context));
+  std::vector<uint8_t>& plain = header.metadata.plain_levels;
+  if (header.group_limit == 0 && smoothed.chunk.empty()) {
+    plain = TakePlainLevels(static_cast<int64_t>(chunk.size()), heights.layers);
+  }
   if (!options.max_bytes) {
     const int64_t bytes = static_cast<int64_t>(chunk.size()) + heights.bytes();
-    RILIEVO_ASSIGN_OR_RETURN(smoothed, encode_smoothed(bytes, bytes));
+    RILIEVO_ASSIGN_OR_RETURN(
+        smoothed, encode_smoothed(FilledAsDecoded(refinement, surface.max_level, plain.size(),
+                                                  encoder->filled()),
+                                  bytes, bytes));
   }
   header.metadata.all_smoothed = smoothed.all;
   header.height_unit = heights.unit;
@@ -285,7 +335,7 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   encoded.height_max = heights.max;
   RILIEVO_ASSIGN_OR_RETURN(chunk, ControlChunk(header, coded_mesh));
   encoded.chunks.push_back(std::move(chunk));
-  WrapLayers(refinement, heights.layers, encoded);
+  WrapLayers(refinement, surface.max_level, heights.layers, encoded);
   if (!smoothed.chunk.empty()) encoded.chunks.push_back(std::move(smoothed.chunk));
   context.Report(Stage::kEncode, 1);
   return CheckSize(std::move(encoded), options);
@@ -300,9 +350,9 @@ absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encode
     return absl::InvalidArgumentError("chunk 0 is not as this version writes it");
   }
   RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head, list.version));
-  const bool all_smoothed = header.metadata.all_smoothed;
-  header.metadata = metadata;
-  header.metadata.all_smoothed = all_smoothed;
+  const DssMetadata before = std::exchange(header.metadata, metadata);
+  header.metadata.all_smoothed = before.all_smoothed;
+  header.metadata.plain_levels = before.plain_levels;
   RILIEVO_ASSIGN_OR_RETURN(encoded.chunks[0],
                            ControlChunk(header, reader.Bytes(reader.remaining())));
   return absl::OkStatus();

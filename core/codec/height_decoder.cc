@@ -69,6 +69,20 @@ absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
   return absl::OkStatus();
 }
 
+// A level without coefficients on the edges of `topology`.
+void AddPlainLevel(const MeshTopology& topology, int rule, HeightState& state) {
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const EdgeStencil stencil = StencilOfEdge(topology, e);
+    const bool filled = state.filled[stencil.ends[0]] != 0 && state.filled[stencil.ends[1]] != 0;
+    state.filled.push_back(filled ? 1 : 0);
+  }
+  state.heights.resize(state.filled.size(), 0);
+  LiftingStep lifting;
+  lifting.rule = rule;
+  lifting.strength = 0;
+  SynthesizeLevel(topology, lifting, state.heights);
+}
+
 // The groups' own part of the levels from kFirstGroupedLevel on.
 struct GroupReader {
   const MeshTopology& control;
@@ -220,8 +234,8 @@ std::vector<HeightSource> DecodedHeights::Sources(bool all_smoothed) const {
 }
 
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
-    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
-    const FaceGroups* groups, bool has_filled,
+    const std::vector<std::span<const uint8_t>>& layers, std::span<const uint8_t> plain,
+    const LoopRefinement& refinement, const FaceGroups* groups, bool has_filled,
     const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context) {
   const bool grouped = groups != nullptr && layers.size() > kFirstGroupedLevel;
   HeightState state;
@@ -229,10 +243,15 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
   const std::span all(layers);
   RILIEVO_RETURN_IF_ERROR(DecodeWholeLevels(grouped ? all.first(kFirstGroupedLevel) : all,
                                             refinement, has_filled, context, *models, state));
+  for (size_t i = 0; i < plain.size(); ++i) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    AddPlainLevel(refinement.levels[layers.size() + i - 1], plain[i], state);
+    if (!InRange(state.heights)) return OutOfRange();
+  }
+  const int level_count = static_cast<int>(layers.size() + plain.size());
   RILIEVO_ASSIGN_OR_RETURN(
       const std::unique_ptr<SmoothedReader> flags,
-      ReadSmoothed(smoothed, refinement,
-                   grouped ? kFirstGroupedLevel : static_cast<int>(layers.size()),
+      ReadSmoothed(smoothed, refinement, grouped ? kFirstGroupedLevel : level_count,
                    grouped ? groups->count() : 0, state.filled));
   if (!grouped) {
     return DecodedHeights{std::move(state.heights), std::move(state.filled),

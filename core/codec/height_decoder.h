@@ -24,13 +24,16 @@ struct DecodedHeights {
 };
 
 // `layers`: payloads of level 0, 1, ..., at least one; `refinement` reaches the last level but one.
-// `groups`: of the control faces where the file has them, else null. `smoothed`: payload of the
+// `plain`: rules of the levels after these, which have no coefficients, and whose new vertices are
+// filled where both ends of their edges are; none where there are groups; the refinement reaches
+// the last of them but one. `groups`: of the control faces where the file has them, else null.
+// `smoothed`: payload of the
 // chunk, where the file has one. DATA_LOSS when the bytes hold
 // fewer heights, or numbers beyond the range of the format. The caller has checked the counts
 // against the bytes.
 absl::StatusOr<DecodedHeights> DecodeHeightLayers(
-    const std::vector<std::span<const uint8_t>>& layers, const LoopRefinement& refinement,
-    const FaceGroups* groups, bool has_filled,
+    const std::vector<std::span<const uint8_t>>& layers, std::span<const uint8_t> plain,
+    const LoopRefinement& refinement, const FaceGroups* groups, bool has_filled,
     const std::optional<std::span<const uint8_t>>& smoothed, const RunContext& context);
 
 // The same for a part of a surface with groups and at least kFirstGroupedLevel + 1 layers. `part`:

@@ -9,8 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kEmptyFlag = 128;  // of the first byte, over rule * 16 + strength
-
 absl::Status CheckLayout(const LiftingStep& lifting, uint64_t step, int level) {
   if (lifting.rule < static_cast<int>(kEdgeRules.size()) && step >= 1 && step <= kMaxHeightStep) {
     return absl::OkStatus();
@@ -26,7 +24,7 @@ std::vector<uint8_t> WriteHeightLayout(const HeightLayout& layout) {
   std::vector<uint8_t> payload;
   ByteWriter writer(payload);
   const int lifting = layout.lifting.rule * 16 + layout.lifting.strength;
-  writer.Byte(static_cast<uint8_t>(lifting | (layout.empty ? kEmptyFlag : 0)));
+  writer.Byte(static_cast<uint8_t>(lifting | (layout.empty ? kEmptyLayerFlag : 0)));
   if (layout.empty) return payload;
   writer.Varint(static_cast<uint64_t>(layout.dequantizer.step));
   for (int draw : layout.dequantizer.draw) writer.Byte(static_cast<uint8_t>(draw));
@@ -36,8 +34,8 @@ std::vector<uint8_t> WriteHeightLayout(const HeightLayout& layout) {
 absl::StatusOr<HeightLayout> ReadHeightLayout(std::span<const uint8_t> payload, int level) {
   ByteReader reader(payload);
   HeightLayout layout;
-  const int first = reader.Byte(), lifting = first & ~kEmptyFlag;
-  layout.empty = (first & kEmptyFlag) != 0;
+  const int first = reader.Byte(), lifting = first & ~kEmptyLayerFlag;
+  layout.empty = (first & kEmptyLayerFlag) != 0;
   uint64_t step = 1;
   if (!layout.empty) {
     step = reader.Varint();
@@ -102,7 +100,7 @@ absl::StatusOr<GroupedLayout> ReadGroupedLayout(std::span<const uint8_t> payload
 }
 
 std::vector<uint8_t> WritePieceLayout(const PieceLayout& layout) {
-  if (layout.empty) return {kEmptyFlag};
+  if (layout.empty) return {kEmptyLayerFlag};
   return {0, static_cast<uint8_t>(layout.draw[0]), static_cast<uint8_t>(layout.draw[1])};
 }
 
@@ -116,7 +114,7 @@ absl::StatusOr<PieceLayout> ReadPieceLayout(std::span<const uint8_t> piece, int 
   ByteReader reader(bytes);
   PieceLayout layout;
   const int flags = reader.Byte();
-  if ((flags & ~kEmptyFlag) != 0) return refuse("has flags the format does not know");
+  if ((flags & ~kEmptyLayerFlag) != 0) return refuse("has flags the format does not know");
   layout.empty = flags != 0;
   if (!layout.empty) {
     for (int& draw : layout.draw) draw = reader.Byte();

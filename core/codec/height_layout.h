@@ -27,6 +27,9 @@ struct Dequantizer {
 
 inline constexpr int32_t kMaxHeightStep = 1 << 24;  // units
 
+// Of a payload's first byte, over rule * 16 + strength.
+inline constexpr int kEmptyLayerFlag = 128;
+
 struct HeightLayout {
   LiftingStep lifting;  // level 0: unused
   bool empty = false;   // no coefficients: all zero

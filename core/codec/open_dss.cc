@@ -124,12 +124,18 @@ std::optional<std::span<const uint8_t>> OpenedDss::SmoothedPayload() const {
   return smoothed->payload;
 }
 
+std::span<const uint8_t> OpenedDss::PlainLevels() const {
+  if (!whole()) return {};
+  return header.metadata.plain_levels;
+}
+
 absl::Status CheckHeightLaw(const OpenedDss& file) {
-  const std::vector<int64_t> counts =
-      NewVertexCounts(file.topology, static_cast<int>(file.layers.size()));
+  const std::vector<int64_t> counts = NewVertexCounts(file.topology, file.level_count());
   int64_t bytes = 0, vertices = 0;
-  for (size_t level = 0; level < file.layers.size(); ++level) {
-    bytes += static_cast<int64_t>(file.layers[level].payload.size());
+  for (size_t level = 0; level < counts.size(); ++level) {
+    if (level < file.layers.size()) {
+      bytes += static_cast<int64_t>(file.layers[level].payload.size());
+    }
     vertices += counts[level];
     if (file.version == 1) {
       RILIEVO_RETURN_IF_ERROR(
@@ -155,17 +161,16 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its header");
   RILIEVO_ASSIGN_OR_RETURN(file.header, DecodeDssHeader(head, list.version));
   const DssHeader& header = file.header;
-  if (static_cast<int>(file.layers.size()) > header.max_level + 1) {
+  if (static_cast<int>(file.layers.size()) > header.layer_count()) {
     return absl::DataLossError(absl::StrCat("there are ", file.layers.size(),
                                             " height layers, max_level ", header.max_level, " has ",
-                                            header.max_level + 1));
+                                            header.layer_count()));
   }
   const size_t apart = header.group_limit > 0 ? kFirstGroupedLevel : file.layers.size();
   for (size_t level = 0; !check_groups && level < file.layers.size() && level < apart; ++level) {
     RILIEVO_RETURN_IF_ERROR(CheckChunk(file.layers[level]));
   }
-  const bool whole = static_cast<int>(file.layers.size()) == header.max_level + 1;
-  if (file.smoothed && (!whole || file.smoothed->number < file.layers.back().number)) {
+  if (file.smoothed && (!file.whole() || file.smoothed->number < file.layers.back().number)) {
     file.smoothed.reset();
   }
   if (file.smoothed && !check_groups && apart == file.layers.size()) {

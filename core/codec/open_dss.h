@@ -26,6 +26,14 @@ struct OpenedDss {
   std::optional<Chunk> smoothed;     // only if the heights of all levels are there
   std::vector<int64_t> chunk_bytes;  // of all chunks
   std::vector<std::span<const uint8_t>> Payloads() const;
+  // Whether all chunks of heights are there.
+  bool whole() const { return static_cast<int>(layers.size()) == header.layer_count(); }
+  // Levels with heights, those without a chunk among them once all chunks are there.
+  int level_count() const {
+    return whole() ? header.max_level + 1 : static_cast<int>(layers.size());
+  }
+  // Rules of the levels that have none; empty unless all chunks are there.
+  std::span<const uint8_t> PlainLevels() const;
   std::optional<std::span<const uint8_t>> SmoothedPayload() const;
 };
 

@@ -50,6 +50,14 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   return points;
 }
 
+// In the unit frame.
+absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const RunContext& context) {
+  DisplacedSurface unit = surface;
+  unit.frame = {};
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  return Shape{std::move(mesh.vertices), std::move(mesh.triangles)};
+}
+
 class FigureList {
  public:
   void Add(std::string name, double stated, double found) {
@@ -112,10 +120,15 @@ std::string HashOfScan(const PointCloud& scan) {
 
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
                                              const RunContext& context) {
-  DisplacedSurface unit = surface;
-  unit.frame = {};
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  return MeasureTriangles({std::move(mesh.vertices), std::move(mesh.triangles)}, points, context);
+  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(surface, context));
+  return MeasureTriangles(triangles, points, context);
+}
+
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             const SearchableShape& points,
+                                             const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(surface, context));
+  return MeasureAgainst(triangles, points, MeasureOptions{kSamples}, context);
 }
 
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,

@@ -27,6 +27,11 @@ std::string HashOfScan(const PointCloud& scan);
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
                                              const RunContext& context);
 
+// The same against points whose tree is there already.
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             const SearchableShape& points,
+                                             const RunContext& context);
+
 // The same of a surface that is triangles already.
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context);

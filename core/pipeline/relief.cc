@@ -193,25 +193,31 @@ absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double co
   return Encode(relief, coding_error, options, context, report);
 }
 
+// Rounded before heights are sampled: the heights take up the rounding.
+absl::StatusOr<Domain> RoundDomain(ControlMesh fitted, double position_step) {
+  Domain domain;
+  domain.position_step = position_step;
+  domain.fitted = std::move(fitted);
+  RILIEVO_ASSIGN_OR_RETURN(domain.mesh, PrepareControlMesh(domain.fitted, position_step));
+  return domain;
+}
+
 absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,
                                  const ReconstructOptions& options, const RunContext& context,
                                  ReconstructReport* report) {
   const StageTimer timer(Stage::kDomainFit, context, report);
   report->control_vertices = static_cast<int>(start.vertices.cols());
   report->control_faces = static_cast<int>(start.faces.cols());
-  RILIEVO_ASSIGN_OR_RETURN(const DomainFit fit,
+  RILIEVO_ASSIGN_OR_RETURN(DomainFit fit,
                            FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
   report->domain_rms = fit.rms_after;
   report->fit_rounds = fit.rounds;
   report->fit_converged = fit.converged;
-  Domain domain;
-  domain.position_step = options.encode.position_step;
-  if (domain.position_step == 0) {
-    domain.position_step = PositionStepFor(fit.control_mesh, options.encode.max_error);
+  double position_step = options.encode.position_step;
+  if (position_step == 0) {
+    position_step = PositionStepFor(fit.control_mesh, options.encode.max_error);
   }
-  // Rounded before heights are sampled: the heights take up the rounding.
-  RILIEVO_ASSIGN_OR_RETURN(domain.mesh, PrepareControlMesh(fit.control_mesh, domain.position_step));
-  return domain;
+  return RoundDomain(std::move(fit.control_mesh), position_step);
 }
 
 absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,

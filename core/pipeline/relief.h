@@ -15,7 +15,11 @@ namespace rilievo {
 struct Domain {
   ControlMesh mesh;
   double position_step = 0;
+  ControlMesh fitted;  // before rounding
 };
+
+// The same rounded to another step.
+absl::StatusOr<Domain> RoundDomain(ControlMesh fitted, double position_step);
 
 // The Loop surface of `start`, fitted to the points. Fills in what the report says of it, the
 // control mesh's counts too.

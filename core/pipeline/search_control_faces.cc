@@ -18,7 +18,9 @@ namespace {
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
 constexpr double kNone = -1, kHalf = 0.5;  // rungs
+constexpr double kStepRatio = 1.5;         // of position steps
 constexpr double kAlike = 1.01;            // errors
+constexpr double kCoarsestStep = 0.01;     // EncodeOptions::position_step
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
 constexpr double kBytesPerFace = 1.0;
 
@@ -70,6 +72,7 @@ class Search {
       }
     }
     if (!best_) return failure_;
+    if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());
     SetReport(best_->report);
     return std::move(best_->relief);
@@ -108,6 +111,26 @@ class Search {
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                              FitDomain(scan_, mesh, options_, context_, report_));
+    return TryDomain(domain, rung);
+  }
+
+  // Coarser steps of the control points while they win, else one finer: what they save, heights
+  // may have to make good.
+  absl::Status TrySteps() {
+    const double first = best_->domain.position_step;
+    for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
+      for (double step = first * ratio; step <= kCoarsestStep; step *= ratio) {
+        SetReport(best_->report);
+        RILIEVO_ASSIGN_OR_RETURN(const Domain domain, RoundDomain(best_->domain.fitted, step));
+        RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_rung_));
+        if (best_->domain.position_step != step) break;
+      }
+      if (best_->domain.position_step != first) break;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status TryDomain(const Domain& domain, double rung) {
     auto relief = MakeRelief(scan_, domain, metadata_, options_, context_, report_);
     if (absl::IsResourceExhausted(relief.status())) {
       failure_ = relief.status();

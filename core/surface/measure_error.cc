@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -184,27 +185,10 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& 
   return way;
 }
 
-}  // namespace
-
-absl::Status MeasureOptions::Validate() const {
-  if (samples < kMinSamples || samples > kMaxSamples) {
-    return absl::InvalidArgumentError(absl::StrCat("measure.samples is ", samples, ", must be ",
-                                                   kMinSamples, " to ", kMaxSamples));
-  }
-  return absl::OkStatus();
-}
-
-absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
+absl::StatusOr<TwoSidedError> MeasureBothWays(const Shape& a, const ClosestPointTree& tree_a,
+                                              const Shape& b, const ClosestPointTree& tree_b,
                                               const MeasureOptions& options,
                                               const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
-  RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
-  RILIEVO_RETURN_IF_ERROR(CheckShape(b, "b"));
-  context.Report(Stage::kMeasure, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
-                           ClosestPointTree::Build(a.vertices, a.triangles, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_b,
-                           ClosestPointTree::Build(b.vertices, b.triangles, context));
   context.Report(Stage::kMeasure, 0.2);
   RILIEVO_ASSIGN_OR_RETURN(OneWay a_to_b,
                            MeasureOneWay(a, tree_a.source(), b, tree_b, options.samples, context));
@@ -226,6 +210,48 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
   error.p95 = Percentile95(pooled);
   context.Report(Stage::kMeasure, 1);
   return error;
+}
+
+}  // namespace
+
+absl::Status MeasureOptions::Validate() const {
+  if (samples < kMinSamples || samples > kMaxSamples) {
+    return absl::InvalidArgumentError(absl::StrCat("measure.samples is ", samples, ", must be ",
+                                                   kMinSamples, " to ", kMaxSamples));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
+                                              const MeasureOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
+  RILIEVO_RETURN_IF_ERROR(CheckShape(b, "b"));
+  context.Report(Stage::kMeasure, 0);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
+                           ClosestPointTree::Build(a.vertices, a.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_b,
+                           ClosestPointTree::Build(b.vertices, b.triangles, context));
+  return MeasureBothWays(a, tree_a, b, tree_b, options, context);
+}
+
+absl::StatusOr<SearchableShape> MakeSearchable(Shape shape, const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckShape(shape, "b"));
+  RILIEVO_ASSIGN_OR_RETURN(ClosestPointTree tree,
+                           ClosestPointTree::Build(shape.vertices, shape.triangles, context));
+  return SearchableShape{std::move(shape), std::move(tree)};
+}
+
+absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableShape& b,
+                                             const MeasureOptions& options,
+                                             const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
+  context.Report(Stage::kMeasure, 0);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
+                           ClosestPointTree::Build(a.vertices, a.triangles, context));
+  return MeasureBothWays(a, tree_a, b.shape, b.tree, options, context);
 }
 
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 
@@ -50,6 +51,18 @@ struct MeasureOptions {
 absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);
+
+// A shape that many others are measured against, with its tree. The errors of MeasureTwoSided.
+struct SearchableShape {
+  Shape shape;
+  ClosestPointTree tree;
+};
+absl::StatusOr<SearchableShape> MakeSearchable(Shape shape, const RunContext& context);
+
+// MeasureTwoSided, bit for bit.
+absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableShape& b,
+                                             const MeasureOptions& options,
+                                             const RunContext& context);
 
 // One direction of it: from samples and vertices of `from`, or its points, to `to`. Quickest where
 // neighbours in the numbering of `from` are neighbours in space.

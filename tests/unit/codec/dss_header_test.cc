@@ -71,6 +71,28 @@ TEST(DssHeaderTest, SmallNumbersTakeFewBytes) {
   EXPECT_EQ(EncodeDssHeader(header).size(), 4u + 3u + 3u + 8u + 1u);
 }
 
+TEST(DssHeaderTest, LevelsWithoutAChunkMustBePossible) {
+  DssHeader header = Sample();
+  header.metadata.plain_levels = {1, 0, 3};
+  const auto decoded = DecodeDssHeader(EncodeDssHeader(header), 3);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->metadata.plain_levels, header.metadata.plain_levels);
+  EXPECT_EQ(decoded->layer_count(), 3);
+  // Versions before have none.
+  EXPECT_EQ(DecodeDssHeader(EncodeDssHeader(header), 2)->layer_count(), 6);
+  header.metadata.plain_levels = {1, 4};
+  EXPECT_EQ(DecodeDssHeader(EncodeDssHeader(header), 3).status().code(),
+            absl::StatusCode::kDataLoss);
+  header.metadata.plain_levels.assign(6, 0);
+  EXPECT_EQ(DecodeDssHeader(EncodeDssHeader(header), 3).status().code(),
+            absl::StatusCode::kDataLoss);
+  header.metadata.plain_levels.resize(5);
+  EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 3).ok());
+  header.group_limit = 128;
+  EXPECT_EQ(DecodeDssHeader(EncodeDssHeader(header), 3).status().code(),
+            absl::StatusCode::kDataLoss);
+}
+
 TEST(DssHeaderTest, UnknownMetadataIsSkipped) {
   std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
   ASSERT_EQ(bytes.back(), 0);  // the end of the metadata

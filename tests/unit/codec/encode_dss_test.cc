@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/codec/dss.h"
+#include "core/codec/edge_rules.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "tests/unit/codec/test_surfaces.h"
@@ -223,6 +224,55 @@ TEST(EncodeDssTest, SmoothedHeightsComeBackAsSuch) {
       EXPECT_EQ(decoded->surface.sources, surface.sources);
       EXPECT_EQ(decoded->metadata.all_smoothed, all == HeightSource::kSmoothed);
     }
+  }
+}
+
+// Finest levels without coefficients take a byte each, and the surface has them all the same.
+TEST(EncodeDssTest, PlainLevelsNeedNoChunk) {
+  constexpr int kLevel = 5;
+  EncodeOptions options;
+  options.height_step = 5e-3;
+  for (const bool smoothed : {false, true}) {
+    SCOPED_TRACE(smoothed);
+    DisplacedSurface surface = SurfaceOver(Torus(8, 6), kLevel, kPositionStep, 0);
+    for (HeightSource& source : surface.sources) {
+      if (!smoothed && source == HeightSource::kSmoothed) source = HeightSource::kMeasured;
+    }
+    const EncodedSurface encoded = *EncodeDss(surface, {}, options, RunContext());
+    const auto tag = [&](size_t chunk) { return static_cast<char>(encoded.chunks[chunk][0]); };
+    size_t layers = encoded.chunks.size() - 1;
+    if (tag(layers) == 's') --layers;
+    ASSERT_LT(layers, kLevel + 1u);
+    const auto decoded = DecodeDss(encoded.Concatenate(), RunContext());
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(decoded->declared_max_level, kLevel);
+    EXPECT_EQ(decoded->surface.max_level, kLevel);
+    EXPECT_EQ(decoded->metadata.plain_levels.size(), kLevel + 1 - layers);
+    const auto [rms, largest] = HeightErrors(decoded->surface, surface);
+    EXPECT_LT(rms, 0.5 * options.height_step);
+    EXPECT_LT(largest, 6 * options.height_step);
+    // A new vertex is filled where both ends of its edge are.
+    const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kLevel, RunContext());
+    const std::vector<HeightSource>& sources = decoded->surface.sources;
+    const auto is_filled = [&](int v) { return sources[v] == HeightSource::kFilled; };
+    for (int level = static_cast<int>(layers); level <= kLevel; ++level) {
+      const MeshTopology& topology = refinement.levels[level - 1];
+      for (int e = 0; e < topology.edge_count(); ++e) {
+        EXPECT_EQ(is_filled(topology.vertex_count + e),
+                  is_filled(StencilOfEdge(topology, e).ends[0]) &&
+                      is_filled(StencilOfEdge(topology, e).ends[1]));
+      }
+    }
+    EXPECT_NEAR(static_cast<double>(CountOf(HeightSource::kFilled, decoded->surface)),
+                static_cast<double>(CountOf(HeightSource::kFilled, surface)),
+                0.25 * static_cast<double>(CountOf(HeightSource::kFilled, surface)));
+    // A prefix has the levels of its chunks.
+    std::vector<uint8_t> part;
+    for (size_t chunk = 0; chunk < layers; ++chunk) {
+      part.insert(part.end(), encoded.chunks[chunk].begin(), encoded.chunks[chunk].end());
+    }
+    EXPECT_EQ(DecodeDss(part, RunContext())->surface.max_level,
+              std::max(0, static_cast<int>(layers) - 2));
   }
 }
 

@@ -11,7 +11,7 @@ class HeightDecoderTest : public ::testing::Test {
  protected:
   absl::StatusOr<DecodedHeights> Decode(const std::vector<std::vector<uint8_t>>& layers) const {
     const std::vector<std::span<const uint8_t>> spans(layers.begin(), layers.end());
-    return DecodeHeightLayers(spans, refinement_, nullptr, encoder_.has_filled(), std::nullopt,
+    return DecodeHeightLayers(spans, {}, refinement_, nullptr, encoder_.has_filled(), std::nullopt,
                               RunContext());
   }
 

@@ -16,7 +16,7 @@ DecodedHeights Decode(const EncodedHeights& encoded, const LoopRefinement& refin
                       bool has_filled) {
   std::vector<std::span<const uint8_t>> layers(encoded.layers.begin(), encoded.layers.end());
   auto decoded =
-      DecodeHeightLayers(layers, refinement, nullptr, has_filled, std::nullopt, RunContext());
+      DecodeHeightLayers(layers, {}, refinement, nullptr, has_filled, std::nullopt, RunContext());
   EXPECT_TRUE(decoded.ok()) << decoded.status();
   return *std::move(decoded);
 }

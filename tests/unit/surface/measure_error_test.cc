@@ -145,6 +145,21 @@ TEST(MeasureOneSidedTest, IsOneWayOfBoth) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST(MeasureTwoSidedTest, ATreeThatIsThereChangesNothing) {
+  const Shape a = SphereShape(1, 30, {0, 0, 0});
+  const Shape b{SphereShape(1.1, 20, {0, 0.1, 0}).vertices, {}};
+  const SearchableShape kept = MakeSearchable(b, RunContext()).value();
+  for (int round = 0; round < 2; ++round) {
+    const TwoSidedError with = MeasureAgainst(a, kept, {}, RunContext()).value();
+    const TwoSidedError without = MeasureTwoSided(a, b, {}, RunContext()).value();
+    EXPECT_EQ(with.rms, without.rms);
+    EXPECT_EQ(with.p95, without.p95);
+    EXPECT_EQ(with.a_to_b.max, without.a_to_b.max);
+    EXPECT_EQ(with.b_to_a.mean, without.b_to_a.mean);
+  }
+  EXPECT_FALSE(MakeSearchable(Shape(), RunContext()).ok());
+}
+
 TEST(MeasureTwoSidedTest, NamesWhatIsWrong) {
   const Shape good = SquareShape(0, 4);
   const auto message = [](const Shape& a, const Shape& b, int samples) {
