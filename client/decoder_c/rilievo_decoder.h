@@ -53,7 +53,8 @@ RILIEVO_API const char* rilievo_last_error(void);
 
 /* How many of the first `size` bytes of a file are whole chunks up to the heights of `max_level`
  * (negative: all levels): what rilievo_decode() takes of a file that is still on its way, or that
- * is wanted coarser than it is. 0 when the control mesh is not whole yet. Looks at the lengths of
+ * is wanted coarser than it is. Finest levels without a chunk of their own come with the last that
+ * has one. 0 when the control mesh is not whole yet. Looks at the lengths of
  * the chunks only. INVALID_ARGUMENT when the bytes do not begin like a .dss file. */
 RILIEVO_API RilievoCode rilievo_whole_bytes(const uint8_t* bytes, size_t size, int max_level,
                                             size_t* whole);
