@@ -25,6 +25,8 @@ struct InfoArguments {
 };
 
 struct SurfaceFacts {
+  std::vector<int64_t> level_bytes;      // of each level's chunk, 0 where it has none
+  int64_t flag_bytes = 0;                // of the chunk that tells smoothed heights
   TopologySummary topology;              // of the control mesh
   std::vector<int64_t> vertices, faces;  // per level
   int64_t measured = 0, smoothed = 0, filled = 0;
@@ -50,6 +52,15 @@ SurfaceFacts Facts(const DecodedSurface& decoded) {
     facts.smoothed += source == HeightSource::kSmoothed;
     facts.filled += source == HeightSource::kFilled;
   }
+  const bool whole = surface.max_level == decoded.declared_max_level;
+  const size_t layers =
+      facts.vertices.size() - (whole ? decoded.metadata.plain_levels.size() : size_t{0});
+  const std::vector<int64_t>& chunks = decoded.chunk_bytes;
+  for (size_t level = 0; level < facts.vertices.size(); ++level) {
+    facts.level_bytes.push_back(level < layers && level + 1 < chunks.size() ? chunks[level + 1]
+                                                                            : 0);
+  }
+  if (chunks.size() > layers + 1) facts.flag_bytes = chunks.back();
   facts.bytes = std::accumulate(decoded.chunk_bytes.begin(), decoded.chunk_bytes.end(), int64_t{0});
   return facts;
 }
@@ -79,12 +90,12 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   json["control_bytes"] = decoded.chunk_bytes.empty() ? 0 : decoded.chunk_bytes[0];
   json["levels"] = Json::array();
   for (size_t level = 0; level < facts.vertices.size(); ++level) {
-    const bool has_chunk = level + 1 < decoded.chunk_bytes.size();
     json["levels"].push_back({{"level", level},
                               {"vertices", facts.vertices[level]},
                               {"faces", facts.faces[level]},
-                              {"bytes", has_chunk ? decoded.chunk_bytes[level + 1] : 0}});
+                              {"bytes", facts.level_bytes[level]}});
   }
+  json["flag_bytes"] = facts.flag_bytes;
   return json;
 }
 
@@ -126,19 +137,14 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
   if (!decoded.chunk_bytes.empty()) {
     std::cout << LabelledLine("control", Counted(decoded.chunk_bytes[0], "byte", "bytes"));
   }
-  const bool whole = decoded.surface.max_level == decoded.declared_max_level;
-  const size_t layers =
-      facts.vertices.size() - (whole ? decoded.metadata.plain_levels.size() : size_t{0});
   for (size_t level = 0; level < facts.vertices.size(); ++level) {
-    const bool has_chunk = level < layers && level + 1 < decoded.chunk_bytes.size();
-    const int64_t bytes = has_chunk ? decoded.chunk_bytes[level + 1] : 0;
     std::cout << LabelledLine(absl::StrCat("level ", level),
                               absl::StrCat(Counted(facts.vertices[level], "vertex", "vertices"),
                                            ", ", Counted(facts.faces[level], "face", "faces"), ", ",
-                                           Counted(bytes, "byte", "bytes")));
+                                           Counted(facts.level_bytes[level], "byte", "bytes")));
   }
-  if (decoded.chunk_bytes.size() > layers + 1) {
-    std::cout << LabelledLine("flags", Counted(decoded.chunk_bytes.back(), "byte", "bytes"));
+  if (facts.flag_bytes > 0) {
+    std::cout << LabelledLine("flags", Counted(facts.flag_bytes, "byte", "bytes"));
   }
 }
 

@@ -34,8 +34,15 @@ enum Field : uint64_t {
   kNamedRoad = 15,     // one byte: place in kRoads
   kAllSmoothed = 16,   // nothing: it is there
   kPlainLevels = 17,   // a rule a byte
+  kOrigin = 18,        // release, road, scan points, folds, hash in one
+  kShortOptions = 19,  // text with bytes for kOptionNames
 };
 constexpr std::array<std::string_view, 4> kRoads = {"planar", "spherical", "arbitrary", "user"};
+
+// Byte i + 1 of short options stands for name i, with the blank before and the sign after it.
+constexpr std::array<std::string_view, 9> kOptionNames = {"max_error", "max_bytes",    "seed",
+                                                          "max_level", "target_faces", "boundary",
+                                                          "creases",   "topology",     "method"};
 
 // Figures of a certificate in the order of the format; those at the end that are not known are
 // left off.
@@ -105,7 +112,8 @@ void ReadFigures(ByteReader& reader, DssMetadata& metadata) {
   }
 }
 
-void WriteGenerator(const std::string& generator, ByteWriter& writer) {
+// A, B and C of "rilievo A.B.C"; nothing for another generator.
+std::vector<uint8_t> ReleaseOf(const std::string& generator) {
   constexpr std::string_view kName = "rilievo ";
   std::vector<uint8_t> bytes;
   ByteWriter inner(bytes);
@@ -119,14 +127,35 @@ void WriteGenerator(const std::string& generator, ByteWriter& writer) {
     inner.Varint(number);
     absl::StrAppend(&again, i > 0 ? "." : "", number);
   }
-  if (again != generator) return WriteText(kGenerator, generator, writer);
-  WriteField(kRelease, bytes, writer);
+  if (again != generator) bytes.clear();
+  return bytes;
+}
+
+void WriteGenerator(const std::string& generator, ByteWriter& writer) {
+  const std::vector<uint8_t> release = ReleaseOf(generator);
+  if (release.empty()) return WriteText(kGenerator, generator, writer);
+  WriteField(kRelease, release, writer);
 }
 
 std::string ReadRelease(ByteReader& reader) {
   std::string generator = "rilievo ";
   for (int i = 0; i < 3; ++i) absl::StrAppend(&generator, i > 0 ? "." : "", reader.Varint());
   return reader.ok() ? generator : std::string();
+}
+
+std::string ReadShortOptions(std::string_view text) {
+  std::string options;
+  for (const char c : text) {
+    const auto code = static_cast<uint8_t>(c);
+    if (code == 0 || code > kOptionNames.size()) {
+      options += c;
+    } else {
+      if (!options.empty()) options += ' ';
+      options += kOptionNames[code - 1];
+      options += '=';
+    }
+  }
+  return options;
 }
 
 void WriteRoad(const std::string& road, ByteWriter& writer) {
@@ -139,6 +168,57 @@ void WriteCount(Field field, int64_t count, ByteWriter& writer) {
   std::vector<uint8_t> bytes;
   ByteWriter(bytes).Varint(static_cast<uint64_t>(count));
   WriteField(field, bytes, writer);
+}
+
+// What nearly every file holds, without a number and a length for each.
+bool WriteOrigin(const DssMetadata& metadata, ByteWriter& writer) {
+  std::vector<uint8_t> bytes = ReleaseOf(metadata.generator);
+  const auto road = std::find(kRoads.begin(), kRoads.end(), metadata.road);
+  if (bytes.empty() || road == kRoads.end() || metadata.scan_points <= 0 || metadata.folds < 0 ||
+      metadata.input_hash.empty()) {
+    return false;
+  }
+  ByteWriter inner(bytes);
+  inner.Byte(static_cast<uint8_t>(road - kRoads.begin()));
+  inner.Varint(static_cast<uint64_t>(metadata.scan_points));
+  inner.Varint(static_cast<uint64_t>(metadata.folds));
+  bytes.insert(bytes.end(), metadata.input_hash.begin(), metadata.input_hash.end());
+  WriteField(kOrigin, bytes, writer);
+  return true;
+}
+
+void ReadOrigin(ByteReader& reader, DssMetadata& metadata) {
+  const std::string generator = ReadRelease(reader);
+  const size_t road = reader.Byte();
+  const uint64_t points = reader.Varint(), folds = reader.Varint();
+  if (!reader.ok()) return;
+  metadata.generator = generator;
+  if (road < kRoads.size()) metadata.road = kRoads[road];
+  metadata.scan_points = static_cast<int64_t>(points);
+  metadata.folds = static_cast<int64_t>(folds);
+  const std::span<const uint8_t> hash = reader.Bytes(reader.remaining());
+  metadata.input_hash.assign(hash.begin(), hash.end());
+}
+
+void WriteOptions(const std::string& options, ByteWriter& writer) {
+  const std::string_view all = options;
+  std::string text;
+  for (size_t begin = 0; begin < all.size();) {
+    const size_t end = std::min(all.find(' ', begin), all.size());
+    const std::string_view word = all.substr(begin, end - begin);
+    const size_t sign = std::min(word.find('='), word.size());
+    const auto name = std::find(kOptionNames.begin(), kOptionNames.end(), word.substr(0, sign));
+    if (sign < word.size() && name != kOptionNames.end()) {
+      text += static_cast<char>(name - kOptionNames.begin() + 1);
+      text += word.substr(sign + 1);
+    } else {
+      if (begin > 0) text += ' ';
+      text += word;
+    }
+    begin = end + 1;
+  }
+  const bool reads_back = ReadShortOptions(text) == options;
+  WriteText(reads_back ? kShortOptions : kOptions, reads_back ? text : options, writer);
 }
 
 void ReadDistance(ByteReader& reader, DssDistance& distance) {
@@ -201,6 +281,12 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
       if (value.ok() && road < kRoads.size()) metadata.road = kRoads[road];
       break;
     }
+    case kOrigin:
+      ReadOrigin(value, metadata);
+      break;
+    case kShortOptions:
+      metadata.options = ReadShortOptions(text);
+      break;
     case kPlainLevels:
       metadata.plain_levels.assign(bytes.begin(), bytes.end());
       break;
@@ -236,17 +322,20 @@ bool FollowsFromWays(const DssMetadata& metadata) {
 }  // namespace
 
 void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
-  WriteGenerator(metadata.generator, writer);
+  const bool in_one = WriteOrigin(metadata, writer);
+  if (!in_one) WriteGenerator(metadata.generator, writer);
   if (!FollowsFromWays(metadata)) {
     WriteDouble(kErrorRms, metadata.error_rms, writer);
     WriteDouble(kErrorMax, metadata.error_max, writer);
   }
-  if (metadata.scan_points > 0) WriteCount(kScanPoints, metadata.scan_points, writer);
-  WriteRoad(metadata.road, writer);
   WriteFigures(metadata, writer);
-  if (metadata.folds >= 0) WriteCount(kFolds, metadata.folds, writer);
-  WriteText(kInputHash, metadata.input_hash, writer);
-  WriteText(kOptions, metadata.options, writer);
+  if (!in_one) {
+    if (metadata.scan_points > 0) WriteCount(kScanPoints, metadata.scan_points, writer);
+    WriteRoad(metadata.road, writer);
+    if (metadata.folds >= 0) WriteCount(kFolds, metadata.folds, writer);
+    WriteText(kInputHash, metadata.input_hash, writer);
+  }
+  WriteOptions(metadata.options, writer);
   if (!metadata.plain_levels.empty()) WriteField(kPlainLevels, metadata.plain_levels, writer);
   if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);

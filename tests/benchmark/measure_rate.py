@@ -204,7 +204,10 @@ def measure_kept(tools, only):
                 report = json.load(report_file)
             verified = tools.rilievo("verify", "--json", surface, cloud, check=False)
             figures = json.loads(verified.stdout)["figures"]
+            info = json.loads(tools.rilievo("info", "--json", surface).stdout)
             list_of.append(dict(asked=asked, refused=False, bytes=os.path.getsize(surface),
+                                first=info["control_bytes"] + info["levels"][0]["bytes"],
+                                flags=info["flag_bytes"],
                                 rms=100 * figures["rms_across"]["found"], verified=verified.returncode == 0,
                                 kept=report["max_error_kept"]))
         rows.append(row)
@@ -222,7 +225,10 @@ def kept_error(figure):
 
 
 def kept_bytes(figure):
-    return "refused" if figure["refused"] else f"{figure['bytes']} B, {figure['rms']:.4f}"
+    if figure["refused"]:
+        return "refused"
+    first = 100 * figure["first"] / figure["bytes"]
+    return f"{figure['bytes']} B, {figure['rms']:.4f}, {first:.0f} %"
 
 
 def measure_layers(tools, only):
@@ -240,7 +246,8 @@ def measure_layers(tools, only):
         with open(tools.path("out.dss"), "rb") as file:
             data = file.read()
         end, errors, shares = 0, [], []
-        chunks = [info["control_bytes"]] + [level["bytes"] for level in info["levels"]]
+        # Finest levels without a chunk come with the last that has one.
+        chunks = [info["control_bytes"]] + [n["bytes"] for n in info["levels"] if n["bytes"] > 0]
         for chunk in chunks:
             end += chunk
             part, mesh = tools.path("part.dss"), tools.path("part.ply")
@@ -296,7 +303,8 @@ def page(results):
             "## An error or a size asked for",
             "`--max-error E`: RMS across the surface, the larger of both ways, as `rilievo verify` "
             "finds it, over E, and bytes; *not*: the report says that the scan does not allow E, "
-            "what is reached and why. `--max-bytes N`: bytes, and that RMS in % of the diagonal.",
+            "what is reached and why. `--max-bytes N`: bytes, that RMS in % of the diagonal, and the share "
+            "of the bytes that the first picture takes, control mesh and level 0.",
             table(["scan"] + [f"E = {e} %" for e in KEPT_ERRORS] + [f"N = {n}" for n in KEPT_BYTES]
                   + ["verify agrees"],
                   [[r["scan"]] + [kept_error(f) for f in r["errors"]]

@@ -80,6 +80,46 @@ TEST(DssMetadataTest, WhatFollowsFromBothWaysTakesNoBytes) {
   EXPECT_NEAR(read.error_max / metadata.error_max, 1, 2.5e-4);
 }
 
+// What nearly every file holds stands in one field, common options in a byte a name.
+TEST(DssMetadataTest, TheUsualTakesFewBytes) {
+  DssMetadata written;
+  written.generator = "rilievo 0.1.0";
+  written.road = "spherical";
+  written.scan_points = 100000;
+  written.folds = 0;
+  written.input_hash = "01234567";
+  written.options = "neighbors=12 max_error=0.001 seed=7";
+  const std::vector<uint8_t> bytes = Write(written);
+  EXPECT_EQ(bytes.size(), 2 + 3 + 1 + 3 + 1 + 8 + 2 + 12 + 1 + 5 + 2 + 1u);
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_TRUE(reader.ok());
+  EXPECT_EQ(read.generator, written.generator);
+  EXPECT_EQ(read.road, written.road);
+  EXPECT_EQ(read.scan_points, written.scan_points);
+  EXPECT_EQ(read.folds, written.folds);
+  EXPECT_EQ(read.input_hash, written.input_hash);
+  EXPECT_EQ(read.options, written.options);
+  // Whatever stands there.
+  for (const char* options : {"", " ", "seed", "=3", "a=1", "seed=1  seed=2", "x seed=", "\x01",
+                              "max_error=0.1", "a\x02 b"}) {
+    written.options = options;
+    const std::vector<uint8_t> again = Write(written);
+    ByteReader from(again);
+    EXPECT_EQ(ReadMetadata(from).options, options);
+  }
+}
+
+TEST(DssMetadataTest, AnOriginThatIsCutOffIsUnknown) {
+  const std::vector<uint8_t> bytes = {18, 5, 0, 1, 0, 2, 0x80, 0};
+  ByteReader reader(bytes);
+  const DssMetadata read = ReadMetadata(reader);
+  EXPECT_TRUE(reader.ok());
+  EXPECT_EQ(read.generator, "");
+  EXPECT_EQ(read.folds, -1);
+  EXPECT_EQ(read.scan_points, 0);
+}
+
 TEST(DssMetadataTest, NothingKnownTakesOneByte) {
   const std::vector<uint8_t> bytes = Write({});
   EXPECT_EQ(bytes, std::vector<uint8_t>{0});

@@ -161,6 +161,28 @@ TEST(GoldenTest, Version3) {
   EXPECT_EQ(region->groups, 4);
 }
 
+// Levels without a chunk, all heights smoothed, the origin in one field, short options.
+TEST(GoldenTest, Version3WithPlainLevels) {
+  const std::vector<uint8_t> bytes = Golden("genus2_plain_levels_v3.dss");
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 3);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{216, 7, 13}));
+  EXPECT_EQ(decoded->declared_max_level, 4);
+  EXPECT_EQ(decoded->surface.max_level, 4);
+  const DssMetadata& metadata = decoded->metadata;
+  EXPECT_TRUE(metadata.all_smoothed);
+  EXPECT_EQ(metadata.plain_levels, (std::vector<uint8_t>{1, 1, 1}));
+  EXPECT_EQ(metadata.generator, "rilievo 0.1.0");
+  EXPECT_EQ(metadata.road, "arbitrary");
+  EXPECT_EQ(metadata.scan_points, 20000);
+  EXPECT_EQ(metadata.folds, 0);
+  EXPECT_EQ(metadata.input_hash.size(), 8u);
+  EXPECT_EQ(metadata.options, "max_error=0.004");
+  EXPECT_EQ(decoded->surface.heights.size(), 8446u);
+  EXPECT_EQ(HeightsFingerprint(decoded->surface), 1819703116u);
+}
+
 // Smoothed heights told from measured ones, without groups and with them.
 TEST(GoldenTest, Version3WithSmoothedHeights) {
   struct Expected {
