@@ -111,18 +111,21 @@ class Search {
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                              FitDomain(scan_, mesh, options_, context_, report_));
-    return TryDomain(domain, rung);
+    return TryDomain(domain, rung, options_);
   }
 
   // Coarser steps of the control points while they win, else one finer: what they save, heights
   // may have to make good.
   absl::Status TrySteps() {
     const double first = best_->domain.position_step;
+    ReconstructOptions options = options_;
     for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
       for (double step = first * ratio; step <= kCoarsestStep; step *= ratio) {
         SetReport(best_->report);
         RILIEVO_ASSIGN_OR_RETURN(const Domain domain, RoundDomain(best_->domain.fitted, step));
-        RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_rung_));
+        // A domain that is cut is fitted again.
+        options.encode.position_step = step;
+        RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_rung_, options));
         if (best_->domain.position_step != step) break;
       }
       if (best_->domain.position_step != first) break;
@@ -130,8 +133,8 @@ class Search {
     return absl::OkStatus();
   }
 
-  absl::Status TryDomain(const Domain& domain, double rung) {
-    auto relief = MakeRelief(scan_, domain, metadata_, options_, context_, report_);
+  absl::Status TryDomain(const Domain& domain, double rung, const ReconstructOptions& options) {
+    auto relief = MakeRelief(scan_, domain, metadata_, options, context_, report_);
     if (absl::IsResourceExhausted(relief.status())) {
       failure_ = relief.status();
       return absl::OkStatus();

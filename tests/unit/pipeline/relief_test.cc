@@ -28,6 +28,19 @@ TEST(ReliefTest, TheDomainIsRoundedAndTheFileHoldsTheRelief) {
   EXPECT_EQ(prepared.report.surface_vertices, static_cast<int64_t>(relief.surface.heights.size()));
 }
 
+TEST(ReliefTest, ADomainIsRoundedAgainFromWhatWasFitted) {
+  PreparedScan prepared = PrepareScan(*MakeTorus(), 10000, 0);
+  ReconstructOptions options;
+  options.encode.position_step = 1e-3;
+  const Domain first =
+      FitDomain(prepared.scan, prepared.control, options, RunContext{}, &prepared.report).value();
+  const Domain coarser = RoundDomain(first.fitted, 4e-3).value();
+  EXPECT_EQ(coarser.position_step, 4e-3);
+  EXPECT_EQ(coarser.mesh.faces, first.mesh.faces);
+  EXPECT_LE((coarser.mesh.vertices - first.mesh.vertices).cwiseAbs().maxCoeff(), 2.51e-3);
+  EXPECT_EQ(RoundDomain(first.fitted, 1e-3)->mesh.vertices, first.mesh.vertices);
+}
+
 TEST(ReliefTest, ASizeBelowTheControlMeshIsRefused) {
   PreparedScan prepared = PrepareScan(*MakeTorus(), 10000, 0);
   ReconstructOptions options;

@@ -34,6 +34,27 @@ TEST(SearchControlFacesTest, AnErrorIsKeptInFewerBytesThanWithTheUsualFaces) {
   EXPECT_LT(2 * BytesOf(best), BytesOf(first));
 }
 
+// The step of the control points is chosen with the rest: one that is asked for is taken as it is,
+// and a finer one takes more bytes.
+TEST(SearchControlFacesTest, TheStepOfTheControlPointsIsSearchedFor) {
+  PreparedScan prepared = PrepareScan(*MakeTorus(), 20000, 0);
+  ReconstructOptions options;
+  options.encode.max_error = 1e-3;
+  const auto search = [&](ReconstructReport* report) {
+    *report = prepared.report;
+    return SearchControlFaces(prepared.scan, prepared.control, {}, options, RunContext{}, report)
+        .value();
+  };
+  ReconstructReport report;
+  const CodedRelief best = search(&report);
+  EXPECT_LE(std::hypot(report.error.across_rms, best.encoded.height_rms), 1.02e-3);
+  options.encode.position_step = best.position_step / 2;
+  ReconstructReport other;
+  const CodedRelief fixed = search(&other);
+  EXPECT_EQ(fixed.position_step, options.encode.position_step);
+  EXPECT_LT(BytesOf(best), BytesOf(fixed));
+}
+
 TEST(SearchControlFacesTest, ASizeIsKeptWithLessErrorThanWithTheUsualFaces) {
   PreparedScan prepared = PrepareScan(*MakeTorus(), 20000, 0);
   ReconstructOptions options;
