@@ -31,6 +31,7 @@ SHAPES = {"spot": "spot_nonuniform_outliers", "owl": "owl_multiscan",
 KEPT_ERRORS, KEPT_BYTES = [0.1, 0.05, 0.03], [4000, 8000, 16000]
 SMOOTH = ["star", "genus2", "torus"]
 SMOOTH_ERRORS = [0.002, 0.005, 0.01, 0.02, 0.05]
+SMALL_FILE = 1000  # bytes
 PEER_FACES = [300, 1000, 3000, 10000, 30000]
 PEER_BITS = [9, 10, 11, 12, 14]
 
@@ -80,13 +81,57 @@ def peer_curves(shared):
     return rdcompare, rdcompare.load(os.path.join(shared, "bench", "rd_peers.csv"))
 
 
+def varint(data, at):
+    value = shift = 0
+    while True:
+        byte = data[at]
+        at, value, shift = at + 1, value | (byte & 127) << shift, shift + 7
+        if byte < 128:
+            return value, at
+
+
+def spent(data):
+    """Where the bytes of a .dss file go (docs/dss-format.md): kind to bytes."""
+    kinds = dict(framing=9, header=0, metadata=0, creases=0, mesh=0, heights=0, flags=0)
+    at = 9
+    while at < len(data):
+        tag = chr(data[at])
+        size, begin = varint(data, at + 1)
+        end = begin + size
+        kinds["framing"] += begin - at + 4
+        if tag == "C":
+            head, place = varint(data, begin)
+            header = data[place:place + head]
+            _, counts = varint(header, 1)
+            _, counts = varint(header, counts)
+            counts += 1
+            if header[0] & 8:
+                _, counts = varint(header, counts)
+            for _ in range(6):
+                counts += 1 + header[counts]
+            tags = 0
+            if header[0] & 4:
+                tags, after = varint(data, place + head)
+                tags += after - place - head
+            kinds["header"] += counts + place - begin
+            kinds["metadata"] += head - counts
+            kinds["creases"] += tags
+            kinds["mesh"] += end - place - head - tags
+        else:
+            kinds["heights" if tag == "H" else "flags"] += size
+        at = end + 4
+    return kinds
+
+
 def curve(tools, cloud, truth, errors, envelope, rdcompare, label):
     rows = []
     for asked in errors:
         report, size, mesh = tools.reconstruct(cloud, "--max-error", str(asked / 100))
         rms = tools.rms(truth, mesh)
         peer = rdcompare.bytes_at(envelope, rms) if envelope else None
-        rows.append(dict(label=label, asked=asked, rms=rms, bytes=size, peer=peer,
+        with open(tools.path("out.dss"), "rb") as file:
+            kinds = spent(file.read())
+        rows.append(dict(label=label, asked=asked, rms=rms, bytes=size, peer=peer, spent=kinds,
                          faces=report["control_faces"], seconds=report["total_seconds"]))
         print(f"{label:24s} asked {asked:5.3f} %  rms {rms:.4f} %  {size:6d} bytes  "
               f"peer {'-' if peer is None else round(peer)}  "
@@ -298,6 +343,18 @@ def page(results):
                 "-" if r["peer"] is None else f"{r['bytes'] / r['peer']:.2f}"]
                for r in results["peers"] + results["smooth"]]),
     ]
+    small = [r for r in results["peers"] + results["smooth"] if r["bytes"] < SMALL_FILE]
+    if small:
+        kinds = list(small[0]["spent"])
+        parts += [
+            "## Where the bytes of small files go",
+            f"Files of less than {SMALL_FILE} bytes of the table above. *Framing*: signature, tags, "
+            "lengths and checksums; *header*: counts, frame, steps; *flags*: which heights are "
+            "smoothed (those of filled ones are among the heights).",
+            table(["cloud", "asked", "bytes"] + kinds,
+                  [[r["label"], f"{r['asked']:.3f}", r["bytes"]] + [r["spent"][k] for k in kinds]
+                   for r in small]),
+        ]
     if results["kept"]:
         parts += [
             "## An error or a size asked for",
