@@ -3,12 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
 #include "core/scan/component_bridges.h"
+#include "core/scan/inside_out.h"
 #include "core/scan/normal_relations.h"
 #include "core/scan/orientation_patches.h"
 #include "core/scan/outward_sign.h"
@@ -65,31 +65,21 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedC
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     if (OutwardSign(*cloud, group) < 0) Flip(group, cloud);
   }
-  constexpr size_t kDipoles = 4096;
   constexpr size_t kSamples = 16;
   constexpr double kInside = 0.75;
   if (groups.size() < 2) return absl::OkStatus();
   std::vector<int> around(groups.size(), 0);
   for (size_t outer = 0; outer < groups.size(); ++outer) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const std::vector<int> sources = Sample(groups[outer], kDipoles);
-    const double share =
-        static_cast<double>(groups[outer].size()) / static_cast<double>(sources.size());
-    std::vector<SurfacePatch> surface;
+    const WindingField field(*cloud, groups[outer]);
     Eigen::AlignedBox3d box;
-    for (const int i : sources) {
-      const double area = share * std::numbers::pi / 4 * cloud->spacing[i] * cloud->spacing[i];
-      surface.push_back(
-          {cloud->points.col(i), area * cloud->normals.col(i), area / (2 * std::numbers::pi)});
-      box.extend(cloud->points.col(i));
-    }
+    for (const int i : groups[outer]) box.extend(cloud->points.col(i));
     for (size_t inner = 0; inner < groups.size(); ++inner) {
       if (inner == outer || !box.contains(cloud->points.col(groups[inner].front()))) continue;
       double winding = 0;
       const std::vector<int> probes = Sample(groups[inner], kSamples);
       for (const int i : probes) {
-        winding +=
-            WindingNumber(surface, cloud->points.col(i)) / static_cast<double>(probes.size());
+        winding += field.At(cloud->points.col(i)) / static_cast<double>(probes.size());
       }
       if (winding > kInside) ++around[inner];
     }
@@ -98,6 +88,20 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedC
     if (around[group] % 2 == 1) Flip(groups[group], cloud);
   }
   return absl::OkStatus();
+}
+
+// The links as the normals are now, > 0 where these agree with them. `unoriented`: the normals that
+// the links were found for.
+std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
+                                   const Eigen::Matrix3Xd& unoriented, const OrientedCloud& cloud) {
+  std::vector<int> signs(static_cast<size_t>(patches.count));
+  for (size_t i = 0; i < patches.patch.size(); ++i) {
+    const auto point = static_cast<int64_t>(i);
+    const bool flipped = unoriented.col(point).dot(cloud.normals.col(point)) < 0;
+    signs[patches.patch[i]] = flipped == (patches.parity[i] != 0) ? 1 : -1;
+  }
+  for (SignedLink& link : links) link.weight *= signs[link.a] * signs[link.b];
+  return links;
 }
 
 // Share of edges whose relation the present normals contradict.
@@ -113,15 +117,16 @@ double Disagreement(const NeighborGraph& graph, const std::vector<float>& relati
 
 }  // namespace
 
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
-                                                const RunContext& context) {
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
+                                                const std::vector<FacingPair>& facing,
+                                                OrientedCloud* cloud, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
                            NormalRelations(graph, *cloud, context));
   const Eigen::Matrix3Xd unoriented = cloud->normals;
   RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
                            SurePatches(graph, relations, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> links,
-                           LinksBetween(patches, graph, relations, *cloud, context));
+                           LinksBetween(patches, graph, relations, facing, *cloud, context));
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
   std::vector<int> component(static_cast<size_t>(graph.size()));
@@ -141,7 +146,10 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
     if (bridged.sign[component[i]] < 0) cloud->normals.col(i) *= -1;
     component[i] = bridged.component[component[i]];
   }
-  RILIEVO_RETURN_IF_ERROR(OrientGroups(MembersOf(component, bridged.components), cloud, context));
+  const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
+  RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
+  RILIEVO_RETURN_IF_ERROR(
+      TurnInsideOut(patches, Agreements(patches, links, unoriented, *cloud), cloud, context));
 
   OrientationResult result;
   result.components = labels.components;

@@ -1,10 +1,13 @@
 // Consistent orientation of normals along a minimum spanning tree (Hoppe et al. 1992).
 #pragma once
 
+#include <vector>
+
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
+#include "core/scan/separate_sheets.h"
 
 namespace rilievo {
 
@@ -15,8 +18,9 @@ struct OrientationResult {
   double disagreement = 0;
 };
 
-// Flips cloud->normals in place.
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
-                                                const RunContext& context);
+// Flips cloud->normals in place. `facing`: points that face each other across a wall or a gap.
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
+                                                const std::vector<FacingPair>& facing,
+                                                OrientedCloud* cloud, const RunContext& context);
 
 }  // namespace rilievo

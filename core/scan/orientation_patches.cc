@@ -116,9 +116,11 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
                                                      const NeighborGraph& graph,
                                                      const std::vector<float>& relations,
+                                                     const std::vector<FacingPair>& facing,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context) {
   constexpr double kFacingWorth = 0.8;
+  constexpr double kFacingVotes = 2;  // what a point across a wall counts against neighbours
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
   std::vector<std::vector<int>> members(discs.size());
   for (int i = 0; i < graph.size(); ++i) members[patches.patch[i]].push_back(i);
@@ -128,20 +130,26 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
   };
   std::vector<Votes> votes(discs.size());  // of the neighbours of one patch
   std::vector<int> neighbors;
+  const auto vote = [&](int i, int other, double relation) {
+    const int to = patches.patch[other];
+    if (to == patches.patch[i]) return;
+    if (votes[to].count++ == 0) neighbors.push_back(to);
+    votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
+  };
   std::vector<SignedLink> links;
   for (int patch = 0; patch < patches.count; ++patch) {
     if (patch % 1024 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const int i : members[patch]) {
       for (int k = 0; k < graph.k; ++k) {
         const size_t edge = static_cast<size_t>(i) * graph.k + k;
-        const int other = graph.indices[edge];
-        const int to = patches.patch[other];
-        if (to == patch) continue;
-        Votes& bundle = votes[to];
-        if (bundle.count++ == 0) neighbors.push_back(to);
-        bundle.sum +=
-            patches.parity[i] == patches.parity[other] ? relations[edge] : -relations[edge];
+        vote(i, graph.indices[edge], relations[edge]);
       }
+      const auto pair = std::lower_bound(
+          facing.begin(), facing.end(), i,
+          [](const FacingPair& facing_pair, int point) { return facing_pair.point < point; });
+      if (pair == facing.end() || pair->point != i) continue;
+      vote(i, pair->across,
+           -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(pair->across)));
     }
     for (const int to : neighbors) {
       if (FaceEachOther(discs[patch], discs[to])) {

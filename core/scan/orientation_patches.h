@@ -8,6 +8,7 @@
 #include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
+#include "core/scan/separate_sheets.h"
 #include "core/scan/signed_graph.h"
 
 namespace rilievo {
@@ -26,13 +27,14 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const RunContext& context);
 
 // Links between patches whose points are neighbours, with the sum of the votes of the edges from
-// the one to the other. Where two
-// patches lie on top of each other, farther apart than the noise of their means explains, they are
-// the two sides of a wall or of a gap and take opposite signs, whatever their edges say: means of
-// many points tell sheets apart that single points do not.
+// the one to the other and of the points that face each other across a wall. Where two patches lie
+// on top of each other, farther apart than the noise of their means explains, they are the two
+// sides of a wall or of a gap and take opposite signs, whatever their edges say: means of many
+// points tell sheets apart that single points do not.
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
                                                      const NeighborGraph& graph,
                                                      const std::vector<float>& relations,
+                                                     const std::vector<FacingPair>& facing,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context);
 

@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/scan/noise_scale.h"
 #include "core/scan/normals.h"
+#include "core/scan/separate_sheets.h"
 
 namespace rilievo {
 namespace {
@@ -131,11 +132,13 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
     }
   }
   kept.new_index = std::vector<int>();
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FacingPair> facing,
+                           SeparateSheets(kept.points, *index, context, &graph));
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
                            EstimateNormals(std::move(kept.points), graph, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
-                           OrientNormals(graph, &cloud, context));
+                           OrientNormals(graph, facing, &cloud, context));
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,

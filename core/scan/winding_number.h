@@ -1,22 +1,41 @@
-// The winding number of an oriented point set, from one dipole a patch.
+// The winding number of an oriented point set.
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <vector>
+
+#include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
 
-// A patch of surface.
-struct SurfacePatch {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d area = Eigen::Vector3d::Zero();  // area times unit normal, summed over the patch
-  double blur = 0;  // squared length over which it is spread: half of its area over pi
-};
+// The solid angle of the surface seen from a position over 4 pi: 1 inside a closed surface with
+// outward normals, 0 outside, one half on it; -1 inside and minus one half on it where the normals
+// point inward. Each point is a dipole as large as its share of the surface, spread over its
+// spacing and noise, so that a point seen from itself counts nothing; far points count together
+// (Barill et al. 2018, first order, with stretches of the Morton curve for cells).
+class WindingField {
+ public:
+  // `members`: points of the cloud, ascending. The cloud must outlive the field; its normals are
+  // those at construction for far points and the present ones for near points.
+  WindingField(const OrientedCloud& cloud, std::vector<int> members);
 
-// The solid angle of the patches seen from `position` over 4 pi, by dipoles (Barill et al. 2018,
-// first order): 1 inside a closed surface with outward areas, 0 outside, one half on it. A patch
-// at `position` itself counts nothing, as a plane seen from itself.
-double WindingNumber(std::span<const SurfacePatch> patches, const Eigen::Vector3d& position);
+  double At(const Eigen::Vector3d& position) const;
+
+ private:
+  // Points that lie together.
+  struct Cell {
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, summed
+    double size = 0;                                 // area, however it is turned
+    double radius = 0;
+  };
+  void AddLeaves();
+  void AddLevel();
+  double Seen(size_t level, size_t cell, const Eigen::Vector3d& position) const;
+
+  const OrientedCloud& cloud_;
+  std::vector<int> members_;
+  std::vector<std::vector<Cell>> levels_;  // leaves first
+};
 
 }  // namespace rilievo
