@@ -25,7 +25,7 @@ constexpr double kRight = 0.25, kWrong = 0.5;
 // wrong.
 constexpr double kClosed = 0.6, kNextToNothing = 2e-4;
 // What a turned part gains at least, in squared winding numbers over its own area: a limb gains 1.
-constexpr double kLeastGain = 0.5;
+constexpr double kLeastGain = 0.25;
 
 double Middle(const Eigen::VectorXd& values) {
   std::vector<double> sorted(values.begin(), values.end());

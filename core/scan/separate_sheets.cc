@@ -132,6 +132,19 @@ class Neighborhood {
     return {layer_.data(), static_cast<size_t>(count_)};
   }
 
+  // Of the other layer, the point nearest along the plane to the i-th.
+  int Across(int i) const {
+    const auto distance = [&](int j) {
+      return layer_[j] == layer_[i] ? std::numeric_limits<double>::max()
+                                    : (rows_[i] - rows_[j]).segment<2>(1).squaredNorm();
+    };
+    int nearest = 0;
+    for (int j = 1; j < count_; ++j) {
+      if (distance(j) < distance(nearest)) nearest = j;
+    }
+    return around_[nearest];
+  }
+
   int count() const { return count_; }
   int point(int i) const { return around_[i]; }
 
@@ -224,13 +237,11 @@ Found LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index, const Neig
   });
   if (self == layers.end()) return {};
   Found found;
+  found.across = neighborhood.Across(static_cast<int>(self - layers.begin()));
   for (int i = 0; i < neighborhood.count(); ++i) {
     const int other = neighborhood.point(i);
-    if (layers[i] != *self) {
-      if (found.across < 0) found.across = other;
-    } else if (other != center && static_cast<int>(found.own.size()) < graph.k) {
-      found.own.push_back(other);
-    }
+    if (layers[i] != *self || other == center) continue;
+    if (static_cast<int>(found.own.size()) < graph.k) found.own.push_back(other);
   }
   if (static_cast<int>(found.own.size()) < graph.k) return {};
   const bool changed = !std::equal(found.own.begin(), found.own.end(), nearest.begin());

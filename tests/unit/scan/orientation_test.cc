@@ -9,6 +9,7 @@
 #include "core/scan/scan_surface.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
+#include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
 namespace {
@@ -54,6 +55,22 @@ TEST(OrientationTest, SharpEdgesAreCrossedRightly) {
 TEST(OrientationTest, AnOpenTerrainPointsUp) {
   const ShapePtr terrain = MakeTerrain();
   EXPECT_EQ(Wrong(*terrain, Analyze(Sample(*terrain, 20000))), 0);
+}
+
+// Two spacings thick, five times the noise: neighbours come from both sides.
+TEST(OrientationTest, AThinPlateUnderNoiseHasTwoSides) {
+  constexpr int kCount = 20000;
+  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kCount);
+  KnownCloud plate = BoxCloud(kCount, 3, {1, 1, 2 * spacing});
+  AddNoise(0.4 * spacing, 5, &plate);
+  const CheckedScan checked = CheckScan(plate.cloud, CheckOptions{}, RunContext{}).value();
+  ScanOptions options;
+  options.outliers.distance_factor = 0;
+  const ScanSurface scan = AnalyzeScan(checked, options, RunContext{}).value();
+  ASSERT_EQ(scan.cloud.points.cols(), kCount);
+  EXPECT_LT(WrongShare(scan.cloud.normals, plate.normals(Eigen::all, checked.source_index)), 0.08);
+  EXPECT_NEAR(scan.cloud.median_noise, 0.4 * spacing / scan.frame.diagonal,
+              0.1 * spacing / scan.frame.diagonal);
 }
 
 // A shell of two spheres three spacings apart: outward on the outer, inward on the inner.

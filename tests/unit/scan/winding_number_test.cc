@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "core/scan/outward_sign.h"
@@ -18,28 +19,53 @@ Eigen::Vector3d SpherePoint(int i) {
   return {std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z};
 }
 
+OrientedCloud Sphere() {
+  OrientedCloud cloud;
+  cloud.points.resize(3, kCount);
+  for (int i = 0; i < kCount; ++i) cloud.points.col(i) = SpherePoint(i);
+  cloud.normals = cloud.points;
+  cloud.spacing.assign(kCount, static_cast<float>(4 / std::sqrt(kCount)));
+  cloud.noise.assign(kCount, 0.0f);
+  return cloud;
+}
+
+std::vector<int> All() {
+  std::vector<int> members(kCount);
+  std::iota(members.begin(), members.end(), 0);
+  return members;
+}
+
 TEST(WindingNumberTest, OneInsideASphereAndNoneOutside) {
-  std::vector<SurfacePatch> patches;
-  for (int i = 0; i < kCount; ++i) {
-    const double area = 4 * M_PI / kCount;
-    patches.push_back({SpherePoint(i), area * SpherePoint(i), area / (2 * M_PI)});
-  }
-  EXPECT_NEAR(WindingNumber(patches, {0.1, 0.2, -0.3}), 1, 0.01);
-  EXPECT_NEAR(WindingNumber(patches, {1.5, 0, 0}), 0, 0.01);
+  const OrientedCloud cloud = Sphere();
+  const WindingField field(cloud, All());
+  EXPECT_NEAR(field.At({0.1, 0.2, -0.3}), 1, 0.01);
+  EXPECT_NEAR(field.At({0, 0, 0.8}), 1, 0.01);
+  EXPECT_NEAR(field.At({1.3, 0, 0}), 0, 0.01);
+}
+
+TEST(WindingNumberTest, OneHalfOnASphere) {
+  const OrientedCloud cloud = Sphere();
+  const WindingField field(cloud, All());
+  for (int i = 0; i < kCount; i += 97) EXPECT_NEAR(field.At(cloud.points.col(i)), 0.5, 0.05);
+}
+
+TEST(WindingNumberTest, FarPointsTogetherAreAsEachAlone) {
+  const OrientedCloud cloud = Sphere();
+  const WindingField field(cloud, All());
+  const Eigen::Vector3d at(0.3, -0.5, 0.55);
+  double sum = 0;
+  for (int i = 0; i < kCount; ++i) sum += WindingField(cloud, {i}).At(at);
+  EXPECT_NEAR(field.At(at), sum, 0.02);
+}
+
+TEST(WindingNumberTest, NoneOfNoPoints) {
+  const OrientedCloud cloud = Sphere();
+  EXPECT_EQ(WindingField(cloud, {}).At(Eigen::Vector3d::Zero()), 0);
 }
 
 TEST(OutwardSignTest, FindsTheOutsideOfASphereEitherWay) {
-  OrientedCloud cloud;
-  cloud.points.resize(3, kCount);
-  std::vector<int> members(kCount);
-  for (int i = 0; i < kCount; ++i) {
-    cloud.points.col(i) = SpherePoint(i);
-    members[i] = i;
-  }
-  cloud.spacing.assign(kCount, 0.05f);
-  cloud.noise.assign(kCount, 0.0f);
-  cloud.median_spacing = 0.05;
-  cloud.normals = cloud.points;
+  OrientedCloud cloud = Sphere();
+  const std::vector<int> members = All();
   EXPECT_EQ(OutwardSign(cloud, members), 1);
   cloud.normals = -cloud.points;
   EXPECT_EQ(OutwardSign(cloud, members), -1);

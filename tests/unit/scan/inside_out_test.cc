@@ -1,0 +1,72 @@
+#include "core/scan/inside_out.h"
+
+#include <gtest/gtest.h>
+
+#include "core/scan/normal_relations.h"
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+// Gives the cloud its true normals, but for those of `wrong` points, lets the winding number judge
+// them, and tells what share is wrong then.
+template <typename IsWrong>
+double WrongAfterTurning(const KnownCloud& known, const IsWrong& is_wrong) {
+  const RunContext context;
+  const PreparedCloud prepared = Prepare(known);
+  OrientedCloud cloud = EstimateNormals(prepared.scan.points, prepared.graph, context).value();
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    const double sign = is_wrong(known.cloud.points.col(prepared.scan.source_index[i])) ? -1 : 1;
+    cloud.normals.col(i) = sign * prepared.normals.col(i);
+  }
+  const std::vector<float> relations = NormalRelations(prepared.graph, cloud, context).value();
+  const OrientationPatches patches = SurePatches(prepared.graph, relations, context).value();
+  std::vector<SignedLink> links =
+      LinksBetween(patches, prepared.graph, relations, {}, cloud, context).value();
+  EXPECT_TRUE(TurnInsideOut(patches, links, &cloud, context).ok());
+  return WrongShare(cloud.normals, prepared.normals);
+}
+
+// A large sphere and a small one that grow together: what is inside the other is gone.
+KnownCloud BodyWithLimb() {
+  const Eigen::Vector3d limb(1.25, 0, 0);
+  const KnownCloud both = Concatenate(SphereCloud(9000, 1), SphereCloud(1500, 2, 0.4, limb));
+  std::vector<int> kept;
+  for (int i = 0; i < both.cloud.points.cols(); ++i) {
+    const Eigen::Vector3d at = both.cloud.points.col(i);
+    if (at.norm() > 0.999 && (at - limb).norm() > 0.399) kept.push_back(i);
+  }
+  return {{both.cloud.points(Eigen::all, kept)}, both.normals(Eigen::all, kept)};
+}
+
+bool InLimb(const Eigen::Vector3d& at) { return at.x() > 1; }
+
+TEST(InsideOutTest, ALimbIsTurned) { EXPECT_LT(WrongAfterTurning(BodyWithLimb(), InLimb), 0.01); }
+
+TEST(InsideOutTest, WhatIsRightStays) {
+  EXPECT_EQ(WrongAfterTurning(BodyWithLimb(), [](const Eigen::Vector3d&) { return false; }), 0);
+}
+
+TEST(InsideOutTest, NoiseAsThickAsTheSpacingChangesNothing) {
+  KnownCloud known = BodyWithLimb();
+  AddNoise(0.04, 4, &known);
+  EXPECT_EQ(WrongAfterTurning(known, [](const Eigen::Vector3d&) { return false; }), 0);
+}
+
+// The wall of a cavity points into it.
+TEST(InsideOutTest, ACavityIsTurned) {
+  KnownCloud cavity = SphereCloud(2000, 5, 0.5);
+  cavity.normals *= -1;
+  const KnownCloud shell = Concatenate(SphereCloud(8000, 6), cavity);
+  EXPECT_LT(WrongAfterTurning(shell, [](const Eigen::Vector3d& at) { return at.norm() < 0.7; }),
+            0.001);
+}
+
+TEST(InsideOutTest, AnOpenSheetCannotTell) {
+  EXPECT_NEAR(WrongAfterTurning(PlaneCloud(5000, 7),
+                                [](const Eigen::Vector3d& at) { return at.x() < 0.3; }),
+              0.3, 0.03);
+}
+
+}  // namespace
+}  // namespace rilievo
