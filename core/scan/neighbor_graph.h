@@ -46,14 +46,23 @@ class PointIndex {
   std::unique_ptr<Impl> impl_;
 };
 
+// A point and one of the sheet that faces its own across a wall or a gap.
+struct FacingPair {
+  int point, across;
+};
+
 struct NeighborGraph {
   int k = 0;                 // neighbours a point, the point itself not among them
   std::vector<int> indices;  // point i: [i * k, (i + 1) * k), ascending by distance
+  // Ascending. None but from SeparateSheets: lists of these points hold the nearest of their sheet.
+  std::vector<FacingPair> facing;
 
   int size() const { return k == 0 ? 0 : static_cast<int>(indices.size()) / k; }
   std::span<const int> neighbors(int point) const {
     return {indices.data() + static_cast<size_t>(point) * k, static_cast<size_t>(k)};
   }
+  // The point of the sheet that faces its own; -1 where none is known.
+  int across(int point) const;
 };
 
 // Distances of the listed neighbours, in the order of the list and in the frame of `points`.

@@ -36,17 +36,15 @@ std::vector<int> Sample(const std::vector<int>& list, size_t most) {
   return sample;
 }
 
-// Points of patches a good part of whose links, by weight, contradict the signs found.
+// Points of patches a good part of whose links, by weight, contradict the normals.
 std::vector<uint8_t> Contested(const OrientationPatches& patches,
-                               const std::vector<SignedLink>& links,
-                               const std::vector<int>& signs) {
+                               const std::vector<SignedLink>& agreements) {
   constexpr double kContested = 0.2;
   std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
-  for (const SignedLink& link : links) {
-    const double net = link.weight * signs[link.a] * signs[link.b];
+  for (const SignedLink& link : agreements) {
     for (const int patch : {link.a, link.b}) {
-      against[patch] += std::max(0.0, -net);
-      total[patch] += std::abs(net);
+      against[patch] += std::max(0.0, -link.weight);
+      total[patch] += std::abs(link.weight);
     }
   }
   std::vector<uint8_t> contested;
@@ -75,6 +73,7 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedC
     Eigen::AlignedBox3d box;
     for (const int i : groups[outer]) box.extend(cloud->points.col(i));
     for (size_t inner = 0; inner < groups.size(); ++inner) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       if (inner == outer || !box.contains(cloud->points.col(groups[inner].front()))) continue;
       double winding = 0;
       const std::vector<int> probes = Sample(groups[inner], kSamples);
@@ -117,16 +116,15 @@ double Disagreement(const NeighborGraph& graph, const std::vector<float>& relati
 
 }  // namespace
 
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
-                                                const std::vector<FacingPair>& facing,
-                                                OrientedCloud* cloud, const RunContext& context) {
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
+                                                const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
                            NormalRelations(graph, *cloud, context));
   const Eigen::Matrix3Xd unoriented = cloud->normals;
   RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
                            SurePatches(graph, relations, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> links,
-                           LinksBetween(patches, graph, relations, facing, *cloud, context));
+                           LinksBetween(patches, graph, relations, *cloud, context));
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
   std::vector<int> component(static_cast<size_t>(graph.size()));
@@ -135,8 +133,6 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
     component[i] = labels.component[patch];
     if (patches.parity[i] != (labels.sign[patch] < 0 ? 1 : 0)) cloud->normals.col(i) *= -1;
   }
-
-  cloud->contested = Contested(patches, links, labels.sign);
 
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> bridges,
                            BridgeComponents(*cloud, component, labels.components, context));
@@ -150,6 +146,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
   RILIEVO_RETURN_IF_ERROR(
       TurnInsideOut(patches, Agreements(patches, links, unoriented, *cloud), cloud, context));
+  cloud->contested = Contested(patches, Agreements(patches, links, unoriented, *cloud));
 
   OrientationResult result;
   result.components = labels.components;

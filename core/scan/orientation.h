@@ -1,13 +1,10 @@
-// Consistent orientation of normals along a minimum spanning tree (Hoppe et al. 1992).
+// Consistent orientation of normals by votes between neighbours, and by the winding number.
 #pragma once
-
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
-#include "core/scan/separate_sheets.h"
 
 namespace rilievo {
 
@@ -18,9 +15,8 @@ struct OrientationResult {
   double disagreement = 0;
 };
 
-// Flips cloud->normals in place. `facing`: points that face each other across a wall or a gap.
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
-                                                const std::vector<FacingPair>& facing,
-                                                OrientedCloud* cloud, const RunContext& context);
+// Flips cloud->normals in place and marks the contested points.
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
+                                                const RunContext& context);
 
 }  // namespace rilievo

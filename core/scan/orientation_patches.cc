@@ -116,7 +116,6 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
                                                      const NeighborGraph& graph,
                                                      const std::vector<float>& relations,
-                                                     const std::vector<FacingPair>& facing,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context) {
   constexpr double kFacingWorth = 0.8;
@@ -144,12 +143,9 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
         const size_t edge = static_cast<size_t>(i) * graph.k + k;
         vote(i, graph.indices[edge], relations[edge]);
       }
-      const auto pair = std::lower_bound(
-          facing.begin(), facing.end(), i,
-          [](const FacingPair& facing_pair, int point) { return facing_pair.point < point; });
-      if (pair == facing.end() || pair->point != i) continue;
-      vote(i, pair->across,
-           -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(pair->across)));
+      const int across = graph.across(i);
+      if (across < 0) continue;
+      vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
     }
     for (const int to : neighbors) {
       if (FaceEachOther(discs[patch], discs[to])) {

@@ -8,7 +8,6 @@
 #include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
-#include "core/scan/separate_sheets.h"
 #include "core/scan/signed_graph.h"
 
 namespace rilievo {
@@ -34,7 +33,6 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
                                                      const NeighborGraph& graph,
                                                      const std::vector<float>& relations,
-                                                     const std::vector<FacingPair>& facing,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context);
 

@@ -132,13 +132,14 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
     }
   }
   kept.new_index = std::vector<int>();
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FacingPair> facing,
-                           SeparateSheets(kept.points, *index, context, &graph));
+  RILIEVO_ASSIGN_OR_RETURN(std::optional<NeighborGraph> separated,
+                           SeparateSheets(kept.points, *index, graph, context));
+  const NeighborGraph& sheets = separated ? *separated : graph;
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
-                           EstimateNormals(std::move(kept.points), graph, context));
+                           EstimateNormals(std::move(kept.points), sheets, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
-                           OrientNormals(graph, facing, &cloud, context));
+                           OrientNormals(sheets, &cloud, context));
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,

@@ -2,14 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -218,79 +218,89 @@ Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
   return axes.eigenvalues();
 }
 
-// Of one point that stands in a layer.
-struct Found {
-  int point = -1, across = -1;
-  std::vector<int> own;  // the nearest of its layer
-};
-
-Found LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index, const NeighborGraph& graph,
-             const Gap& gap, int center) {
+// The point across, where one stands in a layer, else -1; `own` takes the nearest of its layer, as
+// many as a list of the graph holds.
+int LookAcross(const Eigen::Matrix3Xd& points, const PointIndex& index, const NeighborGraph& graph,
+               const Gap& gap, int center, int* own) {
   const std::span<const int> nearest = graph.neighbors(center);
   const Eigen::Vector3d variances = Variances(points, center, nearest);
-  if (variances[0] < kThin * kThin * variances[1]) return {};
+  if (variances[0] < kThin * kThin * variances[1]) return -1;
   Neighborhood neighborhood(points, index, center);
   const std::span<const uint8_t> layers = neighborhood.FindLayers(gap);
-  if (layers.empty()) return {};
-  const auto self = std::find_if(layers.begin(), layers.end(), [&](const uint8_t& layer) {
-    return neighborhood.point(static_cast<int>(&layer - layers.data())) == center;
-  });
-  if (self == layers.end()) return {};
-  Found found;
-  found.across = neighborhood.Across(static_cast<int>(self - layers.begin()));
-  for (int i = 0; i < neighborhood.count(); ++i) {
-    const int other = neighborhood.point(i);
-    if (layers[i] != *self || other == center) continue;
-    if (static_cast<int>(found.own.size()) < graph.k) found.own.push_back(other);
+  int self = 0;
+  while (self < static_cast<int>(layers.size()) && neighborhood.point(self) != center) ++self;
+  if (self == static_cast<int>(layers.size())) return -1;
+  int found = 0;
+  for (int i = 0; i < neighborhood.count() && found < graph.k; ++i) {
+    if (layers[i] == layers[self] && i != self) own[found++] = neighborhood.point(i);
   }
-  if (static_cast<int>(found.own.size()) < graph.k) return {};
-  const bool changed = !std::equal(found.own.begin(), found.own.end(), nearest.begin());
-  if (changed && Variances(points, center, found.own)[0] > kThinner * variances[0]) return {};
-  found.point = center;
-  return found;
+  if (found < graph.k) return -1;
+  const std::span<const int> list(own, static_cast<size_t>(graph.k));
+  const bool changed = !std::equal(list.begin(), list.end(), nearest.begin());
+  if (changed && Variances(points, center, list)[0] > kThinner * variances[0]) return -1;
+  return neighborhood.Across(self);
+}
+
+// Points in layers, with their new lists.
+struct Layered {
+  std::vector<FacingPair> pairs;
+  std::vector<int> lists;  // k entries a pair
+};
+
+// Looks at the points named, and appends those that stand in a layer.
+absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
+                    const NeighborGraph& graph, const Gap& gap, const std::vector<int>& named,
+                    const RunContext& context, Layered* layered) {
+  std::vector<int> across(named.size()), lists(named.size() * static_cast<size_t>(graph.k));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(named.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          across[i] = LookAcross(points, index, graph, gap, named[i], &lists[i * graph.k]);
+        }
+      }));
+  for (size_t i = 0; i < named.size(); ++i) {
+    if (across[i] < 0) continue;
+    layered->pairs.push_back({named[i], across[i]});
+    const auto list = lists.begin() + static_cast<int64_t>(i) * graph.k;
+    layered->lists.insert(layered->lists.end(), list, list + graph.k);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<std::vector<FacingPair>> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                                       const PointIndex& index,
-                                                       const RunContext& context,
-                                                       NeighborGraph* graph) {
-  std::vector<FacingPair> pairs;
-  const int count = graph->size();
-  if (count < kAround) return pairs;
+absl::StatusOr<std::optional<NeighborGraph>> SeparateSheets(const Eigen::Matrix3Xd& points,
+                                                            const PointIndex& index,
+                                                            const NeighborGraph& graph,
+                                                            const RunContext& context) {
+  const int count = graph.size();
+  if (count < kAround) return std::nullopt;
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);
   std::vector<int> next;
   for (int i = 0; i < count; i += kStride) next.push_back(i);
-  std::vector<Found> all;
-  Gap gap = kClear;
-  while (!next.empty()) {
-    std::vector<Found> found(next.size());
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(next.size()), kBlock, context,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t i = begin; i < end; ++i)
-                                            found[i] = LookAt(points, index, *graph, gap, next[i]);
-                                        }));
+  Layered layered;
+  for (Gap gap = kClear; !next.empty(); gap = kBesideClear) {
+    const size_t known = layered.pairs.size();
+    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, graph, gap, next, context, &layered));
     next.clear();
-    gap = kBesideClear;
-    for (Found& one : found) {
-      if (one.point < 0) continue;
-      looked[one.point] = 1;
-      for (const int j : graph->neighbors(one.point)) {
+    for (size_t i = known; i < layered.pairs.size(); ++i) looked[layered.pairs[i].point] = 1;
+    for (size_t i = known; i < layered.pairs.size(); ++i) {
+      for (const int j : graph.neighbors(layered.pairs[i].point)) {
         if (looked[j] == 0) next.push_back(j);
         looked[j] = 1;
       }
-      all.push_back(std::move(one));
     }
   }
-  std::sort(all.begin(), all.end(),
-            [](const Found& a, const Found& b) { return a.point < b.point; });
-  for (const Found& one : all) {
-    std::copy(one.own.begin(), one.own.end(),
-              graph->indices.begin() + static_cast<int64_t>(one.point) * graph->k);
-    pairs.push_back({one.point, one.across});
+  if (layered.pairs.empty()) return std::nullopt;
+  NeighborGraph separated = graph;
+  for (size_t i = 0; i < layered.pairs.size(); ++i) {
+    std::copy_n(layered.lists.begin() + static_cast<int64_t>(i) * graph.k, graph.k,
+                separated.indices.begin() + static_cast<int64_t>(layered.pairs[i].point) * graph.k);
   }
-  return pairs;
+  separated.facing = std::move(layered.pairs);
+  std::sort(separated.facing.begin(), separated.facing.end(),
+            [](const FacingPair& a, const FacingPair& b) { return a.point < b.point; });
+  return separated;
 }
 
 }  // namespace rilievo

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -10,20 +10,16 @@
 
 namespace rilievo {
 
-// A point and one of the sheet that faces its own across a wall or a gap.
-struct FacingPair {
-  int point, across;
-};
-
-// Where the points around a point stand in two layers with next to nothing between them, gives it
-// the nearest neighbours of its own layer instead of the nearest of all. Heights over a quadric
-// tell the layers apart, each with its share of the points (Otsu 1979), from about four times the
-// noise on and wherever the lists of the graph are too short to. One of each few points is looked
-// at, and all around those that stand in a layer. Returns a pair for each point that does,
-// ascending.
-absl::StatusOr<std::vector<FacingPair>> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                                       const PointIndex& index,
-                                                       const RunContext& context,
-                                                       NeighborGraph* graph);
+// Where the 64 points nearest to a point stand in two layers with next to nothing between them, the
+// graph that is returned has the nearest neighbours of its own layer instead of the nearest of all,
+// and a facing pair. Nothing is returned where no point does. Heights over a quadric tell the
+// layers apart (Otsu 1979) from about four times the noise on. One of each few points is looked at,
+// and all around those that stand in a layer; one in a hundred does by chance under noise. Points
+// whose layer holds no graph.k others among the 64, and scans of fewer than 64 points, stay as they
+// are.
+absl::StatusOr<std::optional<NeighborGraph>> SeparateSheets(const Eigen::Matrix3Xd& points,
+                                                            const PointIndex& index,
+                                                            const NeighborGraph& graph,
+                                                            const RunContext& context);
 
 }  // namespace rilievo

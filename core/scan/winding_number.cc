@@ -41,9 +41,13 @@ void WindingField::AddLeaves() {
       const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
       cell.center += share * cloud_.points.col(members_[m]);
       cell.area += share * cloud_.normals.col(members_[m]);
+      cell.blur += share * Blur(cloud_.spacing[members_[m]], cloud_.noise[members_[m]]);
       cell.size += share;
     }
-    if (cell.size > 0) cell.center /= cell.size;
+    if (cell.size > 0) {
+      cell.center /= cell.size;
+      cell.blur /= cell.size;
+    }
     for (size_t m = begin; m < end; ++m) {
       cell.radius = std::max(cell.radius, (cloud_.points.col(members_[m]) - cell.center).norm());
     }
@@ -60,9 +64,13 @@ void WindingField::AddLevel() {
     for (size_t child = begin; child < end; ++child) {
       cell.center += below[child].size * below[child].center;
       cell.area += below[child].area;
+      cell.blur += below[child].size * below[child].blur;
       cell.size += below[child].size;
     }
-    if (cell.size > 0) cell.center /= cell.size;
+    if (cell.size > 0) {
+      cell.center /= cell.size;
+      cell.blur /= cell.size;
+    }
     for (size_t child = begin; child < end; ++child) {
       const double reach = (below[child].center - cell.center).norm() + below[child].radius;
       cell.radius = std::max(cell.radius, reach);
@@ -74,8 +82,8 @@ void WindingField::AddLevel() {
 double WindingField::Seen(size_t level, size_t cell, const Eigen::Vector3d& position) const {
   const Cell& seen = levels_[level][cell];
   const Eigen::Vector3d offset = seen.center - position;
-  if (offset.squaredNorm() > kFar * kFar * seen.radius * seen.radius) {
-    return Dipole(seen.area, offset, 0);
+  if (offset.squaredNorm() > kFar * kFar * (seen.radius * seen.radius + seen.blur)) {
+    return Dipole(seen.area, offset, seen.blur);
   }
   double sum = 0;
   if (level == 0) {

@@ -15,8 +15,7 @@ namespace rilievo {
 // (Barill et al. 2018, first order, with stretches of the Morton curve for cells).
 class WindingField {
  public:
-  // `members`: points of the cloud, ascending. The cloud must outlive the field; its normals are
-  // those at construction for far points and the present ones for near points.
+  // `members`: points of the cloud, ascending. The cloud must outlive the field and stay as it is.
   WindingField(const OrientedCloud& cloud, std::vector<int> members);
 
   double At(const Eigen::Vector3d& position) const;
@@ -28,6 +27,7 @@ class WindingField {
     Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, summed
     double size = 0;                                 // area, however it is turned
     double radius = 0;
+    double blur = 0;  // squared length, the mean of its points'
   };
   void AddLeaves();
   void AddLevel();

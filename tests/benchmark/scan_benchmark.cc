@@ -71,7 +71,7 @@ void BM_OrientNormals(benchmark::State& state) {
   const OrientedCloud cloud = EstimateNormals(Checked().points, Graph(), RunContext{}).value();
   for (auto _ : state) {
     OrientedCloud oriented = cloud;
-    benchmark::DoNotOptimize(OrientNormals(Graph(), {}, &oriented, RunContext{}));
+    benchmark::DoNotOptimize(OrientNormals(Graph(), &oriented, RunContext{}));
   }
 }
 BENCHMARK(BM_OrientNormals)->Unit(benchmark::kMillisecond)->UseRealTime();
