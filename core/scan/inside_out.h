@@ -1,4 +1,4 @@
-// Parts of a closed surface whose normals point inward though the rest points outward.
+// Limbs of a closed surface whose normals point inward though the rest points outward.
 #pragma once
 
 #include <vector>
@@ -11,15 +11,13 @@
 
 namespace rilievo {
 
-// Votes between neighbours can hang a limb on its thin neck the wrong way round, or one side of an
-// ear. The winding number of the whole scan shows it: it is one half all over a closed surface with
-// outward normals, minus one half on a limb that is inside out, one and a half in such a bore
-// (orientation by winding numbers; Xu et al. 2023). Groups of patches are turned where winding
-// number and votes together say so and the one gains clearly over the area turned. Nothing is
-// turned where the scan is too open to tell: where fewer than six tenths of it have about one half.
-// `agreements`: links between patches, > 0 where the normals as they are agree with the votes.
-absl::Status TurnInsideOut(const OrientationPatches& patches,
-                           const std::vector<SignedLink>& agreements, OrientedCloud* cloud,
-                           const RunContext& context);
+// Votes between neighbours can hang a limb on its thin neck the wrong way round. The winding number
+// of the whole scan shows it: it is one half on a closed surface with outward normals and minus one
+// half on a limb that is inside out (orientation by winding numbers; Xu et al. 2023). Patches where
+// it is negative, as far as `links` connect them, are turned together if some of them come near
+// minus one half, and stay turned if it is near one half then. Nothing is turned where that of most
+// of the scan is not near one half: the scan is too open to tell.
+absl::Status TurnInsideOut(const OrientationPatches& patches, const std::vector<SignedLink>& links,
+                           OrientedCloud* cloud, const RunContext& context);
 
 }  // namespace rilievo

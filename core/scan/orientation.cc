@@ -144,8 +144,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   }
   const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
-  RILIEVO_RETURN_IF_ERROR(
-      TurnInsideOut(patches, Agreements(patches, links, unoriented, *cloud), cloud, context));
+  RILIEVO_RETURN_IF_ERROR(TurnInsideOut(patches, links, cloud, context));
   cloud->contested = Contested(patches, Agreements(patches, links, unoriented, *cloud));
 
   OrientationResult result;

@@ -203,9 +203,15 @@ absl::Status TurnGroups(const std::vector<int>& group_of, int groups,
                         const std::vector<SignedLink>& links, const RunContext& context,
                         std::vector<int>* signs) {
   constexpr int kMostGroups = 1500;  // the weights between them are held in a square
+  constexpr int kMostPasses = 8;
+  constexpr double kRounding = 1e-9;
   if (groups > kMostGroups) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const Eigen::VectorXd turns,
-                           BestSigns(WeightsBetween(group_of, groups, links, *signs), context));
+  const Eigen::MatrixXd weights = WeightsBetween(group_of, groups, links, *signs);
+  Eigen::VectorXd turns = Eigen::VectorXd::Ones(groups);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (KernighanLinPass(weights, &turns) <= kRounding * weights.cwiseAbs().sum()) break;
+  }
   for (size_t i = 0; i < signs->size(); ++i) {
     if (turns[group_of[i]] < 0) (*signs)[i] = -(*signs)[i];
   }
@@ -264,25 +270,6 @@ absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<Signe
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> even, SignsOfEvenGroups(nodes, links, context));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<int> signs, Fuse(surest.sign, even, links, context));
   return SignedLabels{std::move(surest.group), std::move(signs), surest.groups};
-}
-
-absl::StatusOr<std::vector<int>> GrowGroups(int nodes, const std::vector<SignedLink>& links,
-                                            int largest, const RunContext& context) {
-  Contraction contraction(nodes, links);
-  RILIEVO_RETURN_IF_ERROR(contraction.Run(largest, context));
-  return contraction.TakeLabels().group;
-}
-
-absl::StatusOr<Eigen::VectorXd> BestSigns(const Eigen::MatrixXd& weights,
-                                          const RunContext& context) {
-  constexpr int kMostPasses = 8;
-  constexpr double kRounding = 1e-9;
-  Eigen::VectorXd signs = Eigen::VectorXd::Ones(weights.rows());
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (KernighanLinPass(weights, &signs) <= kRounding * weights.cwiseAbs().sum()) break;
-  }
-  return signs;
 }
 
 }  // namespace rilievo

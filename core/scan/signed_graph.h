@@ -1,7 +1,6 @@
 // Signs for the nodes of a graph whose links say 'same' or 'opposite', not always rightly.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -28,15 +27,5 @@ struct SignedLabels {
 // differ the better one is taken.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const RunContext& context);
-
-// The group of each node, numbered by lowest node: grown along the surest links as long as none
-// gets more than `largest` nodes.
-absl::StatusOr<std::vector<int>> GrowGroups(int nodes, const std::vector<SignedLink>& links,
-                                            int largest, const RunContext& context);
-
-// Signs t that make t' `weights` t large (symmetric, diagonal 0; up to 1500 rows), searched for
-// from all positive (Kernighan and Lin 1970).
-absl::StatusOr<Eigen::VectorXd> BestSigns(const Eigen::MatrixXd& weights,
-                                          const RunContext& context);
 
 }  // namespace rilievo

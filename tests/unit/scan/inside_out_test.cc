@@ -66,15 +66,6 @@ TEST(InsideOutTest, NoiseAsThickAsTheSpacingChangesNothing) {
   EXPECT_EQ(WrongAfterTurning(known, [](const Eigen::Vector3d&) { return false; }), 0);
 }
 
-// The wall of a cavity points into it.
-TEST(InsideOutTest, ACavityIsTurned) {
-  KnownCloud cavity = SphereCloud(2000, 5, 0.5);
-  cavity.normals *= -1;
-  const KnownCloud shell = Concatenate(SphereCloud(8000, 6), cavity);
-  EXPECT_LT(WrongAfterTurning(shell, [](const Eigen::Vector3d& at) { return at.norm() < 0.7; }),
-            0.001);
-}
-
 TEST(InsideOutTest, AnOpenSheetCannotTell) {
   EXPECT_NEAR(WrongAfterTurning(PlaneCloud(5000, 7),
                                 [](const Eigen::Vector3d& at) { return at.x() < 0.3; }),
