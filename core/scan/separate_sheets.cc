@@ -19,7 +19,7 @@ namespace {
 
 constexpr int64_t kBlock = 64;
 // One of so many points is looked at first: a wall of any size holds more.
-constexpr int kStride = 12;
+constexpr int kStride = 16;
 // Of a neighbourhood, with the point itself.
 constexpr int kAround = 64;
 constexpr int kFewestOfLayer = 14;
@@ -32,6 +32,8 @@ struct Gap {
 // layers four deviations apart; the second 0.21, 0.17, 0.14 and 0.09.
 constexpr Gap kClear = {0.2, 0.09};
 constexpr Gap kBesideClear = {0.25, 0.13};
+// Share of the squares within from which a quadric with a step will not part them either.
+constexpr double kHopeless = 0.33;
 // From layer to layer along their plane, against the distance of points within one.
 constexpr double kMostApart = 1.4;
 // Thickness of a list against its width below which nothing else lies in it.
@@ -116,6 +118,7 @@ class Neighborhood {
       std::array<double, kAround> flat;
       Flatten(round > 0, flat.data());
       layers = SplitHeights({flat.data(), static_cast<size_t>(count_)});
+      if (layers.within > kHopeless) return {};
       for (int i = 0; i < count_; ++i) layer_[i] = flat[i] > layers.threshold ? 1 : 0;
       if (round + 1 < kRounds) continue;
       const double middle = (layers.low + layers.high) / 2;

@@ -1,6 +1,7 @@
 #include "server/doors/certificate_copies.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -52,8 +53,10 @@ class CertificateCopiesTest : public testing::Test {
     return false;
   }
 
-  const std::string certificate_ = testing::TempDir() + "copies_certificate.pem";
-  const std::string key_ = testing::TempDir() + "copies_key.pem";
+  // Of this process alone: several may test at once.
+  const std::string prefix_ = testing::TempDir() + "copies_" + std::to_string(getpid());
+  const std::string certificate_ = prefix_ + "_certificate.pem";
+  const std::string key_ = prefix_ + "_key.pem";
 };
 
 TEST_F(CertificateCopiesTest, HoldWhatTheFilesHold) {
