@@ -79,7 +79,10 @@ absl::Status TokenFile::Read() {
 void TokenFile::WatchUntil(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const Version now = CurrentVersion();
-    if (now != version_) {
+    // One that is being written may look empty, which is a file without tokens: it counts once it
+    // has been the same for a period.
+    const bool settled = std::exchange(seen_, now) == now;
+    if (now != version_ && settled) {
       const absl::Status read = Read();
       // One that cannot be read may become readable without a change of its own.
       if (!absl::IsNotFound(read)) version_ = now;

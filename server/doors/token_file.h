@@ -50,7 +50,8 @@ class TokenFile {
   mutable std::mutex mutex_;
   std::condition_variable_any wake_;
   std::shared_ptr<const AccessTokens> tokens_;
-  Version version_;
+  Version version_;                    // that the tokens are from
+  Version seen_;                       // last time
   std::optional<Version> complained_;  // the one that could not be read, once told
   std::jthread watcher_;
 };

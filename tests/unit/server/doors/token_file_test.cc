@@ -73,6 +73,18 @@ TEST_F(TokenFileTest, ABrokenFileChangesNothing) {
   EXPECT_EQ(file->OwnerOf(alice_.token), "alice");
 }
 
+// Nobody is locked out by an editor that empties the file before it writes it anew.
+TEST_F(TokenFileTest, AFileThatIsBeingWrittenDoesNotCountYet) {
+  ASSERT_TRUE(AddTokenLine(path_, alice_.line).ok());
+  const auto file = Open();
+  for (int i = 0; i < 15; ++i) {
+    std::ofstream out(path_);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    EXPECT_EQ(file->OwnerOf(alice_.token), "alice");
+    out << alice_.line << "\n";
+  }
+}
+
 TEST_F(TokenFileTest, AMissingOrWrongFileIsNotOpened) {
   EXPECT_THAT(std::string(TokenFile::Open(path_, {}).status().message()),
               testing::HasSubstr("--make-token"));
