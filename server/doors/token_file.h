@@ -20,8 +20,9 @@ namespace rilievo {
 // server reads the line whole or not at all.
 absl::Status AddTokenLine(const std::string& path, const std::string& line);
 
-// Thread-safe. One thread of its own looks at the file twice a second; callers never wait for the
-// disk. While the file cannot be read or holds an error, the tokens read last stay in force.
+// Thread-safe. One thread of its own looks at the file twice a second and reads a change once it
+// has lasted from one look to the next; callers never wait for the disk. While the file cannot be
+// read or holds an error, the tokens read last stay in force.
 class TokenFile {
  public:
   // `complain`: told of each change that could not be read, on the file's own thread.
