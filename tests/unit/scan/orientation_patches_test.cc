@@ -125,6 +125,37 @@ TEST(OrientationPatchesTest, PatchesSideBySideAndScansThatDoNotQuiteMeetAreAsThe
   EXPECT_NEAR(VoteBetween(0.3, 0), 1, 1e-6);
 }
 
+// Two patches of points that are no neighbours, with one pair that faces each other.
+double FacingVote(uint8_t parity_of_second) {
+  constexpr int kPoints = 4;
+  OrientedCloud cloud;
+  cloud.points = Eigen::Matrix3Xd::Zero(3, 2 * kPoints);
+  cloud.normals = Eigen::Vector3d::UnitZ().replicate(1, 2 * kPoints);
+  cloud.spacing.assign(2 * kPoints, 1.0f);
+  cloud.noise.assign(2 * kPoints, 0.0f);
+  OrientationPatches patches;
+  patches.count = 2;
+  NeighborGraph graph;
+  graph.k = 1;
+  for (int i = 0; i < 2 * kPoints; ++i) {
+    const bool second = i >= kPoints;
+    cloud.points.col(i) << i % kPoints, 0, second ? 1.5 : 0;
+    patches.patch.push_back(second ? 1 : 0);
+    patches.parity.push_back(second ? parity_of_second : 0);
+    graph.indices.push_back((second ? kPoints : 0) + (i + 1) % kPoints);
+  }
+  graph.facing = {{1, kPoints + 1}};
+  const std::vector<float> relations(2 * kPoints, 1.0f);
+  const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
+  EXPECT_EQ(links->size(), 1u);
+  return links->empty() ? 0 : links->front().weight;
+}
+
+TEST(OrientationPatchesTest, PointsThatFaceEachOtherVoteOpposite) {
+  EXPECT_LT(FacingVote(0), -1);
+  EXPECT_GT(FacingVote(1), 1);
+}
+
 // Two floors that meet at a step are seen from the same side.
 TEST(OrientationPatchesTest, AStepIsNoWall) {
   const double spacing = std::sqrt(4 / (M_PI * 4000));
