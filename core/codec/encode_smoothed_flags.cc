@@ -4,10 +4,9 @@
 #include <memory>
 
 #include "core/base/status_macros.h"
-#include "core/codec/byte_stream.h"
 #include "core/codec/chunk.h"
-#include "core/codec/crc32c.h"
 #include "core/codec/holes.h"
+#include "core/codec/pieces.h"
 #include "core/codec/range_coder.h"
 #include "core/codec/smoothed_flags.h"
 
@@ -74,14 +73,7 @@ absl::StatusOr<std::vector<uint8_t>> EncodeSmoothed(const LoopRefinement& refine
         EncodeGroup(mesh, numbers, groups->members[g], max_level, filled, smoothed, *models));
   }
   std::vector<uint8_t> payload;
-  ByteWriter writer(payload);
-  for (const std::vector<uint8_t>& piece : pieces) writer.Varint(piece.size());
-  writer.U32(Crc32c(payload));
-  for (const std::vector<uint8_t>& piece : pieces) {
-    if (piece.empty()) continue;
-    writer.Bytes(piece);
-    writer.U32(Crc32c(piece));
-  }
+  AppendPieces(pieces, &payload);
   return payload;
 }
 

@@ -4,7 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/byte_stream.h"
-#include "core/codec/crc32c.h"
+#include "core/codec/pieces.h"
 
 namespace rilievo {
 namespace {
@@ -58,13 +58,7 @@ std::vector<uint8_t> WriteGroupedLayout(const LiftingStep& lifting, int32_t step
   ByteWriter writer(payload);
   writer.Byte(static_cast<uint8_t>(lifting.rule * 16 + lifting.strength));
   writer.Varint(static_cast<uint64_t>(step));
-  for (const std::vector<uint8_t>& piece : pieces) writer.Varint(piece.size());
-  writer.U32(Crc32c(payload));
-  for (const std::vector<uint8_t>& piece : pieces) {
-    if (piece.empty()) continue;
-    writer.Bytes(piece);
-    writer.U32(Crc32c(piece));
-  }
+  AppendPieces(pieces, &payload);
   return payload;
 }
 
@@ -76,26 +70,10 @@ absl::StatusOr<GroupedLayout> ReadGroupedLayout(std::span<const uint8_t> payload
   layout.lifting.rule = first >> 4;
   layout.lifting.strength = first & 15;
   const uint64_t step = reader.Varint();
-  const auto cut_off = [level] {
-    return absl::DataLossError(absl::StrCat("the groups of level ", level, " are cut off"));
-  };
-  // Each takes a byte at least: no more are looked for than can be there.
-  if (reader.remaining() < static_cast<size_t>(group_count)) return cut_off();
-  std::vector<uint64_t> sizes(group_count);
-  for (uint64_t& size : sizes) size = reader.Varint();
-  const size_t index_end = reader.position();
-  const uint32_t checksum = reader.U32();
-  if (!reader.ok()) return cut_off();
-  if (checksum != Crc32c(payload.first(index_end))) {
-    return absl::DataLossError(
-        absl::StrCat("the checksum of the groups' index of level ", level, " is wrong"));
-  }
+  RILIEVO_ASSIGN_OR_RETURN(layout.pieces, ReadPieces(payload, reader.position(), group_count,
+                                                     absl::StrCat("the groups of level ", level)));
   RILIEVO_RETURN_IF_ERROR(CheckLayout(layout.lifting, step, level));
   layout.step = static_cast<int32_t>(step);
-  for (uint64_t size : sizes) {
-    layout.pieces.push_back(size == 0 ? std::span<const uint8_t>() : reader.Bytes(size + 4));
-  }
-  if (!reader.ok()) return cut_off();
   return layout;
 }
 
@@ -108,9 +86,8 @@ absl::StatusOr<PieceLayout> ReadPieceLayout(std::span<const uint8_t> piece, int 
   const auto refuse = [&](const char* why) {
     return absl::DataLossError(absl::StrCat("group ", group, " of level ", level, " ", why));
   };
-  if (piece.size() < 5) return refuse("is cut off");
-  const std::span<const uint8_t> bytes = piece.first(piece.size() - 4);
-  if (ByteReader(piece.last(4)).U32() != Crc32c(bytes)) return refuse("has a wrong checksum");
+  RILIEVO_ASSIGN_OR_RETURN(const std::span<const uint8_t> bytes,
+                           CheckPiece(piece, absl::StrCat("group ", group, " of level ", level)));
   ByteReader reader(bytes);
   PieceLayout layout;
   const int flags = reader.Byte();

@@ -4,23 +4,17 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/codec/byte_stream.h"
-#include "core/codec/crc32c.h"
+#include "core/codec/pieces.h"
 #include "core/codec/range_coder.h"
 
 namespace rilievo {
 namespace {
 
-absl::Status CutOff() { return absl::DataLossError("the flags of smoothed heights are cut off"); }
+constexpr absl::string_view kFlags = "the flags of smoothed heights";
 
-// A piece and its checksum, which is looked at.
-absl::StatusOr<std::span<const uint8_t>> CheckedPiece(std::span<const uint8_t> piece) {
-  if (piece.size() < 4) return CutOff();
-  const std::span<const uint8_t> bytes = piece.first(piece.size() - 4);
-  if (ByteReader(piece.last(4)).U32() == Crc32c(bytes)) return bytes;
-  return absl::DataLossError("a checksum of the flags of smoothed heights is wrong");
-}
+absl::Status CutOff() { return absl::DataLossError(absl::StrCat(kFlags, " are cut off")); }
 
 }  // namespace
 
@@ -45,23 +39,10 @@ absl::StatusOr<SmoothedReader> SmoothedReader::Open(std::span<const uint8_t> pay
     opened.shared_ = payload;
     return opened;
   }
-  ByteReader reader(payload);
-  // Each takes a byte at least: no more are looked for than can be there.
-  if (payload.size() <= static_cast<size_t>(group_count)) return CutOff();
-  std::vector<uint64_t> sizes(static_cast<size_t>(group_count) + 1);
-  for (uint64_t& size : sizes) size = reader.Varint();
-  const size_t index_end = reader.position();
-  const uint32_t checksum = reader.U32();
-  if (!reader.ok()) return CutOff();
-  if (checksum != Crc32c(payload.first(index_end))) {
-    return absl::DataLossError("the checksum of the index of smoothed heights is wrong");
-  }
-  for (uint64_t size : sizes) {
-    opened.pieces_.push_back(size == 0 ? std::span<const uint8_t>() : reader.Bytes(size + 4));
-  }
-  if (!reader.ok()) return CutOff();
+  RILIEVO_ASSIGN_OR_RETURN(opened.pieces_, ReadPieces(payload, 0, group_count + 1, kFlags));
   if (!opened.pieces_[0].empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(opened.shared_, CheckedPiece(opened.pieces_[0]));
+    RILIEVO_ASSIGN_OR_RETURN(opened.shared_,
+                             CheckPiece(opened.pieces_[0], "what smoothed heights share"));
   }
   opened.pieces_.erase(opened.pieces_.begin());
   return opened;
@@ -84,7 +65,9 @@ absl::StatusOr<std::vector<uint8_t>> SmoothedReader::ReadGroup(
     state.filled.resize(mesh.refinement.vertex_count(max_level), 0);
     return std::move(state.filled);
   }
-  RILIEVO_ASSIGN_OR_RETURN(const std::span<const uint8_t> bytes, CheckedPiece(piece));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::span<const uint8_t> bytes,
+      CheckPiece(piece, absl::StrCat("the smoothed heights of group ", mesh.group)));
   RangeDecoder coder(bytes);
   const auto models = std::make_unique<HeightModels>(models_);
   CodeSmoothedLevels(coder, mesh.refinement, kFirstGroupedLevel, max_level + 1,
