@@ -6,34 +6,18 @@
 #include <array>
 #include <cmath>
 
+#include "core/scan/height_split.h"
 #include "core/scan/neighbor_graph.h"
 
 namespace rilievo {
 namespace {
 
 // Heights that fall into two groups with next to nothing between them are those of two sheets:
-// their share of the squares that is left within the groups, else 1. Otsu's threshold (Otsu 1979)
-// leaves 0.36 of Gaussian heights and 0.25 of uniform ones.
+// their share of the squares that is left within the groups, else 1.
 double ShareWithinSheets(std::span<double> heights) {
   constexpr double kTwoSheets = 0.16;
-  constexpr size_t kFewestOfSheet = 3;
-  std::sort(heights.begin(), heights.end());
-  const auto count = static_cast<double>(heights.size());
-  double sum = 0, squares = 0;
-  for (const double height : heights) {
-    sum += height;
-    squares += height * height;
-  }
-  const double spread = squares - sum * sum / count;
-  double between = 0, below = 0;
-  for (size_t i = 1; i < heights.size(); ++i) {
-    below += heights[i - 1];
-    if (i < kFewestOfSheet || i + kFewestOfSheet > heights.size()) continue;
-    const auto lower = static_cast<double>(i);
-    const double step = below / lower - (sum - below) / (count - lower);
-    between = std::max(between, lower * (count - lower) / count * step * step);
-  }
-  const double within = spread > 0 ? 1 - between / spread : 1;
+  constexpr int kFewestOfSheet = 3;
+  const double within = SplitHeights(heights, kFewestOfSheet).within;
   return within < kTwoSheets ? within : 1;
 }
 

@@ -1,0 +1,129 @@
+#include "core/scan/layered_neighborhood.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/scan/height_split.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kFewestOfLayer = 14;
+// Share of the squares within from which a quadric with a step will not part them either.
+constexpr double kHopeless = 0.33;
+// From layer to layer along their plane, against the distance of points within one.
+constexpr double kMostApart = 1.4;
+
+}  // namespace
+
+LayeredNeighborhood::LayeredNeighborhood(const Eigen::Matrix3Xd& points, const PointIndex& index,
+                                         int center) {
+  std::array<double, kLayeredPoints> squared;
+  count_ = index.Nearest(points.col(center), std::min(kLayeredPoints, index.size()), around_.data(),
+                         squared.data());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (int i = 0; i < count_; ++i) mean += points.col(around_[i]) / count_;
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < count_; ++i) {
+    const Eigen::Vector3d offset = points.col(around_[i]) - mean;
+    moments.selfadjointView<Eigen::Lower>().rankUpdate(offset);
+  }
+  const double radius = std::sqrt(squared[count_ - 1]);
+  if (!(radius > 0)) return;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
+  axes.computeDirect(moments);
+  for (int i = 0; i < count_; ++i) {
+    const Eigen::Vector3d local =
+        axes.eigenvectors().transpose() * (points.col(around_[i]) - mean) / radius;
+    const double x = local[2], y = local[1];
+    rows_[i] << 1, x, y, x * x, x * y, y * y;
+    heights_[i] = local[0];
+  }
+  usable_ = true;
+}
+
+std::span<const uint8_t> LayeredNeighborhood::FindLayers(const LayerGap& gap) {
+  constexpr int kRounds = 3;
+  if (!usable_) return {};
+  HeightSplit layers;
+  for (int round = 0; round < kRounds; ++round) {
+    std::array<double, kLayeredPoints> flat{};
+    Flatten(round > 0, flat.data());
+    std::array<double, kLayeredPoints> sorted = flat;
+    layers = SplitHeights({sorted.data(), static_cast<size_t>(count_)}, kFewestOfLayer);
+    if (layers.within > kHopeless) return {};
+    for (int i = 0; i < count_; ++i) layer_[i] = flat[i] > layers.threshold ? 1 : 0;
+    if (round + 1 < kRounds) continue;
+    const double middle = (layers.low + layers.high) / 2;
+    const double reach = (layers.high - layers.low) / 6;
+    const auto between = std::count_if(flat.begin(), flat.begin() + count_, [&](double height) {
+      return std::abs(height - middle) < reach;
+    });
+    if (layers.within > gap.most_within ||
+        static_cast<double>(between) > gap.most_between * static_cast<double>(count_)) {
+      return {};
+    }
+  }
+  if (!LayersOverlap()) return {};
+  return {layer_.data(), static_cast<size_t>(count_)};
+}
+
+int LayeredNeighborhood::Across(int i) const {
+  const auto distance = [&](int j) {
+    return layer_[j] == layer_[i] ? std::numeric_limits<double>::max()
+                                  : (rows_[i] - rows_[j]).segment<2>(1).squaredNorm();
+  };
+  int nearest = 0;
+  for (int j = 1; j < count_; ++j) {
+    if (distance(j) < distance(nearest)) nearest = j;
+  }
+  return around_[nearest];
+}
+
+// Whether the layers lie over the same place: along the plane, points of the smaller one have
+// points of the larger one as near as those have each other. Beside a step, an edge or a raised
+// pattern they have not.
+bool LayeredNeighborhood::LayersOverlap() const {
+  const auto high = std::count(layer_.begin(), layer_.begin() + count_, uint8_t{1});
+  const uint8_t larger = 2 * high > count_ ? 1 : 0;
+  return NearestAlong(1 - larger, larger) < kMostApart * kMostApart * NearestAlong(larger, larger);
+}
+
+// The middle squared distance along the plane from a point of one layer to the nearest other of
+// the same or another one.
+double LayeredNeighborhood::NearestAlong(int from, int to) const {
+  std::array<double, kLayeredPoints> nearest;
+  int found = 0;
+  for (int i = 0; i < count_; ++i) {
+    if (layer_[i] != from) continue;
+    double least = std::numeric_limits<double>::max();
+    for (int j = 0; j < count_; ++j) {
+      if (layer_[j] != to || j == i) continue;
+      least = std::min(least, (rows_[i] - rows_[j]).segment<2>(1).squaredNorm());
+    }
+    nearest[found++] = least;
+  }
+  std::nth_element(nearest.begin(), nearest.begin() + found / 2, nearest.begin() + found);
+  return nearest[found / 2];
+}
+
+// Heights over the quadric that fits best, with a step between the layers if there are any yet.
+void LayeredNeighborhood::Flatten(bool step, double* flat) const {
+  Eigen::Matrix<double, 7, 7> gram = Eigen::Matrix<double, 7, 7>::Zero();
+  using Vector7 = Eigen::Matrix<double, 7, 1>;
+  Vector7 right = Vector7::Zero();
+  for (int i = 0; i < count_; ++i) {
+    Vector7 row;
+    row << rows_[i], step ? layer_[i] - 0.5 : 0.0;
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(row);
+    right += heights_[i] * row;
+  }
+  gram.diagonal().array() += 1e-9;
+  const Vector7 fit = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
+  for (int i = 0; i < count_; ++i) flat[i] = heights_[i] - fit.head<6>().dot(rows_[i]);
+}
+
+}  // namespace rilievo
