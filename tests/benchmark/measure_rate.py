@@ -22,16 +22,15 @@ import sys
 import tempfile
 import time
 
-from readme_table import BEGIN, END, table
+from dss_bytes import spent
+from rate_page import KEPT_BYTES, KEPT_ERRORS, page, write_page
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 ERRORS = [0.01, 0.02, 0.03, 0.05, 0.1]  # asked for, % of the diagonal
 SHAPES = {"spot": "spot_nonuniform_outliers", "owl": "owl_multiscan",
           "mechpart": "mechpart_genus3", "featuretype": "featuretype_cad"}
-KEPT_ERRORS, KEPT_BYTES = [0.1, 0.05, 0.03], [4000, 8000, 16000]
 SMOOTH = ["star", "genus2", "torus"]
 SMOOTH_ERRORS = [0.002, 0.005, 0.01, 0.02, 0.05]
-SMALL_FILE = 1000  # bytes
 PEER_FACES = [300, 1000, 3000, 10000, 30000]
 PEER_BITS = [9, 10, 11, 12, 14]
 
@@ -79,48 +78,6 @@ def peer_curves(shared):
     sys.path.insert(0, os.path.join(shared, "bench"))
     import rdcompare
     return rdcompare, rdcompare.load(os.path.join(shared, "bench", "rd_peers.csv"))
-
-
-def varint(data, at):
-    value = shift = 0
-    while True:
-        byte = data[at]
-        at, value, shift = at + 1, value | (byte & 127) << shift, shift + 7
-        if byte < 128:
-            return value, at
-
-
-def spent(data):
-    """Where the bytes of a .dss file go (docs/dss-format.md): kind to bytes."""
-    kinds = dict(framing=9, header=0, metadata=0, creases=0, mesh=0, heights=0, flags=0)
-    at = 9
-    while at < len(data):
-        tag = chr(data[at])
-        size, begin = varint(data, at + 1)
-        end = begin + size
-        kinds["framing"] += begin - at + 4
-        if tag == "C":
-            head, place = varint(data, begin)
-            header = data[place:place + head]
-            _, counts = varint(header, 1)
-            _, counts = varint(header, counts)
-            counts += 1
-            if header[0] & 8:
-                _, counts = varint(header, counts)
-            for _ in range(6):
-                counts += 1 + header[counts]
-            tags = 0
-            if header[0] & 4:
-                tags, after = varint(data, place + head)
-                tags += after - place - head
-            kinds["header"] += counts + place - begin
-            kinds["metadata"] += head - counts
-            kinds["creases"] += tags
-            kinds["mesh"] += end - place - head - tags
-        else:
-            kinds["heights" if tag == "H" else "flags"] += size
-        at = end + 4
-    return kinds
 
 
 def curve(tools, cloud, truth, errors, envelope, rdcompare, label):
@@ -260,22 +217,6 @@ def measure_kept(tools, only):
     return rows
 
 
-def kept_error(figure):
-    if figure["refused"]:
-        return "refused"
-    mark = "" if figure["kept"] else " (not: said so)"
-    over = figure["rms"] / figure["asked"]
-    broken = " NOT KEPT" if figure["kept"] and over > 1 else ""
-    return f"{over:.3f}{mark}{broken}, {figure['bytes']} B"
-
-
-def kept_bytes(figure):
-    if figure["refused"]:
-        return "refused"
-    first = 100 * figure["first"] / figure["bytes"]
-    return f"{figure['bytes']} B, {figure['rms']:.4f}, {first:.0f} %"
-
-
 def measure_layers(tools, only):
     """What each layer of the default surface costs and shows."""
     rows = []
@@ -330,75 +271,6 @@ def measure_decoder(tools, only):
 
 def level_of(tools, part):
     return json.loads(tools.rilievo("info", "--json", part).stdout)["max_level"]
-
-
-def page(results):
-    parts = [
-        f"Measured {results['date']} by `./dev bench --rate`. RMS in % of the diagonal, both "
-        "directions, against the ground truth; *peer*: fewest bytes of any peer at the RMS reached "
-        "(`-`: no peer gets there). 100 000 points a cloud, `--max-error`, all else at its default.",
-        table(["cloud", "asked", "RMS", "control faces", "bytes", "peer", "ours / peer"],
-              [[r["label"], f"{r['asked']:.3f}", f"{r['rms']:.4f}", r["faces"], r["bytes"],
-                "-" if r["peer"] is None else round(r["peer"]),
-                "-" if r["peer"] is None else f"{r['bytes'] / r['peer']:.2f}"]
-               for r in results["peers"] + results["smooth"]]),
-    ]
-    small = [r for r in results["peers"] + results["smooth"] if r["bytes"] < SMALL_FILE]
-    if small:
-        kinds = list(small[0]["spent"])
-        parts += [
-            "## Where the bytes of small files go",
-            f"Files of less than {SMALL_FILE} bytes of the table above. *Framing*: signature, tags, "
-            "lengths and checksums; *header*: counts, frame, steps; *flags*: which heights are "
-            "smoothed (those of filled ones are among the heights).",
-            table(["cloud", "asked", "bytes"] + kinds,
-                  [[r["label"], f"{r['asked']:.3f}", r["bytes"]] + [r["spent"][k] for k in kinds]
-                   for r in small]),
-        ]
-    if results["kept"]:
-        parts += [
-            "## An error or a size asked for",
-            "`--max-error E`: RMS across the surface, the larger of both ways, as `rilievo verify` "
-            "finds it, over E, and bytes; *not*: the report says that the scan does not allow E, "
-            "what is reached and why. `--max-bytes N`: bytes, that RMS in % of the diagonal, and the share "
-            "of the bytes that the first picture takes, control mesh and level 0.",
-            table(["scan"] + [f"E = {e} %" for e in KEPT_ERRORS] + [f"N = {n}" for n in KEPT_BYTES]
-                  + ["verify agrees"],
-                  [[r["scan"]] + [kept_error(f) for f in r["errors"]]
-                   + [kept_bytes(f) for f in r["sizes"]]
-                   + ["yes" if all(f["refused"] or f["verified"] for f in r["errors"] + r["sizes"])
-                      else "NO"] for r in results["kept"]]),
-        ]
-    if results["layers"]:
-        parts += [
-            "## Layer by layer",
-            "The default surface of clean clouds: share of the bytes read and RMS of what they show, "
-            "from the control mesh on; the encoder's share of the time.",
-            table(["shape", "bytes", "share read: RMS", "encoding / whole"],
-                  [[r["shape"], r["bytes"],
-                    "; ".join(f"{100 * s:.0f} %: {e:.4f}" for s, e in zip(r["shares"], r["errors"])),
-                    f"{100 * r['encode'] / r['total']:.0f} %"] for r in results["layers"]]),
-        ]
-    if results["decoder"]:
-        parts += [
-            "## The decoder",
-            "5 000 control faces at level 4, 640 000 vertices; medians of five. Milliseconds of the first "
-            "thread's processor time (with two threads it does half of the work), millions of vertices a "
-            "second by it, and OpenSubdiv's time (topology, limit and normals, one thread) over it.",
-            table(["", "million / s", "ms", "OpenSubdiv / this"],
-                  [[r["name"], f"{r['rate']:.1f}", f"{r['cpu']:.1f}", f"{r['ratio']:.1f}"]
-                   for r in results["decoder"]]),
-        ]
-    return "\n\n".join(parts) + "\n"
-
-
-def write_page(path, text):
-    """Between the two marks; what people wrote around them stays."""
-    with open(path) as file:
-        old = file.read()
-    fresh = f"{BEGIN}\n\n{text}\n{END}"
-    with open(path, "w") as file:
-        file.write(re.sub(re.escape(BEGIN) + ".*?" + re.escape(END), lambda _: fresh, old, flags=re.S))
 
 
 MEASURES = dict(peers=measure_peer_shapes, smooth=measure_smooth_shapes, kept=measure_kept,
