@@ -37,11 +37,16 @@ struct Checks {
 };
 
 Checks ChecksOf(std::span<const uint8_t> bytes) {
+#ifdef RILIEVO_EVERY_CHECK
+  static_cast<void>(bytes);
+  return {true, true, true, true};
+#else
   const uint32_t draw = Crc32c(bytes) * 2654435761u >> 8;
   const auto one_in = [draw](uint32_t shift, uint32_t count) {
     return (draw >> shift) % count == 0;
   };
   return {one_in(0, 256), one_in(0, 8), one_in(3, 16), one_in(0, 128)};
+#endif
 }
 
 RunContext OneThread() {
