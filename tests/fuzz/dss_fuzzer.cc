@@ -2,7 +2,7 @@
 // The checksums are set right first, for no mutation would pass them.
 //
 // Ten million inputs have to pass in an hour or two, and a file of 300 bytes may claim a quarter of
-// a million heights. So most inputs are cut after their last level of at most kUsualFaces
+// a million heights. So most inputs are cut after their last level of at most a thousand
 // triangles (a prefix of a file is a file), and what costs more than decoding is done for a share
 // of them. Which ones is drawn from the bytes, so that an input always does the same.
 #include <algorithm>
@@ -26,26 +26,29 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kUsualFaces = 4096;    // triangles of the level that most inputs are cut to
+// Triangles of the level that an input is cut to: most, some, those that are left whole.
+constexpr int64_t kFewFaces = 1024, kSomeFaces = 4096, kAllFaces = int64_t{1} << 40;
 constexpr int64_t kMostFaces = 50000;    // triangles of the level that is tessellated
 constexpr int64_t kMostAdaptive = 2000;  // heights of a surface that is tessellated adaptively
-constexpr int64_t kMostRegion = 100000;  // of one whose regions are compared with it
+constexpr int64_t kMostRegion = 20000;   // of one whose regions are compared with it
 
 // What is done for an input.
 struct Checks {
-  bool whole, tessellations, region, adaptive;
+  int64_t faces;
+  bool tessellations, region, adaptive;
 };
 
 Checks ChecksOf(std::span<const uint8_t> bytes) {
 #ifdef RILIEVO_EVERY_CHECK
   static_cast<void>(bytes);
-  return {true, true, true, true};
+  return {kAllFaces, true, true, true};
 #else
-  const uint32_t draw = Crc32c(bytes) * 2654435761u >> 8;
-  const auto one_in = [draw](uint32_t shift, uint32_t count) {
-    return (draw >> shift) % count == 0;
-  };
-  return {one_in(0, 256), one_in(0, 8), one_in(3, 16), one_in(0, 128)};
+  const uint32_t crc = Crc32c(bytes);
+  const auto one_in = [crc](uint32_t odd, uint32_t count) { return (crc * odd >> 8) % count == 0; };
+  const bool whole = one_in(0x9e3779b1, 1024);
+  const int64_t faces = whole ? kAllFaces : one_in(0x165667b1, 8) ? kSomeFaces : kFewFaces;
+  return {faces, whole || one_in(0x85ebca77, 32), whole || one_in(0xc2b2ae3d, 64),
+          one_in(0x27d4eb2f, 1024)};
 #endif
 }
 
@@ -157,10 +160,8 @@ void Check(const std::vector<uint8_t>& bytes, const Checks& checks) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<uint8_t> bytes = rilievo::WithRightChecksums({data, size});
   const rilievo::Checks checks = rilievo::ChecksOf(bytes);
-  if (!checks.whole) {
-    bytes.resize(rilievo::ShallowPrefix(bytes, rilievo::kUsualFaces));
-    bytes.shrink_to_fit();
-  }
+  bytes.resize(rilievo::ShallowPrefix(bytes, checks.faces));
+  bytes.shrink_to_fit();
   rilievo::Check(bytes, checks);
   return 0;
 }
