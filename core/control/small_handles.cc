@@ -32,6 +32,17 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
   return loop;
 }
 
+// A loop no longer than `max_length` near `root`, empty where none is found. The shortest loop
+// through `root` is no longer than one that passes within `step` of it and the way there and back.
+std::vector<int> ShortLoop(int root, double max_length, double step, LocalLoopFinder* finder) {
+  const double radius = max_length / 2 + step;
+  std::vector<int> loop = finder->LoopAround(root, radius);
+  if (loop.empty() || finder->Length(loop) > max_length + 2 * step) return {};
+  if (finder->Length(loop) > max_length) loop = Tighten(std::move(loop), radius, finder);
+  if (finder->Length(loop) > max_length) loop.clear();
+  return loop;
+}
+
 // Flagged vertices, each as the seed of those within `reach` of it that no seed before has.
 struct Seeds {
   std::vector<int> at;
@@ -85,25 +96,27 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topo
   ScratchPool<LocalLoopFinder> finders(prototype);
   RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
   const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
+  // Of two loops of one handle the first blocks the second, so those short as they are found need
+  // no tightening yet.
   std::vector<std::vector<int>> found(seeds.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.size()), kSeedBlock, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        const auto own = finders.Take();
-                                        for (int64_t i = begin; i < end; ++i) {
-                                          std::vector<int> loop = own->LoopAround(seeds[i], radius);
-                                          if (!loop.empty())
-                                            loop = Tighten(std::move(loop), radius, own.get());
-                                          if (loop.size() >= 3 && own->Length(loop) <= max_length)
-                                            found[i] = std::move(loop);
-                                        }
-                                      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(seeds.size()), kSeedBlock, context, [&](int64_t begin, int64_t end) {
+        const auto own = finders.Take();
+        for (int64_t i = begin; i < end; ++i) {
+          found[i] = ShortLoop(seeds[i], max_length, step, own.get());
+        }
+      }));
   std::vector<uint8_t> taken(topology.vertex_count, 0);
+  const auto blocked = [&](const std::vector<int>& loop) {
+    return loop.size() < 3 || std::any_of(loop.begin(), loop.end(), [&](int v) {
+             return taken[v] != 0 || topology.boundary_vertex[v] != 0;
+           });
+  };
   std::vector<std::vector<int>> loops;
   for (std::vector<int>& loop : found) {
-    const bool blocked = std::any_of(loop.begin(), loop.end(), [&](int v) {
-      return taken[v] != 0 || topology.boundary_vertex[v] != 0;
-    });
-    if (loop.empty() || blocked) continue;
+    if (blocked(loop)) continue;
+    loop = Tighten(std::move(loop), radius, &finder);
+    if (blocked(loop)) continue;
     // The whole neighbourhood is spoken for: another loop there may be the same handle's.
     for (const int v : finder.Disc(loop[0], radius)) taken[v] = 1;
     for (const int v : loop) taken[v] = 1;
