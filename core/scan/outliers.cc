@@ -164,6 +164,13 @@ absl::StatusOr<std::vector<Standing>> AllStandings(const Eigen::Matrix3Xd& point
   return standings;
 }
 
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // At least 1: how much thicker than a sheet the scan is all over. Where noise is thicker than the
 // spacing every point sits in a volume of points, and has to be further out to be an outlier.
 double ScanThickness(const std::vector<Standing>& standings) {
@@ -173,16 +180,45 @@ double ScanThickness(const std::vector<Standing>& standings) {
   for (const Standing& standing : standings) {
     if (standing.spread > 0) ratios.push_back(standing.thickness / standing.spread);
   }
-  if (ratios.empty()) return 1;
-  const auto middle = ratios.begin() + static_cast<int64_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::max(1.0, *middle / kSheet);
+  return std::max(1.0, Median(std::move(ratios)) / kSheet);
+}
+
+// Drops the points of a cloud of stray ones, which vouch for each other beside a scan that is
+// hardly denser: each lies in a volume that noise, as thick in all of the scan, does not explain,
+// and so do half of its neighbours at least, unless they are dropped already.
+absl::Status DropStrayClouds(const NeighborGraph& graph, const Reaches& reaches,
+                             const std::vector<float>& usual,
+                             const std::vector<Standing>& standings, const RunContext& context,
+                             std::vector<uint8_t>* keep) {
+  constexpr double kVolumeRatio = 0.25;  // thickness against spread; a sharp edge has more
+  constexpr double kThick = 4;           // of the scan's median thickness
+  constexpr double kSparse = 1.5;        // mean distance against the usual one
+  std::vector<double> thicknesses(standings.size());
+  std::transform(standings.begin(), standings.end(), thicknesses.begin(),
+                 [](const Standing& standing) { return standing.thickness; });
+  const double thick = kThick * Median(std::move(thicknesses));
+  std::vector<uint8_t> in_volume(standings.size());
+  for (size_t i = 0; i < standings.size(); ++i) {
+    in_volume[i] = standings[i].thickness > std::max(thick, kVolumeRatio * standings[i].spread) &&
+                   reaches.mean[i] > kSparse * usual[i];
+  }
+  const std::vector<uint8_t> kept = *keep;
+  return ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      if (!in_volume[i]) continue;
+      const auto neighbors = graph.neighbors(static_cast<int>(i));
+      const auto strays = std::count_if(neighbors.begin(), neighbors.end(),
+                                        [&](int j) { return in_volume[j] || !kept[j]; });
+      if (2 * strays >= graph.k) (*keep)[i] = 0;
+    }
+  });
 }
 
 // The marks of a point that belongs to no surface:
 // - it is sparse and its neighbours form no sheet that it lies in,
 // - it is sparse beyond any sheet, or a little sparse in a volume of points,
-// - it stands off a sheet by more than the sheet is thick and its points are apart.
+// - it stands off a sheet by more than the sheet is thick and its points are apart,
+// - it is one of a cloud of stray points (DropStrayClouds).
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
   constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
@@ -211,7 +247,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const bool hopeless = reaches.mean[i] > kHopeless * limit;
     if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
   }
-  return absl::OkStatus();
+  return DropStrayClouds(graph, reaches, usual, standings, context, keep);
 }
 
 }  // namespace
