@@ -89,6 +89,18 @@ void NumberEdges(const std::vector<uint32_t>& twins, MeshTopology& topology) {
   }
 }
 
+// Two faces over the same three vertices close up between them: each edge has two faces, but one
+// level finer two edges join the same two vertices.
+absl::Status CheckNoPillows(const MeshTopology& topology) {
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const auto neighbors = topology.face_neighbors.col(f);
+    if (neighbors[0] < 0 || neighbors[0] != neighbors[1]) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("faces ", f, " and ", neighbors[0], " have the same three vertices"));
+  }
+  return absl::OkStatus();
+}
+
 // Fills `boundary_vertex` and `valence`.
 void CountAtVertices(MeshTopology& topology) {
   topology.boundary_vertex.assign(topology.vertex_count, 0);
@@ -142,6 +154,7 @@ absl::StatusOr<MeshTopology> BuildMeshTopology(const Eigen::Matrix3Xi& faces, in
   topology.face_edges.resize(3, faces.cols());
   topology.face_neighbors.resize(3, faces.cols());
   NumberEdges(*twins, topology);
+  if (absl::Status status = CheckNoPillows(topology); !status.ok()) return status;
   CountAtVertices(topology);
   if (absl::Status status = CheckFans(*twins, topology); !status.ok()) return status;
   return topology;

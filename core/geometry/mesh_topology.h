@@ -29,8 +29,8 @@ struct MeshTopology {
 
 // INVALID_ARGUMENT that names the first offending face, edge or vertex unless `faces` is an
 // orientable 2-manifold with or without boundary: at least one face, indices in range and distinct
-// within a face, at most two faces an edge, opposite half-edges, one fan of faces a vertex, no
-// unused vertex.
+// within a face, at most two faces an edge, opposite half-edges, no two faces over the same three
+// vertices, one fan of faces a vertex, no unused vertex.
 absl::StatusOr<MeshTopology> BuildMeshTopology(const Eigen::Matrix3Xi& faces, int vertex_count);
 
 // Figures of a (possibly defective) triangle list. Counted are the faces of three different
