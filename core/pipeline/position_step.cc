@@ -28,11 +28,13 @@ double ShortEdge(const ControlMesh& mesh) {
 
 }  // namespace
 
+bool IsMachined(const ControlMesh& mesh) {
+  return static_cast<int64_t>(mesh.creases.size()) * kEdgesPerCrease > 3 * mesh.faces.cols() / 2;
+}
+
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
   const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kFinest, kCoarsest);
-  const bool machined =
-      static_cast<int64_t>(mesh.creases.size()) * kEdgesPerCrease > 3 * mesh.faces.cols() / 2;
-  if (!machined) return smooth;
+  if (!IsMachined(mesh)) return smooth;
   const double flat = kOfCodingError * coding_error.value_or(kUsualCodingError);
   return std::clamp(flat, kFinest, smooth);
 }

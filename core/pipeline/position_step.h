@@ -7,6 +7,9 @@
 
 namespace rilievo {
 
+// Whether the mesh has enough creases for a machined part: more than one edge in 50.
+bool IsMachined(const ControlMesh& mesh);
+
 // Step of the control-point quantiser for a fitted control mesh in the unit frame, in [4e-4, 5e-3].
 // Heights are sampled over the rounded mesh and take up the rounding, so on a smooth surface, where
 // every region has heights anyway, a tenth of its short edges will do: an owl of 500 control faces

@@ -11,16 +11,17 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
 #include "core/pipeline/keep_error.h"
+#include "core/pipeline/position_step.h"
 
 namespace rilievo {
 namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr double kNone = -1, kHalf = 0.5;  // rungs
-constexpr double kStepRatio = 1.5;         // of position steps
-constexpr double kAlike = 1.01;            // errors
-constexpr double kCoarsestStep = 0.01;     // EncodeOptions::position_step
+constexpr double kNone = -1, kHalf = 0.5, kQuarter = 0.25;  // rungs
+constexpr double kStepRatio = 1.5;                          // of position steps
+constexpr double kAlike = 1.01;                             // errors
+constexpr double kCoarsestStep = 0.01;                      // EncodeOptions::position_step
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
 constexpr double kBytesPerFace = 1.0;
 
@@ -65,12 +66,10 @@ class Search {
         RILIEVO_RETURN_IF_ERROR(Try(rung));
       }
     }
-    const double coarse_best = best_rung_;
-    for (const double between : {coarse_best + kHalf, coarse_best - kHalf}) {
-      if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
-        RILIEVO_RETURN_IF_ERROR(Try(between));
-      }
-    }
+    RILIEVO_RETURN_IF_ERROR(TryBeside(kHalf));
+    // Of a part with sharp edges the error hangs on where the few control points happen to lie, so
+    // more meshes are worth a try.
+    if (IsMachined(start_)) RILIEVO_RETURN_IF_ERROR(TryBeside(kQuarter));
     if (!best_) return failure_;
     if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());
@@ -99,6 +98,17 @@ class Search {
     *report_ = report;
     std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
               std::begin(report_->stage_seconds));
+  }
+
+  // Part of a rung to either side of the best one.
+  absl::Status TryBeside(double part) {
+    const double middle = best_rung_;
+    for (const double between : {middle + part, middle - part}) {
+      if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
+        RILIEVO_RETURN_IF_ERROR(Try(between));
+      }
+    }
+    return absl::OkStatus();
   }
 
   absl::Status Try(double rung) {

@@ -9,10 +9,11 @@ namespace rilievo {
 // faces of the one before, and keeps the best one: of those within encode.max_error the one of the
 // fewest bytes; for encode.max_bytes that of the least error. The bytes are taken to have one
 // minimum: from the second mesh the search goes the way in which they fall, and then tries half a
-// step to either side of the best. A trial costs the fit, the heights, their measure and the codec,
-// a third to half of a whole reconstruction. The best one is decoded and measured, and coded again
-// more finely or more coarsely until the error asked for is kept (keep_error.h). Where it cannot
-// be, though noise allows it, meshes of more faces are tried in the same way.
+// step to either side of the best, and of machined parts (position_step.h) a quarter too. A trial
+// costs the fit, the heights, their measure and the codec, a third to half of a whole
+// reconstruction. The best one is decoded and measured, and coded again more finely or more
+// coarsely until the error asked for is kept (keep_error.h). Where it cannot be, though noise
+// allows it, meshes of more faces are tried in the same way.
 absl::StatusOr<CodedRelief> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
                                                const DssMetadata& metadata,
                                                const ReconstructOptions& options,

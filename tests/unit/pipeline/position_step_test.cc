@@ -25,7 +25,9 @@ TEST(PositionStepTest, OnASmoothMeshATenthOfItsShortEdges) {
 
 TEST(PositionStepTest, OnAMachinedPartWhatTheErrorAllows) {
   ControlMesh mesh = Strip(200, 0.02);
+  EXPECT_FALSE(IsMachined(mesh));
   for (int v = 0; v < 20; ++v) mesh.creases.push_back({v, v + 2});
+  EXPECT_TRUE(IsMachined(mesh));
   EXPECT_NEAR(PositionStepFor(mesh, 3e-4), 1.2e-3, 1e-12);
   EXPECT_EQ(PositionStepFor(mesh, 1e-5), 4e-4);
   EXPECT_NEAR(PositionStepFor(mesh, 1e-2), 2e-3, 1e-12);
