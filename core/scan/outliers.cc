@@ -25,6 +25,8 @@ constexpr int kLargestIsland = 200;
 // How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
 // height sees the ground at 0.1.
 constexpr double kSpacingGrowth = 0.1;
+// Off sheets, where nothing is seen at a flat angle.
+constexpr double kGrowthOffSheets = 0.03;
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
@@ -65,9 +67,9 @@ absl::StatusOr<Reaches> MeasureReaches(const Eigen::Matrix3Xd& points, const Nei
 }
 
 // The mean distance usual around each point: the largest field below the means that grows by no
-// more than kSpacingGrowth along the graph. A cluster of flying points does not vouch for itself.
+// more than `growth` along the graph. A cluster of flying points does not vouch for itself.
 absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
-                                                  const Reaches& reaches,
+                                                  const Reaches& reaches, double growth,
                                                   const RunContext& context) {
   std::vector<float> usual = reaches.mean;
   const auto relax = [&](int64_t index) {
@@ -75,7 +77,7 @@ absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
     const auto neighbors = graph.neighbors(i);
     const auto distances = reaches.of(i);
     for (int j = 0; j < graph.k; ++j) {
-      const float step = static_cast<float>(kSpacingGrowth) * distances[j];
+      const float step = static_cast<float>(growth) * distances[j];
       usual[i] = std::min(usual[i], usual[neighbors[j]] + step);
       usual[neighbors[j]] = std::min(usual[neighbors[j]], usual[i] + step);
     }
@@ -190,9 +192,9 @@ absl::Status DropStrayClouds(const NeighborGraph& graph, const Reaches& reaches,
                              const std::vector<float>& usual,
                              const std::vector<Standing>& standings, const RunContext& context,
                              std::vector<uint8_t>* keep) {
-  constexpr double kVolumeRatio = 0.25;  // thickness against spread; a sharp edge has more
+  constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
   constexpr double kThick = 4;           // of the scan's median thickness
-  constexpr double kSparse = 1.5;        // mean distance against the usual one
+  constexpr double kSparse = 2.0;        // mean distance against the usual one
   std::vector<double> thicknesses(standings.size());
   std::transform(standings.begin(), standings.end(), thicknesses.begin(),
                  [](const Standing& standing) { return standing.thickness; });
@@ -228,7 +230,10 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   constexpr double kOffUsual = 0.3;       // of factor * usual distance
   constexpr double kHopeless = 3.0;       // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, UsualDistances(graph, reaches, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual,
+                           UsualDistances(graph, reaches, kSpacingGrowth, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets,
+                           UsualDistances(graph, reaches, kGrowthOffSheets, context));
   reaches.distances = std::vector<float>();  // only their summaries are asked for from here
   const std::vector<uint8_t> sparse = SparsePoints(points, reaches, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -247,7 +252,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const bool hopeless = reaches.mean[i] > kHopeless * limit;
     if (off_sheet || in_volume || (sparse[i] && (!in_sheet || hopeless))) (*keep)[i] = 0;
   }
-  return DropStrayClouds(graph, reaches, usual, standings, context, keep);
+  return DropStrayClouds(graph, reaches, usual_off_sheets, standings, context, keep);
 }
 
 }  // namespace
