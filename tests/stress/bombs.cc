@@ -1,7 +1,6 @@
 #include <thread>
 
 #include "client/library/status_conversion.h"
-#include "core/base/sanitized.h"
 #include "grpcpp/client_context.h"
 #include "grpcpp/generic/generic_stub.h"
 #include "tests/stress/known_scans.h"
@@ -16,9 +15,7 @@ using std::chrono::seconds;
 
 constexpr char kPart[] = "bombs";
 constexpr char kUnary[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
-// Under a sanitizer each block has a border of its own, and freed ones are kept for a while.
-constexpr int64_t kMostGrowth = kSanitized ? 48'000'000 : 32'000'000;
-constexpr const char* kGrowth = kSanitized ? "server grows < 48 MB" : "server grows < 32 MB";
+constexpr int64_t kMostGrowth = 32'000'000;
 
 // `bytes` zeros in one message; takes little memory here.
 grpc::ByteBuffer Zeros(int64_t bytes) {
@@ -44,7 +41,7 @@ class Bomber {
     const bool serves = ReconstructionClient(OwnConnection(server_->address()))
                             .GetCapabilities(Within(seconds(10)))
                             .ok();
-    report_->Expect(kPart, absl::StrCat(name, ": refused, ", kGrowth, ", serves on"),
+    report_->Expect(kPart, name + ": refused, server grows < 32 MB, serves on",
                     status.code() == refusal && growth < kMostGrowth && serves,
                     absl::StrFormat("%s in %.2f s, %+.1f MB%s",
                                     status.ok() ? "OK" : absl::StatusCodeToString(status.code()),
@@ -148,7 +145,7 @@ void ExplodingGrid(StressServer* server, Report* report) {
   const bool clear =
       finished && done->error().code() != static_cast<int>(absl::StatusCode::kInternal);
   report->Expect(
-      kPart, absl::StrCat("grid that would explode: solved or refused within 256 MB, ", kGrowth),
+      kPart, "grid that would explode: solved or refused within 256 MB, server grows < 32 MB",
       clear && growth < kMostGrowth && worker_peak < 256'000'000,
       absl::StrFormat("%s %s in %.1f s, worker %.0f MB, server %+.1f MB",
                       done.ok() ? v1::JobState_Name(done->state()) : done.status().ToString(),
