@@ -5,7 +5,6 @@
 #include "core/base/status_macros.h"
 #include "core/control/relax_mesh.h"
 #include "core/control/simplify_mesh.h"
-#include "core/control/tag_creases.h"
 
 namespace rilievo {
 namespace {
@@ -18,18 +17,13 @@ constexpr double kEvenness = 1e-4;
 
 }  // namespace
 
-absl::StatusOr<ControlMesh> CoarserControlMesh(const OrientedCloud& cloud, const PointIndex& index,
-                                               const ControlMesh& mesh, int target_faces,
-                                               CreaseRule creases, const RunContext& context) {
+absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
+                                               const RunContext& context) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4), .evenness = kEvenness};
-  const ControlMesh untagged{mesh.vertices, mesh.faces, {}, {}};
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyMesh(untagged, simplify, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyMesh(mesh, simplify, context));
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&coarser, kFlatDihedralDegrees);
     RelaxTangentially(&coarser, kRelaxRounds);
-  }
-  if (creases == CreaseRule::kAuto && !mesh.creases.empty()) {
-    RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &coarser));
   }
   return coarser;
 }

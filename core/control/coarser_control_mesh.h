@@ -3,19 +3,16 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/control/build_control_mesh.h"
 #include "core/geometry/triangle_mesh.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
 
 // The same topology with about `target_faces` faces, at least 4, shaped as the road arbitrary
-// shapes its own; crease tags are found anew in the cloud unless `creases` says no or `mesh` has
-// none. `mesh`: as BuildControlMesh() made it from this cloud. Far cheaper than the road itself: 10
-// ms from 3 300 faces, and the creases. INVALID_ARGUMENT for a mesh that is no manifold.
-absl::StatusOr<ControlMesh> CoarserControlMesh(const OrientedCloud& cloud, const PointIndex& index,
-                                               const ControlMesh& mesh, int target_faces,
-                                               CreaseRule creases, const RunContext& context);
+// shapes its own. Creases and corners are carried along: on a finer mesh they are found where a
+// coarser one has no edges along them any more. Where they leave no more to collapse, more faces
+// stay. Far cheaper than the road itself: 10 ms from 3 300 faces. INVALID_ARGUMENT for a mesh that
+// is no manifold.
+absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
+                                               const RunContext& context);
 
 }  // namespace rilievo

@@ -56,7 +56,7 @@ constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
 
 EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
                              const SimplifyOptions& options, const FacePlanes* planes)
-    : mesh_(std::move(mesh)), options_(options) {
+    : mesh_(std::move(mesh)), options_(options), creases_(mesh_, input) {
   whole_.faces_left = mesh_.face_slots();
   positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
   for (int v = 0; v < mesh_.vertex_slots(); ++v) positions_[v] = input.vertices.col(v);
@@ -154,7 +154,13 @@ double EdgeCollapser::Evaluate(int edge) const {
   const int a = mesh_.From(h), b = mesh_.To(h);
   Quadric sum = quadrics_[a];
   sum += quadrics_[b];
-  return Jitter(edge) * std::max(0.0, sum(sum.Minimum((positions_[a] + positions_[b]) / 2)));
+  return Jitter(edge) * std::max(0.0, sum(Meeting(a, b, sum)));
+}
+
+Vector3d EdgeCollapser::Meeting(int a, int b, const Quadric& sum) const {
+  const Freedom of_a = creases_.FreedomOf(a), of_b = creases_.FreedomOf(b);
+  if (of_a != of_b) return positions_[of_a > of_b ? a : b];
+  return sum.Minimum((positions_[a] + positions_[b]) / 2);
 }
 
 const EdgeCollapser::Guards& EdgeCollapser::GuardsOf(int edge, const Front& front) const {
@@ -273,11 +279,13 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
       options_.max_valence + guards.valence_slack) {
     return false;
   }
-  if (!mesh_.CanCollapse(h, guards.least_valence)) return false;
+  if (!creases_.Allow(mesh_, h) || !mesh_.CanCollapse(h, guards.least_valence)) return false;
   Quadric sum = quadrics_[a];
   sum += quadrics_[b];
-  Vector3d position = sum.Minimum((positions_[a] + positions_[b]) / 2);
+  Vector3d position = Meeting(a, b, sum);
+  if (!creases_.KeepTurns(mesh_, positions_, h, position)) return false;
   if (!KeepsShape(a, b, position, guards.roundness)) {
+    if (creases_.FreedomOf(a) != creases_.FreedomOf(b)) return false;
     // A knot of slivers has no good place for a vertex, but staying at one end harms nobody.
     if (!front->coarse && grade_[edge] < kLastGrade) return false;
     position = positions_[a];
@@ -287,6 +295,7 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
     }
   }
 
+  creases_.Merge(mesh_, h);
   mesh_.Collapse(h);
   positions_[a] = position;
   quadrics_[a] = sum;
@@ -350,6 +359,7 @@ ControlMesh EdgeCollapser::Compact() const {
     for (int k = 0; k < 3; ++k) result.faces(k, face) = renumbered[mesh_.From(3 * f + k)];
     ++face;
   }
+  creases_.Tag(mesh_, renumbered, &result);
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
+#include "core/control/carried_creases.h"
 #include "core/control/half_edge_mesh.h"
 #include "core/control/quadric.h"
 #include "core/control/simplify_mesh.h"
@@ -35,7 +36,7 @@ class EdgeCollapser {
   int64_t faces_left() const { return whole_.faces_left; }
   const HalfEdgeMesh& mesh() const { return mesh_; }
 
-  // The mesh without what collapsed.
+  // The mesh without what collapsed, with the creases of the input.
   ControlMesh Compact() const;
 
  private:
@@ -77,6 +78,8 @@ class EdgeCollapser {
   void Push(int edge, Front* front);
   double Evaluate(int edge) const;
   const Guards& GuardsOf(int edge, const Front& front) const;
+  // Where the two ends of an edge would meet, by the sum of their quadrics.
+  Eigen::Vector3d Meeting(int a, int b, const Quadric& sum) const;
   bool TryCollapse(int edge, Front* front);
   bool KeepsShape(int a, int b, const Eigen::Vector3d& position, double roundness) const;
   void Inspect(int vertex, int other, const Eigen::Vector3d& position, Worst* worst) const;
@@ -89,6 +92,7 @@ class EdgeCollapser {
   std::vector<Eigen::Vector3f> reference_normal_;  // per face, of the input
   std::vector<int> component_;                     // per vertex
   std::vector<uint8_t> component_open_;
+  CarriedCreases creases_;
   std::vector<uint8_t> queued_;  // per edge
   std::vector<float> cost_;      // per edge
   std::vector<int> evaluated_;   // per edge: the time of cost_

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "core/control/simplify_mesh.h"
@@ -97,6 +98,16 @@ class Flip {
     return std::min(after[0].roundness, after[1].roundness) >= std::min(floor, required * was);
   }
 
+  // `creases`: ascending.
+  bool IsOneOf(const std::vector<Crease>& creases) const {
+    const std::pair<int, int> ends = std::minmax({p_.idx(), q_.idx()});
+    const auto at = std::lower_bound(creases.begin(), creases.end(), ends,
+                                     [](const Crease& crease, const auto& pair) {
+                                       return std::pair(crease.a, crease.b) < pair;
+                                     });
+    return at != creases.end() && at->a == ends.first && at->b == ends.second;
+  }
+
   void Count(std::vector<int>* valence) const {
     --(*valence)[p_.idx()];
     --(*valence)[q_.idx()];
@@ -115,11 +126,13 @@ class Flip {
 };
 
 // Each flip lowers the valences' error, or keeps it and rounds the worse face: this ends.
-bool FlipOnce(FlipMesh* mesh, std::vector<int>* valence, double least_cosine) {
+bool FlipOnce(const std::vector<Crease>& creases, FlipMesh* mesh, std::vector<int>* valence,
+              double least_cosine) {
   bool flipped = false;
   for (const auto edge : mesh->edges()) {
     if (!mesh->is_flip_ok(edge)) continue;
     const Flip flip(*mesh, edge);
+    if (flip.IsOneOf(creases)) continue;
     const int change = flip.ValenceChange(*valence);
     if (change > 0 || !flip.KeepsValence(*valence)) continue;
     const bool shape = change < 0 ? flip.KeepsShape(least_cosine, kMinRoundness, 1.0)
@@ -143,7 +156,7 @@ void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees) {
   }
   const double least_cosine = std::cos(max_dihedral_degrees * std::numbers::pi / 180);
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    if (!FlipOnce(&flip_mesh, &valence, least_cosine)) break;
+    if (!FlipOnce(mesh->creases, &flip_mesh, &valence, least_cosine)) break;
   }
   for (const auto face : flip_mesh.faces()) {
     int corner = 0;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "core/control/carried_creases.h"
 #include "core/control/half_edge_mesh.h"
 #include "core/control/quadric.h"
 
@@ -52,14 +53,16 @@ Hold HoldOf(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, int v) {
 }
 
 // Where vertex v should go.
-Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, const Hold& hold,
-                         int v) {
+Vector3d RelaxedPosition(const ControlMesh& mesh, const HalfEdgeMesh& half_edges,
+                         const CarriedCreases& creases, const Hold& hold, int v) {
   const Vector3d position = mesh.vertices.col(v);
   const bool boundary = half_edges.OnBoundary(v);
+  const bool on_crease = creases.FreedomOf(v) == Freedom::kAlongCrease;
   Vector3d mean = Vector3d::Zero();
   int count = 0;
   half_edges.ForEachNeighbor(v, [&](int neighbor, int edge) {
     if (boundary && half_edges.Twin(half_edges.HalfOfEdge(edge)) >= 0) return;
+    if (on_crease && !creases.IsSharp(edge)) return;
     mean += mesh.vertices.col(neighbor);
     ++count;
   });
@@ -87,15 +90,19 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
   const auto half_edges = HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()));
   if (!half_edges.ok()) return;
+  const CarriedCreases creases(*half_edges, *mesh);
+  const auto moves = [&](int v) {
+    return half_edges->Outgoing(v) >= 0 && creases.FreedomOf(v) < Freedom::kHeld;
+  };
   std::vector<Hold> holds(static_cast<size_t>(half_edges->vertex_slots()));
   for (int v = 0; v < half_edges->vertex_slots(); ++v) {
-    if (half_edges->Outgoing(v) >= 0) holds[v] = HoldOf(*mesh, *half_edges, v);
+    if (moves(v)) holds[v] = HoldOf(*mesh, *half_edges, v);
   }
   for (int round = 0; round < rounds; ++round) {
     // In place, vertex after vertex: each move is checked against the faces as they are.
     for (int v = 0; v < half_edges->vertex_slots(); ++v) {
-      if (half_edges->Outgoing(v) < 0) continue;
-      const Vector3d moved = RelaxedPosition(*mesh, *half_edges, holds[v], v);
+      if (!moves(v)) continue;
+      const Vector3d moved = RelaxedPosition(*mesh, *half_edges, creases, holds[v], v);
       if (moved.allFinite() && KeepsFacesUpright(*mesh, *half_edges, v, moved)) {
         mesh->vertices.col(v) = moved;
       }

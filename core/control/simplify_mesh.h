@@ -32,8 +32,10 @@ struct FacePlanes {
 };
 
 // Quadric edge collapse (Garland and Heckbert 1997), vertices placed at the least error, that keeps
-// topology (link condition), boundary loops and components. `mesh`: an orientable 2-manifold.
-// Result: the same topology, faces at the target or, where the guards forbid every collapse, above.
+// topology (link condition), boundary loops and components, and creases: these shorten edge by edge
+// between their ends, and never by so much that they turn sharply, for their limit is smooth; their
+// other vertices slide along them. `mesh`: an orientable 2-manifold. Result: the same topology,
+// creases and corners, faces at the target or, where the guards forbid every collapse, above.
 // `planes`, where given, are those the quadrics are made of, instead of the faces' own.
 // Large meshes collapse block by block on all threads first, with the same result for any number of
 // them. INVALID_ARGUMENT for a mesh that is not one, or is not finite. Measured on two cores, to
@@ -43,7 +45,7 @@ absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const Simplify
                                          const FacePlanes* planes = nullptr);
 
 // Edge flips towards valence 6 (4 on the boundary) where the shape allows: normals of the two faces
-// within `max_dihedral_degrees`, no fold, no doubled edge.
+// within `max_dihedral_degrees`, no fold, no doubled edge. Creases stay.
 void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees);
 
 }  // namespace rilievo

@@ -14,6 +14,7 @@
 #include "core/control/quadric.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
+#include "core/scan/is_reached.h"
 
 namespace rilievo {
 namespace {
@@ -187,16 +188,6 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, i
     if (!(after.dot(before) > kUpright * after.norm() * before.norm())) return false;
   }
   return true;
-}
-
-// Whether the scan reaches a place: a crease or corner lies about a spacing from its points, the
-// crossing of planes that meet flatly may lie anywhere.
-bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& place) {
-  constexpr double kSpacings = 1.5, kNoises = 3;
-  int nearest = 0;
-  double square = 0;
-  index.Nearest(place, 1, &nearest, &square);
-  return std::sqrt(square) < kSpacings * cloud.spacing[nearest] + kNoises * cloud.noise[nearest];
 }
 
 void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,

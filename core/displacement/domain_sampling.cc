@@ -12,6 +12,7 @@
 #include "core/displacement/foretell_heights.h"
 #include "core/displacement/side_heights.h"
 #include "core/loop/split_normals.h"
+#include "core/scan/is_reached.h"
 
 namespace rilievo {
 namespace {
@@ -163,9 +164,10 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexR
       const auto sides = limit_.sector_normals.middleCols(begin[i], begin[i + 1] - begin[i]);
       const auto met = MeetAlongRay(cloud_, index_, limit_.positions.col(vertex),
                                     limit_.normals.col(vertex), sides);
-      if (met && (IsInBounds(vertex, met->height) || !samples_.measured[vertex])) {
-        Store(vertex, met);
-      }
+      if (!met || !(IsInBounds(vertex, met->height) || !samples_.measured[vertex])) continue;
+      const Eigen::Vector3d place =
+          limit_.positions.col(vertex) + met->height * limit_.normals.col(vertex);
+      if (IsReached(cloud, index_, place)) Store(vertex, met);
     }
   }));
   return FitSides(cloud, rings, sectors);

@@ -28,9 +28,7 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
   if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {
     return FitDomain(scan, start, options, context, report);
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMesh coarser,
-      CoarserControlMesh(scan.cloud, scan.index, start, fewer, options.control.creases, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, CoarserControlMesh(start, fewer, context));
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, options, context, report));
   const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
   if (report->domain_rms <= (known ? kMostKnownNoise : kMostNoise) * noise) return domain;

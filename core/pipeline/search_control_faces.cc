@@ -115,9 +115,7 @@ class Search {
     SetReport(before_);
     ControlMesh mesh = start_;
     if (rung > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(mesh,
-                               CoarserControlMesh(scan_.cloud, scan_.index, start_, FacesAt(rung),
-                                                  options_.control.creases, context_));
+      RILIEVO_ASSIGN_OR_RETURN(mesh, CoarserControlMesh(start_, FacesAt(rung), context_));
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                              FitDomain(scan_, mesh, options_, context_, report_));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/control/build_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/control/oriented_shapes.h"
 
@@ -20,9 +21,7 @@ ControlMesh MeshOf(const OrientedShape& shape) {
 TEST(CoarserControlMeshTest, FewerFacesOfTheSameTopologyOnTheSurface) {
   const ShapePtr torus = MakeTorus();
   const OrientedShape shape = OrientShape(*torus, 20000, kTorusArea);
-  const ControlMesh mesh = CoarserControlMesh(shape.cloud, shape.index, MeshOf(shape), 200,
-                                              CreaseRule::kAuto, RunContext{})
-                               .value();
+  const ControlMesh mesh = CoarserControlMesh(MeshOf(shape), 200, RunContext{}).value();
   EXPECT_NEAR(static_cast<double>(mesh.faces.cols()), 200, 2);
   const TopologySummary summary =
       SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
@@ -34,26 +33,29 @@ TEST(CoarserControlMeshTest, FewerFacesOfTheSameTopologyOnTheSurface) {
   }
 }
 
-TEST(CoarserControlMeshTest, CreasesAreFoundAnewUnlessTheyAreOff) {
+TEST(CoarserControlMeshTest, CreasesAreCarriedAlong) {
   const OrientedShape shape = OrientShape(*MakeCutBox(), 40000, 8);
   const ControlMesh start = MeshOf(shape);
   ASSERT_GT(start.creases.size(), 20u);
-  const auto coarser = [&](CreaseRule rule) {
-    return CoarserControlMesh(shape.cloud, shape.index, start, 300, rule, RunContext{}).value();
+  const ControlMesh coarser = CoarserControlMesh(start, 300, RunContext{}).value();
+  EXPECT_LT(coarser.creases.size(), start.creases.size());
+  EXPECT_EQ(coarser.corners.size(), start.corners.size());
+  const auto length = [](const ControlMesh& mesh) {
+    double sum = 0;
+    for (const Crease& crease : mesh.creases) {
+      sum += (mesh.vertices.col(crease.a) - mesh.vertices.col(crease.b)).norm();
+    }
+    return sum;
   };
-  EXPECT_GT(coarser(CreaseRule::kAuto).creases.size(), 10u);
-  EXPECT_TRUE(coarser(CreaseRule::kOff).creases.empty());
+  EXPECT_NEAR(length(coarser), length(start), 0.05 * length(start));
 }
 
 TEST(CoarserControlMeshTest, AMeshThatIsNoManifoldIsRefused) {
-  const OrientedShape shape = OrientShape(*MakeTorus(), 2000, kTorusArea);
   ControlMesh mesh;
   mesh.vertices = Eigen::Matrix3Xd::Random(3, 5);
   mesh.faces.resize(3, 3);
   mesh.faces << 0, 0, 0, 1, 1, 1, 2, 3, 4;
-  EXPECT_EQ(CoarserControlMesh(shape.cloud, shape.index, mesh, 4, CreaseRule::kOff, RunContext{})
-                .status()
-                .code(),
+  EXPECT_EQ(CoarserControlMesh(mesh, 4, RunContext{}).status().code(),
             absl::StatusCode::kInvalidArgument);
 }
 

@@ -1,0 +1,15 @@
+#include "core/scan/is_reached.h"
+
+#include <cmath>
+
+namespace rilievo {
+
+bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place) {
+  constexpr double kSpacings = 1.5, kNoises = 3;
+  int nearest = 0;
+  double square = 0;
+  index.Nearest(place, 1, &nearest, &square);
+  return std::sqrt(square) < kSpacings * cloud.spacing[nearest] + kNoises * cloud.noise[nearest];
+}
+
+}  // namespace rilievo
