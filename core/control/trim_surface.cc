@@ -21,6 +21,7 @@ constexpr int kSupportNeighbors = 8;
 constexpr double kSupportAgreement = 0.4;
 constexpr double kNoiseReach = 4;  // a point supports what lies within this many of its noise
 constexpr int kMajorityRounds = 3;
+constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
 // Vertices joined by edges, as flat lists.
 struct Adjacency {
@@ -189,6 +190,10 @@ Part DropUnused(const ControlMesh& mesh) {
   return part;
 }
 
+bool AllOf(const std::vector<uint8_t>& flags) {
+  return std::find(flags.begin(), flags.end(), 0) == flags.end();
+}
+
 Part KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
   ControlMesh kept;
   kept.vertices = mesh.vertices;
@@ -200,7 +205,8 @@ Part KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
   return SplitFans(kept);
 }
 
-// Drops connected pieces with fewer supported faces than `min_faces`.
+// Drops connected pieces with fewer supported faces than `min_faces`. `mesh`: no vertex unused, and
+// each fan with a vertex of its own.
 Part DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
                      int min_faces) {
   std::vector<int> parent(mesh.vertices.cols());
@@ -224,7 +230,10 @@ Part DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& suppor
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     keep[f] = supported_faces[find(mesh.faces(0, f))] >= min_faces;
   }
-  return KeepFaces(mesh, keep);
+  if (!AllOf(keep)) return KeepFaces(mesh, keep);
+  Part all{mesh, std::vector<int>(mesh.vertices.cols())};
+  std::iota(all.source_vertex.begin(), all.source_vertex.end(), 0);
+  return all;
 }
 
 // What stays of the surface of an open scan: supported vertices and small holes.
@@ -240,6 +249,21 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopolo
   }
   MajorityFilter(links, &keep);
   return keep;
+}
+
+void SmoothLoops(const std::vector<std::vector<int>>& loops, int rounds, ControlMesh* mesh) {
+  for (int round = 0; round < rounds; ++round) {
+    for (const std::vector<int>& loop : loops) {
+      const size_t size = loop.size();
+      Eigen::Matrix3Xd moved(3, size);
+      for (size_t i = 0; i < size; ++i) {
+        moved.col(i) = 0.5 * mesh->vertices.col(loop[i]) +
+                       0.25 * (mesh->vertices.col(loop[(i + 1) % size]) +
+                               mesh->vertices.col(loop[(i + size - 1) % size]));
+      }
+      for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
+    }
+  }
 }
 
 Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
@@ -276,8 +300,10 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_ASSIGN_OR_RETURN(const Support support,
                            FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.
-  const Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
-  if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) return pieces.mesh;
+  Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
+  if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
+    return std::move(pieces.mesh);
+  }
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(
       const MeshTopology topology,
@@ -290,12 +316,16 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
     const auto corners = pieces.mesh.faces.col(f);
     keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
   }
+  if (AllOf(keep_face)) {
+    SmoothLoops(BoundaryLoops(topology), kBoundaryRounds, &pieces.mesh);
+    return std::move(pieces.mesh);
+  }
   const Part cut = KeepFaces(pieces.mesh, keep_face);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ControlMesh trimmed = DropSmallPieces(cut.mesh, std::vector<uint8_t>(cut.mesh.vertices.cols(), 1),
                                         options.min_piece_faces)
                             .mesh;
-  SmoothBoundary(4, &trimmed);
+  SmoothBoundary(kBoundaryRounds, &trimmed);
   return trimmed;
 }
 
@@ -360,19 +390,7 @@ ControlMesh SplitPinchedVertices(const ControlMesh& mesh) { return SplitFans(mes
 void SmoothBoundary(int rounds, ControlMesh* mesh) {
   const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
   if (!topology.ok()) return;
-  const std::vector<std::vector<int>> loops = BoundaryLoops(*topology);
-  for (int round = 0; round < rounds; ++round) {
-    for (const std::vector<int>& loop : loops) {
-      const size_t size = loop.size();
-      Eigen::Matrix3Xd moved(3, size);
-      for (size_t i = 0; i < size; ++i) {
-        moved.col(i) = 0.5 * mesh->vertices.col(loop[i]) +
-                       0.25 * (mesh->vertices.col(loop[(i + 1) % size]) +
-                               mesh->vertices.col(loop[(i + size - 1) % size]));
-      }
-      for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
-    }
-  }
+  SmoothLoops(BoundaryLoops(*topology), rounds, mesh);
 }
 
 }  // namespace rilievo

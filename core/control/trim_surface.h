@@ -22,6 +22,7 @@ struct TrimOptions {
   absl::Status Validate() const;
 };
 
+// `surface`: an orientable 2-manifold, all of its vertices used (see SplitPinchedVertices).
 // Result: an orientable 2-manifold, possibly with boundary, possibly of several components.
 // With BoundaryRule::kClose only pieces without any support are dropped.
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
