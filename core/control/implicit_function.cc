@@ -117,25 +117,34 @@ Eigen::Matrix3Xd SureNormals(const OrientedCloud& cloud) {
 
 // Points in reach of a grid whose spacing its cell can follow; where they are many times denser, an
 // even share of them.
-Speakers SpeakersFor(const OrientedCloud& cloud, const ImplicitLevel& level,
-                     const Eigen::Vector3d& origin, bool all) {
-  Speakers speakers;
-  std::array<int, 8> corners;
-  for (int i = 0; i < cloud.points.cols(); ++i) {
+absl::StatusOr<Speakers> SpeakersFor(const OrientedCloud& cloud, const ImplicitLevel& level,
+                                     const Eigen::Vector3d& origin, bool all,
+                                     const RunContext& context) {
+  // One of how many a point speaks for; 0 where it does not speak.
+  const auto stride_of = [&](int64_t i) {
     const double spacing = cloud.spacing[i];
-    if (!all && spacing > kSpacingPerCell * level.cell) continue;
+    if (!all && spacing > kSpacingPerCell * level.cell) return 0;
     const double points_per_cell =
         4 / std::numbers::pi * level.cell * level.cell / (spacing * spacing);
     const int stride =
         std::max(1, static_cast<int>(std::min(points_per_cell / kPointsPerCell, kMostStride)));
-    if (i % stride != 0) continue;
-    const Eigen::Vector3d point = cloud.points.col(i);
-    if (!all && !level.grid.FindCell(level.CellOf(origin, point), &corners) &&
-        *std::max_element(corners.begin(), corners.end()) < 0) {
-      continue;
-    }
+    if (i % stride != 0) return 0;
+    std::array<int, 8> corners;
+    const bool in_reach =
+        all || level.grid.FindCell(level.CellOf(origin, cloud.points.col(i)), &corners) ||
+        *std::max_element(corners.begin(), corners.end()) >= 0;
+    return in_reach ? stride : 0;
+  };
+  std::vector<int> strides(static_cast<size_t>(cloud.points.cols()));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(cloud.points.cols(), 4096, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) strides[i] = stride_of(i);
+      }));
+  Speakers speakers;
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    if (strides[i] == 0) continue;
     speakers.points.push_back(i);
-    speakers.spacing.push_back(static_cast<float>(spacing * std::sqrt(stride)));
+    speakers.spacing.push_back(static_cast<float>(cloud.spacing[i] * std::sqrt(strides[i])));
   }
   return speakers;
 }
@@ -146,7 +155,8 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
                         ImplicitFunction* function) {
   ImplicitLevel& level = function->levels.back();
   const bool coarsest = function->levels.size() == 1;
-  const Speakers speakers = SpeakersFor(cloud, level, function->origin, coarsest);
+  RILIEVO_ASSIGN_OR_RETURN(const Speakers speakers,
+                           SpeakersFor(cloud, level, function->origin, coarsest, context));
   const ScreenedPoisson system{.cloud = cloud,
                                .normals = function->normals,
                                .speakers = speakers,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
@@ -106,6 +108,7 @@ struct LeafCell {
   Eigen::Vector3i low;
   std::array<int, 8> corners;
   bool transition = false;  // touches cells of half its size
+  EdgeLoops loops;          // of a transition cell
 };
 
 // Vertices sit on grid edges: edge 3 * node + axis of a level runs from the node along the axis.
@@ -122,10 +125,7 @@ class SurfaceBuilder {
 
   void AddCell(int level, const LeafCell& cell) {
     if (cell.transition) {
-      for (const std::vector<GridEdge>& loop :
-           LoopsOfTransitionCell(function_.levels, level, cell.low, cell.corners)) {
-        AddLoop(loop);
-      }
+      for (const std::vector<GridEdge>& loop : cell.loops) AddLoop(loop);
       return;
     }
     int negative = 0;
@@ -205,7 +205,11 @@ bool ReadLeafCell(const ImplicitFunction& function, int level, const Eigen::Vect
   if (!own.grid.FindCell(low, &cell->corners)) return false;
   cell->low = low;
   cell->transition = next != nullptr && TouchesSmallerCells(*next, low);
-  if (cell->transition) return true;
+  cell->loops.clear();
+  if (cell->transition) {
+    cell->loops = LoopsOfTransitionCell(function.levels, level, low, cell->corners);
+    return !cell->loops.empty();
+  }
   int below = 0;
   for (const int corner : cell->corners) below += own.values[corner] < 0;
   return below > 0 && below < 8;
@@ -220,11 +224,15 @@ std::vector<LeafCell> CrossedCells(const ImplicitFunction& function, int level,
   ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context, [&](int64_t begin, int64_t end) {
     LeafCell cell;
     for (int64_t node = begin; node < end; ++node) {
-      if (ReadLeafCell(function, level, nodes[node], &cell)) parts[begin / kBlock].push_back(cell);
+      if (!ReadLeafCell(function, level, nodes[node], &cell)) continue;
+      parts[begin / kBlock].push_back(std::move(cell));
     }
   }).IgnoreError();
   std::vector<LeafCell> cells;
-  for (const auto& part : parts) cells.insert(cells.end(), part.begin(), part.end());
+  for (auto& part : parts) {
+    cells.insert(cells.end(), std::make_move_iterator(part.begin()),
+                 std::make_move_iterator(part.end()));
+  }
   return cells;
 }
 
