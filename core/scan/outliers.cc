@@ -5,9 +5,11 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
@@ -76,11 +78,14 @@ absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
     const int i = static_cast<int>(index);
     const auto neighbors = graph.neighbors(i);
     const auto distances = reaches.of(i);
+    float own = usual[i];
     for (int j = 0; j < graph.k; ++j) {
       const float step = static_cast<float>(growth) * distances[j];
-      usual[i] = std::min(usual[i], usual[neighbors[j]] + step);
-      usual[neighbors[j]] = std::min(usual[neighbors[j]], usual[i] + step);
+      float& other = usual[neighbors[j]];
+      own = std::min(own, other + step);
+      other = std::min(other, own + step);
     }
+    usual[i] = own;
   };
   // Points are in Morton order, so two sweeps each way carry a value across nearly all of the scan.
   for (int sweep = 0; sweep < 2; ++sweep) {
@@ -230,10 +235,16 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   constexpr double kOffUsual = 0.3;       // of factor * usual distance
   constexpr double kHopeless = 3.0;       // of factor
   RILIEVO_ASSIGN_OR_RETURN(Reaches reaches, MeasureReaches(points, graph, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual,
-                           UsualDistances(graph, reaches, kSpacingGrowth, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets,
-                           UsualDistances(graph, reaches, kGrowthOffSheets, context));
+  // Each is a chain of steps, so the two go side by side.
+  std::array<absl::StatusOr<std::vector<float>>, 2> fields;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(2, 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      fields[i] =
+          UsualDistances(graph, reaches, i == 0 ? kSpacingGrowth : kGrowthOffSheets, context);
+    }
+  }));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, std::move(fields[0]));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets, std::move(fields[1]));
   reaches.distances = std::vector<float>();  // only their summaries are asked for from here
   const std::vector<uint8_t> sparse = SparsePoints(points, reaches, usual, factor);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
