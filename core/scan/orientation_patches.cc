@@ -3,13 +3,20 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 
+#include "core/base/parallel_for.h"
+#include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
 
 namespace rilievo {
 namespace {
+
+constexpr int64_t kBlock = 4096;  // points a task
+constexpr int64_t kPatchesPerTask = 512;
 
 // A patch as a disc; the normal is that of its first point's side.
 struct Disc {
@@ -83,23 +90,47 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
   constexpr int kLargestPatch = 48;
   constexpr double kSure = 0.7;
   constexpr int kLevels = 1024;
-  std::vector<std::vector<int>> buckets(kLevels);
+  const int k = graph.k;
+  // How sure each edge is, in levels, or kLevels: not sure, or said from its other end already.
+  std::vector<uint16_t> levels(relations.size());
+  const auto level_of = [&](int a, size_t edge) {
+    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
+    if (doubt >= 1) return kLevels;
+    const int b = graph.indices[edge];
+    if (b < a) {
+      const auto others = graph.neighbors(b);
+      const auto place = std::find(others.begin(), others.end(), a) - others.begin();
+      if (place < k && relations[static_cast<size_t>(b) * k + place] == relations[edge]) {
+        return kLevels;
+      }
+    }
+    return static_cast<int>(std::max(doubt, 0.0) * kLevels);
+  };
   RILIEVO_RETURN_IF_ERROR(
-      SerialFor(static_cast<int64_t>(relations.size()), context, [&](int64_t edge) {
-        const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-        if (doubt >= 1) return;
-        const auto level = static_cast<size_t>(std::max(doubt, 0.0) * kLevels);
-        buckets[level].push_back(static_cast<int>(edge));
+      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t a = begin; a < end; ++a) {
+          for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
+            levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
+          }
+        }
+      }));
+  // The edges by level, each level in their order.
+  std::vector<int> next(kLevels + 2, 0);
+  for (const uint16_t level : levels) ++next[level + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<int> sure(static_cast<size_t>(next[kLevels]));
+  RILIEVO_RETURN_IF_ERROR(
+      SerialFor(static_cast<int64_t>(levels.size()), context, [&](int64_t edge) {
+        const int level = levels[edge];
+        if (level < kLevels) sure[next[level]++] = static_cast<int>(edge);
       }));
   ParitySets sets(graph.size());
-  for (const std::vector<int>& bucket : buckets) {
-    RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(bucket.size()), context, [&](int64_t i) {
-      const int edge = bucket[i];
-      const int a = edge / graph.k, b = graph.indices[edge];
-      if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) return;
-      sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
-    }));
-  }
+  RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(sure.size()), context, [&](int64_t i) {
+    const int edge = sure[i];
+    const int a = edge / k, b = graph.indices[edge];
+    if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) return;
+    sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
+  }));
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
   result.parity.resize(result.patch.size());
@@ -127,35 +158,48 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
     double sum = 0;
     int count = 0;
   };
-  std::vector<Votes> votes(discs.size());  // of the neighbours of one patch
-  std::vector<int> neighbors;
-  const auto vote = [&](int i, int other, double relation) {
-    const int to = patches.patch[other];
-    if (to == patches.patch[i]) return;
-    if (votes[to].count++ == 0) neighbors.push_back(to);
-    votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
+  const std::vector<Votes> no_votes(discs.size());
+  ScratchPool<std::vector<Votes>> pool(no_votes);
+  const auto link = [&](int64_t begin, int64_t end) {
+    std::vector<SignedLink> links;
+    const auto loan = pool.Take();
+    std::vector<Votes>& votes = *loan;  // of the neighbours of one patch
+    std::vector<int> neighbors;
+    const auto vote = [&](int i, int other, double relation) {
+      const int to = patches.patch[other];
+      if (to == patches.patch[i]) return;
+      if (votes[to].count++ == 0) neighbors.push_back(to);
+      votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
+    };
+    for (int patch = static_cast<int>(begin); patch < end; ++patch) {
+      for (const int i : members[patch]) {
+        for (int k = 0; k < graph.k; ++k) {
+          const size_t edge = static_cast<size_t>(i) * graph.k + k;
+          vote(i, graph.indices[edge], relations[edge]);
+        }
+        const int across = graph.across(i);
+        if (across < 0) continue;
+        vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
+      }
+      for (const int to : neighbors) {
+        if (FaceEachOther(discs[patch], discs[to])) {
+          votes[to].sum =
+              -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
+        }
+        links.push_back({patch, to, votes[to].sum});
+        votes[to] = {};
+      }
+      neighbors.clear();
+    }
+    return links;
   };
+  std::vector<std::vector<SignedLink>> parts(
+      static_cast<size_t>((patches.count + kPatchesPerTask - 1) / kPatchesPerTask));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      patches.count, kPatchesPerTask, context,
+      [&](int64_t begin, int64_t end) { parts[begin / kPatchesPerTask] = link(begin, end); }));
   std::vector<SignedLink> links;
-  for (int patch = 0; patch < patches.count; ++patch) {
-    if (patch % 1024 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    for (const int i : members[patch]) {
-      for (int k = 0; k < graph.k; ++k) {
-        const size_t edge = static_cast<size_t>(i) * graph.k + k;
-        vote(i, graph.indices[edge], relations[edge]);
-      }
-      const int across = graph.across(i);
-      if (across < 0) continue;
-      vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
-    }
-    for (const int to : neighbors) {
-      if (FaceEachOther(discs[patch], discs[to])) {
-        votes[to].sum = -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
-      }
-      links.push_back({patch, to, votes[to].sum});
-      votes[to] = {};
-    }
-    neighbors.clear();
-  }
+  for (const auto& part : parts) links.insert(links.end(), part.begin(), part.end());
   return links;
 }
 

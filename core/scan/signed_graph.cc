@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/parity_sets.h"
 
@@ -218,6 +219,14 @@ absl::Status TurnGroups(const std::vector<int>& group_of, int groups,
   return absl::OkStatus();
 }
 
+// Joined in the order of their confidence.
+absl::StatusOr<Labels> SurestMerges(int nodes, const std::vector<SignedLink>& links,
+                                    const RunContext& context) {
+  Contraction contraction(nodes, links);
+  RILIEVO_RETURN_IF_ERROR(contraction.Run(nodes, context));
+  return contraction.TakeLabels();
+}
+
 // Grown in groups of equal size first, then searched for the best signs of these: right in the
 // large, where the surest merges in turn may hang a wall on the wrong side for good.
 absl::StatusOr<std::vector<int>> SignsOfEvenGroups(int nodes, const std::vector<SignedLink>& links,
@@ -264,12 +273,21 @@ absl::StatusOr<std::vector<int>> Fuse(const std::vector<int>& first, const std::
 
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const RunContext& context) {
-  Contraction contraction(nodes, links);
-  RILIEVO_RETURN_IF_ERROR(contraction.Run(nodes, context));
-  Labels surest = contraction.TakeLabels();
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> even, SignsOfEvenGroups(nodes, links, context));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<int> signs, Fuse(surest.sign, even, links, context));
-  return SignedLabels{std::move(surest.group), std::move(signs), surest.groups};
+  absl::StatusOr<Labels> surest;
+  absl::StatusOr<std::vector<int>> even;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(2, 1, context, [&](int64_t begin, int64_t end) {
+    for (int64_t way = begin; way < end; ++way) {
+      if (way == 0) {
+        surest = SurestMerges(nodes, links, context);
+      } else {
+        even = SignsOfEvenGroups(nodes, links, context);
+      }
+    }
+  }));
+  RILIEVO_RETURN_IF_ERROR(surest.status());
+  RILIEVO_RETURN_IF_ERROR(even.status());
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<int> signs, Fuse(surest->sign, *even, links, context));
+  return SignedLabels{std::move(surest->group), std::move(signs), surest->groups};
 }
 
 }  // namespace rilievo
