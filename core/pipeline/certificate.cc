@@ -38,7 +38,7 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, stated.options.check, context));
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
                            AnalyzeScan(std::move(checked), stated.options.scan, context));
-  Shape points = PointsToMeasure(std::move(cleaned.cloud.points), std::move(cleaned.cloud.spacing));
+  Shape points = PointsToMeasure(std::move(cleaned.cloud));
   if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
     return points;
   }
@@ -136,10 +136,10 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
   return MeasureTwoSided(surface, points, MeasureOptions{kSamples}, context);
 }
 
-Shape PointsToMeasure(Eigen::Matrix3Xd points, std::vector<float> spacing) {
+Shape PointsToMeasure(OrientedCloud cloud) {
   constexpr float kGapSpacings = 3;
-  for (float& gap : spacing) gap *= kGapSpacings;
-  return {std::move(points), {}, std::move(spacing)};
+  for (float& gap : cloud.spacing) gap *= kGapSpacings;
+  return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 
 absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,

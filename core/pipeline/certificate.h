@@ -38,7 +38,7 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
 
 // The points of a scan as errors are measured against, with three spacings as their gaps: holes of
 // about twenty points still count as seen.
-Shape PointsToMeasure(Eigen::Matrix3Xd points, std::vector<float> spacing);
+Shape PointsToMeasure(OrientedCloud cloud);
 
 // Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
 // null), folds, shares filled in and smoothed; `measured_share` becomes what these leave. Where the

@@ -64,9 +64,8 @@ absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions
   if (own >= limit || !NoiseAllows(limit, *report)) return false;
   RunContext silent = context;  // progress has passed these stages
   silent.progress = nullptr;
-  RILIEVO_ASSIGN_OR_RETURN(
-      const SearchableShape points,
-      MakeSearchable(PointsToMeasure(scan.cloud.points, scan.cloud.spacing), silent));
+  RILIEVO_ASSIGN_OR_RETURN(const SearchableShape points,
+                           MakeSearchable(PointsToMeasure(scan.cloud), silent));
   KeepSearch search(limit, own);
   double coding = CodingErrorWithin(limit, *report, options.measure);
   std::optional<EncodedSurface> kept;

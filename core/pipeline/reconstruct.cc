@@ -96,9 +96,7 @@ DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options
 }
 
 // What is left of a scan when its surface is made; the rest of its memory goes.
-Shape PointsAlone(ScanSurface scan) {
-  return PointsToMeasure(std::move(scan.cloud.points), std::move(scan.cloud.spacing));
-}
+Shape PointsAlone(ScanSurface scan) { return PointsToMeasure(std::move(scan.cloud)); }
 
 // Decodes the bytes that go out, and writes into them what they are worth.
 absl::Status Certify(const Shape& points, DssMetadata metadata, const ReconstructOptions& options,

@@ -138,9 +138,8 @@ absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
                      const RunContext& context, ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
   if (to_keep) {
-    RILIEVO_ASSIGN_OR_RETURN(
-        report->error,
-        MeasureTriangles(shape, PointsToMeasure(scan.cloud.points, scan.cloud.spacing), context));
+    RILIEVO_ASSIGN_OR_RETURN(report->error,
+                             MeasureTriangles(shape, PointsToMeasure(scan.cloud), context));
     report->uncoded_error = report->error.across_rms;
     return absl::OkStatus();
   }

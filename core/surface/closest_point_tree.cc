@@ -313,8 +313,66 @@ double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) 
                                    vertices_.col(corner[2]));
 }
 
+namespace {
+
+// What a search keeps: the item nearest so far, or the few nearest.
+class NearestOne {
+ public:
+  explicit NearestOne(ClosestPointTree::Hit first) : hit_(first) {}
+  double radius_squared() const { return hit_.squared_distance; }
+  bool Take(double squared, int item) {
+    if (squared >= hit_.squared_distance) return false;
+    hit_ = {squared, item};
+    return true;
+  }
+  ClosestPointTree::Hit hit() const { return hit_; }
+
+ private:
+  ClosestPointTree::Hit hit_;
+};
+
+class NearestSome {
+ public:
+  explicit NearestSome(std::span<ClosestPointTree::Hit> hits) : hits_(hits) {}
+  double radius_squared() const {
+    return count_ < hits_.size() ? kInfinity : hits_[count_ - 1].squared_distance;
+  }
+  bool Take(double squared, int item) {
+    if (squared >= radius_squared()) return false;
+    if (count_ < hits_.size()) ++count_;
+    size_t place = count_ - 1;
+    for (; place > 0 && hits_[place - 1].squared_distance > squared; --place) {
+      hits_[place] = hits_[place - 1];
+    }
+    hits_[place] = {squared, item};
+    return true;
+  }
+  size_t count() const { return count_; }
+
+ private:
+  std::span<ClosestPointTree::Hit> hits_;
+  size_t count_ = 0;
+};
+
+}  // namespace
+
 ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint) const {
   const Vector3d local = point - origin_;
+  // Any first item will do; it also answers for points so far out that float distances overflow.
+  if (hint < 0 || hint >= item_count()) hint = 0;
+  NearestOne best({SquaredDistanceToItem(local, hint), hint});
+  Search(local, &best);
+  return best.hit();
+}
+
+int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits) const {
+  NearestSome best(hits);
+  Search(point - origin_, &best);
+  return static_cast<int>(best.count());
+}
+
+template <typename Best>
+void ClosestPointTree::Search(const Vector3d& local, Best* best) const {
   const float p[3] = {static_cast<float>(local[0] * box_scale_),
                       static_cast<float>(local[1] * box_scale_),
                       static_cast<float>(local[2] * box_scale_)};
@@ -325,10 +383,7 @@ ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint)
     const double radius = (std::sqrt(squared_distance) * box_scale_ + point_error) * (1 + 1e-6);
     return static_cast<float>(radius * radius);
   };
-  // Any first item will do; it also answers for points so far out that float distances overflow.
-  if (hint < 0 || hint >= item_count()) hint = 0;
-  Hit hit = {SquaredDistanceToItem(local, hint), hint};
-  float radius = radius_of(hit.squared_distance);
+  float radius = radius_of(best->radius_squared());
   struct Entry {
     float distance;
     int32_t node;
@@ -364,16 +419,13 @@ ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint)
     for (int i = near_count - 1; i >= 0; --i) {
       if (near[i].node >= 0 || near[i].distance > radius) continue;
       const int item = ~near[i].node;
-      const double squared = SquaredDistanceToItem(local, item);
-      if (squared >= hit.squared_distance) continue;
-      hit = {squared, item};
-      radius = radius_of(squared);
+      if (!best->Take(SquaredDistanceToItem(local, item), item)) continue;
+      radius = radius_of(best->radius_squared());
     }
     for (int i = 0; i < near_count; ++i) {
       if (near[i].node >= 0 && near[i].distance <= radius) stack[top++] = near[i];
     }
   }
-  return hit;
 }
 
 }  // namespace rilievo

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -35,6 +36,10 @@ class ClosestPointTree {
   };
   Hit Closest(const Eigen::Vector3d& point, int hint = -1) const;
 
+  // The items nearest to `point`, nearest first, as many as `hits` has room for; returns how many,
+  // fewer where there are no more, and none for a point 10^19 times farther off than the items lie.
+  int Nearest(const Eigen::Vector3d& point, std::span<Hit> hits) const;
+
   // Squared distance from `point` to item `item` alone.
   double SquaredDistanceTo(int item, const Eigen::Vector3d& point) const {
     return SquaredDistanceToItem(point - origin_, item);
@@ -65,6 +70,9 @@ class ClosestPointTree {
   absl::Status BuildNodes(const BoxOfItem& box_of, const RunContext& context,
                           std::vector<Center>& centers);
 
+  // Lets `best` take items; those beyond its radius, which shrinks as it takes some, are passed by.
+  template <typename Best>
+  void Search(const Eigen::Vector3d& local, Best* best) const;
   double SquaredDistanceToItem(const Eigen::Vector3d& local, int item) const;
 
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the corners

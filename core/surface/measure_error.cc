@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -16,6 +18,8 @@
 
 namespace rilievo {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr int kMinSamples = 1000;
 constexpr int kMaxSamples = 10'000'000;
@@ -33,6 +37,11 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
       static_cast<Eigen::Index>(shape.gaps.size()) != shape.vertices.cols()) {
     return absl::InvalidArgumentError(absl::StrCat("shape ", name, " has ", shape.gaps.size(),
                                                    " gaps for ", shape.vertices.cols(), " points"));
+  }
+  if (shape.normals.cols() != 0 && shape.normals.cols() != shape.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat("shape ", name, " has ", shape.normals.cols(),
+                                                   " normals for ", shape.vertices.cols(),
+                                                   " points"));
   }
   if (shape.triangles.cols() == 0) return absl::OkStatus();
   if (shape.triangles.minCoeff() < 0 || shape.triangles.maxCoeff() >= shape.vertices.cols()) {
@@ -92,7 +101,7 @@ absl::StatusOr<double> LargestSquaredDistance(int64_t count, const PointAt& at,
     double& block = largest[begin / kQueryBlock];
     int hint = -1;
     for (int64_t i = begin; i < end; ++i) {
-      const Eigen::Vector3d point = at(i);
+      const Vector3d point = at(i);
       if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= block) continue;
       const ClosestPointTree::Hit hit = tree.Closest(point, hint);
       block = std::max(block, hit.squared_distance);
@@ -121,21 +130,54 @@ struct NearestPoints {
   std::vector<int> faces, points;
 };
 
-double AcrossRms(const Shape& from, const Shape& to, const NearestPoints& nearest) {
-  double sum = 0;
-  for (Eigen::Index i = 0; i < nearest.samples.cols(); ++i) {
-    const auto triangle = from.triangles.col(nearest.faces[i]);
-    const Eigen::Vector3d a = from.vertices.col(triangle[0]);
-    const Eigen::Vector3d normal =
-        (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a).normalized();
-    const int point = nearest.points[i];
-    const Eigen::Vector3d offset = nearest.samples.col(i) - to.vertices.col(point);
-    const double across = offset.dot(normal);
-    const double along = offset.squaredNorm() - across * across;
-    const double gap = to.gaps[point];
-    sum += along <= gap * gap ? across * across : offset.squaredNorm();
+// How far `place` lies from the plane through a point of `to`, squared, or from the point itself
+// where that is farther off along the plane than its gap.
+double SquaredAcross(const Shape& to, int point, const Vector3d& normal, const Vector3d& place) {
+  const Vector3d offset = place - to.vertices.col(point);
+  const double across = offset.dot(normal), gap = to.gaps[point];
+  const double along = offset.squaredNorm() - across * across;
+  return along <= gap * gap ? across * across : offset.squaredNorm();
+}
+
+// The least distance of `place`, squared, from the planes of the sides that its nearest points
+// show; infinite where they show but one.
+double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, const Vector3d& place) {
+  constexpr size_t kPoints = 4;
+  constexpr double kSameSide = 0.866;  // cos 30 degrees
+  std::array<ClosestPointTree::Hit, kPoints> hits;
+  std::array<Vector3d, kPoints> sides;
+  const int found = to_tree.Nearest(place, hits);
+  size_t count = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < found; ++i) {
+    const int point = to_tree.source()[hits[i].item];
+    const Vector3d normal = to.normals.col(point);
+    const auto same = [&](const Vector3d& side) { return std::abs(side.dot(normal)) > kSameSide; };
+    if (std::any_of(sides.begin(), sides.begin() + count, same)) continue;
+    sides[count++] = normal;
+    least = std::min(least, SquaredAcross(to, point, normal, place));
   }
-  return std::sqrt(sum / static_cast<double>(nearest.samples.cols()));
+  return count > 1 ? least : std::numeric_limits<double>::infinity();
+}
+
+absl::StatusOr<double> AcrossRms(const Shape& from, const Shape& to,
+                                 const ClosestPointTree& to_tree, const NearestPoints& nearest,
+                                 const RunContext& context) {
+  const int64_t count = nearest.samples.cols();
+  std::vector<double> squared(static_cast<size_t>(count));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const auto triangle = from.triangles.col(nearest.faces[i]);
+      const Vector3d a = from.vertices.col(triangle[0]), place = nearest.samples.col(i);
+      const Vector3d normal =
+          (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
+      squared[i] = SquaredAcross(to, nearest.points[i], normal.normalized(), place);
+      if (to.normals.cols() == 0) continue;
+      squared[i] = std::min(squared[i], SquaredAcrossSides(to, to_tree, place));
+    }
+  }));
+  return std::sqrt(std::accumulate(squared.begin(), squared.end(), 0.0) /
+                   static_cast<double>(count));
 }
 
 // `order`: of the triangles of `from`, or of its points, such that neighbours in it are neighbours
@@ -143,7 +185,7 @@ double AcrossRms(const Shape& from, const Shape& to, const NearestPoints& neares
 absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& order,
                                      const Shape& to, const ClosestPointTree& to_tree, int samples,
                                      const RunContext& context) {
-  const auto vertex = [&](int64_t i) -> Eigen::Vector3d { return from.vertices.col(i); };
+  const auto vertex = [&](int64_t i) -> Vector3d { return from.vertices.col(i); };
   OneWay way;
   std::vector<double> squared;
   if (from.triangles.cols() == 0) {
@@ -154,12 +196,12 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& 
     NearestPoints nearest;
     nearest.samples =
         SampleByArea(from.vertices, from.triangles, order, samples, context.seed, &nearest.faces);
-    const auto sample = [&](int64_t i) -> Eigen::Vector3d { return nearest.samples.col(i); };
+    const auto sample = [&](int64_t i) -> Vector3d { return nearest.samples.col(i); };
     RILIEVO_ASSIGN_OR_RETURN(squared, SquaredDistances(nearest.samples.cols(), sample, to_tree,
                                                        context, &nearest.points));
     if (!to.gaps.empty() && to.triangles.cols() == 0) {
       for (int& point : nearest.points) point = to_tree.source()[point];
-      way.across_rms = AcrossRms(from, to, nearest);
+      RILIEVO_ASSIGN_OR_RETURN(way.across_rms, AcrossRms(from, to, to_tree, nearest, context));
     }
     const std::vector<int> vertices = VerticesInOrder(from, order);
     const auto corner = [&](int64_t i) { return vertex(vertices[i]); };

@@ -28,7 +28,10 @@ struct TwoSidedError {
   // nearest point no farther off than that along the surface, only the distance across the surface
   // counts: the part along the normal of a's triangle (point-to-plane distance, D2 of MPEG's point
   // cloud metrics; Tian et al., ICIP 2017). So points that are far apart are no error of the
-  // surface; parts of it that no points are near to are, by their whole distance. -1 without gaps.
+  // surface; parts of it that no points are near to are, by their whole distance. Beside a sharp
+  // edge the nearest point may lie on its other side: with `normals`, where the four nearest points
+  // show sides that meet at 30 degrees or more, the least distance from the planes of those sides
+  // counts. -1 without gaps.
   double across_rms = -1;
 };
 
@@ -38,6 +41,7 @@ struct Shape {
   Eigen::Matrix3Xi triangles;
   // Of a point set: how far from each point a surface through it counts as seen. Empty: not known.
   std::vector<float> gaps = {};
+  Eigen::Matrix3Xd normals = {};  // of a point set: unit, of either sign, one a point or none
 };
 
 struct MeasureOptions {
@@ -47,7 +51,8 @@ struct MeasureOptions {
 };
 
 // Exact closest-point distances (own bounding-volume tree over triangles or points), both ways.
-// INVALID_ARGUMENT when a shape is empty or not finite, or has gaps that are not one a point.
+// INVALID_ARGUMENT when a shape is empty or not finite, or has gaps or normals that are not one a
+// point.
 absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);

@@ -22,9 +22,7 @@ struct Made {
   bool Keep() { return KeepError(prepared.scan, options, {}, &prepared.report, &relief).value(); }
   double Error() const {
     const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), {}).value();
-    return MeasureSurface(decoded.surface,
-                          PointsToMeasure(prepared.scan.cloud.points, prepared.scan.cloud.spacing),
-                          {})
+    return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
         .value()
         .across_rms;
   }

@@ -1,7 +1,10 @@
 #include "core/surface/closest_point_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <set>
+#include <vector>
 
 #include "gtest/gtest.h"
 #include "tests/unit/surface/test_shapes.h"
@@ -127,6 +130,28 @@ TEST(ClosestPointTreeTest, NumbersItemsOnceAndTheSameForAnyThreads) {
   std::vector<int> sorted = a->source();
   std::sort(sorted.begin(), sorted.end());
   for (int i = 0; i < a->item_count(); ++i) ASSERT_EQ(sorted[i], i);
+}
+
+TEST(ClosestPointTreeTest, TheNearestFewAreThoseOfASearchOfAll) {
+  Eigen::Matrix3Xd points(3, 700);
+  for (int i = 0; i < 700; ++i) points.col(i) = CounterPoint(i % 600);  // some twice
+  const auto tree = ClosestPointTree::Build(points, {}, RunContext()).value();
+  for (int q = 0; q < 200; ++q) {
+    const Vector3d place = 1.5 * CounterPoint(5000 + q);
+    std::vector<double> all;
+    for (const auto point : points.colwise()) all.push_back((point - place).squaredNorm());
+    std::sort(all.begin(), all.end());
+    std::array<ClosestPointTree::Hit, 5> hits;
+    ASSERT_EQ(tree.Nearest(place, hits), 5);
+    std::set<int> items;
+    for (size_t k = 0; k < hits.size(); ++k) {
+      EXPECT_NEAR(hits[k].squared_distance, all[k], 1e-12);
+      EXPECT_EQ(tree.SquaredDistanceTo(hits[k].item, place), hits[k].squared_distance);
+      EXPECT_TRUE(items.insert(hits[k].item).second);
+    }
+  }
+  std::vector<ClosestPointTree::Hit> more(800);
+  EXPECT_EQ(tree.Nearest(Vector3d::Zero(), more), 700);
 }
 
 }  // namespace

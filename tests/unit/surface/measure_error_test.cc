@@ -88,6 +88,36 @@ TEST(MeasureTwoSidedTest, AcrossTheSurfaceTheSpacingOfPointsDoesNotCount) {
             absl::StatusCode::kInvalidArgument);
 }
 
+// A roof whose sides meet at 90 degrees over the y axis; its points are 1/9 apart, and those of one
+// side begin twice as far from the ridge.
+TEST(MeasureTwoSidedTest, BesideASharpEdgeTheNearerSideCounts) {
+  Shape roof = SquareShape(0, 20), points = SquareShape(0, 9);
+  for (Shape* shape : {&roof, &points}) {
+    const double shift = shape == &points ? 0.05 : 0;
+    for (auto vertex : shape->vertices.colwise()) {
+      const double down = vertex[0] - 0.5;  // along the roof, from the ridge
+      const double x = (down > 0 ? shift + (1 - 2 * shift) * down : down) * std::sqrt(0.5);
+      vertex = Eigen::Vector3d(x, vertex[1], -std::abs(x));
+    }
+  }
+  points.triangles.resize(3, 0);
+  points.gaps.assign(points.vertices.cols(), 0.3f);
+  const double nearest_alone = Measure(roof, points).across_rms;
+  EXPECT_GT(nearest_alone, 0.005);
+  points.normals.resize(3, points.vertices.cols());
+  for (Eigen::Index i = 0; i < points.vertices.cols(); ++i) {
+    points.normals.col(i) =
+        Eigen::Vector3d(points.vertices(0, i) < 0 ? 1 : -1, 0, -1).normalized();  // of either sign
+  }
+  EXPECT_LT(Measure(roof, points).across_rms, 0.2 * nearest_alone);
+  // What lies off both sides counts as before.
+  for (auto vertex : roof.vertices.colwise()) vertex[2] += 0.01;
+  EXPECT_NEAR(Measure(roof, points).across_rms, 0.01 * std::sqrt(0.5), 1e-3);
+  points.normals.conservativeResize(3, points.vertices.cols() - 1);
+  EXPECT_EQ(MeasureTwoSided(roof, points, {}, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
 // One spike that area-weighted samples hardly see.
 TEST(MeasureTwoSidedTest, TheMaximumSeesEveryVertex) {
   Shape spiked = SquareShape(0, 100);
