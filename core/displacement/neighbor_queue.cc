@@ -1,7 +1,9 @@
 #include "core/displacement/neighbor_queue.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <functional>
 
 namespace rilievo {
 namespace {
@@ -77,12 +79,12 @@ int NeighborQueue::Walk(const Ray& ray, int start, QueueGate* gate) const {
 
 NeighborQueue::Mark& NeighborQueue::Find(int point) {
   uint32_t slot = (static_cast<uint32_t>(point) * 2654435761u) >> 20;  // 32 - log2(kMarks)
-  while (marks_[slot].stamp == stamp_ && marks_[slot].point != point) slot = (slot + 1) % kMarks;
+  while (IsSeen(marks_[slot]) && marks_[slot].point != point) slot = (slot + 1) % kMarks;
   return marks_[slot];
 }
 
-void NeighborQueue::Pull(int index, Mark& mark) {
-  mark = {index, stamp_, false};
+void NeighborQueue::Pull(int index, bool covered, Mark& mark) {
+  mark = {index, 2 * ray_number_ + (covered ? 1 : 0)};
   ++marked_;
   const Projected at = Project(ray_, cloud_.points[index]);
   const float lateral_squared = at.u * at.u + at.v * at.v;
@@ -93,18 +95,22 @@ void NeighborQueue::Pull(int index, Mark& mark) {
   if (!takes_part) return;
   const float key = Key(at, gate_);
   queue_.push_back({index, at.u, at.v, at.height, key});
-  hubs_.push_back({key, index});
-  std::push_heap(hubs_.begin(), hubs_.end(), [](const Hub& a, const Hub& b) {
-    return a.key != b.key ? a.key > b.key : a.point > b.point;
-  });
+  if (covered) return;
+  hubs_.push_back(static_cast<uint64_t>(std::bit_cast<uint32_t>(key)) << 32 |
+                  static_cast<uint32_t>(index));
+  std::push_heap(hubs_.begin(), hubs_.end(), std::greater<>());
 }
 
 void NeighborQueue::Open(int point) {
   int rank = 0;
   for (int neighbor : graph_.neighbors(point)) {
+    const bool covers = rank++ < gate_.covered_ranks;
     Mark& mark = Find(neighbor);
-    if (mark.stamp != stamp_) Pull(neighbor, mark);
-    if (rank++ < gate_.covered_ranks) mark.covered = true;
+    if (!IsSeen(mark)) {
+      Pull(neighbor, covers, mark);
+    } else if (covers) {
+      mark.ray |= 1;
+    }
   }
 }
 
@@ -114,28 +120,24 @@ void NeighborQueue::Start(const Ray& ray, const QueueGate& gate, int start) {
   queue_.clear();
   hubs_.clear();
   marked_ = 0;
-  if (++stamp_ == 0) {  // wrapped: forget what earlier rays left
+  constexpr uint32_t kMostRays = 0x7fffffff;
+  if (ray_number_++ == kMostRays) {  // forget what earlier rays left
     std::fill(marks_.begin(), marks_.end(), Mark());
-    stamp_ = 1;
+    ray_number_ = 1;
   }
-  Mark& mark = Find(start);
-  Pull(start, mark);
-  mark.covered = true;  // opened right here
+  Pull(start, true, Find(start));  // opened right here
   Open(start);
 }
 
 bool NeighborQueue::Grow(int wanted, float max_radius) {
-  const auto later = [](const Hub& a, const Hub& b) {
-    return a.key != b.key ? a.key > b.key : a.point > b.point;
-  };
   while (static_cast<int>(queue_.size()) < wanted) {
     if (hubs_.empty() || marked_ + graph_.k >= kMostMarked) return false;
-    const Hub hub = hubs_.front();
-    if (hub.key > max_radius * max_radius) return false;
-    std::pop_heap(hubs_.begin(), hubs_.end(), later);
+    const float key = std::bit_cast<float>(static_cast<uint32_t>(hubs_.front() >> 32));
+    if (key > max_radius * max_radius) return false;
+    const int point = static_cast<int>(static_cast<uint32_t>(hubs_.front()));
+    std::pop_heap(hubs_.begin(), hubs_.end(), std::greater<>());
     hubs_.pop_back();
-    if (Find(hub.point).covered) continue;
-    Open(hub.point);
+    if (!IsCovered(Find(point))) Open(point);
   }
   return true;
 }

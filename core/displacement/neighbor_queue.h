@@ -62,19 +62,16 @@ class NeighborQueue {
   // Points seen by the current ray: a small open hash, quicker than an array over all points.
   struct Mark {
     int point = -1;
-    uint32_t stamp = 0;
-    bool covered = false;
-  };
-  struct Hub {
-    float key;
-    int point;
+    uint32_t ray = 0;  // twice the number of the ray that saw it, plus 1 where it is covered
   };
   static constexpr int kMarks = 4096;
   static constexpr int kMostMarked = 2048;
 
   int Descend(const Ray& ray, const QueueGate& gate, int start) const;
   Mark& Find(int point);
-  void Pull(int point, Mark& mark);
+  bool IsSeen(const Mark& mark) const { return mark.ray >> 1 == ray_number_; }
+  static bool IsCovered(const Mark& mark) { return (mark.ray & 1) != 0; }
+  void Pull(int point, bool covered, Mark& mark);
   void Open(int point);
 
   const RayCloud& cloud_;
@@ -82,9 +79,10 @@ class NeighborQueue {
   Ray ray_;
   QueueGate gate_;
   std::vector<QueuedPoint> queue_;
-  std::vector<Hub> hubs_;
+  // Those to be opened, a heap: bits of the key, which is not negative, above those of the point.
+  std::vector<uint64_t> hubs_;
   std::vector<Mark> marks_;
-  uint32_t stamp_ = 0;
+  uint32_t ray_number_ = 0;
   int marked_ = 0;
 };
 
