@@ -18,9 +18,24 @@ namespace rilievo {
 class BitModel {
  public:
   int probability12() const { return static_cast<int>(state_ >> 20); }
-  void Update(bool bit, int limit);
+  void Update(bool bit, int limit) {
+    const uint32_t count = state_ & 1023;
+    const int64_t probability = state_ >> 10;
+    const int64_t target = bit ? (1 << 22) - 1 : 0;
+    const int64_t moved = probability + (((target - probability) * kSteps[count]) >> 16);
+    state_ = static_cast<uint32_t>(moved) << 10 |
+             (count < static_cast<uint32_t>(limit) ? count + 1 : count);
+  }
 
  private:
+  // 65536 / (n + 1.5): the first bits move the probability far, the later ones by
+  // 1 / (limit + 1.5).
+  static constexpr std::array<uint16_t, 1024> kSteps = [] {
+    std::array<uint16_t, 1024> steps{};
+    for (int n = 0; n < 1024; ++n) steps[n] = static_cast<uint16_t>(2 * 65536 / (2 * n + 3));
+    return steps;
+  }();
+
   uint32_t state_ = 1u << 31;  // probability << 10 | count
 };
 
@@ -28,18 +43,38 @@ class BitModel {
 // Squash is its inverse, with p in 1/65536.
 class LogisticTables {
  public:
-  static const LogisticTables& Get();
+  static constexpr const LogisticTables& Get();
   int Stretch(int probability12) const { return stretch_[probability12]; }
   // `x` in 1/256, clamped to [-2047, 2047]; result in [22, 65514].
   int Squash(int64_t x) const {
     return squash_[static_cast<size_t>((x < -2047 ? -2047 : x > 2047 ? 2047 : x) + 2047)];
   }
 
+  constexpr LogisticTables() {
+    constexpr uint64_t kOne = uint64_t{1} << 32;
+    constexpr uint64_t kExpStep = 4278222805u;  // e^(-1/256) in 1/2^32
+    uint64_t exp_minus = kOne;                  // e^(-i/256) in 1/2^32
+    for (int i = 0; i <= 2047; ++i) {
+      const uint64_t probability = (kOne << 16) / (kOne + exp_minus);
+      squash_[2047 + i] = static_cast<uint16_t>(probability);
+      squash_[2047 - i] = static_cast<uint16_t>(65536 - probability);
+      exp_minus = (exp_minus * kExpStep) >> 32;
+    }
+    // The smallest x whose probability is above the middle of cell p.
+    int x = -2047;
+    for (int p = 0; p < 4096; ++p) {
+      while (x < 2047 && squash_[x + 2047] < 16 * p + 8) ++x;
+      stretch_[p] = static_cast<int16_t>(x);
+    }
+  }
+
  private:
-  LogisticTables();
-  std::array<int16_t, 4096> stretch_;
-  std::array<uint16_t, 4095> squash_;
+  std::array<int16_t, 4096> stretch_{};
+  std::array<uint16_t, 4095> squash_{};
 };
+
+inline constexpr LogisticTables kLogisticTables;
+constexpr const LogisticTables& LogisticTables::Get() { return kLogisticTables; }
 
 // Bits that coding `bit` takes when a 1 has this probability in 1/65536.
 double BitCost(bool bit, int one_probability);

@@ -45,11 +45,11 @@ class RateDistortionChooser {
                  const HeightModels::Coefficients::Contexts& contexts) {
     const double y = std::abs(targets_[v]) / dequantizer_.step;
     const int32_t low = static_cast<int32_t>(std::min<double>(y, kMaxCoefficient - 1));
+    const bool rounds_up = y - low >= kLeastRest;
+    if (low == 0 && !rounds_up) return 0;
     double best_cost = std::numeric_limits<double>::infinity();
     int32_t best = 0;
-    for (int32_t candidate : {low + 1, low, 0}) {
-      if (candidate == low + 1 && y - low < 0.4) continue;
-      if (candidate == 0 && low > 2) continue;
+    const auto consider = [&](int32_t candidate) {
       const double cost = Error(v, y, candidate) +
                           lambda_ * (model.Bits(static_cast<uint32_t>(candidate), contexts) +
                                      (candidate != 0 ? 1 : 0));
@@ -57,7 +57,10 @@ class RateDistortionChooser {
         best_cost = cost;
         best = candidate;
       }
-    }
+    };
+    if (rounds_up) consider(low + 1);
+    consider(low);
+    if (low > 0 && low <= kMostDropped) consider(0);
     return targets_[v] < 0 ? -best : best;
   }
 
@@ -101,6 +104,8 @@ class RateDistortionChooser {
   }
 
   static constexpr double kLeastWorth = 0.6;  // steps; what is smaller becomes zero
+  static constexpr double kLeastRest = 0.4;   // steps; what is less is not rounded up
+  static constexpr int32_t kMostDropped = 2;  // larger ones do not become zero
 
   Dequantizer dequantizer_;
   double lambda_;
