@@ -118,18 +118,23 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
   std::vector<int> next(kLevels + 2, 0);
   for (const uint16_t level : levels) ++next[level + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
-  std::vector<int> sure(static_cast<size_t>(next[kLevels]));
+  struct SureEdge {
+    int a, b;
+    float relation;
+  };
+  std::vector<SureEdge> sure(static_cast<size_t>(next[kLevels]));
   RILIEVO_RETURN_IF_ERROR(
       SerialFor(static_cast<int64_t>(levels.size()), context, [&](int64_t edge) {
-        const int level = levels[edge];
-        if (level < kLevels) sure[next[level]++] = static_cast<int>(edge);
+        if (levels[edge] == kLevels) return;
+        sure[next[levels[edge]]++] = {static_cast<int>(edge / k), graph.indices[edge],
+                                      relations[edge]};
       }));
   ParitySets sets(graph.size());
   RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(sure.size()), context, [&](int64_t i) {
-    const int edge = sure[i];
-    const int a = edge / k, b = graph.indices[edge];
-    if (sets.size(sets.Find(a)) + sets.size(sets.Find(b)) > kLargestPatch) return;
-    sets.Join(a, b, relations[edge] < 0 ? 1 : 0);
+    const auto [a, b, relation] = sure[i];
+    const int root_a = sets.Find(a), root_b = sets.Find(b);
+    if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
+    sets.Join(a, b, relation < 0 ? 1 : 0);
   }));
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
