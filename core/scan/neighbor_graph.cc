@@ -25,7 +25,8 @@ constexpr int64_t kQueryBlock = 1024;
 constexpr int64_t kMostTreePoints = 1 << 19;
 
 // The `capacity` best of what the trees offer, in the caller's arrays and ordered by (distance,
-// index): ties do not depend on how the tree was cut. No allocation, unlike FLANN's own sets.
+// index): ties do not depend on how the tree was cut. No allocation, unlike FLANN's own sets. A few
+// are kept in order, many in a heap until Finish().
 class NearestSet final : public flann::ResultSet<double> {
  public:
   NearestSet(int capacity, int* indices, double* distances)
@@ -34,7 +35,8 @@ class NearestSet final : public flann::ResultSet<double> {
   bool full() const override { return count_ == capacity_; }
   // A hair above the worst, so that equally far points still reach addPoint().
   double worstDist() const override {
-    return full() ? distances_[capacity_ - 1] * (1 + 1e-15) : std::numeric_limits<double>::max();
+    if (!full()) return std::numeric_limits<double>::max();
+    return distances_[is_heap() ? 0 : capacity_ - 1] * (1 + 1e-15);
   }
   int count() const { return count_; }
   // The next tree counts its points from here.
@@ -42,22 +44,77 @@ class NearestSet final : public flann::ResultSet<double> {
 
   void addPoint(double distance, size_t index) override {
     const int candidate = first_point_ + static_cast<int>(index);
-    int place = count_;
-    while (place > 0 && (distance < distances_[place - 1] ||
-                         (distance == distances_[place - 1] && candidate < indices_[place - 1]))) {
-      --place;
+    if (is_heap()) {
+      AddToHeap(distance, candidate);
+    } else {
+      Insert(distance, candidate);
     }
+  }
+
+  void Finish() {
+    if (!is_heap()) return;
+    if (!full()) MakeHeap();
+    for (int end = count_ - 1; end > 0; --end) {
+      const double distance = distances_[end];
+      const int candidate = indices_[end];
+      Put(0, end);
+      Sift(0, end, distance, candidate);
+    }
+  }
+
+ private:
+  static constexpr int kMostInOrder = 40;
+
+  bool is_heap() const { return capacity_ > kMostInOrder; }
+
+  bool IsBefore(double distance, int candidate, int place) const {
+    return distance < distances_[place] ||
+           (distance == distances_[place] && candidate < indices_[place]);
+  }
+
+  void Insert(double distance, int candidate) {
+    int place = count_;
+    while (place > 0 && IsBefore(distance, candidate, place - 1)) --place;
     if (place == capacity_) return;
     if (count_ < capacity_) ++count_;
-    for (int i = count_ - 1; i > place; --i) {
-      indices_[i] = indices_[i - 1];
-      distances_[i] = distances_[i - 1];
-    }
+    for (int i = count_ - 1; i > place; --i) Put(i - 1, i);
     indices_[place] = candidate;
     distances_[place] = distance;
   }
 
- private:
+  // Once full, the worst is at place 0.
+  void AddToHeap(double distance, int candidate) {
+    if (full()) {
+      if (IsBefore(distance, candidate, 0)) Sift(0, count_, distance, candidate);
+      return;
+    }
+    indices_[count_] = candidate;
+    distances_[count_] = distance;
+    if (++count_ == capacity_) MakeHeap();
+  }
+
+  void MakeHeap() {
+    for (int place = count_ / 2 - 1; place >= 0; --place) {
+      Sift(place, count_, distances_[place], indices_[place]);
+    }
+  }
+
+  // Lets a point sink from a place whose own point is done with, in the heap before `end`.
+  void Sift(int place, int end, double distance, int candidate) {
+    for (int child; (child = 2 * place + 1) < end; place = child) {
+      if (child + 1 < end && IsBefore(distances_[child], indices_[child], child + 1)) ++child;
+      if (!IsBefore(distance, candidate, child)) break;
+      Put(child, place);
+    }
+    distances_[place] = distance;
+    indices_[place] = candidate;
+  }
+
+  void Put(int from, int to) {
+    distances_[to] = distances_[from];
+    indices_[to] = indices_[from];
+  }
+
   int capacity_;
   int count_ = 0;
   int first_point_ = 0;
@@ -120,6 +177,7 @@ struct PointIndex::Impl {
       }
       Ask(t, position, &nearest);
     }
+    nearest.Finish();
     return nearest.count();
   }
 

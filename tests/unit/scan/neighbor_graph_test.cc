@@ -31,13 +31,17 @@ TEST(PointIndexTest, NearestMatchesBruteForce) {
   Random random(2);
   for (int query = 0; query < 100; ++query) {
     const Eigen::Vector3d position = 1.5 * RandomDirection(&random);
-    int indices[20];
-    double squared[20];
-    ASSERT_EQ(index.Nearest(position, 20, indices, squared), 20);
     const auto expected = BruteForce(points, position);
-    for (int j = 0; j < 20; ++j) {
-      EXPECT_EQ(indices[j], expected[j].second);
-      EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
+    // In order as they come, and in a heap.
+    for (const int k : {20, 150, 799, 800, 900}) {
+      std::vector<int> indices(static_cast<size_t>(k));
+      std::vector<double> squared(indices.size());
+      const int found = std::min(k, 800);
+      ASSERT_EQ(index.Nearest(position, k, indices.data(), squared.data()), found);
+      for (int j = 0; j < found; ++j) {
+        EXPECT_EQ(indices[j], expected[j].second);
+        EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
+      }
     }
   }
 }
