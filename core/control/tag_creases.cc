@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/judge_edges.h"
 #include "core/control/quadric.h"
@@ -120,9 +121,52 @@ bool OnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& v) {
          (v - a - share * (b - a)).norm() < kAside * (b - a).norm();
 }
 
-// Flips edges that cross a crease whose line joins their two opposite vertices. Returns how many.
-int FlipAcross(const OrientedCloud& cloud, const PointIndex& index, const MeshTopology& topology,
-               const std::vector<uint8_t>& tags, ControlMesh* mesh) {
+// The two faces of an edge, and what they become when it is flipped: (p, s, r) and (q, r, s).
+struct Flip {
+  int f = -1, g = -1;
+  int p = -1, q = -1;  // the ends of the edge, along the half-edge of f
+  int r = -1, s = -1;  // the corners opposite to it in f and g
+};
+
+Flip FlipOf(const Eigen::Matrix3Xi& faces, const MeshTopology& topology, int edge) {
+  const int a = topology.edge_vertices(0, edge), b = topology.edge_vertices(1, edge);
+  Flip flip{topology.edge_faces(0, edge), topology.edge_faces(1, edge), a, b};
+  if (flip.g < 0) return flip;
+  flip.r = OppositeCorner(faces, flip.f, a, b);
+  flip.s = OppositeCorner(faces, flip.g, a, b);
+  for (int k = 0; k < 3; ++k) {
+    if (faces(k, flip.f) == b && faces((k + 1) % 3, flip.f) == a) std::swap(flip.p, flip.q);
+  }
+  return flip;
+}
+
+// Whether an edge crosses a crease whose line joins the corners opposite to it.
+bool CrossesCrease(const OrientedCloud& cloud, const PointIndex& index, const ControlMesh& mesh,
+                   const std::vector<uint8_t>& sharp, bool tagged, const Flip& flip) {
+  const auto at = [&](int v) { return Vector3d(mesh.vertices.col(v)); };
+  const auto slips_in = [&](int v) { return sharp[v] && OnSegment(at(flip.p), at(flip.q), at(v)); };
+  const auto [f, g, p, q, r, s] = flip;
+  if (tagged ? !slips_in(r) && !slips_in(s) : !sharp[r] || !sharp[s]) return false;
+  const Vector3d left = (at(s) - at(p)).cross(at(r) - at(p));
+  const Vector3d right = (at(r) - at(q)).cross(at(s) - at(q));
+  if (!(left.norm() > 0) || !(right.norm() > 0)) return false;
+  if (tagged) {
+    // The face of the vertex on the edge has no normal of its own.
+    const Vector3d normal = FaceCross(mesh, slips_in(r) ? g : f);
+    return left.dot(normal) > 0 && right.dot(normal) > 0;
+  }
+  const Vector3d between = FaceCross(mesh, f).normalized() + FaceCross(mesh, g).normalized();
+  if (left.dot(between) <= 0 || right.dot(between) <= 0) return false;
+  const FoldedEdge edge{at(r), at(s), {left.normalized(), right.normalized()}, {at(p), at(q)}};
+  return JudgeEdge(cloud, index, edge, nullptr).verdict != Verdict::kSmooth;
+}
+
+// Flips edges that cross a crease, none beside a face that another one changed: so each is judged
+// by the mesh as given. Returns how many.
+absl::StatusOr<int> FlipAcross(const OrientedCloud& cloud, const PointIndex& index,
+                               const MeshTopology& topology, const std::vector<uint8_t>& tags,
+                               const RunContext& context, ControlMesh* mesh) {
+  constexpr int64_t kEdgesPerTask = 64;
   std::vector<uint8_t> sharp(topology.vertex_count, 0), touched(topology.face_count(), 0);
   std::vector<int> valence = topology.valence;
   std::set<std::pair<int, int>> edges;
@@ -131,44 +175,25 @@ int FlipAcross(const OrientedCloud& cloud, const PointIndex& index, const MeshTo
     if (!tags[e]) continue;
     for (int k = 0; k < 2; ++k) sharp[topology.edge_vertices(k, e)] = 1;
   }
+  std::vector<uint8_t> crosses(static_cast<size_t>(topology.edge_count()), 0);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(topology.edge_count(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int e = static_cast<int>(begin); e < end; ++e) {
+          const Flip flip = FlipOf(mesh->faces, topology, e);
+          crosses[e] = flip.g >= 0 && CrossesCrease(cloud, index, *mesh, sharp, tags[e] != 0, flip);
+        }
+      }));
   int flips = 0;
   for (int e = 0; e < topology.edge_count(); ++e) {
-    const int f = topology.edge_faces(0, e), g = topology.edge_faces(1, e);
-    if (g < 0 || touched[f] || touched[g]) continue;
-    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-    const int r = OppositeCorner(mesh->faces, f, a, b), s = OppositeCorner(mesh->faces, g, a, b);
-    if (valence[a] <= 4 || valence[b] <= 4) continue;
-    const auto slips_in = [&](int v) {
-      return sharp[v] &&
-             OnSegment(mesh->vertices.col(a), mesh->vertices.col(b), mesh->vertices.col(v));
-    };
-    if (tags[e] ? !slips_in(r) && !slips_in(s) : !sharp[r] || !sharp[s]) continue;
+    if (!crosses[e]) continue;
+    const auto [f, g, p, q, r, s] = FlipOf(mesh->faces, topology, e);
+    if (touched[f] || touched[g] || valence[p] <= 4 || valence[q] <= 4) continue;
     if (edges.count({std::min(r, s), std::max(r, s)}) > 0) continue;
-    // p to q runs along the half-edge of f.
-    int p = a, q = b;
-    for (int k = 0; k < 3; ++k) {
-      if (mesh->faces(k, f) == b && mesh->faces((k + 1) % 3, f) == a) std::swap(p, q);
-    }
-    const auto at = [&](int v) { return Vector3d(mesh->vertices.col(v)); };
-    const Vector3d left = (at(s) - at(p)).cross(at(r) - at(p));
-    const Vector3d right = (at(r) - at(q)).cross(at(s) - at(q));
-    if (!(left.norm() > 0) || !(right.norm() > 0)) continue;
-    if (tags[e]) {
-      // The face of the vertex on the edge has no normal of its own.
-      const Vector3d normal = FaceCross(*mesh, slips_in(r) ? g : f);
-      if (left.dot(normal) <= 0 || right.dot(normal) <= 0) continue;
-    } else {
-      const Vector3d between = FaceCross(*mesh, f).normalized() + FaceCross(*mesh, g).normalized();
-      if (left.dot(between) <= 0 || right.dot(between) <= 0) continue;
-      const FoldedEdge edge{at(r), at(s), {left.normalized(), right.normalized()}, {at(p), at(q)}};
-      const EdgeJudgement flipped = JudgeEdge(cloud, index, edge, nullptr);
-      if (flipped.verdict == Verdict::kSmooth) continue;
-    }
     mesh->faces.col(f) << p, s, r;
     mesh->faces.col(g) << q, r, s;
     touched[f] = touched[g] = 1;
-    --valence[a], --valence[b], ++valence[r], ++valence[s];
-    edges.erase({a, b});
+    --valence[p], --valence[q], ++valence[r], ++valence[s];
+    edges.erase({std::min(p, q), std::max(p, q)});
     edges.emplace(std::min(r, s), std::max(r, s));
     ++flips;
   }
@@ -277,7 +302,9 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
     std::vector<uint8_t> tags = Tags(topology, judgements);
     if (round < kFlipRounds) {
       MoveOntoCreases(cloud, index, topology, judgements, tags, mesh);
-      if (FlipAcross(cloud, index, topology, tags, mesh) > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const int flips,
+                               FlipAcross(cloud, index, topology, tags, context, mesh));
+      if (flips > 0) {
         for (int e = 0; e < topology.edge_count(); ++e) {
           if (!judgements[e].place) continue;
           earlier[{topology.edge_vertices(0, e), topology.edge_vertices(1, e)}] = judgements[e];
