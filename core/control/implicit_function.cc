@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
@@ -115,12 +116,18 @@ Eigen::Matrix3Xd SureNormals(const OrientedCloud& cloud) {
   return normals;
 }
 
+// Whether the grid has any corner of a cell.
+bool TouchesCell(const ImplicitGrid& grid, const Eigen::Vector3i& cell) {
+  std::array<int, 8> corners;
+  return grid.FindCell(cell, &corners) || *std::max_element(corners.begin(), corners.end()) >= 0;
+}
+
 // Points in reach of a grid whose spacing its cell can follow; where they are many times denser, an
 // even share of them.
 absl::StatusOr<Speakers> SpeakersFor(const OrientedCloud& cloud, const ImplicitLevel& level,
                                      const Eigen::Vector3d& origin, bool all,
                                      const RunContext& context) {
-  // One of how many a point speaks for; 0 where it does not speak.
+  std::vector<int> strides(static_cast<size_t>(cloud.points.cols()));  // 0: does not speak
   const auto stride_of = [&](int64_t i) {
     const double spacing = cloud.spacing[i];
     if (!all && spacing > kSpacingPerCell * level.cell) return 0;
@@ -128,17 +135,22 @@ absl::StatusOr<Speakers> SpeakersFor(const OrientedCloud& cloud, const ImplicitL
         4 / std::numbers::pi * level.cell * level.cell / (spacing * spacing);
     const int stride =
         std::max(1, static_cast<int>(std::min(points_per_cell / kPointsPerCell, kMostStride)));
-    if (i % stride != 0) return 0;
-    std::array<int, 8> corners;
-    const bool in_reach =
-        all || level.grid.FindCell(level.CellOf(origin, cloud.points.col(i)), &corners) ||
-        *std::max_element(corners.begin(), corners.end()) >= 0;
-    return in_reach ? stride : 0;
+    return i % stride == 0 ? stride : 0;
   };
-  std::vector<int> strides(static_cast<size_t>(cloud.points.cols()));
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(cloud.points.cols(), 4096, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) strides[i] = stride_of(i);
+        // Points are in Morton order: the one before often lies in the same cell.
+        std::optional<Eigen::Vector3i> cell_before;
+        bool in_reach = true;
+        for (int64_t i = begin; i < end; ++i) {
+          const int stride = stride_of(i);
+          if (stride > 0 && !all) {
+            const Eigen::Vector3i cell = level.CellOf(origin, cloud.points.col(i));
+            if (cell_before != cell) in_reach = TouchesCell(level.grid, cell);
+            cell_before = cell;
+          }
+          strides[i] = in_reach ? stride : 0;
+        }
       }));
   Speakers speakers;
   for (int i = 0; i < cloud.points.cols(); ++i) {

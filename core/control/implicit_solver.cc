@@ -39,11 +39,9 @@ struct NodesAround {
   Eigen::Vector3i low;
   std::array<int, 27> nodes;
 
-  NodesAround() = default;
   // `at`: in lattice units.
-  NodesAround(const ImplicitGrid& grid, const Eigen::Vector3d& at)
-      : low((at.array() - 0.5).floor().cast<int>()) {
-    grid.FindThreeCubed(low, &nodes);
+  static Eigen::Vector3i LowFor(const Eigen::Vector3d& at) {
+    return (at.array() - 0.5).floor().cast<int>();
   }
 
   // The corners of the cell that a position, moved half a cell down one axis at most, lies in.
@@ -225,7 +223,14 @@ class PoissonOperator {
     return ParallelFor(static_cast<int64_t>(around->size()), 1024, context_,
                        [&](int64_t first, int64_t last) {
                          for (int64_t m = first; m < last; ++m) {
-                           (*around)[m] = NodesAround(system.grid, LatticePoint(system, begin + m));
+                           NodesAround& nodes = (*around)[m];
+                           nodes.low = NodesAround::LowFor(LatticePoint(system, begin + m));
+                           // Points are in Morton order: the one before often has the same nodes.
+                           if (m > first && nodes.low == (*around)[m - 1].low) {
+                             nodes.nodes = (*around)[m - 1].nodes;
+                           } else {
+                             system.grid.FindThreeCubed(nodes.low, &nodes.nodes);
+                           }
                          }
                        })
         .ok();
