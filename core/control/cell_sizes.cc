@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -23,7 +22,7 @@ constexpr int kProbeStride = 4;
 constexpr int kLeastWitnesses = 2;
 // Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
 // surface one point in 200 sees so much by chance.
-constexpr double kFreeAngle = 150 * std::numbers::pi / 180;
+constexpr double kFreeCosine = -0.8660254037844386;  // of 150 degrees
 constexpr int kMostDirections = 64;
 // Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
 // arc of the radius of two of its cells.
@@ -85,20 +84,39 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
   return agreed;
 }
 
+// A direction in a plane. `turn` grows with its angle as atan2 does, at less cost: a quarter turn
+// is 1, so that half a turn is 2 between any two.
+struct Direction {
+  double turn, x, y;
+};
+
+Direction DirectionOf(double x, double y) {
+  const double length = std::abs(x) + std::abs(y);
+  if (!(length > 0)) return {0, 1, 0};
+  return {y >= 0 ? 1 - x / length : 3 + x / length, x, y};
+}
+
 // Whether the neighbours of a point leave a wide angle free, seen along its normal.
 bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
   const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-  std::array<double, kMostDirections> angles;
+  std::array<Direction, kMostDirections> directions;
   int count = 0;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d chord = cloud.points.col(j) - point;
-    if (count < kMostDirections) angles[count++] = std::atan2(v.dot(chord), u.dot(chord));
+    if (count < kMostDirections) directions[count++] = DirectionOf(u.dot(chord), v.dot(chord));
   }
-  std::sort(angles.begin(), angles.begin() + count);
-  double widest = angles[0] + 2 * std::numbers::pi - angles[count - 1];
-  for (int k = 1; k < count; ++k) widest = std::max(widest, angles[k] - angles[k - 1]);
-  return widest > kFreeAngle;
+  std::sort(directions.begin(), directions.begin() + count,
+            [](const Direction& a, const Direction& b) { return a.turn < b.turn; });
+  for (int k = 0; k < count; ++k) {
+    const bool last = k + 1 == count;
+    const Direction &a = directions[k], &b = directions[last ? 0 : k + 1];
+    if (b.turn - a.turn + (last ? 4 : 0) > 2) return true;
+    const double dot = a.x * b.x + a.y * b.y;
+    const double squares = (a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y);
+    if (dot < 0 && dot * dot > kFreeCosine * kFreeCosine * squares) return true;
+  }
+  return false;
 }
 
 // 1 for the points on the border of an open scan, told from chance by neighbours that are, too.
