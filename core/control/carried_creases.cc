@@ -14,24 +14,34 @@ constexpr double kLeastTurnCosine = 0.5;  // cos 60 degrees
 CarriedCreases::CarriedCreases(const HalfEdgeMesh& mesh, const ControlMesh& tagged)
     : freedom_(static_cast<size_t>(mesh.vertex_slots()), Freedom::kAnywhere),
       sharpness_(static_cast<size_t>(mesh.edge_slots()), 0) {
-  std::vector<int> sharp_edges(freedom_.size(), 0);
   for (const Crease& crease : tagged.creases) {
     mesh.ForEachNeighbor(crease.a, [&](int neighbor, int edge) {
       if (neighbor == crease.b) sharpness_[edge] = crease.sharpness;
     });
-    ++sharp_edges[crease.a], ++sharp_edges[crease.b];
   }
-  for (int v = 0; v < mesh.vertex_slots(); ++v) {
-    if (sharp_edges[v] == 0) continue;
-    const bool runs_on = sharp_edges[v] == 2 && !mesh.OnBoundary(v);
-    freedom_[v] = runs_on ? Freedom::kAlongCrease : Freedom::kHeld;
+  for (const Crease& crease : tagged.creases) {
+    for (const int v : {crease.a, crease.b}) {
+      int sharp = 0;
+      bool alike = true;
+      mesh.ForEachNeighbor(v, [&](int, int edge) {
+        if (!IsSharp(edge)) return;
+        ++sharp;
+        alike = alike && sharpness_[edge] == crease.sharpness;
+      });
+      const bool runs_on = sharp == 2 && alike && !mesh.OnBoundary(v);
+      freedom_[v] = runs_on ? Freedom::kAlongCrease : Freedom::kHeld;
+    }
   }
   for (const int corner : tagged.corners) freedom_[corner] = Freedom::kHeldCorner;
 }
 
 bool CarriedCreases::Allow(const HalfEdgeMesh& mesh, int h) const {
-  const Freedom a = freedom_[mesh.From(h)], b = freedom_[mesh.To(h)];
-  if (a == Freedom::kAnywhere || b == Freedom::kAnywhere) return true;
+  const int from = mesh.From(h), to = mesh.To(h);
+  const Freedom a = freedom_[from], b = freedom_[to];
+  if (a == Freedom::kAnywhere || b == Freedom::kAnywhere) {
+    // The boundary comes to no crease inside.
+    return a == b || !mesh.OnBoundary(a < b ? from : to);
+  }
   if (!IsSharp(mesh.Edge(h)) || std::min(a, b) != Freedom::kAlongCrease) return false;
   for (const int side : {h, mesh.Twin(h)}) {
     if (side < 0) continue;
@@ -53,20 +63,24 @@ std::pair<int, int> CarriedCreases::Next(const HalfEdgeMesh& mesh, int vertex, i
 
 bool CarriedCreases::KeepTurns(const HalfEdgeMesh& mesh, const std::vector<Vector3d>& positions,
                                int h, const Vector3d& position) const {
-  const int edge = mesh.Edge(h);
+  const int edge = mesh.Edge(h), a = mesh.From(h), b = mesh.To(h);
   if (!IsSharp(edge)) return true;
-  const auto turns = [](const Vector3d& from, const Vector3d& at, const Vector3d& to) {
-    return (at - from).normalized().dot((to - at).normalized()) < kLeastTurnCosine;
+  const auto cosine = [](const Vector3d& from, const Vector3d& at, const Vector3d& to) {
+    return (at - from).normalized().dot((to - at).normalized());
   };
-  const auto before = Next(mesh, mesh.From(h), edge), after = Next(mesh, mesh.To(h), edge);
-  const bool runs_on = before.second >= 0 && after.second >= 0;
-  if (runs_on && turns(positions[before.second], position, positions[after.second])) return false;
-  for (const auto& [through, v] : {before, after}) {
-    if (v < 0) continue;
-    const int beyond = Next(mesh, v, through).second;
-    if (beyond >= 0 && turns(position, positions[v], positions[beyond])) return false;
-  }
-  return true;
+  const auto [before, p] = Next(mesh, a, edge);
+  const auto [after, q] = Next(mesh, b, edge);
+  double sharpest = kLeastTurnCosine;  // that is there already
+  if (p >= 0) sharpest = std::min(sharpest, cosine(positions[p], positions[a], positions[b]));
+  if (q >= 0) sharpest = std::min(sharpest, cosine(positions[a], positions[b], positions[q]));
+  if (p >= 0 && q >= 0 && cosine(positions[p], position, positions[q]) < sharpest) return false;
+  const auto keeps = [&](int v, int through, const Vector3d& was) {
+    const int beyond = v >= 0 ? Next(mesh, v, through).second : -1;
+    if (beyond < 0) return true;
+    const double least = std::min(kLeastTurnCosine, cosine(was, positions[v], positions[beyond]));
+    return cosine(position, positions[v], positions[beyond]) >= least;
+  };
+  return keeps(p, before, positions[a]) && keeps(q, after, positions[b]);
 }
 
 // Of the two edges at the apex of each face that goes, which become one, either id may live on.

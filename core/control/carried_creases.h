@@ -12,26 +12,27 @@
 namespace rilievo {
 
 // What the creases leave a vertex to do, in the order in which one takes over another. Where a
-// crease ends, or meets another one or the boundary, its vertex is held.
+// crease ends, meets another one or the boundary, or changes its sharpness, its vertex is held.
 enum class Freedom : uint8_t { kAnywhere, kAlongCrease, kHeld, kHeldCorner };
 
 // Tags by the ids of a half-edge mesh, which each call is given as it stands. Threads may work side
 // by side wherever they may on that mesh.
 class CarriedCreases {
  public:
-  // `tagged`: the mesh that `mesh` was built from.
+  // `tagged`: the mesh that `mesh` was built from; its tags are edges and vertices of it.
   CarriedCreases(const HalfEdgeMesh& mesh, const ControlMesh& tagged);
 
   Freedom FreedomOf(int vertex) const { return freedom_[vertex]; }
   bool IsSharp(int edge) const { return sharpness_[edge] > 0; }
 
   // Whether the edge of h may collapse: a crease shortens edge by edge between its ends, a vertex
-  // beside one may go into it, and no two of them merge.
+  // beside one may go into it, but for one of the boundary, and no two of them merge.
   bool Allow(const HalfEdgeMesh& mesh, int h) const;
 
-  // Whether no crease turns by more than 60 degrees in a vertex once the ends of h meet at
-  // `position`: its limit leaves its control polygon by a sixth of what two edges turn, so one of
-  // straight parts and arcs needs some vertices at each arc. `positions`: by vertex.
+  // Whether no crease turns by more than 60 degrees in a vertex, or by more than it did there, once
+  // the ends of h meet at `position`: its limit leaves its control polygon by a sixth of what two
+  // edges turn, so one of straight parts and arcs needs some vertices at each arc. `positions`: by
+  // vertex.
   bool KeepTurns(const HalfEdgeMesh& mesh, const std::vector<Eigen::Vector3d>& positions, int h,
                  const Eigen::Vector3d& position) const;
 

@@ -282,17 +282,18 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   if (!creases_.Allow(mesh_, h) || !mesh_.CanCollapse(h, guards.least_valence)) return false;
   Quadric sum = quadrics_[a];
   sum += quadrics_[b];
+  const auto fits = [&](const Vector3d& place) {
+    return creases_.KeepTurns(mesh_, positions_, h, place) &&
+           KeepsShape(a, b, place, guards.roundness);
+  };
   Vector3d position = Meeting(a, b, sum);
-  if (!creases_.KeepTurns(mesh_, positions_, h, position)) return false;
-  if (!KeepsShape(a, b, position, guards.roundness)) {
+  if (!fits(position)) {
     if (creases_.FreedomOf(a) != creases_.FreedomOf(b)) return false;
     // A knot of slivers has no good place for a vertex, but staying at one end harms nobody.
     if (!front->coarse && grade_[edge] < kLastGrade) return false;
     position = positions_[a];
-    if (!KeepsShape(a, b, position, guards.roundness)) {
-      position = positions_[b];
-      if (!KeepsShape(a, b, position, guards.roundness)) return false;
-    }
+    if (!fits(position)) position = positions_[b];
+    if (!fits(position)) return false;
   }
 
   creases_.Merge(mesh_, h);

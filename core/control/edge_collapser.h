@@ -54,8 +54,9 @@ class EdgeCollapser {
     int64_t faces_left = 0;
     std::unordered_map<int, int> component_faces;  // of the components that are there
     int time = 0;                                  // collapses so far
-    // Each edge at most once, under a cost that may be out of date. Costs only grow (see Quadric),
-    // so a stale one is a lower bound and is brought up to date when it surfaces.
+    // Each edge at most once, under a cost that may be out of date. Costs grow (see Quadric), but
+    // for a few beside creases, so a stale one is a lower bound and is brought up to date when it
+    // surfaces.
     std::vector<Entry> queue;
 
     bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }

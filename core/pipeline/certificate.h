@@ -36,8 +36,8 @@ absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context);
 
-// The points of a scan as errors are measured against, with three spacings as their gaps: holes of
-// about twenty points still count as seen.
+// The points of a scan as errors are measured against, with their normals and with three spacings
+// as their gaps: holes of about twenty points still count as seen.
 Shape PointsToMeasure(OrientedCloud cloud);
 
 // Puts into `certificate` what the decoded surface shows: the errors against `points` (unless

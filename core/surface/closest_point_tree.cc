@@ -366,6 +366,7 @@ ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint)
 }
 
 int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits) const {
+  if (hits.empty()) return 0;
   NearestSome best(hits);
   Search(point - origin_, &best);
   return static_cast<int>(best.count());

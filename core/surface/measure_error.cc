@@ -131,12 +131,13 @@ struct NearestPoints {
 };
 
 // How far `place` lies from the plane through a point of `to`, squared, or from the point itself
-// where that is farther off along the plane than its gap.
-double SquaredAcross(const Shape& to, int point, const Vector3d& normal, const Vector3d& place) {
+// where that is farther off along the plane than `reach`.
+double SquaredAcross(const Shape& to, int point, const Vector3d& normal, double reach,
+                     const Vector3d& place) {
   const Vector3d offset = place - to.vertices.col(point);
-  const double across = offset.dot(normal), gap = to.gaps[point];
+  const double across = offset.dot(normal);
   const double along = offset.squaredNorm() - across * across;
-  return along <= gap * gap ? across * across : offset.squaredNorm();
+  return along <= reach * reach ? across * across : offset.squaredNorm();
 }
 
 // The least distance of `place`, squared, from the planes of the sides that its nearest points
@@ -144,6 +145,8 @@ double SquaredAcross(const Shape& to, int point, const Vector3d& normal, const V
 double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, const Vector3d& place) {
   constexpr size_t kPoints = 4;
   constexpr double kSameSide = 0.866;  // cos 30 degrees
+  constexpr double kReach =
+      1.0 / 3;  // of a gap: a plane runs on beyond the edge, its side does not
   std::array<ClosestPointTree::Hit, kPoints> hits;
   std::array<Vector3d, kPoints> sides;
   const int found = to_tree.Nearest(place, hits);
@@ -155,7 +158,7 @@ double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, cons
     const auto same = [&](const Vector3d& side) { return std::abs(side.dot(normal)) > kSameSide; };
     if (std::any_of(sides.begin(), sides.begin() + count, same)) continue;
     sides[count++] = normal;
-    least = std::min(least, SquaredAcross(to, point, normal, place));
+    least = std::min(least, SquaredAcross(to, point, normal, kReach * to.gaps[point], place));
   }
   return count > 1 ? least : std::numeric_limits<double>::infinity();
 }
@@ -171,7 +174,8 @@ absl::StatusOr<double> AcrossRms(const Shape& from, const Shape& to,
       const Vector3d a = from.vertices.col(triangle[0]), place = nearest.samples.col(i);
       const Vector3d normal =
           (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
-      squared[i] = SquaredAcross(to, nearest.points[i], normal.normalized(), place);
+      squared[i] = SquaredAcross(to, nearest.points[i], normal.normalized(),
+                                 to.gaps[nearest.points[i]], place);
       if (to.normals.cols() == 0) continue;
       squared[i] = std::min(squared[i], SquaredAcrossSides(to, to_tree, place));
     }

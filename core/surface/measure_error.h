@@ -30,8 +30,9 @@ struct TwoSidedError {
   // cloud metrics; Tian et al., ICIP 2017). So points that are far apart are no error of the
   // surface; parts of it that no points are near to are, by their whole distance. Beside a sharp
   // edge the nearest point may lie on its other side: with `normals`, where the four nearest points
-  // show sides that meet at 30 degrees or more, the least distance from the planes of those sides
-  // counts. -1 without gaps.
+  // show sides whose planes meet at 30 degrees or more, the distance from the plane of the nearest
+  // point of each side counts instead where it is less and that point no farther off along the
+  // plane than a third of its gap. -1 without gaps.
   double across_rms = -1;
 };
 

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "core/control/relax_mesh.h"
 #include "core/control/simplify_mesh.h"
@@ -157,12 +160,10 @@ TEST(CarriedCreasesTest, ABoxKeepsItsEdgesAndCorners) {
 
 TEST(CarriedCreasesTest, FlipsAndRelaxationLeaveThemWhereTheyAre) {
   ControlMesh mesh = Simplified(Box(), 200);
-  const auto creases = mesh.creases;
   for (int round = 0; round < 3; ++round) {
     ImproveValence(&mesh, 100);  // no bend holds an edge back
     RelaxTangentially(&mesh, 5);
   }
-  EXPECT_EQ(mesh.creases, creases);
   ExpectBoxEdges(mesh, 1e-3);  // throws where a crease is no edge any more
 }
 
@@ -229,6 +230,71 @@ TEST(CarriedCreasesTest, WhatTheTagsLeaveAVertexToDo) {
   EXPECT_TRUE(creases.Allow(mesh, half(0, 1)));
   EXPECT_TRUE(creases.Allow(mesh, half(1, kAround + 1)));
   EXPECT_TRUE(creases.Allow(mesh, half(5 * kAround, 6 * kAround)));
+}
+
+TEST(CarriedCreasesTest, NoTwoCreasesMergeAndNoTwoEndsMeet) {
+  ControlMesh drum = Prism(Round);
+  TagRim(0, 0, kAround, &drum);
+  TagRim(1, 0, kAround, &drum);
+  TagRim(3, 7, 8, &drum);  // one edge: both of its vertices are ends
+  SortTags(&drum);
+  const HalfEdgeMesh mesh =
+      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols())).value();
+  const CarriedCreases creases(mesh, drum);
+  mesh.ForEachOutgoing(5, [&](int h) {
+    EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) / kAround != 1);
+  });
+  mesh.ForEachOutgoing(3 * kAround + 7, [&](int h) {
+    EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) != 3 * kAround + 8);
+  });
+}
+
+TEST(CarriedCreasesTest, WhereTheSharpnessChangesAVertexIsHeld) {
+  ControlMesh drum = Prism(Round);
+  TagRim(0, 0, kAround, &drum);
+  for (int i = 0; i < kAround / 2; ++i) drum.creases[i].sharpness = 2;
+  SortTags(&drum);
+  const HalfEdgeMesh mesh =
+      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols())).value();
+  const CarriedCreases creases(mesh, drum);
+  for (int v = 0; v < kAround; ++v) {
+    const bool held = v == 0 || v == kAround / 2;
+    EXPECT_EQ(creases.FreedomOf(v), held ? Freedom::kHeld : Freedom::kAlongCrease) << v;
+  }
+}
+
+// A disk with a round crease one ring inside its rim, and hardly a face to spare.
+TEST(CarriedCreasesTest, TheBoundaryComesToNoCreaseInside) {
+  const ControlMesh prism = Prism(Round);
+  ControlMesh disk;
+  const int rings = kRings - 1;  // of the lower lid, the middle with it
+  disk.vertices.resize(3, kAround * (rings + 1) + 1);
+  disk.vertices.leftCols(kAround) = prism.vertices.leftCols(kAround);
+  disk.vertices.rightCols(kAround * rings + 1) =
+      prism.vertices.middleCols((kRows + 1) * kAround, kAround * rings + 1);
+  std::vector<Eigen::Vector3i> faces;
+  for (const auto face : prism.faces.colwise()) {
+    Eigen::Vector3i corners = face;
+    for (int& v : corners) {
+      if (v >= kAround) v -= kRows * kAround;
+    }
+    if (corners.minCoeff() >= 0 && corners.maxCoeff() < disk.vertices.cols() &&
+        (face.array() < kAround || face.array() >= (kRows + 1) * kAround).all()) {
+      faces.push_back(corners);
+    }
+  }
+  disk.faces.resize(3, static_cast<Eigen::Index>(faces.size()));
+  for (size_t f = 0; f < faces.size(); ++f) disk.faces.col(f) = faces[f];
+  TagRim(1, 0, kAround, &disk);
+  SortTags(&disk);
+  ASSERT_EQ(Summary(disk).boundary_loops, 1);
+  const ControlMesh result = Simplified(disk, 8);
+  const auto topology =
+      BuildMeshTopology(result.faces, static_cast<int>(result.vertices.cols())).value();
+  for (const CreaseChain& chain : ChainsOf(result)) {
+    EXPECT_TRUE(chain.closed);
+    for (const int v : chain.vertices) EXPECT_FALSE(topology.boundary_vertex[v]);
+  }
 }
 
 }  // namespace

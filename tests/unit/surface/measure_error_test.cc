@@ -113,6 +113,13 @@ TEST(MeasureTwoSidedTest, BesideASharpEdgeTheNearerSideCounts) {
   // What lies off both sides counts as before.
   for (auto vertex : roof.vertices.colwise()) vertex[2] += 0.01;
   EXPECT_NEAR(Measure(roof, points).across_rms, 0.01 * std::sqrt(0.5), 1e-3);
+  // A lip, one side that runs on beyond the ridge by three spacings, is no part of that side.
+  Shape lip = SquareShape(0, 20);
+  for (auto vertex : lip.vertices.colwise()) {
+    const double down = -vertex[0] / 3;  // beyond the ridge
+    vertex = Eigen::Vector3d(-down * std::sqrt(0.5), vertex[1], -down * std::sqrt(0.5));
+  }
+  EXPECT_GT(Measure(lip, points).across_rms, 0.08);
   points.normals.conservativeResize(3, points.vertices.cols() - 1);
   EXPECT_EQ(MeasureTwoSided(roof, points, {}, RunContext()).status().code(),
             absl::StatusCode::kInvalidArgument);

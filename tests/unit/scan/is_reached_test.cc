@@ -1,0 +1,22 @@
+#include "core/scan/is_reached.h"
+
+#include <gtest/gtest.h>
+
+namespace rilievo {
+namespace {
+
+TEST(IsReachedTest, AsFarAsSpacingAndNoiseOfTheNearestPointGo) {
+  OrientedCloud cloud;
+  cloud.points.resize(3, 2);
+  cloud.points << 0, 10, 0, 0, 0, 0;
+  cloud.spacing = {0.1f, 1.0f};
+  cloud.noise = {0, 0.1f};
+  const PointIndex index(cloud.points);
+  EXPECT_TRUE(IsReached(cloud, index, {0, 0.14, 0}));
+  EXPECT_FALSE(IsReached(cloud, index, {0, 0.16, 0}));
+  EXPECT_TRUE(IsReached(cloud, index, {10, 0, 1.75}));
+  EXPECT_FALSE(IsReached(cloud, index, {10, 0, 1.85}));
+}
+
+}  // namespace
+}  // namespace rilievo
