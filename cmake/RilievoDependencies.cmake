@@ -1,8 +1,9 @@
 # Debian 12 packages, found once. PCL is named library by library: PCL's own config file would pull
-# in VTK, and Debian builds PCL, FLANN and OpenMesh for plain x86-64, so no -march flags here.
+# in VTK, and Debian builds PCL, FLANN, Ceres and OpenMesh for plain x86-64, so no -march flags here.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(absl REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
 find_package(OpenMesh REQUIRED)
 find_package(Protobuf 3.21 REQUIRED)
 find_package(gRPC 1.51 REQUIRED)
@@ -22,8 +23,6 @@ endforeach()
 
 if(RILIEVO_BUILD_TESTS)
   find_package(GTest REQUIRED)
-  # The oracle of the fit's least squares.
-  find_package(Ceres 2.1 REQUIRED)
 endif()
 if(RILIEVO_BUILD_TESTS OR RILIEVO_BUILD_BENCHMARKS)
   # The oracle of the Loop tests, and the measure of the decoder. Debian's own CMake file for it names files that no package holds.

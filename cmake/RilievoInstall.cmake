@@ -101,7 +101,7 @@ set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME librilievo-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libeigen3-dev, libabsl-dev, libgrpc++-dev, libprotobuf-dev, libopenmesh-dev, libpcl-dev, libflann-dev")
+  "libeigen3-dev, libabsl-dev, libgrpc++-dev, libprotobuf-dev, libceres-dev, libopenmesh-dev, libpcl-dev, libflann-dev")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
   "Headers and archives of rilievo: its decoder, its core and its client.")
 include(CPack)

@@ -17,7 +17,7 @@ namespace rilievo {
 namespace {
 
 constexpr double kConvergedMove = 1e-4;
-// Of the progress, when least squares follow.
+// Of the progress, when Ceres follows.
 constexpr double kSuzukiShare = 0.2;
 
 absl::Status CheckRange(const char* field, double value, double low, double high) {

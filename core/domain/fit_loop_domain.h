@@ -1,4 +1,4 @@
-// The domain surface: a Loop surface fitted to the points, by least squares or by Suzuki's update.
+// The domain surface: a Loop surface fitted to the points, by Ceres or by Suzuki's update.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@ namespace rilievo {
 
 enum class FitMethod {
   kSuzuki,        // c += lambda (q - S), Suzuki 1999; seed 004 eq. 2. Fast.
-  kLeastSquares,  // robust squared distance, Gauss-Newton, started from some of Suzuki's updates
+  kLeastSquares,  // robust squared distance with Ceres, started from some of Suzuki's updates
 };
 
 struct FitOptions {

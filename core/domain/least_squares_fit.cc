@@ -1,21 +1,93 @@
 #include "core/domain/least_squares_fit.h"
 
+#include <ceres/cost_function.h>
+#include <ceres/iteration_callback.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
 #include <algorithm>
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/domain/face_residual.h"
 #include "core/domain/fairness.h"
-#include "core/domain/gauss_newton.h"
 #include "core/domain/sample_targets.h"
 
 namespace rilievo {
 namespace {
 
+// The trust region never binds: within a round the problem is linear.
+constexpr double kUnboundedRadius = 1e16;
+// Inexact Gauss-Newton: conjugate gradients on the normal equations with 3 x 3 block Jacobi, until
+// the model's decrease slows to this ratio (Nash and Sofer 1990). The spline basis is well
+// conditioned: 2 to 16 iterations end within 1 % of the RMS that SPARSE_NORMAL_CHOLESKY gives, and
+// 4 500 unknowns take 2 ms an iteration instead of 140 ms a factor, growing in proportion to the
+// control points. Over a hole, where fairness alone acts, the rough part of the start is smoothed
+// and its overall shape kept.
+constexpr double kForcing = 0.1;
+constexpr int kMaxConjugateGradients = 30;
 // Of the progress: what came before.
 constexpr double kLeastSquaresBegin = 0.2;
 // A round after which the cloud is farther off than this many times the distance before it is
 // taken back.
 constexpr double kWorse = 1.05;
+
+class StopCallback final : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const RunContext& context) : context_(context) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return context_.CheckStop().ok() ? ceres::SOLVER_CONTINUE : ceres::SOLVER_ABORT;
+  }
+
+ private:
+  const RunContext& context_;
+};
+
+void AddResiduals(const DomainSamples& samples, const SampleTargets& targets,
+                  const AreaShares& areas, const double* fairness, Eigen::Matrix3Xd* control_points,
+                  ceres::Problem* problem) {
+  std::vector<double*> blocks;
+  const auto blocks_of = [&](const std::vector<int>& vertices) {
+    blocks.clear();
+    for (int vertex : vertices) blocks.push_back(control_points->col(vertex).data());
+    return blocks;
+  };
+  for (int face = 0; face < samples.control_face_count(); ++face) {
+    auto cost = MakeFaceResidual(samples, face, targets);
+    if (cost == nullptr) continue;
+    problem->AddResidualBlock(cost.release(), nullptr,
+                              blocks_of(ControlPointsOfFace(samples, face)));
+  }
+  for (int vertex = 0; vertex < samples.control_vertex_count(); ++vertex) {
+    const Umbrella umbrella = UmbrellaOf(samples, vertex);
+    const int neighbors = static_cast<int>(umbrella.vertices.size()) - 1;
+    if (neighbors == 0) continue;
+    const double share = areas.control_vertices[static_cast<size_t>(vertex)];
+    problem->AddResidualBlock(MakeFairnessResidual(neighbors, share, fairness).release(), nullptr,
+                              blocks_of(umbrella.vertices));
+  }
+}
+
+ceres::Solver::Options SolverOptions(StopCallback* stop) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::CGNR;
+  options.preconditioner_type = ceres::JACOBI;
+  options.eta = kForcing;
+  options.max_linear_solver_iterations = kMaxConjugateGradients;
+  options.max_num_iterations = 1;
+  // It would depend on the axes and the unit.
+  options.jacobi_scaling = false;
+  options.initial_trust_region_radius = kUnboundedRadius;
+  options.max_trust_region_radius = kUnboundedRadius;
+  options.function_tolerance = 0;
+  options.gradient_tolerance = 0;
+  options.parameter_tolerance = 0;
+  // More threads would add up costs in an order that depends on their number.
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  options.callbacks.push_back(stop);
+  return options;
+}
 
 }  // namespace
 
@@ -23,20 +95,26 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
                              const RunContext& context, FootPointSearch* search, FitState* state) {
   const AreaShares areas = ShareArea(samples, state->surface);
   SampleTargets targets = MakeSampleTargets(samples);
-  const GaussNewton gauss_newton(samples, areas);
+  double fairness = 0;
+  ceres::Problem::Options problem_options;
+  problem_options.disable_all_safety_checks = true;
+  ceres::Problem problem(problem_options);
+  // The problem keeps the addresses of the control points: rounds change them in place.
+  AddResiduals(samples, targets, areas, &fairness, &state->control_points, &problem);
+  StopCallback stop(context);
+  const ceres::Solver::Options solver_options = SolverOptions(&stop);
   double tangential_weight = options.tangential_weight;
   for (int round = 0; round < options.rounds; ++round) {
     context.Report(Stage::kDomainFit,
                    kLeastSquaresBegin + (1 - kLeastSquaresBegin) * round / options.rounds);
-    const double fairness =
-        FairnessOfRound(options.fairness_start, options.fairness_end, round, options.rounds);
+    fairness = FairnessOfRound(options.fairness_start, options.fairness_end, round, options.rounds);
     const std::vector<double> stiffness =
         SliverStiffness(samples, state->control_points, state->surface);
     RILIEVO_RETURN_IF_ERROR(AimSamples(samples, state->surface, state->feet, areas, stiffness,
                                        tangential_weight, context, &targets));
-    // Where it was stopped, TakeRound() says so.
     const auto solve = [&] {
-      gauss_newton.Step(targets, fairness, context, &state->control_points).IgnoreError();
+      ceres::Solver::Summary summary;
+      ceres::Solve(solver_options, &problem, &summary);
     };
     bool taken = false;
     RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, kWorse, context, search, state, &taken));
