@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/control/coarser_control_mesh.h"
+#include "core/pipeline/fewer_faces.h"
 
 namespace rilievo {
 namespace {
@@ -28,7 +28,7 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
   if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {
     return FitDomain(scan, start, options, context, report);
   }
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, CoarserControlMesh(start, fewer, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, context));
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, options, context, report));
   const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
   if (report->domain_rms <= (known ? kMostKnownNoise : kMostNoise) * noise) return domain;

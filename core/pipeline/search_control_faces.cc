@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/control/coarser_control_mesh.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
+#include "core/pipeline/fewer_faces.h"
 #include "core/pipeline/keep_error.h"
 #include "core/pipeline/position_step.h"
 
@@ -115,7 +115,7 @@ class Search {
     SetReport(before_);
     ControlMesh mesh = start_;
     if (rung > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(mesh, CoarserControlMesh(start_, FacesAt(rung), context_));
+      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(rung), context_));
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                              FitDomain(scan_, mesh, options_, context_, report_));

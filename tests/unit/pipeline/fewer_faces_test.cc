@@ -1,0 +1,61 @@
+#include "core/pipeline/fewer_faces.h"
+
+#include <gtest/gtest.h>
+
+#include "core/control/build_control_mesh.h"
+#include "core/pipeline/position_step.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+struct Prepared {
+  ScanSurface scan;
+  ControlMesh mesh;
+};
+
+Prepared Prepare(const AnalyticShape& shape) {
+  ScannerOptions options;
+  options.points = 30000;
+  options.views = 0;
+  ScanSurface scan =
+      AnalyzeScan(CheckScan(SimulateScan(shape, options)->cloud, {}, {}).value(), {}, {}).value();
+  ControlOptions control;
+  control.topology = Topology::kArbitrary;
+  control.target_faces = 1200;
+  ControlMeshResult result =
+      BuildControlMesh(scan.cloud, scan.graph, scan.index, control, {}).value();
+  if (result.normals.cols() > 0) scan.cloud.normals = result.normals;
+  return {std::move(scan), std::move(result.mesh)};
+}
+
+double LengthOfCreases(const ControlMesh& mesh) {
+  double length = 0;
+  for (const Crease& crease : mesh.creases) {
+    length += (mesh.vertices.col(crease.a) - mesh.vertices.col(crease.b)).norm();
+  }
+  return length;
+}
+
+TEST(FewerFacesTest, AMachinedPartKeepsItsCreases) {
+  const Prepared box = Prepare(*MakeCutBox());
+  ASSERT_TRUE(IsMachined(box.mesh));
+  const ControlMesh fewer = FewerFaces(box.scan, box.mesh, 300, {}).value();
+  EXPECT_NEAR(LengthOfCreases(fewer), LengthOfCreases(box.mesh), 0.05 * LengthOfCreases(box.mesh));
+}
+
+// Bends of a smooth shape that were taken for creases on the finer mesh.
+TEST(FewerFacesTest, AFewCreasesElsewhereAreFoundAnew) {
+  Prepared torus = Prepare(*MakeTorus());
+  ASSERT_TRUE(torus.mesh.creases.empty());
+  const int a = torus.mesh.faces(0, 0), b = torus.mesh.faces(1, 0);
+  torus.mesh.creases = {{std::min(a, b), std::max(a, b)}};
+  ASSERT_FALSE(IsMachined(torus.mesh));
+  const ControlMesh fewer = FewerFaces(torus.scan, torus.mesh, 300, {}).value();
+  EXPECT_TRUE(fewer.creases.empty());
+  EXPECT_NEAR(static_cast<double>(fewer.faces.cols()), 300, 2);
+}
+
+}  // namespace
+}  // namespace rilievo
