@@ -15,9 +15,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr int kWidth = 4;
-// Deep enough for 2^31 items: 16 levels, three siblings left on the stack at each.
-constexpr int kStack = 64;
 
 struct Box {
   float lo[3] = {kInfinity, kInfinity, kInfinity};
@@ -304,129 +301,6 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     }
   }));
   return tree;
-}
-
-double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) const {
-  if (points_) return (local - vertices_.col(item)).squaredNorm();
-  const auto corner = corners_.col(item);
-  return SquaredDistanceToTriangle(local, vertices_.col(corner[0]), vertices_.col(corner[1]),
-                                   vertices_.col(corner[2]));
-}
-
-namespace {
-
-// What a search keeps: the item nearest so far, or the few nearest.
-class NearestOne {
- public:
-  explicit NearestOne(ClosestPointTree::Hit first) : hit_(first) {}
-  double radius_squared() const { return hit_.squared_distance; }
-  bool Take(double squared, int item) {
-    if (squared >= hit_.squared_distance) return false;
-    hit_ = {squared, item};
-    return true;
-  }
-  ClosestPointTree::Hit hit() const { return hit_; }
-
- private:
-  ClosestPointTree::Hit hit_;
-};
-
-class NearestSome {
- public:
-  explicit NearestSome(std::span<ClosestPointTree::Hit> hits) : hits_(hits) {}
-  double radius_squared() const {
-    return count_ < hits_.size() ? kInfinity : hits_[count_ - 1].squared_distance;
-  }
-  bool Take(double squared, int item) {
-    if (squared >= radius_squared()) return false;
-    if (count_ < hits_.size()) ++count_;
-    size_t place = count_ - 1;
-    for (; place > 0 && hits_[place - 1].squared_distance > squared; --place) {
-      hits_[place] = hits_[place - 1];
-    }
-    hits_[place] = {squared, item};
-    return true;
-  }
-  size_t count() const { return count_; }
-
- private:
-  std::span<ClosestPointTree::Hit> hits_;
-  size_t count_ = 0;
-};
-
-}  // namespace
-
-ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint) const {
-  const Vector3d local = point - origin_;
-  // Any first item will do; it also answers for points so far out that float distances overflow.
-  if (hint < 0 || hint >= item_count()) hint = 0;
-  NearestOne best({SquaredDistanceToItem(local, hint), hint});
-  Search(local, &best);
-  return best.hit();
-}
-
-int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits) const {
-  if (hits.empty()) return 0;
-  NearestSome best(hits);
-  Search(point - origin_, &best);
-  return static_cast<int>(best.count());
-}
-
-template <typename Best>
-void ClosestPointTree::Search(const Vector3d& local, Best* best) const {
-  const float p[3] = {static_cast<float>(local[0] * box_scale_),
-                      static_cast<float>(local[1] * box_scale_),
-                      static_cast<float>(local[2] * box_scale_)};
-  // Rounding of p (half a unit in the last place an axis) and of the float arithmetic below: boxes
-  // are dropped only beyond a radius enlarged by both.
-  const double point_error = 1.1e-7 * (std::abs(p[0]) + std::abs(p[1]) + std::abs(p[2])) + 1e-30;
-  const auto radius_of = [&](double squared_distance) {
-    const double radius = (std::sqrt(squared_distance) * box_scale_ + point_error) * (1 + 1e-6);
-    return static_cast<float>(radius * radius);
-  };
-  float radius = radius_of(best->radius_squared());
-  struct Entry {
-    float distance;
-    int32_t node;
-  };
-  Entry stack[kStack];
-  int top = 0;
-  stack[top++] = {0, 0};
-  while (top > 0) {
-    const Entry entry = stack[--top];
-    if (entry.distance > radius) continue;
-    const Node& node = nodes_[entry.node];
-    float distance[kWidth];
-    for (int k = 0; k < kWidth; ++k) distance[k] = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < kWidth; ++k) {
-        const float below = node.lo[axis][k] - p[axis], above = p[axis] - node.hi[axis][k];
-        float out = below > above ? below : above;
-        out = out > 0 ? out : 0;
-        distance[k] += out * out;
-      }
-    }
-    // Farthest first, so that the nearest child is the next one popped.
-    Entry near[kWidth];
-    int near_count = 0;
-    for (int k = 0; k < kWidth; ++k) {
-      if (!(distance[k] <= radius) || distance[k] == kInfinity) continue;
-      int place = near_count++;
-      for (; place > 0 && near[place - 1].distance < distance[k]; --place) {
-        near[place] = near[place - 1];
-      }
-      near[place] = {distance[k], node.child[k]};
-    }
-    for (int i = near_count - 1; i >= 0; --i) {
-      if (near[i].node >= 0 || near[i].distance > radius) continue;
-      const int item = ~near[i].node;
-      if (!best->Take(SquaredDistanceToItem(local, item), item)) continue;
-      radius = radius_of(best->radius_squared());
-    }
-    for (int i = 0; i < near_count; ++i) {
-      if (near[i].node >= 0 && near[i].distance <= radius) stack[top++] = near[i];
-    }
-  }
 }
 
 }  // namespace rilievo

@@ -51,12 +51,13 @@ class ClosestPointTree {
   const std::vector<int>& source() const { return items_; }
 
  private:
+  static constexpr int kWidth = 4;  // children of a node
   // Box k: lo[axis][k] to hi[axis][k]. child >= 0: a node; < 0: item ~child. An unused slot is an
   // empty box, infinitely far from everything.
   struct alignas(16) Node {
-    float lo[3][4];
-    float hi[3][4];
-    int32_t child[4];
+    float lo[3][kWidth];
+    float hi[3][kWidth];
+    int32_t child[kWidth];
   };
   // The middle of an item's box.
   struct Center {
