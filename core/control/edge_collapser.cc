@@ -3,12 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numbers>
 #include <utility>
 
 #include "core/base/parallel_for.h"
-#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -26,6 +24,7 @@ constexpr double kSliverRoundness = 0.02;
 // Least cosine between the normals of a face before and after one collapse.
 constexpr double kMinStepCosine = 0.2;
 constexpr int kCollapsesPerStopCheck = 4096;
+constexpr int kEdgesPerTask = 4096;
 
 // 1 for an equilateral triangle, 0 for a degenerate one; `cross` spans twice the area.
 double Roundness(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& cross) {
@@ -60,11 +59,8 @@ EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
   whole_.faces_left = mesh_.face_slots();
   positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
   for (int v = 0; v < mesh_.vertex_slots(); ++v) positions_[v] = input.vertices.col(v);
-  changed_.assign(static_cast<size_t>(mesh_.vertex_slots()), 0);
-  evaluated_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
-  cost_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
-  queued_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
-  grade_.assign(static_cast<size_t>(mesh_.edge_slots()), 0);
+  vertices_.resize(positions_.size());
+  edges_.resize(static_cast<size_t>(mesh_.edge_slots()));
   least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
   FindComponents();
   BuildQuadrics(input, planes);
@@ -96,7 +92,6 @@ void EdgeCollapser::FindComponents() {
 }
 
 void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* planes) {
-  quadrics_.assign(positions_.size(), Quadric());
   reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
   std::vector<Vector3d> vertex_normal(positions_.size(), Vector3d::Zero());
   std::vector<Vector3d> face_normal(static_cast<size_t>(mesh_.face_slots()));
@@ -116,8 +111,8 @@ void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* pl
       plane.AddPlane(face_normal[f], (a + b + c) / 3, area / 3);
     }
     for (int k = 0; k < 3; ++k) {
-      quadrics_[corner[k]] += plane;
-      quadrics_[corner[k]].AddPoint(positions_[corner[k]], options_.evenness * area / 3);
+      vertices_[corner[k]].quadric += plane;
+      vertices_[corner[k]].quadric.AddPoint(positions_[corner[k]], options_.evenness * area / 3);
       vertex_normal[corner[k]] += cross;
     }
   }
@@ -144,16 +139,16 @@ void EdgeCollapser::AddBoundaryQuadrics(int h, const Vector3d& face_normal, doub
   const double weight = options_.boundary_weight * length * target_edge / 2;
   const Vector3d side = along.cross(face_normal) / length;
   for (const int v : {from, to}) {
-    quadrics_[v].AddPlane(side, positions_[from], weight);
-    quadrics_[v].AddPoint(positions_[v], options_.evenness * weight);
+    vertices_[v].quadric.AddPlane(side, positions_[from], weight);
+    vertices_[v].quadric.AddPoint(positions_[v], options_.evenness * weight);
   }
 }
 
-double EdgeCollapser::Evaluate(int edge) const {
+double EdgeCollapser::CostOf(int edge) const {
   const int h = mesh_.HalfOfEdge(edge);
   const int a = mesh_.From(h), b = mesh_.To(h);
-  Quadric sum = quadrics_[a];
-  sum += quadrics_[b];
+  Quadric sum = vertices_[a].quadric;
+  sum += vertices_[b].quadric;
   return Jitter(edge) * std::max(0.0, sum(Meeting(a, b, sum)));
 }
 
@@ -164,33 +159,41 @@ Vector3d EdgeCollapser::Meeting(int a, int b, const Quadric& sum) const {
 }
 
 const EdgeCollapser::Guards& EdgeCollapser::GuardsOf(int edge, const Front& front) const {
-  return front.coarse ? kCoarseGuards : kGrades[grade_[edge]];
+  return front.coarse ? kCoarseGuards : kGrades[edges_[edge].grade];
 }
 
 void EdgeCollapser::Push(int edge, Front* front) {
-  queued_[edge] = 1;
-  front->queue.push_back({cost_[edge], edge});
-  std::push_heap(front->queue.begin(), front->queue.end(), std::greater<>());
+  edges_[edge].queued = true;
+  front->queue.Push(edges_[edge].cost, edge);
+}
+
+void EdgeCollapser::Evaluate(int edge, const Front& front) {
+  edges_[edge].cost = static_cast<float>(CostOf(edge));
+  edges_[edge].evaluated = front.time;
+  edges_[edge].grade = 0;
 }
 
 // Into the queue of a front that is not run yet.
 void EdgeCollapser::Seed(int edge, Front* front) {
-  queued_[edge] = 1;
-  cost_[edge] = static_cast<float>(Evaluate(edge));
-  evaluated_[edge] = front->time;
-  grade_[edge] = 0;
-  front->queue.push_back({cost_[edge], edge});
+  Evaluate(edge, *front);
+  edges_[edge].queued = true;
+  front->queue.Append(edges_[edge].cost, edge);
 }
 
 absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
                                        const RunContext& context) {
   whole_.coarse = coarse;
-  whole_.queue.clear();
-  RILIEVO_RETURN_IF_ERROR(SerialFor(mesh_.edge_slots(), context, [&](int64_t index) {
-    const int edge = static_cast<int>(index);
-    queued_[edge] = 0;
-    if (mesh_.HalfOfEdge(edge) >= 0) Seed(edge, &whole_);
-  }));
+  whole_.queue.Clear();
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(mesh_.edge_slots(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int edge = static_cast<int>(begin); edge < end; ++edge) {
+          edges_[edge].queued = mesh_.HalfOfEdge(edge) >= 0;
+          if (edges_[edge].queued) Evaluate(edge, whole_);
+        }
+      }));
+  for (int edge = 0; edge < mesh_.edge_slots(); ++edge) {
+    if (edges_[edge].queued) whole_.queue.Append(edges_[edge].cost, edge);
+  }
   return Run(target_faces, context, &whole_);
 }
 
@@ -242,26 +245,48 @@ absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double sh
   return context.CheckStop();
 }
 
+// The queue hops about the mesh, and what one memory access finds tells where the next one goes:
+// the edges that come next take a step each of that way.
+void EdgeCollapser::FetchAhead(const EdgeQueue& queue) const {
+  if (const int edge = queue.Edge(EdgeQueue::kLine - 1); edge >= 0) {
+    __builtin_prefetch(&edges_[edge]);
+    mesh_.FetchEdge(edge);
+  }
+  if (const int edge = queue.Edge(7); edge >= 0) {
+    if (const int h = mesh_.HalfOfEdge(edge); h >= 0) mesh_.FetchHalf(h);
+  }
+  if (const int edge = queue.Edge(3); edge >= 0) {
+    const int h = mesh_.HalfOfEdge(edge);
+    if (h < 0) return;
+    for (const int v : {mesh_.From(h), mesh_.To(h)}) {
+      __builtin_prefetch(&vertices_[v]);
+      __builtin_prefetch(&vertices_[v].changed);
+      __builtin_prefetch(&positions_[v]);
+      mesh_.FetchVertex(v);
+    }
+  }
+}
+
 absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context, Front* front) {
-  std::make_heap(front->queue.begin(), front->queue.end(), std::greater<>());
+  front->queue.Order();
   for (int64_t step = 0; !front->queue.empty() && front->faces_left > target_faces; ++step) {
     if (step % kCollapsesPerStopCheck == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    std::pop_heap(front->queue.begin(), front->queue.end(), std::greater<>());
-    const int edge = front->queue.back().edge;
-    front->queue.pop_back();
-    queued_[edge] = 0;
+    FetchAhead(front->queue);
+    const int edge = front->queue.Edge(0);
+    front->queue.RemoveFirst();
+    Edge& first = edges_[edge];
+    first.queued = false;
     const int h = mesh_.HalfOfEdge(edge);
     if (h < 0) continue;
-    if (evaluated_[edge] < std::max(changed_[mesh_.From(h)], changed_[mesh_.To(h)])) {
-      cost_[edge] = static_cast<float>(Evaluate(edge));
-      evaluated_[edge] = front->time;
-      grade_[edge] = 0;
+    if (first.evaluated <
+        std::max(vertices_[mesh_.From(h)].changed, vertices_[mesh_.To(h)].changed)) {
+      Evaluate(edge, *front);
       Push(edge, front);
       continue;
     }
-    if (TryCollapse(edge, front) || front->coarse || grade_[edge] == kLastGrade) continue;
-    ++grade_[edge];
-    cost_[edge] *= kGradeCost;
+    if (TryCollapse(edge, front) || front->coarse || first.grade == kLastGrade) continue;
+    ++first.grade;
+    first.cost *= kGradeCost;
     Push(edge, front);
   }
   return absl::OkStatus();
@@ -280,8 +305,8 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
     return false;
   }
   if (!creases_.Allow(mesh_, h) || !mesh_.CanCollapse(h, guards.least_valence)) return false;
-  Quadric sum = quadrics_[a];
-  sum += quadrics_[b];
+  Quadric sum = vertices_[a].quadric;
+  sum += vertices_[b].quadric;
   const auto fits = [&](const Vector3d& place) {
     return creases_.KeepTurns(mesh_, positions_, h, place) &&
            KeepsShape(a, b, place, guards.roundness);
@@ -290,7 +315,7 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   if (!fits(position)) {
     if (creases_.FreedomOf(a) != creases_.FreedomOf(b)) return false;
     // A knot of slivers has no good place for a vertex, but staying at one end harms nobody.
-    if (!front->coarse && grade_[edge] < kLastGrade) return false;
+    if (!front->coarse && edges_[edge].grade < kLastGrade) return false;
     position = positions_[a];
     if (!fits(position)) position = positions_[b];
     if (!fits(position)) return false;
@@ -299,14 +324,14 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   creases_.Merge(mesh_, h);
   mesh_.Collapse(h);
   positions_[a] = position;
-  quadrics_[a] = sum;
-  changed_[a] = ++front->time;
+  vertices_[a].quadric = sum;
+  vertices_[a].changed = ++front->time;
   front->faces_left -= lost;
   front->component_faces[component] -= lost;
   // What was refused around here may do now.
   mesh_.ForEachNeighbor(a, [&](int neighbor, int around) {
-    if (queued_[around] != 0 || !front->Has(neighbor)) return;
-    grade_[around] = 0;
+    if (edges_[around].queued || !front->Has(neighbor)) return;
+    edges_[around].grade = 0;
     Push(around, front);
   });
   return true;

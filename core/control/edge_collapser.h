@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "core/control/carried_creases.h"
+#include "core/control/edge_queue.h"
 #include "core/control/half_edge_mesh.h"
 #include "core/control/quadric.h"
 #include "core/control/simplify_mesh.h"
@@ -40,12 +41,16 @@ class EdgeCollapser {
   ControlMesh Compact() const;
 
  private:
-  struct Entry {
-    float cost;
-    int edge;
-    bool operator>(const Entry& other) const {
-      return cost != other.cost ? cost > other.cost : edge > other.edge;
-    }
+  // What is kept of an edge.
+  struct Edge {
+    float cost = 0;
+    int evaluated = 0;  // the time of the cost
+    bool queued = false;
+    uint8_t grade = 0;  // index into kGrades
+  };
+  struct Vertex {
+    Quadric quadric;
+    int changed = 0;  // the time of its last collapse
   };
   // Where collapses go on: the whole mesh or the inner vertices of a block.
   struct Front {
@@ -57,7 +62,7 @@ class EdgeCollapser {
     // Each edge at most once, under a cost that may be out of date. Costs grow (see Quadric), but
     // for a few beside creases, so a stale one is a lower bound and is brought up to date when it
     // surfaces.
-    std::vector<Entry> queue;
+    EdgeQueue queue;
 
     bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }
   };
@@ -75,9 +80,11 @@ class EdgeCollapser {
   void AddBoundaryQuadrics(int h, const Eigen::Vector3d& face_normal, double target_edge);
   std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;
   void Seed(int edge, Front* front);
+  void Evaluate(int edge, const Front& front);
+  void FetchAhead(const EdgeQueue& queue) const;
   absl::Status Run(int64_t target_faces, const RunContext& context, Front* front);
   void Push(int edge, Front* front);
-  double Evaluate(int edge) const;
+  double CostOf(int edge) const;
   const Guards& GuardsOf(int edge, const Front& front) const;
   // Where the two ends of an edge would meet, by the sum of their quadrics.
   Eigen::Vector3d Meeting(int a, int b, const Quadric& sum) const;
@@ -89,16 +96,12 @@ class EdgeCollapser {
   const SimplifyOptions& options_;
   double least_turn_cosine_ = 0;
   std::vector<Eigen::Vector3d> positions_;
-  std::vector<Quadric> quadrics_;                  // per vertex
+  std::vector<Vertex> vertices_;
   std::vector<Eigen::Vector3f> reference_normal_;  // per face, of the input
   std::vector<int> component_;                     // per vertex
   std::vector<uint8_t> component_open_;
   CarriedCreases creases_;
-  std::vector<uint8_t> queued_;  // per edge
-  std::vector<float> cost_;      // per edge
-  std::vector<int> evaluated_;   // per edge: the time of cost_
-  std::vector<int> changed_;     // per vertex: the time of its last collapse
-  std::vector<uint8_t> grade_;   // per edge: index into kGrades
+  std::vector<Edge> edges_;
   Front whole_;
 };
 

@@ -10,34 +10,33 @@ absl::StatusOr<HalfEdgeMesh> HalfEdgeMesh::Build(const Eigen::Matrix3Xi& faces, 
   RILIEVO_RETURN_IF_ERROR(mesh.Link(faces, vertex_count));
   RILIEVO_RETURN_IF_ERROR(mesh.CheckFans());
   mesh.NumberEdges();
-  mesh.mark_.assign(static_cast<size_t>(vertex_count), 0);
   return mesh;
 }
 
 absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count) {
   const int half_count = static_cast<int>(faces.size());
-  from_.assign(faces.data(), faces.data() + half_count);
+  half_.resize(static_cast<size_t>(half_count));
+  // The edges are read, not used, by CheckFans().
+  for (int h = 0; h < half_count; ++h) half_[h] = {faces.data()[h], -1, -1};
   std::vector<int> begin(static_cast<size_t>(vertex_count) + 1, 0);
   for (int h = 0; h < half_count; ++h) {
-    if (from_[h] < 0 || from_[h] >= vertex_count) {
-      return absl::InvalidArgumentError(absl::StrCat("face ", h / 3, ": vertex index ", from_[h],
-                                                     " is outside [0, ", vertex_count, ")"));
+    if (half_[h].from < 0 || half_[h].from >= vertex_count) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "face ", h / 3, ": vertex index ", half_[h].from, " is outside [0, ", vertex_count, ")"));
     }
-    if (from_[h] == To(h)) {
+    if (half_[h].from == To(h)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("face ", h / 3, " uses vertex ", from_[h], " twice"));
+          absl::StrCat("face ", h / 3, " uses vertex ", half_[h].from, " twice"));
     }
-    ++begin[from_[h] + 1];
+    ++begin[half_[h].from + 1];
   }
   for (int v = 0; v < vertex_count; ++v) begin[v + 1] += begin[v];
   std::vector<int> leaving(static_cast<size_t>(half_count));
   std::vector<int> fill(begin.begin(), begin.end() - 1);
-  for (int h = 0; h < half_count; ++h) leaving[fill[from_[h]]++] = h;
+  for (int h = 0; h < half_count; ++h) leaving[fill[half_[h].from]++] = h;
 
-  twin_.assign(static_cast<size_t>(half_count), -1);
-  edge_.assign(static_cast<size_t>(half_count), -1);  // read, not used, by CheckFans()
   for (int h = 0; h < half_count; ++h) {
-    const int from = from_[h], to = To(h);
+    const int from = half_[h].from, to = To(h);
     for (int i = begin[from]; i < begin[from + 1]; ++i) {
       if (leaving[i] != h && To(leaving[i]) == to) {
         return absl::InvalidArgumentError(
@@ -45,27 +44,26 @@ absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count)
       }
     }
     for (int i = begin[to]; i < begin[to + 1]; ++i) {
-      if (To(leaving[i]) == from) twin_[h] = leaving[i];
+      if (To(leaving[i]) == from) half_[h].twin = leaving[i];
     }
   }
 
-  outgoing_.assign(static_cast<size_t>(vertex_count), -1);
-  valence_.assign(static_cast<size_t>(vertex_count), 0);
+  vertex_.assign(static_cast<size_t>(vertex_count), Vertex());
   for (int h = 0; h < half_count; ++h) {
-    int& out = outgoing_[from_[h]];
-    if (out < 0 || twin_[h] < 0) out = h;
-    ++valence_[from_[h]];
-    if (twin_[h] < 0) ++valence_[To(h)];
+    int& out = vertex_[half_[h].from].outgoing;
+    if (out < 0 || half_[h].twin < 0) out = h;
+    ++vertex_[half_[h].from].valence;
+    if (half_[h].twin < 0) ++vertex_[To(h)].valence;
   }
   return absl::OkStatus();
 }
 
 absl::Status HalfEdgeMesh::CheckFans() const {
   for (int v = 0; v < vertex_slots(); ++v) {
-    if (outgoing_[v] < 0) continue;
+    if (vertex_[v].outgoing < 0) continue;
     int reached = 0;
     ForEachNeighbor(v, [&](int, int) { ++reached; });
-    if (reached != valence_[v]) {
+    if (reached != vertex_[v].valence) {
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " joins more than one fan"));
     }
   }
@@ -73,67 +71,67 @@ absl::Status HalfEdgeMesh::CheckFans() const {
 }
 
 void HalfEdgeMesh::NumberEdges() {
-  edge_half_.reserve(from_.size() / 2 + 1);
-  for (int h = 0; h < static_cast<int>(from_.size()); ++h) {
-    if (edge_[h] >= 0) continue;
-    edge_[h] = edge_slots();
-    if (twin_[h] >= 0) edge_[twin_[h]] = edge_[h];
+  edge_half_.reserve(half_.size() / 2 + 1);
+  for (int h = 0; h < static_cast<int>(half_.size()); ++h) {
+    if (half_[h].edge >= 0) continue;
+    half_[h].edge = edge_slots();
+    if (half_[h].twin >= 0) half_[half_[h].twin].edge = half_[h].edge;
     edge_half_.push_back(h);
   }
 }
 
 bool HalfEdgeMesh::CanCollapse(int h, int least_valence) {
-  const int a = from_[h], b = To(h), twin = twin_[h];
+  const int a = half_[h].from, b = To(h), twin = half_[h].twin;
   if (twin >= 0 && OnBoundary(a) && OnBoundary(b)) return false;
   const auto apex_can_lose_an_edge = [&](int apex) {
-    return valence_[apex] > least_valence - (OnBoundary(apex) ? 1 : 0);
+    return vertex_[apex].valence > least_valence - (OnBoundary(apex) ? 1 : 0);
   };
-  if (!apex_can_lose_an_edge(from_[Previous(h)])) return false;
-  if (twin >= 0 && !apex_can_lose_an_edge(from_[Previous(twin)])) return false;
-  ForEachNeighbor(a, [&](int neighbor, int) { mark_[neighbor] = 1; });
+  if (!apex_can_lose_an_edge(half_[Previous(h)].from)) return false;
+  if (twin >= 0 && !apex_can_lose_an_edge(half_[Previous(twin)].from)) return false;
+  ForEachNeighbor(a, [&](int neighbor, int) { vertex_[neighbor].mark = 1; });
   int common = 0;
-  ForEachNeighbor(b, [&](int neighbor, int) { common += mark_[neighbor]; });
-  ForEachNeighbor(a, [&](int neighbor, int) { mark_[neighbor] = 0; });
+  ForEachNeighbor(b, [&](int neighbor, int) { common += vertex_[neighbor].mark; });
+  ForEachNeighbor(a, [&](int neighbor, int) { vertex_[neighbor].mark = 0; });
   return common == (twin >= 0 ? 2 : 1);
 }
 
 // Takes the face of h away and joins the two edges that meet at its apex.
 void HalfEdgeMesh::RemoveFace(int h) {
   const int next = Next(h), previous = Previous(h);
-  const int apex = from_[previous];
-  const int into_end = twin_[next], out_of_start = twin_[previous];
-  const int kept = edge_[previous], lost = edge_[next];
+  const int apex = half_[previous].from;
+  const int into_end = half_[next].twin, out_of_start = half_[previous].twin;
+  const int kept = half_[previous].edge, lost = half_[next].edge;
   if (into_end >= 0) {
-    twin_[into_end] = out_of_start;
-    edge_[into_end] = kept;
+    half_[into_end].twin = out_of_start;
+    half_[into_end].edge = kept;
   }
-  if (out_of_start >= 0) twin_[out_of_start] = into_end;
+  if (out_of_start >= 0) half_[out_of_start].twin = into_end;
   edge_half_[kept] = out_of_start >= 0 ? out_of_start : into_end;
   edge_half_[lost] = -1;
-  if (outgoing_[apex] == previous) outgoing_[apex] = into_end;
-  --valence_[apex];
-  from_[h] = from_[next] = from_[previous] = -1;
+  if (vertex_[apex].outgoing == previous) vertex_[apex].outgoing = into_end;
+  --vertex_[apex].valence;
+  half_[h].from = half_[next].from = half_[previous].from = -1;
 }
 
 void HalfEdgeMesh::Collapse(int h) {
-  const int a = from_[h], b = To(h), twin = twin_[h];
+  const int a = half_[h].from, b = To(h), twin = half_[h].twin;
   const bool boundary = OnBoundary(a) || OnBoundary(b);
-  const int out = twin_[Previous(h)], in = twin_[Next(h)];
+  const int out = half_[Previous(h)].twin, in = half_[Next(h)].twin;
   int living = out >= 0 ? out : Next(in);
-  valence_[a] += valence_[b] - (twin >= 0 ? 4 : 3);
+  vertex_[a].valence += vertex_[b].valence - (twin >= 0 ? 4 : 3);
 
-  ForEachOutgoing(b, [&](int leaving) { from_[leaving] = a; });
-  edge_half_[edge_[h]] = -1;
+  ForEachOutgoing(b, [&](int leaving) { half_[leaving].from = a; });
+  edge_half_[half_[h].edge] = -1;
   RemoveFace(h);
   if (twin >= 0) RemoveFace(twin);
-  outgoing_[b] = -1;
+  vertex_[b].outgoing = -1;
   if (boundary) {
-    for (int start = living; twin_[living] >= 0;) {
-      living = Next(twin_[living]);
+    for (int start = living; half_[living].twin >= 0;) {
+      living = Next(half_[living].twin);
       if (living == start) break;
     }
   }
-  outgoing_[a] = living;
+  vertex_[a].outgoing = living;
 }
 
 }  // namespace rilievo
