@@ -122,15 +122,29 @@ class NearestSet final : public flann::ResultSet<double> {
   double* distances_;
 };
 
+// A tree with a copy of its points in the order of its leaves, which is all that a search reads.
+class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
+  using Base = flann::NNIndex<flann::L2_Simple<double>>;
+
+ public:
+  // `stretch`: `size` points, read here and not later.
+  LeafTree(const double* stretch, int64_t size)
+      : KDTreeSingleIndex(
+            flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
+            flann::KDTreeSingleIndexParams(kLeafSize)) {
+    buildIndex();
+    std::vector<double*>().swap(this->Base::points_);  // where each point was
+  }
+};
+
 }  // namespace
 
 struct PointIndex::Impl {
-  using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
-
   // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
   // order is answered exactly.
-  absl::Status Build(const RunContext& context) {
+  absl::Status Build(const Eigen::Matrix3Xd& points, const RunContext& context) {
     const int64_t count = (points.cols() + kMostTreePoints - 1) / kMostTreePoints;
+    size = static_cast<int>(points.cols());
     trees.resize(static_cast<size_t>(count));
     boxes.resize(trees.size());
     first_points.resize(trees.size());
@@ -138,12 +152,9 @@ struct PointIndex::Impl {
     const auto build = [&](int64_t begin, int64_t end) {
       for (int64_t t = begin; t < end; ++t) {
         const int64_t first = points.cols() * t / count;
-        const int64_t size = points.cols() * (t + 1) / count - first;
-        trees[t] = std::make_unique<Tree>(
-            flann::Matrix<double>(points.data() + 3 * first, static_cast<size_t>(size), 3),
-            flann::KDTreeSingleIndexParams(kLeafSize));
-        trees[t]->buildIndex();
-        const auto stretch = points.middleCols(first, size);
+        const int64_t length = points.cols() * (t + 1) / count - first;
+        const auto stretch = points.middleCols(first, length);
+        trees[t] = std::make_unique<LeafTree>(stretch.data(), length);
         boxes[t] = {stretch.rowwise().minCoeff(), stretch.rowwise().maxCoeff()};
         first_points[t] = static_cast<int>(first);
         first_codes[t] = CodeOf(points.col(first));
@@ -186,8 +197,8 @@ struct PointIndex::Impl {
     trees[tree]->findNeighbors(*nearest, position.data(), exact);
   }
 
-  Eigen::Matrix3Xd points;
-  std::vector<std::unique_ptr<Tree>> trees;
+  int size = 0;
+  std::vector<std::unique_ptr<LeafTree>> trees;
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> first_points;
   std::vector<uint64_t> first_codes;  // on the Morton curve
@@ -198,8 +209,7 @@ struct PointIndex::Impl {
 
 PointIndex::PointIndex(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PointIndex::PointIndex(const Eigen::Matrix3Xd& points) : impl_(std::make_unique<Impl>()) {
-  impl_->points = points;
-  impl_->Build(RunContext{}).IgnoreError();  // nobody can stop it
+  impl_->Build(points, RunContext{}).IgnoreError();  // nobody can stop it
 }
 PointIndex::~PointIndex() = default;
 PointIndex::PointIndex(PointIndex&&) noexcept = default;
@@ -208,13 +218,12 @@ PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
 absl::StatusOr<PointIndex> PointIndex::Build(const Eigen::Matrix3Xd& points,
                                              const RunContext& context, const SpatialFrame& curve) {
   auto impl = std::make_unique<Impl>();
-  impl->points = points;
   impl->curve = curve;
-  RILIEVO_RETURN_IF_ERROR(impl->Build(context));
+  RILIEVO_RETURN_IF_ERROR(impl->Build(points, context));
   return PointIndex(std::move(impl));
 }
 
-int PointIndex::size() const { return static_cast<int>(impl_->points.cols()); }
+int PointIndex::size() const { return impl_->size; }
 
 int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
                         double* squared_distances) const {

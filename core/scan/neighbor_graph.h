@@ -13,8 +13,9 @@
 
 namespace rilievo {
 
-// Exact nearest-neighbour index (FLANN KDTreeSingleIndex). Keeps its own copy of the points;
-// immutable after construction, so queries from many threads are safe.
+// Exact nearest-neighbour index (FLANN KDTreeSingleIndex). Keeps its own copy of the points, 40
+// bytes each with the tree over them; immutable after construction, so queries from many threads
+// are safe.
 class PointIndex {
  public:
   // `points`: column = point, finite, unit frame, at least one. Built on the context's threads;

@@ -98,35 +98,36 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
   cloud.points = std::move(own_points);
   const Eigen::Matrix3Xd& points = cloud.points;
   const int64_t count = points.cols();
-  cloud.normals.resize(3, count);
   cloud.spacing.resize(static_cast<size_t>(count));
   cloud.noise.resize(static_cast<size_t>(count));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<PatchMoments> patches,
                            ComputePatchMoments(points, graph, context));
   std::vector<PatchPlane> planes(static_cast<size_t>(count));
+  std::vector<double> first_spread(static_cast<size_t>(count));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const int center = static_cast<int>(i);
       const std::vector<float> distances = NeighborDistances(points, graph, center);
       planes[i] = FitPlane(patches[i]);
+      first_spread[i] = planes[i].spread;
       cloud.spacing[i] = LocalSpacing(distances);
       cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),
                                                           distances.back(), planes[i].normal));
     }
   }));
-  RILIEVO_RETURN_IF_ERROR(
-      WidenPatches(points, graph, MeasurementNoise(cloud.noise), cloud.spacing, context, &patches));
+  RILIEVO_RETURN_IF_ERROR(WidenPatches(points, graph, MeasurementNoise(cloud.noise), cloud.spacing,
+                                       context, &patches, &planes));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const double first_spread = planes[i].spread;
-      planes[i] = FitPlane(patches[i]);
       // Where patches had to be widened, the nearest neighbours are the nearest in height too and
       // show too little of the noise.
-      if (planes[i].spread < kWidened * first_spread) continue;
+      if (planes[i].spread < kWidened * first_spread[i]) continue;
       cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
     }
   }));
+  first_spread = std::vector<double>();
   const std::vector<float> noise = MeasurementNoise(cloud.noise);
+  cloud.normals.resize(3, count);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       cloud.normals.col(i) =

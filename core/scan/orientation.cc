@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -89,15 +90,20 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedC
   return absl::OkStatus();
 }
 
-// The links as the normals are now, > 0 where these agree with them. `unoriented`: the normals that
-// the links were found for.
+// One sign of each normal: turning it is all that happens to a normal here.
+std::vector<uint8_t> SignsOf(const Eigen::Matrix3Xd& normals) {
+  std::vector<uint8_t> signs(static_cast<size_t>(normals.cols()));
+  for (int64_t i = 0; i < normals.cols(); ++i) signs[i] = std::signbit(normals(0, i));
+  return signs;
+}
+
+// The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
+// longer those that the links were found for.
 std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
-                                   const Eigen::Matrix3Xd& unoriented, const OrientedCloud& cloud) {
+                                   const std::vector<uint8_t>& turned) {
   std::vector<int> signs(static_cast<size_t>(patches.count));
   for (size_t i = 0; i < patches.patch.size(); ++i) {
-    const auto point = static_cast<int64_t>(i);
-    const bool flipped = unoriented.col(point).dot(cloud.normals.col(point)) < 0;
-    signs[patches.patch[i]] = flipped == (patches.parity[i] != 0) ? 1 : -1;
+    signs[patches.patch[i]] = turned[i] == patches.parity[i] ? 1 : -1;
   }
   for (SignedLink& link : links) link.weight *= signs[link.a] * signs[link.b];
   return links;
@@ -105,10 +111,10 @@ std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vecto
 
 // Share of edges whose relation the present normals contradict.
 double Disagreement(const NeighborGraph& graph, const std::vector<float>& relations,
-                    const std::vector<uint8_t>& flipped) {
+                    const std::vector<uint8_t>& turned) {
   int64_t disagree = 0;
   for (size_t edge = 0; edge < relations.size(); ++edge) {
-    const bool opposite = flipped[edge / graph.k] != flipped[graph.indices[edge]];
+    const bool opposite = turned[edge / graph.k] != turned[graph.indices[edge]];
     if (opposite != (relations[edge] < 0)) ++disagree;
   }
   return static_cast<double>(disagree) / static_cast<double>(std::max<size_t>(1, relations.size()));
@@ -120,10 +126,10 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
                                                 const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
                            NormalRelations(graph, *cloud, context));
-  const Eigen::Matrix3Xd unoriented = cloud->normals;
+  const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
                            SurePatches(graph, relations, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> links,
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<SignedLink> links,
                            LinksBetween(patches, graph, relations, *cloud, context));
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
@@ -145,15 +151,13 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
   RILIEVO_RETURN_IF_ERROR(TurnInsideOut(patches, links, cloud, context));
-  cloud->contested = Contested(patches, Agreements(patches, links, unoriented, *cloud));
+  std::vector<uint8_t> turned = SignsOf(cloud->normals);
+  for (size_t i = 0; i < turned.size(); ++i) turned[i] ^= unoriented[i];
+  cloud->contested = Contested(patches, Agreements(patches, std::move(links), turned));
 
   OrientationResult result;
   result.components = labels.components;
-  std::vector<uint8_t> flipped(static_cast<size_t>(graph.size()));
-  for (int i = 0; i < graph.size(); ++i) {
-    flipped[i] = unoriented.col(i).dot(cloud->normals.col(i)) < 0;
-  }
-  result.disagreement = Disagreement(graph, relations, flipped);
+  result.disagreement = Disagreement(graph, relations, turned);
   return result;
 }
 

@@ -82,6 +82,49 @@ bool FaceEachOther(const Disc& a, const Disc& b) {
   return along < kOverlap * (a.radius + b.radius);
 }
 
+// Calls join(a, b, opposite) for the edges below level `end`, by level and each level in their
+// order. They are listed by some levels at a time, so that lists hold two edges a point at most; a
+// level with more needs none.
+template <typename Join>
+absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float>& relations,
+                             const std::vector<uint16_t>& levels, int end,
+                             const RunContext& context, const Join& join) {
+  struct Edge {
+    int a, b;  // ~b: opposite
+  };
+  const auto edges = static_cast<int64_t>(levels.size());
+  const int64_t most = 2 * int64_t{graph.size()};
+  std::vector<int64_t> count(static_cast<size_t>(end) + 1, 0);
+  for (const uint16_t level : levels) ++count[level];
+  std::vector<Edge> list;
+  std::vector<int64_t> next;
+  for (int first = 0, last = 0; first < end; first = last) {
+    int64_t total = count[last++];
+    while (last < end && total + count[last] <= most) total += count[last++];
+    if (total > most) {
+      RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {
+        if (levels[edge] != first) return;
+        join(static_cast<int>(edge / graph.k), graph.indices[edge], relations[edge] < 0 ? 1 : 0);
+      }));
+      continue;
+    }
+    next.assign(1, 0);
+    for (int level = first; level < last; ++level) next.push_back(next.back() + count[level]);
+    list.resize(static_cast<size_t>(total));
+    RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {
+      if (levels[edge] < first || levels[edge] >= last) return;
+      const int b = graph.indices[edge];
+      list[next[levels[edge] - first]++] = {static_cast<int>(edge / graph.k),
+                                            relations[edge] < 0 ? ~b : b};
+    }));
+    RILIEVO_RETURN_IF_ERROR(SerialFor(total, context, [&](int64_t i) {
+      const auto [a, b] = list[i];
+      join(a, b < 0 ? ~b : b, b < 0 ? 1 : 0);
+    }));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
@@ -114,28 +157,14 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
           }
         }
       }));
-  // The edges by level, each level in their order.
-  std::vector<int> next(kLevels + 2, 0);
-  for (const uint16_t level : levels) ++next[level + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  struct SureEdge {
-    int a, b;
-    float relation;
-  };
-  std::vector<SureEdge> sure(static_cast<size_t>(next[kLevels]));
-  RILIEVO_RETURN_IF_ERROR(
-      SerialFor(static_cast<int64_t>(levels.size()), context, [&](int64_t edge) {
-        if (levels[edge] == kLevels) return;
-        sure[next[levels[edge]]++] = {static_cast<int>(edge / k), graph.indices[edge],
-                                      relations[edge]};
-      }));
   ParitySets sets(graph.size());
-  RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(sure.size()), context, [&](int64_t i) {
-    const auto [a, b, relation] = sure[i];
-    const int root_a = sets.Find(a), root_b = sets.Find(b);
-    if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
-    sets.Join(a, b, relation < 0 ? 1 : 0);
-  }));
+  RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
+      graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
+        const int root_a = sets.Find(a), root_b = sets.Find(b);
+        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
+        sets.Join(a, b, opposite);
+      }));
+  levels = std::vector<uint16_t>();
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
   result.parity.resize(result.patch.size());
@@ -157,8 +186,11 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
   constexpr double kFacingWorth = 0.8;
   constexpr double kFacingVotes = 2;  // what a point across a wall counts against neighbours
   const std::vector<Disc> discs = DiscsOf(patches, cloud);
-  std::vector<std::vector<int>> members(discs.size());
-  for (int i = 0; i < graph.size(); ++i) members[patches.patch[i]].push_back(i);
+  // Points by patch.
+  std::vector<int> begin_of(discs.size() + 1, 0), members(patches.patch.size());
+  for (const int patch : patches.patch) ++begin_of[patch + 1];
+  std::partial_sum(begin_of.begin(), begin_of.end(), begin_of.begin());
+  for (int i = 0; i < graph.size(); ++i) members[begin_of[patches.patch[i]]++] = i;
   struct Votes {
     double sum = 0;
     int count = 0;
@@ -177,7 +209,9 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
       votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
     };
     for (int patch = static_cast<int>(begin); patch < end; ++patch) {
-      for (const int i : members[patch]) {
+      // Filling the list has moved each begin to the next patch's.
+      for (int m = patch == 0 ? 0 : begin_of[patch - 1]; m < begin_of[patch]; ++m) {
+        const int i = members[m];
         for (int k = 0; k < graph.k; ++k) {
           const size_t edge = static_cast<size_t>(i) * graph.k + k;
           vote(i, graph.indices[edge], relations[edge]);
@@ -203,8 +237,14 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       patches.count, kPatchesPerTask, context,
       [&](int64_t begin, int64_t end) { parts[begin / kPatchesPerTask] = link(begin, end); }));
+  size_t count = 0;
+  for (const auto& part : parts) count += part.size();
   std::vector<SignedLink> links;
-  for (const auto& part : parts) links.insert(links.end(), part.begin(), part.end());
+  links.reserve(count);
+  for (auto& part : parts) {
+    links.insert(links.end(), part.begin(), part.end());
+    part = std::vector<SignedLink>();
+  }
   return links;
 }
 

@@ -100,9 +100,11 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   const SpatialFrame sorted = scan.frame;  // the points are in the order of its Morton curve
   scan.frame = Rounded(sorted);
   Reframe(sorted, scan.frame, &scan.points);
+  const auto build_index = [&](const Eigen::Matrix3Xd& points, const SpatialFrame& frame) {
+    return PointIndex::Build(points, context, Between(frame, sorted));
+  };
   std::optional<PointIndex> index;
-  RILIEVO_ASSIGN_OR_RETURN(index,
-                           PointIndex::Build(scan.points, context, Between(scan.frame, sorted)));
+  RILIEVO_ASSIGN_OR_RETURN(index, build_index(scan.points, scan.frame));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,
                            BuildNeighborGraph(*index, scan.points, options.neighbors, context));
   context.Report(Stage::kNeighbors, 1);
@@ -122,8 +124,7 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   }
   if (count < checked) {
     index.reset();
-    RILIEVO_ASSIGN_OR_RETURN(index,
-                             PointIndex::Build(kept.points, context, Between(kept.frame, sorted)));
+    RILIEVO_ASSIGN_OR_RETURN(index, build_index(kept.points, kept.frame));
     if (count > graph.k) {
       RILIEVO_RETURN_IF_ERROR(RepairGraph(kept, *index, context, &graph));
     } else {  // each list gets shorter
@@ -132,14 +133,16 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
     }
   }
   kept.new_index = std::vector<int>();
-  RILIEVO_ASSIGN_OR_RETURN(std::optional<NeighborGraph> separated,
-                           SeparateSheets(kept.points, *index, graph, context));
-  const NeighborGraph& sheets = separated ? *separated : graph;
+  RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
+                           SeparateSheets(kept.points, *index, context, &graph));
+  index.reset();  // nothing asks for it before it is made again below, and normals need the room
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
-                           EstimateNormals(std::move(kept.points), sheets, context));
+                           EstimateNormals(std::move(kept.points), graph, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
-                           OrientNormals(sheets, &cloud, context));
+                           OrientNormals(graph, &cloud, context));
+  JoinSheets(replaced, &graph);
+  RILIEVO_ASSIGN_OR_RETURN(index, build_index(cloud.points, kept.frame));
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,

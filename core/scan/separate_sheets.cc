@@ -96,38 +96,48 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
 
 }  // namespace
 
-absl::StatusOr<std::optional<NeighborGraph>> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                                            const PointIndex& index,
-                                                            const NeighborGraph& graph,
-                                                            const RunContext& context) {
-  const int count = graph.size();
-  if (count < kLayeredPoints) return std::nullopt;
+absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
+                                             const PointIndex& index, const RunContext& context,
+                                             NeighborGraph* graph) {
+  const int count = graph->size();
+  if (count < kLayeredPoints) return ReplacedLists{};
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);
   std::vector<int> next;
   for (int i = 0; i < count; i += kStride) next.push_back(i);
   Layered layered;
   for (LayerGap gap = kClear; !next.empty(); gap = kBesideClear) {
     const size_t known = layered.pairs.size();
-    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, graph, gap, next, context, &layered));
+    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, gap, next, context, &layered));
     next.clear();
     for (size_t i = known; i < layered.pairs.size(); ++i) looked[layered.pairs[i].point] = 1;
     for (size_t i = known; i < layered.pairs.size(); ++i) {
-      for (const int j : graph.neighbors(layered.pairs[i].point)) {
+      for (const int j : graph->neighbors(layered.pairs[i].point)) {
         if (looked[j] == 0) next.push_back(j);
         looked[j] = 1;
       }
     }
   }
-  if (layered.pairs.empty()) return std::nullopt;
-  NeighborGraph separated = graph;
-  for (size_t i = 0; i < layered.pairs.size(); ++i) {
-    std::copy_n(layered.lists.begin() + static_cast<int64_t>(i) * graph.k, graph.k,
-                separated.indices.begin() + static_cast<int64_t>(layered.pairs[i].point) * graph.k);
+  ReplacedLists replaced;
+  replaced.points.reserve(layered.pairs.size());
+  for (const FacingPair& pair : layered.pairs) replaced.points.push_back(pair.point);
+  replaced.lists = std::move(layered.lists);
+  for (size_t i = 0; i < replaced.points.size(); ++i) {
+    const auto list = replaced.lists.begin() + static_cast<int64_t>(i) * graph->k;
+    std::swap_ranges(list, list + graph->k,
+                     graph->indices.begin() + static_cast<int64_t>(replaced.points[i]) * graph->k);
   }
-  separated.facing = std::move(layered.pairs);
-  std::sort(separated.facing.begin(), separated.facing.end(),
+  graph->facing = std::move(layered.pairs);
+  std::sort(graph->facing.begin(), graph->facing.end(),
             [](const FacingPair& a, const FacingPair& b) { return a.point < b.point; });
-  return separated;
+  return replaced;
+}
+
+void JoinSheets(const ReplacedLists& replaced, NeighborGraph* graph) {
+  for (size_t i = 0; i < replaced.points.size(); ++i) {
+    std::copy_n(replaced.lists.begin() + static_cast<int64_t>(i) * graph->k, graph->k,
+                graph->indices.begin() + static_cast<int64_t>(replaced.points[i]) * graph->k);
+  }
+  graph->facing.clear();
 }
 
 }  // namespace rilievo

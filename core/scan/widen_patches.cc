@@ -26,8 +26,8 @@ struct Widener {
   const NeighborGraph& graph;
   const std::vector<float>& noise;
   int base_count;  // points in a patch before the first round
-  std::vector<PatchPlane> planes;
-  std::vector<float> base_spread;
+  std::vector<PatchPlane>& planes;
+  std::vector<float> base_spread = {};
 
   // Standard error of the normal; the points of a patch grow with its area.
   double NormalError(int i) const {
@@ -59,14 +59,9 @@ struct Widener {
 
   absl::Status Run(const RunContext& context, std::vector<PatchMoments>* patches) {
     const auto count = static_cast<int64_t>(patches->size());
-    planes.resize(patches->size());
     base_spread.resize(patches->size());
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) {
-        planes[i] = FitPlane((*patches)[i]);
-        base_spread[i] = static_cast<float>(planes[i].spread);
-      }
-    }));
+    std::transform(planes.begin(), planes.end(), base_spread.begin(),
+                   [](const PatchPlane& plane) { return static_cast<float>(plane.spread); });
     std::vector<PatchMoments> wider(patches->size());
     std::vector<uint8_t> widened(patches->size());
     for (int round = 0; round < kMaxRounds; ++round) {
@@ -107,7 +102,8 @@ int Stride(const std::vector<float>& noise, const std::vector<float>& spacing) {
 // their lists, or the nearest.
 absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int stride,
                          const PointIndex& thinned, const std::vector<PatchMoments>& wide,
-                         const RunContext& context, std::vector<PatchMoments>* patches) {
+                         const RunContext& context, std::vector<PatchMoments>* patches,
+                         std::vector<PatchPlane>* planes) {
   return ParallelFor(points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       PatchSum sum;
@@ -128,6 +124,7 @@ absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& gr
         add(nearest);
       }
       (*patches)[i] = sum.Mean();
+      (*planes)[i] = FitPlane((*patches)[i]);
     }
   });
 }
@@ -136,27 +133,31 @@ absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& gr
 
 absl::Status WidenPatches(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                           const std::vector<float>& noise, const std::vector<float>& spacing,
-                          const RunContext& context, std::vector<PatchMoments>* patches) {
+                          const RunContext& context, std::vector<PatchMoments>* patches,
+                          std::vector<PatchPlane>* planes) {
   const int base_count = graph.k + 1;
   const int64_t stride = Stride(noise, spacing);
   const int64_t thinned_count = (points.cols() + stride - 1) / stride;
   if (stride == 1 || thinned_count <= graph.k) {
-    return Widener{points, graph, noise, base_count, {}, {}}.Run(context, patches);
+    return Widener{points, graph, noise, base_count, *planes}.Run(context, patches);
   }
   Eigen::Matrix3Xd thinned(3, thinned_count);
   std::vector<float> thinned_noise(static_cast<size_t>(thinned_count));
   std::vector<PatchMoments> wide(static_cast<size_t>(thinned_count));
+  std::vector<PatchPlane> wide_planes(static_cast<size_t>(thinned_count));
   for (int64_t i = 0; i < thinned_count; ++i) {
     thinned.col(i) = points.col(i * stride);
     thinned_noise[i] = noise[i * stride];
     wide[i] = (*patches)[i * stride];
+    wide_planes[i] = (*planes)[i * stride];
   }
   RILIEVO_ASSIGN_OR_RETURN(const PointIndex index, PointIndex::Build(thinned, context));
   RILIEVO_ASSIGN_OR_RETURN(const NeighborGraph thinned_graph,
                            BuildNeighborGraph(index, thinned, NeighborOptions{}, context));
-  Widener widener{thinned, thinned_graph, thinned_noise, base_count, {}, {}};
+  Widener widener{thinned, thinned_graph, thinned_noise, base_count, wide_planes};
   RILIEVO_RETURN_IF_ERROR(widener.Run(context, &wide));
-  return SpreadToAll(points, graph, static_cast<int>(stride), index, wide, context, patches);
+  return SpreadToAll(points, graph, static_cast<int>(stride), index, wide, context, patches,
+                     planes);
 }
 
 }  // namespace rilievo

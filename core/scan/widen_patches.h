@@ -15,9 +15,11 @@ namespace rilievo {
 // patches, so it costs 17 additions a point and no wider search; patches across an edge are left
 // out. Where noise is thicker than the spacing the rounds run on every n-th point, whose patches
 // still hold all points. Patches of clean scans stay as they are.
+// `planes`: those of the patches, before and after.
 // `noise`: measurement noise at each point, unit frame; `spacing`: see OrientedCloud.
 absl::Status WidenPatches(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                           const std::vector<float>& noise, const std::vector<float>& spacing,
-                          const RunContext& context, std::vector<PatchMoments>* patches);
+                          const RunContext& context, std::vector<PatchMoments>* patches,
+                          std::vector<PatchPlane>* planes);
 
 }  // namespace rilievo

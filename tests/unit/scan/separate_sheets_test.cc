@@ -17,8 +17,9 @@ NeighborGraph Separate(const Eigen::Matrix3Xd& points, int threads = 2) {
   RunContext context;
   context.threads = threads;
   const PointIndex index(points);
-  const NeighborGraph graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
-  return SeparateSheets(points, index, graph, context).value().value_or(graph);
+  NeighborGraph graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
+  EXPECT_TRUE(SeparateSheets(points, index, context, &graph).ok());
+  return graph;
 }
 
 // A plate of two unit squares, its wall and its noise in spacings; points come by turns.

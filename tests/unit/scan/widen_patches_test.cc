@@ -25,11 +25,16 @@ Widened WidenOn(const KnownCloud& known, double noise, Eigen::Matrix3Xd* truth) 
   Widened result;
   result.before = ComputePatchMoments(prepared.scan.points, prepared.graph, RunContext{}).value();
   result.after = result.before;
+  std::vector<PatchPlane> planes;
+  for (const PatchMoments& patch : result.before) planes.push_back(FitPlane(patch));
   EXPECT_TRUE(WidenPatches(prepared.scan.points, prepared.graph, level, spacing, RunContext{},
-                           &result.after)
+                           &result.after, &planes)
                   .ok());
   result.normals.resize(3, static_cast<int64_t>(count));
-  for (size_t i = 0; i < count; ++i) result.normals.col(i) = FitPlane(result.after[i]).normal;
+  for (size_t i = 0; i < count; ++i) {
+    EXPECT_EQ(planes[i].normal, FitPlane(result.after[i]).normal);
+    result.normals.col(i) = planes[i].normal;
+  }
   *truth = prepared.normals;
   return result;
 }
