@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "core/displacement/normal_equations.h"
 
@@ -46,6 +47,29 @@ constexpr float kEdgeCostShare = 0.5f;
 constexpr float kFarthestSpacings = 1.0f;
 constexpr float kFarthestNoises = 3.0f;
 
+// Comparisons of lanes, which Eigen makes one by one: all bits of a lane that passes.
+using RawLanes = float __attribute__((vector_size(kLaneCount * sizeof(float))));
+using LaneMask = int __attribute__((vector_size(kLaneCount * sizeof(int))));
+
+RawLanes Raw(const Lanes& lanes) {
+  RawLanes raw;
+  std::memcpy(&raw, lanes.data(), sizeof(raw));
+  return raw;
+}
+
+LaneMask AtMost(const Lanes& a, const Lanes& b) { return Raw(a) <= Raw(b); }
+
+// The values of the lanes that pass, 0 in the others.
+Lanes Where(LaneMask mask, const Lanes& values) {
+  const RawLanes raw = Raw(values);
+  LaneMask bits;
+  std::memcpy(&bits, &raw, sizeof(bits));
+  bits &= mask;
+  Lanes kept;
+  std::memcpy(kept.data(), &bits, sizeof(bits));
+  return kept;
+}
+
 int Padded(int count) { return (count + kLaneCount - 1) / kLaneCount * kLaneCount; }
 
 Lanes At(const std::vector<float>& values, int i) {
@@ -82,9 +106,10 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
   }
   const int padded = Padded(patch_size_);
   std::vector<float>* const scratch[] = {&far_u_,      &far_v_,      &far_height_, &far_weight_,
-                                         &far_square_, &far_window_, &u_,          &v_,
-                                         &height_,     &weight_,     &kept_weight_};
+                                         &far_square_, &u_,          &v_,          &height_,
+                                         &weight_,     &kept_weight_};
   for (std::vector<float>* array : scratch) array->resize(padded + kLaneCount);
+  far_window_.resize(padded);
   inside_.resize(kWindowCount);
 }
 
@@ -92,6 +117,7 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
   const float scale = 1.0f / request.spacing;
   const Eigen::Vector3f& normal = request.foot_normal;
   const float sheet = kSheetNoises * request.noise * scale + kSheetSpacings;
+  std::array<LaneMask, kWindowCount> inside_lanes = {};
   for (int i = 0; i < Padded(patch_size_); i += kLaneCount) {
     const Lanes x = (At(patch_[0], i) - ray.origin[0]) * scale;
     const Lanes y = (At(patch_[1], i) - ray.origin[1]) * scale;
@@ -105,30 +131,33 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
     const Lanes keep = (1.0f - turn * (1.0f / kNormalCutoff)).max(0.0f);
     const Lanes square = u * u + v * v;
     const Lanes excess = (height.abs() - sheet).max(0.0f);
-    const Lanes near_sheet = (excess * excess <= kSteepest * kSteepest * square).cast<float>();
+    const LaneMask near_sheet = AtMost(excess * excess, kSteepest * kSteepest * square);
     Put(&far_u_, i) = u;
     Put(&far_v_, i) = v;
     Put(&far_height_, i) = height;
     Put(&far_square_, i) = square;
-    const Lanes weight = keep * keep * near_sheet;
+    const Lanes weight = Where(near_sheet, keep * keep);
     Put(&far_weight_, i) = weight;
-    Lanes window_of = Lanes::Zero();
-    for (const WindowSize& size : kWindows) {
-      window_of += (square >= 0.25f * size.points || weight <= 0.0f).cast<float>();
+    const LaneMask weighs = Raw(weight) > 0.0f;
+    LaneMask window_of = {};
+    for (int w = 0; w < kWindowCount; ++w) {
+      const LaneMask inside = weighs & (Raw(square) < 0.25f * kWindows[w].points);
+      window_of -= ~inside;
+      inside_lanes[w] -= inside;
     }
-    Put(&far_window_, i) = window_of;
+    std::memcpy(far_window_.data() + i, &window_of, sizeof(window_of));
   }
   // Sorted by the narrowest window that holds each point.
-  std::array<int, kWindowCount + 2> begin{};
-  for (int i = 0; i < patch_size_; ++i) ++begin[static_cast<int>(far_window_[i]) + 1];
+  std::array<int, kWindowCount> next;
   for (int w = 0; w < kWindowCount; ++w) {
-    begin[w + 1] += begin[w];
-    inside_[w] = begin[w + 1];
+    inside_[w] = 0;
+    for (int lane = 0; lane < kLaneCount; ++lane) inside_[w] += inside_lanes[w][lane];
+    next[w] = w > 0 ? inside_[w - 1] : 0;
   }
   for (int i = 0; i < patch_size_; ++i) {
-    const int w = static_cast<int>(far_window_[i]);
+    const int w = far_window_[i];
     if (w == kWindowCount) continue;
-    const int place = begin[w]++;
+    const int place = next[w]++;
     u_[place] = far_u_[i];
     v_[place] = far_v_[i];
     height_[place] = far_height_[i];
@@ -145,18 +174,19 @@ bool LocalFitter::DropOutliers(float scale, int inside, float most,
                                const Eigen::Matrix<double, kTerms, 1>& fit) {
   Lanes coefficients[kTerms], basis[kTerms];
   for (int a = 0; a < kTerms; ++a) coefficients[a] = Lanes::Constant(static_cast<float>(fit[a]));
-  bool dropped = false;
+  LaneMask dropped = {};
   for (int i = 0; i < Padded(inside); i += kLaneCount) {
     Basis<kTerms>(At(u_, i) * scale, At(v_, i) * scale, basis);
     Lanes residual = At(height_, i);
     for (int a = 0; a < kTerms; ++a) residual -= coefficients[a] * basis[a];
     const Lanes weight = At(weight_, i);
-    const Lanes keep = (residual.abs() <= most).cast<float>();
-    const bool any = (weight * keep != weight).any();
-    Put(&kept_weight_, i) = weight * keep;
-    dropped |= any;
+    const Lanes kept = Where(AtMost(residual.abs(), Lanes::Constant(most)), weight);
+    Put(&kept_weight_, i) = kept;
+    dropped |= Raw(kept) != Raw(weight);
   }
-  return dropped;
+  int any = 0;
+  for (int lane = 0; lane < kLaneCount; ++lane) any |= dropped[lane];
+  return any != 0;
 }
 
 template <int kTerms>

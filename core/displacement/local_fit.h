@@ -80,7 +80,8 @@ class LocalFitter {
   // Structures of arrays, padded to whole lanes with points of weight 0.
   std::vector<float> patch_[6];  // position, normal
   int patch_size_ = 0;
-  std::vector<float> far_u_, far_v_, far_height_, far_weight_, far_square_, far_window_;
+  std::vector<float> far_u_, far_v_, far_height_, far_weight_, far_square_;
+  std::vector<int> far_window_;                               // the narrowest that holds each point
   std::vector<float> u_, v_, height_, weight_, kept_weight_;  // by window
   std::vector<int> inside_;                                   // points within each window
 };

@@ -1,9 +1,7 @@
 #include "core/displacement/neighbor_queue.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <functional>
 
 namespace rilievo {
 namespace {
@@ -39,7 +37,7 @@ inline float Key(const Projected& at, const QueueGate& gate) {
 NeighborQueue::NeighborQueue(const RayCloud& cloud, const NeighborGraph& graph)
     : cloud_(cloud), graph_(graph), marks_(kMarks) {
   queue_.reserve(kMostMarked);
-  hubs_.reserve(kMostMarked);
+  hubs_.Reserve(kMostMarked);
 }
 
 int NeighborQueue::Descend(const Ray& ray, const QueueGate& gate, int start) const {
@@ -96,14 +94,14 @@ void NeighborQueue::Pull(int index, bool covered, Mark& mark) {
   const float key = Key(at, gate_);
   queue_.push_back({index, at.u, at.v, at.height, key});
   if (covered) return;
-  hubs_.push_back(static_cast<uint64_t>(std::bit_cast<uint32_t>(key)) << 32 |
-                  static_cast<uint32_t>(index));
-  std::push_heap(hubs_.begin(), hubs_.end(), std::greater<>());
+  hubs_.Push(KeyHeap::KeyOf(key, index));
 }
 
 void NeighborQueue::Open(int point) {
+  const std::span<const int> neighbors = graph_.neighbors(point);
+  for (int neighbor : neighbors) __builtin_prefetch(&cloud_.points[neighbor]);
   int rank = 0;
-  for (int neighbor : graph_.neighbors(point)) {
+  for (int neighbor : neighbors) {
     const bool covers = rank++ < gate_.covered_ranks;
     Mark& mark = Find(neighbor);
     if (!IsSeen(mark)) {
@@ -118,7 +116,7 @@ void NeighborQueue::Start(const Ray& ray, const QueueGate& gate, int start) {
   ray_ = ray;
   gate_ = gate;
   queue_.clear();
-  hubs_.clear();
+  hubs_.Clear();
   marked_ = 0;
   constexpr uint32_t kMostRays = 0x7fffffff;
   if (ray_number_++ == kMostRays) {  // forget what earlier rays left
@@ -132,11 +130,8 @@ void NeighborQueue::Start(const Ray& ray, const QueueGate& gate, int start) {
 bool NeighborQueue::Grow(int wanted, float max_radius) {
   while (static_cast<int>(queue_.size()) < wanted) {
     if (hubs_.empty() || marked_ + graph_.k >= kMostMarked) return false;
-    const float key = std::bit_cast<float>(static_cast<uint32_t>(hubs_.front() >> 32));
-    if (key > max_radius * max_radius) return false;
-    const int point = static_cast<int>(static_cast<uint32_t>(hubs_.front()));
-    std::pop_heap(hubs_.begin(), hubs_.end(), std::greater<>());
-    hubs_.pop_back();
+    if (KeyHeap::ValueOf(hubs_.First()) > max_radius * max_radius) return false;
+    const int point = KeyHeap::IndexOf(hubs_.Pop());
     if (!IsCovered(Find(point))) Open(point);
   }
   return true;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/key_heap.h"
 #include "core/displacement/ray_cloud.h"
 #include "core/scan/neighbor_graph.h"
 
@@ -79,8 +80,7 @@ class NeighborQueue {
   Ray ray_;
   QueueGate gate_;
   std::vector<QueuedPoint> queue_;
-  // Those to be opened, a heap: bits of the key, which is not negative, above those of the point.
-  std::vector<uint64_t> hubs_;
+  KeyHeap hubs_;  // those to be opened, by their keys
   std::vector<Mark> marks_;
   uint32_t ray_number_ = 0;
   int marked_ = 0;
