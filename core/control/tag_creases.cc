@@ -10,6 +10,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/bridge_creases.h"
 #include "core/control/judge_edges.h"
 #include "core/control/quadric.h"
 #include "core/geometry/mesh_topology.h"
@@ -28,6 +29,8 @@ constexpr double kRunEvidence = 24;
 constexpr double kCornerCosine = 0.64;
 // Pull of a vertex to its place, beside one for each plane through it.
 constexpr double kStay = 0.003;
+// A vertex comes no farther from the points.
+constexpr double kReachSpacings = 1.5;
 // Least cosine between the normals of a face before and after its corners moved.
 constexpr double kUpright = 0.3;
 
@@ -243,7 +246,7 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
       const Vector3d to = from + share * way;
-      if (!KeepsFacesUpright(*mesh, faces[v], v, to) || !IsReached(cloud, index, to)) continue;
+      if (!KeepsFacesUpright(*mesh, faces[v], v, to) || !IsReached(cloud, index, to, kReachSpacings)) continue;
       mesh->vertices.col(v) = to;
       break;
     }
@@ -276,7 +279,7 @@ std::vector<int> TurningCorners(const ControlMesh& mesh, const MeshTopology& top
       const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
       const Vector3d from = mesh.vertices.col(v), to = mesh.vertices.col(a == v ? b : a);
       chord[k] = (to - from).normalized();
-      way[k] = WayOut(*judgements[e].planes, from, to);
+      way[k] = judgements[e].planes ? WayOut(*judgements[e].planes, from, to) : chord[k];
     }
     if (-chord[0].dot(chord[1]) < kCornerCosine && -way[0].dot(way[1]) < kCornerCosine) {
       corners.push_back(v);
@@ -316,6 +319,9 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (mesh->creases.empty()) {
       *mesh = given;
     } else {
+      BridgeCreases(*mesh, topology, &tags);
+      OpenTriangles(topology, *mesh, &tags);
+      mesh->creases = CreasesOf(topology, tags);
       mesh->corners = TurningCorners(*mesh, topology, judgements, tags);
     }
     return absl::OkStatus();

@@ -27,6 +27,8 @@ constexpr float kForetoldDeviations = 1.5f;
 // A side's plane is not believed farther off the height that was sampled.
 constexpr float kFarthestSpacings = 1.0f;
 constexpr float kFarthestNoises = 3.0f;
+// The sides of a crease are not believed to meet farther from the points.
+constexpr double kReachSpacings = 1;
 
 }  // namespace
 
@@ -167,7 +169,7 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexR
       if (!met || !(IsInBounds(vertex, met->height) || !samples_.measured[vertex])) continue;
       const Eigen::Vector3d place =
           limit_.positions.col(vertex) + met->height * limit_.normals.col(vertex);
-      if (IsReached(cloud, index_, place)) Store(vertex, met);
+      if (IsReached(cloud, index_, place, kReachSpacings)) Store(vertex, met);
     }
   }));
   return FitSides(cloud, rings, sectors);

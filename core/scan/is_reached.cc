@@ -4,12 +4,12 @@
 
 namespace rilievo {
 
-bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place) {
-  constexpr double kSpacings = 1.5, kNoises = 3;
+bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place,
+               double spacings) {
   int nearest = 0;
   double square = 0;
   index.Nearest(place, 1, &nearest, &square);
-  return std::sqrt(square) < kSpacings * cloud.spacing[nearest] + kNoises * cloud.noise[nearest];
+  return std::sqrt(square) < spacings * cloud.spacing[nearest] + cloud.noise[nearest];
 }
 
 }  // namespace rilievo

@@ -9,8 +9,9 @@
 namespace rilievo {
 
 // A crease or corner lies about a spacing from the points of its sides; the crossing of planes that
-// meet flatly may lie anywhere. True within 1.5 spacings and 3 deviations of noise of the point
-// nearest to `place` (unit frame). `index` holds the points of `cloud`.
-bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place);
+// meet flatly may lie anywhere. True within so many `spacings` and a deviation of noise of the
+// point nearest to `place` (unit frame). `index` holds the points of `cloud`.
+bool IsReached(const OrientedCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place,
+               double spacings);
 
 }  // namespace rilievo

@@ -12,10 +12,10 @@ TEST(IsReachedTest, AsFarAsSpacingAndNoiseOfTheNearestPointGo) {
   cloud.spacing = {0.1f, 1.0f};
   cloud.noise = {0, 0.1f};
   const PointIndex index(cloud.points);
-  EXPECT_TRUE(IsReached(cloud, index, {0, 0.14, 0}));
-  EXPECT_FALSE(IsReached(cloud, index, {0, 0.16, 0}));
-  EXPECT_TRUE(IsReached(cloud, index, {10, 0, 1.75}));
-  EXPECT_FALSE(IsReached(cloud, index, {10, 0, 1.85}));
+  EXPECT_TRUE(IsReached(cloud, index, {0, 0.14, 0}, 1.5));
+  EXPECT_FALSE(IsReached(cloud, index, {0, 0.16, 0}, 1.5));
+  EXPECT_TRUE(IsReached(cloud, index, {10, 0, 1.05}, 1));
+  EXPECT_FALSE(IsReached(cloud, index, {10, 0, 1.15}, 1));
 }
 
 }  // namespace
