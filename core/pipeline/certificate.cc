@@ -145,8 +145,9 @@ Shape PointsToMeasure(OrientedCloud cloud) {
 absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
+  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
   if (points != nullptr) {
-    RILIEVO_ASSIGN_OR_RETURN(error, MeasureSurface(decoded, *points, context));
+    RILIEVO_ASSIGN_OR_RETURN(error, MeasureTriangles(triangles, *points, context));
     certificate->error_rms = error.rms;
     certificate->error_mean = error.mean;
     certificate->error_p95 = error.p95;
@@ -155,7 +156,8 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, co
     certificate->surface_to_scan = Distance(error.a_to_b);
     certificate->scan_to_surface = Distance(error.b_to_a);
   }
-  RILIEVO_ASSIGN_OR_RETURN(certificate->folds, CountFolds(decoded, context));
+  RILIEVO_ASSIGN_OR_RETURN(certificate->folds,
+                           CountFolds(decoded, triangles.vertices, triangles.triangles, context));
   certificate->filled_share = ShareOf(HeightSource::kFilled, decoded);
   // Few of them leave no flags in the file, and files written before there were any have none: then
   // the maker's word stands.

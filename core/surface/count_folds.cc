@@ -1,7 +1,10 @@
 #include "core/surface/count_folds.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/loop/refinement.h"
 
@@ -29,17 +32,29 @@ absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunCon
   DisplacedSurface unit = surface;
   unit.frame = {};
   RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  return CountFolds(surface, mesh.vertices, mesh.triangles, context);
+}
+
+absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
+                                   const Eigen::Matrix3Xd& vertices,
+                                   const Eigen::Matrix3Xi& triangles, const RunContext& context) {
   const int coarser = std::max(0, surface.max_level - 1);
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(surface.control_mesh, coarser, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const LimitSurface limit,
       EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
-  int64_t folds = 0;
-  for (const auto face : mesh.triangles.colwise()) {
-    folds += IsTurnedOver(face, mesh.vertices, limit);
-  }
-  return folds;
+  std::atomic<int64_t> folds = 0;
+  constexpr int64_t kFacesPerTask = 16384;
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(triangles.cols(), kFacesPerTask, context, [&](int64_t begin, int64_t end) {
+        int64_t here = 0;
+        for (int64_t f = begin; f < end; ++f) {
+          here += IsTurnedOver(triangles.col(f), vertices, limit);
+        }
+        folds += here;
+      }));
+  return folds.load();
 }
 
 }  // namespace rilievo

@@ -1,6 +1,7 @@
 // Where displacement has turned the surface over.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 
 #include "absl/status/statusor.h"
@@ -15,5 +16,11 @@ namespace rilievo {
 // do neither.
 // INVALID_ARGUMENT as Tessellate().
 absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunContext& context);
+
+// The same of a surface whose triangles are there already: `vertices` and `triangles` of its finest
+// level, in the unit frame.
+absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
+                                   const Eigen::Matrix3Xd& vertices,
+                                   const Eigen::Matrix3Xi& triangles, const RunContext& context);
 
 }  // namespace rilievo
