@@ -143,9 +143,9 @@ absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
     report->uncoded_error = report->error.across_rms;
     return absl::OkStatus();
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      report->error.b_to_a,
-      MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(report->error.b_to_a,
+                           MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context,
+                                           1 << (2 * report->max_level)));
   return absl::OkStatus();
 }
 

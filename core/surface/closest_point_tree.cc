@@ -89,8 +89,9 @@ double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const
 template <typename BoxOfItem>
 class ClosestPointTree::Builder {
  public:
-  Builder(const BoxOfItem& box_of, const RunContext& context, std::vector<Center>& centers)
-      : box_of_(box_of), context_(context), centers_(centers) {}
+  Builder(const BoxOfItem& box_of, int brood, const RunContext& context,
+          std::vector<Center>& centers)
+      : box_of_(box_of), brood_(brood), context_(context), centers_(centers) {}
 
   // The nodes over centers [begin, end), at least one; the first is the root. Returns the box of
   // all. Unfinished once a stop was requested.
@@ -106,8 +107,9 @@ class ClosestPointTree::Builder {
       if (from == to) continue;
       Box part;
       if (to - from == 1) {
-        nodes[at].child[slot] = ~from;
-        part = box_of_(centers_[from].item);
+        int32_t child = 0;
+        part = Place(from * brood_, centers_[from].brood * brood_, brood_, nodes, &child);
+        nodes[at].child[slot] = child;
       } else {
         nodes[at].child[slot] = static_cast<int32_t>(nodes.size());
         part = Split(from, to, nodes);
@@ -138,7 +140,7 @@ class ClosestPointTree::Builder {
     std::nth_element(centers_.begin() + begin, centers_.begin() + begin + half,
                      centers_.begin() + end, [axis](const Center& a, const Center& b) {
                        if (a.at[axis] != b.at[axis]) return a.at[axis] < b.at[axis];
-                       return a.item < b.item;
+                       return a.brood < b.brood;
                      });
     return begin + half;
   }
@@ -160,6 +162,27 @@ class ClosestPointTree::Builder {
   }
 
  private:
+  // The `count` items from `item` on, a power of four, in the tree's places from `place` on.
+  // `child` says where they are; returns their box.
+  Box Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* child) {
+    if (count == 1) {
+      *child = ~place;
+      return box_of_(item);
+    }
+    const int at = *child = static_cast<int32_t>(nodes.size());
+    nodes.push_back(EmptyNode());
+    Box all;
+    const int quarter = count / kWidth;
+    for (int slot = 0; slot < kWidth; ++slot) {
+      int32_t below = 0;
+      const Box part = Place(place + slot * quarter, item + slot * quarter, quarter, nodes, &below);
+      nodes[at].child[slot] = below;
+      SetBox(part, slot, nodes[at]);
+      all.Add(part);
+    }
+    return all;
+  }
+
   // Four parts of nearly equal size.
   void Cut(int begin, int end, int part_begin[kWidth + 1]) {
     part_begin[0] = begin;
@@ -174,6 +197,7 @@ class ClosestPointTree::Builder {
   }
 
   const BoxOfItem& box_of_;
+  const int brood_;  // items
   const RunContext& context_;
   std::vector<Center>& centers_;
 };
@@ -181,16 +205,16 @@ class ClosestPointTree::Builder {
 // A large tree has a root, its four children and their sixteen, each made by a job of its own: the
 // same tree for any number of threads.
 template <typename BoxOfItem>
-absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, const RunContext& context,
-                                          std::vector<Center>& centers) {
-  Builder<BoxOfItem> builder(box_of, context, centers);
+absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
+                                          const RunContext& context, std::vector<Center>& centers) {
+  Builder<BoxOfItem> builder(box_of, brood, context, centers);
   const int count = static_cast<int>(centers.size());
-  constexpr int kSmall = 4096;
-  if (count <= kSmall) {
+  constexpr int kJobs = kWidth * kWidth;
+  constexpr int kSmall = 4096;  // items
+  if (count <= kSmall / brood || count < kWidth * kJobs) {
     builder.Split(0, count, nodes_);
     return context.CheckStop();
   }
-  constexpr int kJobs = kWidth * kWidth;
   std::array<int, kJobs + 1> first;
   first[0] = 0;
   first[kJobs] = count;
@@ -207,7 +231,7 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, const RunCont
   std::array<Box, kJobs> boxes;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
     for (int64_t job = begin; job < end; ++job) {
-      subtrees[job].reserve(static_cast<size_t>(first[job + 1] - first[job]) * 3 / 8);
+      subtrees[job].reserve(static_cast<size_t>(first[job + 1] - first[job]) * brood * 3 / 8);
       boxes[job] = builder.Split(first[job], first[job + 1], subtrees[job]);
     }
   }));
@@ -245,7 +269,7 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, const RunCont
 
 absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
                                                          const Eigen::Matrix3Xi& triangles,
-                                                         const RunContext& context) {
+                                                         const RunContext& context, int brood) {
   ClosestPointTree tree;
   tree.points_ = triangles.cols() == 0;
   const int count = static_cast<int>(tree.points_ ? vertices.cols() : triangles.cols());
@@ -273,16 +297,25 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     }
     return box;
   };
-  std::vector<Center> centers(count);
+  if (count % brood != 0) brood = 1;
+  std::vector<Center> centers(count / brood);
   constexpr int64_t kBlock = 8192;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-    for (int i = static_cast<int>(begin); i < end; ++i) {
-      const Box box = box_of(i);
-      for (int k = 0; k < 3; ++k) centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
-      centers[i].item = i;
-    }
-  }));
-  RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, context, centers));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(centers.size()), kBlock / brood, context,
+                                      [&](int64_t begin, int64_t end) {
+                                        for (int i = static_cast<int>(begin); i < end; ++i) {
+                                          // Of a brood, one of each quarter tells the middle well
+                                          // enough.
+                                          Box box;
+                                          const int quarter = std::max(1, brood / kWidth);
+                                          for (int item = i * brood; item < (i + 1) * brood;
+                                               item += quarter)
+                                            box.Add(box_of(item));
+                                          for (int k = 0; k < 3; ++k)
+                                            centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
+                                          centers[i].brood = i;
+                                        }
+                                      }));
+  RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, brood, context, centers));
 
   tree.items_.resize(count);
   tree.vertices_.resize(3, vertices.cols());
@@ -292,7 +325,8 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   }
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const int item = tree.items_[i] = centers[i].item;
+      const auto within = static_cast<int>(i % brood);
+      const int item = tree.items_[i] = centers[i / brood].brood * brood + within;
       if (tree.points_) {
         tree.vertices_.col(i) = corner(item, 0);
       } else {

@@ -24,9 +24,11 @@ class ClosestPointTree {
  public:
   // `triangles` empty: the items are the points themselves. Indices must be in range, coordinates
   // finite, and there must be at least one item. CANCELLED is the only error.
+  // `brood`: a power of four; so many triangles in a row come of one by repeated quartering, as
+  // those of a subdivision surface do. The tree takes their order over where it would sort them.
   static absl::StatusOr<ClosestPointTree> Build(const Eigen::Matrix3Xd& vertices,
                                                 const Eigen::Matrix3Xi& triangles,
-                                                const RunContext& context);
+                                                const RunContext& context, int brood = 1);
 
   // The item nearest to `point`; `hint` (an item index, e.g. the result for a point close by)
   // makes the search shorter and never changes the distance. -1: no hint.
@@ -59,16 +61,16 @@ class ClosestPointTree {
     float hi[3][kWidth];
     int32_t child[kWidth];
   };
-  // The middle of an item's box.
+  // The middle of a brood's box.
   struct Center {
     float at[3];
-    int item;
+    int brood;
   };
   template <typename BoxOfItem>
   class Builder;
 
   template <typename BoxOfItem>
-  absl::Status BuildNodes(const BoxOfItem& box_of, const RunContext& context,
+  absl::Status BuildNodes(const BoxOfItem& box_of, int brood, const RunContext& context,
                           std::vector<Center>& centers);
 
   // Lets `best` take items; those beyond its radius, which shrinks as it takes some, are passed by.

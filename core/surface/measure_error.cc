@@ -302,12 +302,12 @@ absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableSha
 
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
                                                 const MeasureOptions& options,
-                                                const RunContext& context) {
+                                                const RunContext& context, int brood) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckShape(from, "from"));
   RILIEVO_RETURN_IF_ERROR(CheckShape(to, "to"));
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree,
-                           ClosestPointTree::Build(to.vertices, to.triangles, context));
+                           ClosestPointTree::Build(to.vertices, to.triangles, context, brood));
   std::vector<int> order(from.triangles.cols() > 0 ? from.triangles.cols() : from.vertices.cols());
   std::iota(order.begin(), order.end(), 0);
   RILIEVO_ASSIGN_OR_RETURN(const OneWay way,

@@ -71,9 +71,10 @@ absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableSha
                                              const RunContext& context);
 
 // One direction of it: from samples and vertices of `from`, or its points, to `to`. Quickest where
-// neighbours in the numbering of `from` are neighbours in space.
+// neighbours in the numbering of `from` are neighbours in space. `brood`: of the triangles of `to`,
+// as for ClosestPointTree.
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
                                                 const MeasureOptions& options,
-                                                const RunContext& context);
+                                                const RunContext& context, int brood = 1);
 
 }  // namespace rilievo

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "gtest/gtest.h"
@@ -86,6 +87,25 @@ TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
 }
 
 // Map coordinates: boxes in float would be decimetres wide there, were they not relative.
+TEST(ClosestPointTreeTest, BroodsChangeNoDistance) {
+  // Few and many broods, and a number of triangles that is no multiple of theirs.
+  for (const auto& [count, brood] :
+       {std::pair(16, 16), {160, 16}, {6400, 64}, {6400, 4}, {63, 4}}) {
+    const Shape shape = TriangleSoup(count, 1);
+    const auto sorted = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext());
+    const auto tree = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext(), brood);
+    ASSERT_TRUE(sorted.ok() && tree.ok());
+    const std::set<int> all(tree->source().begin(), tree->source().end());
+    EXPECT_EQ(static_cast<int>(all.size()), count);
+    for (int i = 0; i < 300; ++i) {
+      const Vector3d p = (i % 3 == 0 ? 10.0 : 1.2) * CounterPoint(7000000 + i);
+      const ClosestPointTree::Hit hit = tree->Closest(p);
+      ASSERT_EQ(hit.squared_distance, sorted->Closest(p).squared_distance) << count;
+      ASSERT_EQ(hit.squared_distance, tree->SquaredDistanceTo(hit.item, p));
+    }
+  }
+}
+
 TEST(ClosestPointTreeTest, StaysExactFarFromTheOrigin) {
   Shape shape = TriangleSoup(2000, 0.5);
   const Vector3d offset(500000, 4600000, 1000);
