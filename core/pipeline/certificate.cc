@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/base/sha256.h"
@@ -142,12 +143,14 @@ Shape PointsToMeasure(OrientedCloud cloud) {
   return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
+                                             const SearchableShape* points,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
   if (points != nullptr) {
-    RILIEVO_ASSIGN_OR_RETURN(error, MeasureTriangles(triangles, *points, context));
+    RILIEVO_ASSIGN_OR_RETURN(error,
+                             MeasureAgainst(triangles, *points, MeasureOptions{kSamples}, context));
     certificate->error_rms = error.rms;
     certificate->error_mean = error.mean;
     certificate->error_p95 = error.p95;
@@ -190,19 +193,19 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
   DssMetadata found = decoded.metadata;
   const bool with_errors = verification.scan == StatedScan::kSame;
   RunContext measure = context;
-  Shape points;
+  std::optional<SearchableShape> points;
   if (with_errors) {
     RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
     measure.seed = stated.seed;
     found.scan_points = scan->points.cols();
     if (decoded.metadata.error_rms >= 0) {
-      RILIEVO_ASSIGN_OR_RETURN(points, PointsUsed(*scan, stated, decoded.surface.frame, measure));
+      RILIEVO_ASSIGN_OR_RETURN(Shape used,
+                               PointsUsed(*scan, stated, decoded.surface.frame, measure));
+      RILIEVO_ASSIGN_OR_RETURN(points, MakeSearchable(std::move(used), measure));
     }
   }
-  RILIEVO_RETURN_IF_ERROR(CertifySurface(decoded.surface,
-                                         points.vertices.cols() > 0 ? &points : nullptr, measure,
-                                         &found)
-                              .status());
+  RILIEVO_RETURN_IF_ERROR(
+      CertifySurface(decoded.surface, points ? &*points : nullptr, measure, &found).status());
   verification.figures = Compare(decoded.metadata, found, with_errors);
   return verification;
 }

@@ -45,7 +45,8 @@ Shape PointsToMeasure(OrientedCloud cloud);
 // file tells no height to be smoothed (few, or a file that is not whole or older) that share is the
 // maker's word.
 // Gives the errors; all zero without points.
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded, const Shape* points,
+absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
+                                             const SearchableShape* points,
                                              const RunContext& context, DssMetadata* certificate);
 
 struct CertifiedFigure {

@@ -98,17 +98,30 @@ DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options
 // What is left of a scan when its surface is made; the rest of its memory goes.
 Shape PointsAlone(ScanSurface scan) { return PointsToMeasure(std::move(scan.cloud)); }
 
+absl::StatusOr<SearchableShape> MakeSearchable(Shape points,
+                                               std::optional<ClosestPointTree> points_tree,
+                                               const RunContext& context) {
+  if (!points_tree) return MakeSearchable(std::move(points), context);
+  return SearchableShape{std::move(points), *std::move(points_tree)};
+}
+
 // Decodes the bytes that go out, and writes into them what they are worth.
-absl::Status Certify(const Shape& points, DssMetadata metadata, const ReconstructOptions& options,
-                     const RunContext& context, EncodedSurface* encoded,
-                     ReconstructReport* report) {
+absl::Status Certify(Shape points, const ReconstructOptions& options, const RunContext& context,
+                     CodedRelief* relief, ReconstructReport* report) {
   RunContext silent = context;  // progress has passed this stage
   silent.progress = nullptr;
   const StageTimer timer(Stage::kMeasure, silent, report);
+  EncodedSurface* encoded = &relief->encoded;
+  DssMetadata metadata = relief->metadata;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded->Concatenate(), silent));
+  std::optional<SearchableShape> to_measure;
+  if (options.measure) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        to_measure, MakeSearchable(std::move(points), std::move(relief->points_tree), silent));
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       report->error,
-      CertifySurface(decoded.surface, options.measure ? &points : nullptr, silent, &metadata));
+      CertifySurface(decoded.surface, to_measure ? &*to_measure : nullptr, silent, &metadata));
   report->max_error = options.encode.max_error.value_or(0);
   const double reached =
       options.measure ? report->error.across_rms : OwnError(*report, options.measure);
@@ -150,8 +163,9 @@ absl::StatusOr<CodedRelief> Relieve(const ScanSurface& scan, const ControlMesh& 
   }
   const auto fit = given ? FitDomain : FitUnderNoise;
   RILIEVO_ASSIGN_OR_RETURN(const Domain domain, fit(scan, start, options, context, report));
+  const bool with_tree = options.measure;
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
-                           MakeRelief(scan, domain, metadata, options, context, report));
+                           MakeRelief(scan, domain, metadata, options, context, report, with_tree));
   RILIEVO_RETURN_IF_ERROR(KeepError(scan, options, context, report, &relief).status());
   return relief;
 }
@@ -171,10 +185,9 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Reconstru
   const DssMetadata metadata = MetadataOf(scan, options, context.seed, *report);
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
                            Relieve(cleaned, coarse, metadata, options, context, report));
-  const Shape points = PointsAlone(std::move(cleaned));
+  Shape points = PointsAlone(std::move(cleaned));
   ReturnFreedMemory();
-  RILIEVO_RETURN_IF_ERROR(
-      Certify(points, relief.metadata, options, context, &relief.encoded, report));
+  RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &relief, report));
   result.encoded = std::move(relief.encoded);
   result.surface = std::move(relief.surface);
 

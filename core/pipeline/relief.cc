@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/codec/prepare_control_mesh.h"
 #include "core/control/cut_openings.h"
@@ -222,7 +223,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
 absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
-                                       ReconstructReport* report) {
+                                       ReconstructReport* report, bool with_tree) {
   RILIEVO_ASSIGN_OR_RETURN(Relief relief, DisplaceAndCut(scan, &domain, options, context, report));
   if (options.measure) {
     const bool to_keep = options.encode.max_error.has_value();
@@ -234,8 +235,18 @@ absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
       static_cast<double>(report->heights_smoothed) / static_cast<double>(report->surface_vertices);
   coded.position_step = domain.position_step;
   coded.surface = std::move(relief.surface);
-  RILIEVO_ASSIGN_OR_RETURN(
-      coded.encoded, Encode(coded, CodingErrorFor(options, *report), options, context, report));
+  // The encoder keeps one thread busy.
+  const auto encode = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(
+        coded.encoded, Encode(coded, CodingErrorFor(options, *report), options, context, report));
+    return absl::OkStatus();
+  };
+  const auto make_tree = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(coded.points_tree,
+                             ClosestPointTree::Build(scan.cloud.points, {}, context));
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(with_tree ? SideBySide(context, encode, make_tree) : encode());
   return coded;
 }
 

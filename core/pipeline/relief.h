@@ -1,12 +1,15 @@
 // From one control mesh to the bytes of a surface.
 #pragma once
 
+#include <optional>
+
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/dss.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/scan/scan_surface.h"
+#include "core/surface/closest_point_tree.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -32,17 +35,19 @@ struct CodedRelief {
   EncodedSurface encoded;    // room is kept for the figures of the certificate
   DssMetadata metadata;
   double position_step = 0;
+  // Of the scan's points, where it was asked for.
+  std::optional<ClosestPointTree> points_tree = std::nullopt;
 };
 
 // Samples heights over the domain, cuts it where the scan turns out to have an opening, measures
 // how far the surface lies from the points and encodes it. Fills in what the report says of these
 // stages; its error is that of the surface before coding: with encode.max_error as the certificate
 // measures it, else from the points alone. `metadata`: what is known before. RESOURCE_EXHAUSTED
-// also when encode.max_bytes cannot be kept.
+// also when encode.max_bytes cannot be kept. `with_tree`: makes that of the points beside.
 absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
-                                       ReconstructReport* report);
+                                       ReconstructReport* report, bool with_tree = false);
 
 // The surface coded once more, with an RMS error of the heights of `coding_error`.
 absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double coding_error,

@@ -1,0 +1,70 @@
+#include "core/base/side_by_side.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+#include <stdexcept>
+#include <thread>
+
+namespace rilievo {
+namespace {
+
+TEST(SideBySideTest, BothRunAndTheFirstIsTheCallers) {
+  for (const int threads : {1, 2, 4}) {
+    RunContext context;
+    context.threads = threads;
+    const std::thread::id caller = std::this_thread::get_id();
+    for (int round = 0; round < 200; ++round) {
+      int first = 0, second = 0;
+      const absl::Status status = SideBySide(
+          context,
+          [&] {
+            EXPECT_EQ(std::this_thread::get_id(), caller);
+            first = round;
+            return absl::OkStatus();
+          },
+          [&] {
+            second = round;
+            return absl::OkStatus();
+          });
+      ASSERT_TRUE(status.ok());
+      ASSERT_EQ(first, round);
+      ASSERT_EQ(second, round);
+    }
+  }
+}
+
+TEST(SideBySideTest, TheSecondRunsMeanwhile) {
+  RunContext context;
+  context.threads = 2;
+  std::promise<void> came;
+  const absl::Status status = SideBySide(
+      context,
+      [&] {
+        EXPECT_EQ(came.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
+        return absl::OkStatus();
+      },
+      [&] {
+        came.set_value();
+        return absl::OkStatus();
+      });
+  EXPECT_TRUE(status.ok());
+}
+
+TEST(SideBySideTest, ErrorsAndExceptionsOfEither) {
+  RunContext context;
+  context.threads = 2;
+  const auto fine = [] { return absl::OkStatus(); };
+  const auto stopped = [] { return absl::CancelledError("stopped"); };
+  const auto faulty = [] { return absl::InternalError("faulty"); };
+  const auto throws = []() -> absl::Status { throw std::runtime_error("thrown"); };
+  EXPECT_EQ(SideBySide(context, stopped, fine), stopped());
+  EXPECT_EQ(SideBySide(context, fine, faulty), faulty());
+  EXPECT_EQ(SideBySide(context, stopped, faulty), stopped());
+  EXPECT_THROW(SideBySide(context, throws, fine).IgnoreError(), std::runtime_error);
+  EXPECT_THROW(SideBySide(context, fine, throws).IgnoreError(), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace rilievo
