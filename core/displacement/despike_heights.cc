@@ -16,8 +16,8 @@ constexpr int kMostRing = 64;
 constexpr int kLeastPairs = 2;
 constexpr float kRingDepartures = 4.0f;
 constexpr float kDeviations = 5.0f;
-constexpr float kSpacings = 0.5f;
-constexpr float kCreaseSpacings = 1.5f;  // the same where a crease told the height
+constexpr float kSpacings = 0.25f;
+constexpr float kCreaseSpacings = 0.75f;  // the same where a crease told the height
 
 struct Departure {
   float height = 0;  // of the vertex over `expected`

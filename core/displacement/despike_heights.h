@@ -20,9 +20,9 @@ struct Spike {
 // ring by the least of those: 0 on slopes and along the crest of an edge. On the rim of an open
 // domain the two neighbours along it are such a pair, and the lines through the others tell its
 // height as well, for a crest may end there. A vertex is a spike when it departs by far more than
-// the vertices of its ring do from theirs, than their noise, and than half a local spacing; three
-// times that where a crease told the height (samples.crease). Ascending by vertex. `rings`: those
-// of `finest`.
+// the vertices of its ring do from theirs, than their noise, and than a quarter of a local spacing;
+// three times that where a crease told the height (samples.crease). Ascending by vertex. `rings`:
+// those of `finest`.
 absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const VertexRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context);

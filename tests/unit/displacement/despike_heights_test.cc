@@ -55,9 +55,9 @@ TEST_F(SheetHeights, WhatACreaseToldMayStandOutFarther) {
   Set([](double, double) { return 0.0; });
   const int vertex = kInside;
   samples.crease[vertex] = 1;
-  samples.height[vertex] = 0.014f;
+  samples.height[vertex] = 0.007f;
   EXPECT_THAT(Found(), ::testing::IsEmpty());
-  samples.height[vertex] = 0.016f;
+  samples.height[vertex] = 0.008f;
   EXPECT_THAT(Found(), ::testing::ElementsAre(vertex));
 }
 

@@ -39,6 +39,54 @@ TEST(HeightSamplerTest, FindsTheSurfaceFromAnyStartOnItsSide) {
   }
 }
 
+// A rod as thick as six points stand apart: chords between its points lie a tenth of the radius
+// deep.
+TEST(HeightSamplerTest, AThinRodIsRoundBetweenItsPoints) {
+  constexpr double kRadius = 0.01;
+  Random random(4);
+  Points points;
+  for (int i = 0; i < 2000; ++i) {
+    const double angle = Uniform(&random, 0, 2 * M_PI);
+    const Eigen::Vector3d out(std::cos(angle), std::sin(angle), 0);
+    points.Add(kRadius * out + Eigen::Vector3d(0, 0, Uniform(&random, -0.5, 0.5)), out);
+  }
+  const Sampled rod(points);
+  HeightSampler sampler(rod.cloud, rod.scan.graph, DisplacementOptions());
+  double squares = 0;
+  int hits = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double angle = 2.4 * i;
+    const Eigen::Vector3d out(std::cos(angle), std::sin(angle), 0), from(0, 0, i / 400.0 - 0.375);
+    int start = 0;
+    double squared = 0;
+    rod.scan.index.Nearest(from + kRadius * out, 1, &start, &squared);
+    const auto estimate = sampler.Pierce(MakeRay(from + 0.9 * kRadius * out, out), start, 0);
+    if (!estimate) continue;
+    ++hits;
+    squares += std::pow(estimate->height - 0.1 * kRadius, 2);
+  }
+  EXPECT_GT(hits, 280);
+  EXPECT_LT(std::sqrt(squares / hits), 0.05 * kRadius);
+}
+
+TEST(HeightSamplerTest, OneNormalThatLeansDoesNotBendAPlane) {
+  Random random(5);
+  Points points = ReliefPoints(0.2, 6400, &random, [](double, double) { return 0.0; });
+  for (size_t i = 0; i < points.normal.size(); i += 40) {
+    points.normal[i] = Eigen::Vector3d(std::sin(0.7), 0, std::cos(0.7));
+  }
+  const Sampled sheet(points);
+  HeightSampler sampler(sheet.cloud, sheet.scan.graph, DisplacementOptions());
+  double squares = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Ray ray = MakeRay({0.3 * (i % 20) / 20 - 0.15, 0.3 * (i / 20) / 20 - 0.15, 0}, {0, 0, 1});
+    const auto estimate = sampler.Pierce(ray, 0, 0);
+    ASSERT_TRUE(estimate.has_value());
+    squares += std::pow(estimate->height / estimate->spacing, 2) / 400;
+  }
+  EXPECT_LT(std::sqrt(squares), 0.02);
+}
+
 TEST(HeightSamplerTest, OfTwoSheetsThatFaceAlikeTheReferenceDecides) {
   Random random(1);
   const auto flat = [](double, double) { return 0.0; };
