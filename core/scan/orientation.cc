@@ -9,6 +9,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/scan/component_bridges.h"
+#include "core/scan/flipped_faces.h"
 #include "core/scan/inside_out.h"
 #include "core/scan/normal_relations.h"
 #include "core/scan/orientation_patches.h"
@@ -97,6 +98,13 @@ std::vector<uint8_t> SignsOf(const Eigen::Matrix3Xd& normals) {
   return signs;
 }
 
+// Which normals are no longer what they were. `signs`: theirs then.
+std::vector<uint8_t> Turned(const std::vector<uint8_t>& signs, const Eigen::Matrix3Xd& normals) {
+  std::vector<uint8_t> turned = SignsOf(normals);
+  for (size_t i = 0; i < turned.size(); ++i) turned[i] ^= signs[i];
+  return turned;
+}
+
 // The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
 // longer those that the links were found for.
 std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
@@ -151,8 +159,9 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
   RILIEVO_RETURN_IF_ERROR(TurnInsideOut(patches, links, cloud, context));
-  std::vector<uint8_t> turned = SignsOf(cloud->normals);
-  for (size_t i = 0; i < turned.size(); ++i) turned[i] ^= unoriented[i];
+  RILIEVO_RETURN_IF_ERROR(TurnFlippedFaces(
+      patches, Agreements(patches, links, Turned(unoriented, cloud->normals)), cloud, context));
+  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   cloud->contested = Contested(patches, Agreements(patches, std::move(links), turned));
 
   OrientationResult result;

@@ -9,6 +9,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/kernighan_lin.h"
 #include "core/scan/parity_sets.h"
 
 namespace rilievo {
@@ -170,33 +171,6 @@ Eigen::MatrixXd WeightsBetween(const std::vector<int>& group_of, int groups,
     weights(b, a) += net;
   }
   return weights;
-}
-
-// One pass of Kernighan and Lin 1970: turns each group once, always the one that gains most or
-// loses least, and keeps the best of the states on the way. Returns what was gained.
-double KernighanLinPass(const Eigen::MatrixXd& weights, Eigen::VectorXd* signs) {
-  const int64_t count = weights.rows();
-  Eigen::VectorXd turned = *signs, best = *signs;
-  Eigen::VectorXd against = -(weights * turned).cwiseProduct(turned);  // half the gain of a turn
-  std::vector<uint8_t> locked(static_cast<size_t>(count), 0);
-  double gain = 0, best_gain = 0;
-  for (int64_t step = 0; step < count; ++step) {
-    int64_t next = -1;
-    for (int64_t i = 0; i < count; ++i) {
-      if (locked[i] == 0 && (next < 0 || against[i] > against[next])) next = i;
-    }
-    gain += against[next];
-    locked[next] = 1;
-    turned[next] = -turned[next];
-    against += 2 * turned[next] * weights.col(next).cwiseProduct(-turned);
-    against[next] = -(weights.col(next).dot(turned)) * turned[next];
-    if (gain > best_gain) {
-      best_gain = gain;
-      best = turned;
-    }
-  }
-  *signs = best;
-  return best_gain;
 }
 
 // Which of the groups to turn, searched for among all of them at once.

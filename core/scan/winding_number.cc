@@ -13,17 +13,6 @@ constexpr size_t kChildren = 4;
 // Radii from which a cell counts as one dipole.
 constexpr double kFar = 2.0;
 
-double ShareOfSurface(double spacing) { return std::numbers::pi / 4 * spacing * spacing; }
-
-// Squared length over which a point's dipole is spread: half of its share over pi, and its noise,
-// for points off the surface see each other edgewise no longer.
-double Blur(double spacing, double noise) { return spacing * spacing / 8 + 4 * noise * noise; }
-
-double Dipole(const Eigen::Vector3d& area, const Eigen::Vector3d& offset, double blur) {
-  const double squared = offset.squaredNorm() + blur;
-  return squared > 0 ? area.dot(offset) / (squared * std::sqrt(squared)) : 0;
-}
-
 }  // namespace
 
 WindingField::WindingField(const OrientedCloud& cloud, std::vector<int> members)
@@ -38,18 +27,20 @@ void WindingField::AddLeaves() {
     Cell& cell = leaves[leaf];
     const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
     for (size_t m = begin; m < end; ++m) {
+      const Dipole dipole = DipoleOf(cloud_, members_[m]);
       const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
-      cell.center += share * cloud_.points.col(members_[m]);
-      cell.area += share * cloud_.normals.col(members_[m]);
-      cell.blur += share * Blur(cloud_.spacing[members_[m]], cloud_.noise[members_[m]]);
+      cell.sum.position += share * dipole.position;
+      cell.sum.area += dipole.area;
+      cell.sum.blur += share * dipole.blur;
       cell.size += share;
     }
     if (cell.size > 0) {
-      cell.center /= cell.size;
-      cell.blur /= cell.size;
+      cell.sum.position /= cell.size;
+      cell.sum.blur /= cell.size;
     }
     for (size_t m = begin; m < end; ++m) {
-      cell.radius = std::max(cell.radius, (cloud_.points.col(members_[m]) - cell.center).norm());
+      const double reach = (cloud_.points.col(members_[m]) - cell.sum.position).norm();
+      cell.radius = std::max(cell.radius, reach);
     }
   }
   levels_.push_back(std::move(leaves));
@@ -62,50 +53,59 @@ void WindingField::AddLevel() {
     Cell& cell = level[at];
     const size_t begin = at * kChildren, end = std::min(below.size(), begin + kChildren);
     for (size_t child = begin; child < end; ++child) {
-      cell.center += below[child].size * below[child].center;
-      cell.area += below[child].area;
-      cell.blur += below[child].size * below[child].blur;
-      cell.size += below[child].size;
+      const Cell& part = below[child];
+      cell.sum.position += part.size * part.sum.position;
+      cell.sum.area += part.sum.area;
+      cell.sum.blur += part.size * part.sum.blur;
+      cell.size += part.size;
     }
     if (cell.size > 0) {
-      cell.center /= cell.size;
-      cell.blur /= cell.size;
+      cell.sum.position /= cell.size;
+      cell.sum.blur /= cell.size;
     }
     for (size_t child = begin; child < end; ++child) {
-      const double reach = (below[child].center - cell.center).norm() + below[child].radius;
+      const Cell& part = below[child];
+      const double reach = (part.sum.position - cell.sum.position).norm() + part.radius;
       cell.radius = std::max(cell.radius, reach);
     }
   }
   levels_.push_back(std::move(level));
 }
 
-double WindingField::Seen(size_t level, size_t cell, const Eigen::Vector3d& position) const {
+template <typename Visit>
+void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
+                               const Visit& visit) const {
   const Cell& seen = levels_[level][cell];
-  const Eigen::Vector3d offset = seen.center - position;
-  if (offset.squaredNorm() > kFar * kFar * (seen.radius * seen.radius + seen.blur)) {
-    return Dipole(seen.area, offset, seen.blur);
-  }
-  double sum = 0;
-  if (level == 0) {
+  const double far = kFar * kFar * (seen.radius * seen.radius + seen.sum.blur);
+  if ((seen.sum.position - position).squaredNorm() > far) {
+    visit(seen.sum);
+  } else if (level == 0) {
     const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
-    for (size_t m = cell * kLeafPoints; m < end; ++m) {
-      const int i = members_[m];
-      sum += ShareOfSurface(cloud_.spacing[i]) * Dipole(cloud_.normals.col(i),
-                                                        cloud_.points.col(i) - position,
-                                                        Blur(cloud_.spacing[i], cloud_.noise[i]));
+    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+  } else {
+    const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
+    for (size_t child = cell * kChildren; child < end; ++child) {
+      ForEachSeen(level - 1, child, position, visit);
     }
-    return sum;
   }
-  const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
-  for (size_t child = cell * kChildren; child < end; ++child) {
-    sum += Seen(level - 1, child, position);
-  }
-  return sum;
 }
 
 double WindingField::At(const Eigen::Vector3d& position) const {
-  if (members_.empty()) return 0;
-  return Seen(levels_.size() - 1, 0, position) * (0.25 * std::numbers::inv_pi);
+  double sum = 0;
+  if (!members_.empty()) {
+    ForEachSeen(levels_.size() - 1, 0, position,
+                [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
+  }
+  return sum * (0.25 * std::numbers::inv_pi);
+}
+
+Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  if (!members_.empty()) {
+    ForEachSeen(levels_.size() - 1, 0, position,
+                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
+  }
+  return sum;
 }
 
 }  // namespace rilievo

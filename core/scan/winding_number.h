@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "core/scan/dipole.h"
 #include "core/scan/oriented_cloud.h"
 
 namespace rilievo {
@@ -20,18 +21,23 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
+  // Minus the gradient of the winding number, without its jumps across the points themselves: the
+  // rest of a surface goes on here with normals along it. Per length, unit frame.
+  Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
+
  private:
   // Points that lie together.
   struct Cell {
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, summed
-    double size = 0;                                 // area, however it is turned
+    Dipole sum;       // of areas; position and blur are the mean of its points'
+    double size = 0;  // area, however it is turned
     double radius = 0;
-    double blur = 0;  // squared length, the mean of its points'
   };
   void AddLeaves();
   void AddLevel();
-  double Seen(size_t level, size_t cell, const Eigen::Vector3d& position) const;
+  // Calls visit(dipole) for all points of a cell, those far from the position as one.
+  template <typename Visit>
+  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
+                   const Visit& visit) const;
 
   const OrientedCloud& cloud_;
   std::vector<int> members_;
