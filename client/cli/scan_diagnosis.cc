@@ -157,7 +157,7 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(std::move(checked), {}, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const ControlMeshResult control,
-      BuildControlMesh(surface.cloud, surface.graph, surface.index, {}, context));
+      BuildControlMesh(surface.graph, surface.index, {}, context, &surface.cloud));
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
 
   d.outliers = surface.outliers;
@@ -180,7 +180,6 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.genus = control.genus;
   RILIEVO_ASSIGN_OR_RETURN(d.loop_lengths, LoopLengths(control.mesh, d.diagonal));
   // How many faces stay under the noise shows in the fit alone.
-  if (control.normals.cols() > 0) surface.cloud.normals = control.normals;
   ReconstructReport fitted;
   RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                            FitUnderNoise(surface, control.mesh, {}, context, &fitted));

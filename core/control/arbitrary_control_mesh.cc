@@ -30,24 +30,41 @@ constexpr int kFinerThanControl = 8;
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
 
+// A zero set and the finest cell of its function, unit frame.
+struct ZeroSet {
+  ControlMesh mesh;
+  double finest_cell = 0;
+};
+
+// Of a function of the cloud, whose normals take the sides that it found.
+absl::StatusOr<ZeroSet> FindZeroSet(const NeighborGraph& graph, const PointIndex& index,
+                                    const ImplicitOptions& options, const RunContext& context,
+                                    OrientedCloud* cloud) {
+  RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
+                           FitImplicitFunction(*cloud, graph, index, options, context));
+  for (size_t i = 0; i < function.sides.size(); ++i) {
+    if (function.sides[i] < 0) cloud->normals.col(static_cast<int64_t>(i)) *= -1;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh, ExtractIsoSurface(function, context));
+  return ZeroSet{std::move(mesh), function.finest_cell()};
+}
+
 }  // namespace
 
-absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
-                                                   const NeighborGraph& graph,
-                                                   const PointIndex& index, BoundaryRule boundary,
-                                                   int target_faces, const RunContext& context,
-                                                   CreaseRule creases) {
+absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
+                                                 const PointIndex& index, BoundaryRule boundary,
+                                                 int target_faces, const RunContext& context,
+                                                 OrientedCloud* oriented, CreaseRule creases) {
+  const OrientedCloud& cloud = *oriented;
   ImplicitOptions implicit;
   implicit.closed = boundary == BoundaryRule::kClose;
-  RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
-                           FitImplicitFunction(given, graph, index, implicit, context));
-  OrientedCloud cloud = given;
-  cloud.normals = function.normals;
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh iso_surface, ExtractIsoSurface(function, context));
+  RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set,
+                           FindZeroSet(graph, index, implicit, context, oriented));
   context.Report(Stage::kControlMesh, 0.5);
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed,
-                           TrimSurface(SplitPinchedVertices(iso_surface), cloud, index, boundary,
-                                       TrimOptions{}, context));
+  zero_set.mesh = SplitPinchedVertices(zero_set.mesh);
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed, TrimSurface(zero_set.mesh, cloud, index, boundary,
+                                                            TrimOptions{}, context));
+  zero_set.mesh = ControlMesh();
   if (trimmed.faces.cols() == 0) {
     return absl::FailedPreconditionError(absl::StrCat(
         "no surface was found in the ", cloud.points.cols(),
@@ -56,7 +73,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   }
   context.Report(Stage::kControlMesh, 0.6);
   const double smallest_loop = kSmallestHandleSpacings * std::numbers::pi *
-                               std::max(cloud.median_spacing, function.finest_cell());
+                               std::max(cloud.median_spacing, zero_set.finest_cell);
   // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
@@ -65,6 +82,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   }
   RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
                            RemoveSmallHandles(trimmed, smallest_loop, context));
+  trimmed = ControlMesh();
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   ControlMesh control = std::move(clean.mesh);
   if (creases == CreaseRule::kAuto) {
@@ -83,7 +101,7 @@ absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& given,
   if (creases == CreaseRule::kAuto) {
     RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &control));
   }
-  return ArbitraryRoad{std::move(control), std::move(cloud.normals)};
+  return control;
 }
 
 }  // namespace rilievo

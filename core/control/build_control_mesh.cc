@@ -25,10 +25,10 @@ absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlO
                                                        " was asked for")};
 }
 
-absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
-                                     const NeighborGraph& graph, const PointIndex& index,
-                                     const ControlOptions& options, const RunContext& context,
-                                     Eigen::Matrix3Xd* normals) {
+absl::StatusOr<ControlMesh> TakeRoad(Topology road, const NeighborGraph& graph,
+                                     const PointIndex& index, const ControlOptions& options,
+                                     const RunContext& context, OrientedCloud* oriented) {
+  const OrientedCloud& cloud = *oriented;
   const int target_faces =
       options.target_faces > 0 ? options.target_faces : DefaultControlFaces(cloud);
   switch (road) {
@@ -42,11 +42,8 @@ absl::StatusOr<ControlMesh> TakeRoad(Topology road, const OrientedCloud& cloud,
     case Topology::kArbitrary:
       break;
   }
-  RILIEVO_ASSIGN_OR_RETURN(ArbitraryRoad found,
-                           ArbitraryControlMesh(cloud, graph, index, options.boundary, target_faces,
-                                                context, options.creases));
-  *normals = std::move(found.normals);
-  return std::move(found.mesh);
+  return ArbitraryControlMesh(graph, index, options.boundary, target_faces, context, oriented,
+                              options.creases);
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {
@@ -100,26 +97,26 @@ int DefaultControlFaces(const OrientedCloud& cloud) {
   return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
 }
 
-absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
-                                                   const NeighborGraph& graph,
+absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,
                                                    const PointIndex& index,
                                                    const ControlOptions& options,
-                                                   const RunContext& context) {
+                                                   const RunContext& context,
+                                                   OrientedCloud* cloud) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kControlMesh, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(cloud, options, context));
+  RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(*cloud, options, context));
   ControlMeshResult result;
   result.road = choice.road;
   result.reason = choice.reason;
-  auto mesh = TakeRoad(result.road, cloud, graph, index, options, context, &result.normals);
+  auto mesh = TakeRoad(result.road, graph, index, options, context, cloud);
   const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh &&
                              result.road != Topology::kArbitrary;
   if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
     result.reason = absl::StrCat("arbitrary after ", TopologyName(result.road),
                                  " was tried: ", mesh.status().message());
     result.road = Topology::kArbitrary;
-    mesh = TakeRoad(result.road, cloud, graph, index, options, context, &result.normals);
+    mesh = TakeRoad(result.road, graph, index, options, context, cloud);
   }
   RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));

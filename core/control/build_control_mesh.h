@@ -42,9 +42,6 @@ struct ControlMeshResult {
   ControlMesh mesh;    // unit frame
   Topology road;       // never kAuto
   std::string reason;  // one sentence: why this road
-  // The cloud's normals, turned where the surface found runs the other way; empty where the road
-  // does not look at their sides.
-  Eigen::Matrix3Xd normals;
   int components = 0;
   int boundary_loops = 0;
   int genus = 0;
@@ -56,10 +53,10 @@ int DefaultControlFaces(const OrientedCloud& cloud);
 
 // FAILED_PRECONDITION when the chosen road cannot serve the cloud, with the road that could.
 // When the road was chosen here and fails so, the road arbitrary is taken and the reason says it.
-absl::StatusOr<ControlMeshResult> BuildControlMesh(const OrientedCloud& cloud,
-                                                   const NeighborGraph& graph,
+// The road arbitrary turns the cloud's normals where the surface that it finds runs the other way.
+absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,
                                                    const PointIndex& index,
                                                    const ControlOptions& options,
-                                                   const RunContext& context);
+                                                   const RunContext& context, OrientedCloud* cloud);
 
 }  // namespace rilievo

@@ -26,16 +26,13 @@ absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
                                                  const RunContext& context);
 
 // The main road: an implicit function of the oriented points, its iso-surface, trimmed where no
-// point supports it, simplified; its creases tagged unless `creases` says no.
-struct ArbitraryRoad {
-  ControlMesh mesh;
-  Eigen::Matrix3Xd normals;  // the cloud's, see ImplicitFunction
-};
-absl::StatusOr<ArbitraryRoad> ArbitraryControlMesh(const OrientedCloud& cloud,
-                                                   const NeighborGraph& graph,
-                                                   const PointIndex& index, BoundaryRule boundary,
-                                                   int target_faces, const RunContext& context,
-                                                   CreaseRule creases = CreaseRule::kAuto);
+// point supports it, simplified; its creases tagged unless `creases` says no. The cloud's normals
+// take the sides that the function found.
+absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
+                                                 const PointIndex& index, BoundaryRule boundary,
+                                                 int target_faces, const RunContext& context,
+                                                 OrientedCloud* cloud,
+                                                 CreaseRule creases = CreaseRule::kAuto);
 
 // Checks a mesh given by the user: INVALID_ARGUMENT unless it has at most 200 000 faces, is finite,
 // an orientable 2-manifold, and near the cloud: half of either within a quarter of the diagonal of

@@ -70,6 +70,7 @@ LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
   const int usual_depth = static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * usual))));
   const int finest = halvings(*std::min_element(wanted_cells.begin(), wanted_cells.end()));
   LevelPlan plan;
+  plan.of_point.reserve(wanted_cells.size());
   plan.count = std::clamp(1 + usual_depth + finest, 1, kMaxLevels);
   plan.coarsest_cell = usual * (1 << usual_depth);
   for (const float wanted : wanted_cells) {
@@ -87,33 +88,32 @@ absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud, const Le
                                             const RunContext& context, ImplicitFunction* function) {
   const ImplicitLevel& level = function->levels.back();
   const Eigen::Vector3d& origin = function->origin;
-  Eigen::Matrix3Xd* normals = &function->normals;
-  const int64_t count = normals->cols();
+  std::vector<int8_t>& sides = function->sides;
+  const auto count = static_cast<int64_t>(sides.size());
   std::vector<uint8_t> changed(static_cast<size_t>(count), 0);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       if (plan.of_point[i] + 1 != static_cast<int>(function->levels.size())) continue;
       const Eigen::Vector3d point = cloud.points.col(i);
-      auto normal = normals->col(i);
-      const bool silent = normal.isZero(0);
-      if (silent) normal = cloud.normals.col(i);
-      const Eigen::Vector3d step = kProbeCells * level.cell * normal;
+      const bool silent = sides[i] == 0;
+      if (silent) sides[i] = 1;
+      const Eigen::Vector3d step = kProbeCells * level.cell * sides[i] * cloud.normals.col(i);
       const double rise = level.ValueAt(origin, point + step) - level.ValueAt(origin, point - step);
       const bool turn = rise < (silent ? 0 : -kOutvotedDrop);
-      if (turn) normal *= -1;
+      if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
       changed[i] = turn || silent;
     }
   }));
   return std::count(changed.begin(), changed.end(), 1);
 }
 
-// The normals that have a say from the start: contested ones are zero.
-Eigen::Matrix3Xd SureNormals(const OrientedCloud& cloud) {
-  Eigen::Matrix3Xd normals = cloud.normals;
+// Contested normals have no say from the start.
+std::vector<int8_t> SureSides(const OrientedCloud& cloud) {
+  std::vector<int8_t> sides(static_cast<size_t>(cloud.points.cols()), 1);
   for (size_t i = 0; i < cloud.contested.size(); ++i) {
-    if (cloud.contested[i] != 0) normals.col(static_cast<int64_t>(i)).setZero();
+    if (cloud.contested[i] != 0) sides[i] = 0;
   }
-  return normals;
+  return sides;
 }
 
 // Whether the grid has any corner of a cell.
@@ -153,6 +153,9 @@ absl::StatusOr<Speakers> SpeakersFor(const OrientedCloud& cloud, const ImplicitL
         }
       }));
   Speakers speakers;
+  const auto count = strides.size() - std::count(strides.begin(), strides.end(), 0);
+  speakers.points.reserve(count);
+  speakers.spacing.reserve(count);
   for (int i = 0; i < cloud.points.cols(); ++i) {
     if (strides[i] == 0) continue;
     speakers.points.push_back(i);
@@ -170,7 +173,7 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
   RILIEVO_ASSIGN_OR_RETURN(const Speakers speakers,
                            SpeakersFor(cloud, level, function->origin, coarsest, context));
   const ScreenedPoisson system{.cloud = cloud,
-                               .normals = function->normals,
+                               .sides = function->sides,
                                .speakers = speakers,
                                .grid = level.grid,
                                .origin = function->origin,
@@ -212,12 +215,13 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                                                      const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> wanted_cells,
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> wanted_cells,
                            WantedCells(cloud, graph, index, options, context));
   const LevelPlan plan = PlanLevels(wanted_cells);
+  wanted_cells = std::vector<float>();
   ImplicitFunction function;
   function.origin = cloud.points.rowwise().minCoeff();
-  function.normals = SureNormals(cloud);
+  function.sides = SureSides(cloud);
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<ImplicitGrid> refined,
       CellsToRefine(cloud.points, plan.of_point, function.origin, plan.coarsest_cell, plan.count,

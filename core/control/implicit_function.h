@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -40,8 +41,8 @@ struct ImplicitOptions {
 struct ImplicitFunction {
   std::vector<ImplicitLevel> levels;
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // unit frame
-  // Of the cloud's points, with the sides that the function gave to those it outvoted.
-  Eigen::Matrix3Xd normals;
+  // Of the cloud's points: -1 where the function gave the normal the other side, else 1.
+  std::vector<int8_t> sides;
 
   double finest_cell() const { return levels.back().cell; }
 };

@@ -89,15 +89,17 @@ class PoissonOperator {
 
   // out = A in; frozen nodes give 0.
   void Apply(const std::vector<float>& in, std::vector<float>* out) {
-    const int64_t point_count = static_cast<int64_t>(screen_weight_.size());
-    Run(point_count, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) {
-        if (point_nodes_[8 * i] == kNoNode) continue;
-        float sum = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-          sum += point_weights_[8 * i + corner] * in[point_nodes_[8 * i + corner]];
+    Run(cell_count(), [&](int64_t begin, int64_t end) {
+      for (int64_t cell = begin; cell < end; ++cell) {
+        std::array<float, 8> at_corners;
+        for (int corner = 0; corner < 8; ++corner) at_corners[corner] = in[cells_[cell][corner]];
+        for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+          float sum = 0;
+          for (int corner = 0; corner < 8; ++corner) {
+            sum += row_weights_[row][corner] * at_corners[corner];
+          }
+          at_rows_[row] = screen_weight_[row] * sum;
         }
-        at_points_[i] = screen_weight_[i] * sum;
       }
     });
     Run(size_, [&](int64_t begin, int64_t end) {
@@ -137,8 +139,9 @@ class PoissonOperator {
       count += 1;
     }
     float value = count * in[node] - sum;
-    for (int e = screen_begin_[node]; e < screen_begin_[node + 1]; ++e) {
-      value += screen_entry_weight_[e] * at_points_[screen_entry_point_[e]];
+    for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
+      const auto [row, corner] = entries_[e];
+      value += row_weights_[row][corner] * at_rows_[row];
     }
     return value;
   }
@@ -193,24 +196,36 @@ class PoissonOperator {
     return sum;
   }
 
-  // A row for each speaker; those at the rim of the grid, where corners are missing, weigh nothing.
+  // A row for each speaker but those at the rim of the grid, where corners are missing. Speakers in
+  // the same cell mostly follow each other and share its corners.
   void AddScreening(const ScreenedPoisson& system, const Fields& spread) {
     const size_t count = system.speakers.points.size();
-    point_nodes_.assign(8 * count, kNoNode);
-    point_weights_.resize(8 * count);
-    screen_weight_.resize(count);
+    row_weights_.reserve(count);
+    screen_weight_.reserve(count);
     std::vector<NodesAround> around;
+    std::vector<ScreeningRow> rows;
     for (size_t begin = 0; begin < count; begin += kBlock) {
       if (!FindNodes(system, begin, &around)) break;
+      rows.resize(around.size());
       ParallelFor(static_cast<int64_t>(around.size()), 1024, context_,
                   [&](int64_t first, int64_t last) {
                     for (int64_t m = first; m < last; ++m) {
-                      AddScreeningRow(system, spread, around[m], begin + m);
+                      rows[m] = MakeScreeningRow(system, spread, around[m], begin + m);
                     }
                   })
           .IgnoreError();
+      for (const ScreeningRow& row : rows) {
+        if (row.nodes[0] == kNoNode) continue;
+        if (cells_.empty() || cells_.back()[0] != row.nodes[0]) {
+          cells_.push_back(row.nodes);
+          first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
+        }
+        row_weights_.push_back(row.weights);
+        screen_weight_.push_back(row.screen_weight);
+      }
     }
-    at_points_.resize(count);
+    first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
+    at_rows_.resize(row_weights_.size());
   }
 
   static Eigen::Vector3d LatticePoint(const ScreenedPoisson& system, size_t speaker) {
@@ -271,8 +286,8 @@ class PoissonOperator {
       const double spacing = system.speakers.spacing[begin + m] / system.cell;
       TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing, &disc);
       const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
-      const float amount = static_cast<float>(area * (part < 3 ? system.normals(part, i) : 1.0) /
-                                              static_cast<double>(disc.size()));
+      const double share = part < 3 ? system.sides[i] * system.cloud.normals(part, i) : 1.0;
+      const auto amount = static_cast<float>(area * share / static_cast<double>(disc.size()));
       for (const Eigen::Vector3d& offset : disc) {
         const Trilinear weights(at + offset);
         if (disc.size() == 1) {
@@ -287,55 +302,75 @@ class PoissonOperator {
     }
   }
 
-  void AddScreeningRow(const ScreenedPoisson& system, const Fields& spread,
-                       const NodesAround& around, size_t speaker) {
+  struct ScreeningRow {
+    std::array<int, 8> nodes;
+    std::array<float, 8> weights;
+    float screen_weight;
+  };
+
+  static ScreeningRow MakeScreeningRow(const ScreenedPoisson& system, const Fields& spread,
+                                       const NodesAround& around, size_t speaker) {
     const Eigen::Vector3d at = LatticePoint(system, speaker);
-    const Trilinear row(at);
-    const std::array<int, 8> nodes = around.Cell(row.base);
-    if (*std::min_element(nodes.begin(), nodes.end()) < 0) return;
+    const Trilinear weights(at);
+    ScreeningRow row{around.Cell(weights.base), weights.weight, 0};
+    if (*std::min_element(row.nodes.begin(), row.nodes.end()) < 0) {
+      row.nodes[0] = kNoNode;
+      return row;
+    }
     const double spacing = system.speakers.spacing[speaker] / system.cell;
-    std::copy(nodes.begin(), nodes.end(), &point_nodes_[8 * speaker]);
-    std::copy(row.weight.begin(), row.weight.end(), &point_weights_[8 * speaker]);
-    screen_weight_[speaker] = static_cast<float>(system.screening * Coherence(spread, at, around) *
-                                                 std::numbers::pi / 4 * spacing * spacing);
+    row.screen_weight = static_cast<float>(system.screening * Coherence(spread, at, around) *
+                                           std::numbers::pi / 4 * spacing * spacing);
+    return row;
   }
 
-  // The same rows by node, and what they add to the diagonal.
+  // The rows that each node is in, and what they add to the diagonal.
   void TransposeScreening() {
-    screen_begin_.assign(size_ + 1, 0);
-    for (const int node : point_nodes_) {
-      if (node != kNoNode) ++screen_begin_[node + 1];
+    entry_begin_.assign(static_cast<size_t>(size_) + 1, 0);
+    for (int64_t cell = 0; cell < cell_count(); ++cell) {
+      const uint32_t rows = first_row_[cell + 1] - first_row_[cell];
+      for (const int node : cells_[cell]) entry_begin_[node + 1] += rows;
     }
-    for (int node = 0; node < size_; ++node) screen_begin_[node + 1] += screen_begin_[node];
-    screen_entry_point_.resize(screen_begin_.back());
-    screen_entry_weight_.resize(screen_begin_.back());
-    std::vector<int> next(screen_begin_.begin(), screen_begin_.end() - 1);
-    for (size_t e = 0; e < point_nodes_.size(); ++e) {
-      if (point_nodes_[e] == kNoNode) continue;
-      const int slot = next[point_nodes_[e]]++;
-      screen_entry_point_[slot] = static_cast<int>(e / 8);
-      screen_entry_weight_[slot] = point_weights_[e];
+    for (int node = 0; node < size_; ++node) entry_begin_[node + 1] += entry_begin_[node];
+    entries_.resize(entry_begin_.back());
+    // Filling moves each begin to the next node's.
+    for (int64_t cell = 0; cell < cell_count(); ++cell) {
+      for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+        for (uint32_t corner = 0; corner < 8; ++corner) {
+          entries_[entry_begin_[cells_[cell][corner]]++] = {row, corner};
+        }
+      }
     }
+    std::copy_backward(entry_begin_.begin(), entry_begin_.end() - 1, entry_begin_.end());
+    entry_begin_.front() = 0;
     Run(size_, [&](int64_t begin, int64_t end) {
       for (int64_t node = begin; node < end; ++node) {
-        for (int e = screen_begin_[node]; e < screen_begin_[node + 1]; ++e) {
-          diagonal_[node] += screen_weight_[screen_entry_point_[e]] * screen_entry_weight_[e] *
-                             screen_entry_weight_[e];
+        for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
+          const auto [row, corner] = entries_[e];
+          const float weight = row_weights_[row][corner];
+          diagonal_[node] += screen_weight_[row] * weight * weight;
         }
       }
     });
   }
+
+  int64_t cell_count() const { return static_cast<int64_t>(cells_.size()); }
 
   const RunContext& context_;
   int size_;
   std::vector<int> neighbors_;  // 6 a node, -1 for none
   std::vector<uint8_t> free_;
   std::vector<float> diagonal_, right_side_;
-  std::vector<int> point_nodes_;  // 8 a screening row
-  std::vector<float> point_weights_;
-  std::vector<float> screen_weight_, at_points_;        // one a screening row
-  std::vector<int> screen_begin_, screen_entry_point_;  // the same rows, by node
-  std::vector<float> screen_entry_weight_;
+  // The screening: rows of 8 weights, those of cell c from first_row_[c] on. A cell that the
+  // speakers come back to is there more than once.
+  std::vector<std::array<int, 8>> cells_;  // their corners
+  std::vector<uint32_t> first_row_;
+  std::vector<std::array<float, 8>> row_weights_;
+  std::vector<float> screen_weight_, at_rows_;
+  struct Entry {
+    uint32_t row : 29, corner : 3;
+  };
+  std::vector<uint32_t> entry_begin_;  // by node
+  std::vector<Entry> entries_;        // rows ascending
   std::vector<double> block_sums_;
 };
 

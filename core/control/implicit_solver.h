@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -18,8 +19,9 @@ struct Speakers {
 };
 
 struct ScreenedPoisson {
-  const OrientedCloud& cloud;       // points, and the planes they lie on
-  const Eigen::Matrix3Xd& normals;  // of the cloud's points; zero: the point does not know its side
+  const OrientedCloud& cloud;  // points, and the planes they lie on
+  // Of the cloud's points: 1, -1: the normal points to the other side, 0: it is not known to which.
+  const std::vector<int8_t>& sides;
   const Speakers& speakers;
   const ImplicitGrid& grid;
   Eigen::Vector3d origin;  // unit frame, position of node (0, 0, 0)

@@ -71,7 +71,7 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
     }
   }
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult result,
-                           BuildControlMesh(scan.cloud, scan.graph, scan.index, control, context));
+                           BuildControlMesh(scan.graph, scan.index, control, context, &scan.cloud));
   report->road = TopologyName(result.road);
   report->road_reason = result.reason;
   report->components = result.components;
@@ -79,7 +79,6 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
   report->genus = result.genus;
   report->control_vertices = static_cast<int>(result.mesh.vertices.cols());
   report->control_faces = static_cast<int>(result.mesh.faces.cols());
-  if (result.normals.cols() > 0) scan.cloud.normals = std::move(result.normals);
   return std::move(result.mesh);
 }
 

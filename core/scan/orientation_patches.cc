@@ -111,8 +111,9 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
     next.assign(1, 0);
     for (int level = first; level < last; ++level) next.push_back(next.back() + count[level]);
     list.resize(static_cast<size_t>(total));
+    const auto width = static_cast<unsigned>(last - first);
     RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {
-      if (levels[edge] < first || levels[edge] >= last) return;
+      if (static_cast<unsigned>(levels[edge] - first) >= width) return;
       const int b = graph.indices[edge];
       list[next[levels[edge] - first]++] = {static_cast<int>(edge / graph.k),
                                             relations[edge] < 0 ? ~b : b};

@@ -18,11 +18,10 @@ TEST(ArbitraryControlMeshTest, KeepsGenusAndComponents) {
                {MakePair(), kSphereArea, 1, 2},
                {MakeSphere(), kSphereArea, 0, 1}};
   for (const auto& test : cases) {
-    const OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
-    const ControlMesh mesh = ArbitraryControlMesh(shape.cloud, shape.graph, shape.index,
-                                                  BoundaryRule::kKeep, 1000, RunContext{})
-                                 .value()
-                                 .mesh;
+    OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
+    const ControlMesh mesh = ArbitraryControlMesh(shape.graph, shape.index, BoundaryRule::kKeep,
+                                                  1000, RunContext{}, &shape.cloud)
+                                 .value();
     const TopologySummary topology =
         SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
     EXPECT_TRUE(topology.manifold()) << test.shape->name();
@@ -38,10 +37,9 @@ TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
   const auto run = [&](int threads) {
     RunContext context;
     context.threads = threads;
-    return ArbitraryControlMesh(shape.cloud, shape.graph, shape.index, BoundaryRule::kKeep, 400,
-                                context)
-        .value()
-        .mesh;
+    OrientedCloud cloud = shape.cloud;
+    return ArbitraryControlMesh(shape.graph, shape.index, BoundaryRule::kKeep, 400, context, &cloud)
+        .value();
   };
   const ControlMesh one = run(1), three = run(3);
   EXPECT_EQ(one.faces, three.faces);

@@ -8,12 +8,12 @@
 namespace rilievo {
 namespace {
 
-absl::StatusOr<ControlMeshResult> Build(const OrientedCloud& cloud, const ControlOptions& options,
+absl::StatusOr<ControlMeshResult> Build(OrientedCloud cloud, const ControlOptions& options,
                                         const RunContext& context = RunContext()) {
   const PointIndex index(cloud.points);
   auto graph = BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext());
   if (!graph.ok()) return graph.status();
-  return BuildControlMesh(cloud, *graph, index, options, context);
+  return BuildControlMesh(*graph, index, options, context, &cloud);
 }
 
 TEST(BuildControlMesh, AutoTakesThePlanarRoadOverATerrain) {

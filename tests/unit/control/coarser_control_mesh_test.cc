@@ -13,9 +13,8 @@ ControlMesh MeshOf(const OrientedShape& shape) {
   ControlOptions options;
   options.topology = Topology::kArbitrary;
   options.target_faces = 800;
-  return BuildControlMesh(shape.cloud, shape.graph, shape.index, options, RunContext{})
-      .value()
-      .mesh;
+  OrientedCloud cloud = shape.cloud;
+  return BuildControlMesh(shape.graph, shape.index, options, RunContext{}, &cloud).value().mesh;
 }
 
 TEST(CoarserControlMeshTest, FewerFacesOfTheSameTopologyOnTheSurface) {

@@ -31,8 +31,9 @@ TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
   grid.AddBox({0, 0, 0}, {20, 20, 20});
   grid.Seal();
   std::vector<float> values(grid.size(), 0.0f);
+  const std::vector<int8_t> sides(speakers.points.size(), 1);
   const ScreenedPoisson system{.cloud = cloud,
-                               .normals = cloud.normals,
+                               .sides = sides,
                                .speakers = speakers,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
@@ -56,8 +57,9 @@ TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
   ImplicitGrid grid;
   grid.AddBox(Eigen::Vector3i::Constant(-35), Eigen::Vector3i::Constant(35));
   grid.Seal();
+  const std::vector<int8_t> sides(speakers.points.size(), 1);
   const ScreenedPoisson system{.cloud = shape.cloud,
-                               .normals = shape.cloud.normals,
+                               .sides = sides,
                                .speakers = speakers,
                                .grid = grid,
                                .origin = Eigen::Vector3d::Zero(),
@@ -85,8 +87,9 @@ TEST(ImplicitSolverTest, StopsWhenAsked) {
   RunContext context;
   context.stop = stop.get_token();
   std::vector<float> values(grid.size(), 0.0f);
-  const ScreenedPoisson system{
-      shape.cloud, shape.cloud.normals, speakers, grid, Eigen::Vector3d::Zero(), 0.1, 2, true, 9};
+  const std::vector<int8_t> sides(speakers.points.size(), 1);
+  const ScreenedPoisson system{shape.cloud, sides, speakers, grid, Eigen::Vector3d::Zero(),
+                               0.1,         2,     true,     9};
   EXPECT_EQ(SolveScreenedPoisson(system, context, &values).code(), absl::StatusCode::kCancelled);
 }
 

@@ -25,8 +25,7 @@ Prepared Prepare(const AnalyticShape& shape) {
   control.topology = Topology::kArbitrary;
   control.target_faces = 1200;
   ControlMeshResult result =
-      BuildControlMesh(scan.cloud, scan.graph, scan.index, control, {}).value();
-  if (result.normals.cols() > 0) scan.cloud.normals = result.normals;
+      BuildControlMesh(scan.graph, scan.index, control, {}, &scan.cloud).value();
   return {std::move(scan), std::move(result.mesh)};
 }
 

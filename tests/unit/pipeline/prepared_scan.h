@@ -26,8 +26,7 @@ inline PreparedScan PrepareScan(const AnalyticShape& shape, int points, double n
   PreparedScan prepared{AnalyzeScan(checked, ScanOptions{}, context).value(), {}, {}};
   ScanSurface& scan = prepared.scan;
   ControlMeshResult result =
-      BuildControlMesh(scan.cloud, scan.graph, scan.index, ControlOptions{}, context).value();
-  if (result.normals.cols() > 0) scan.cloud.normals = std::move(result.normals);
+      BuildControlMesh(scan.graph, scan.index, ControlOptions{}, context, &scan.cloud).value();
   prepared.control = std::move(result.mesh);
   prepared.report.points_used = scan.cloud.points.cols();
   prepared.report.median_spacing = scan.cloud.median_spacing;
