@@ -64,25 +64,25 @@ CloudAssignment::CloudAssignment(const OrientedCloud& cloud, const DomainSamples
     : cloud_(cloud), samples_(samples) {
   const int64_t count = cloud.points.cols();
   const int64_t wanted = std::max(kSmallCloud, kPointsPerSample * samples.size());
-  const int64_t stride = (count + wanted - 1) / wanted;
   // The cloud is in Morton order, so every stride-th point is a spatially even choice.
-  subset_.reserve(static_cast<size_t>(count / stride + 1));
-  for (int64_t i = 0; i < count; i += stride) subset_.push_back(static_cast<int>(i));
+  stride_ = static_cast<int>((count + wanted - 1) / wanted);
+  subset_size_ = static_cast<int>((count + stride_ - 1) / stride_);
 }
 
 absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunContext& context) {
   if (nearest_.empty()) RILIEVO_RETURN_IF_ERROR(SearchTree(surface, context));
-  const auto count = static_cast<int64_t>(subset_.size());
-  agrees_.resize(subset_.size());
+  const int64_t count = subset_size_;
+  agrees_.resize(nearest_.size());
   block_squares_.assign(static_cast<size_t>(count / kPointsPerTask + 1), 0.0);
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
         double squares = 0;
         for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-          nearest_[i] = Walk(surface, subset_[i], nearest_[i]);
-          const bool agree = Agree(cloud_, surface, subset_[i], nearest_[i]);
+          const int point = PointOf(i);
+          nearest_[i] = Walk(surface, point, nearest_[i]);
+          const bool agree = Agree(cloud_, surface, point, nearest_[i]);
           agrees_[i] = agree;
-          const double offset = Offset(cloud_, samples_, surface, subset_[i], nearest_[i], agree);
+          const double offset = Offset(cloud_, samples_, surface, point, nearest_[i], agree);
           squares += offset * offset;
         }
         block_squares_[static_cast<size_t>(begin / kPointsPerTask)] = squares;
@@ -96,24 +96,21 @@ absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunCon
 
 absl::Status CloudAssignment::SearchTree(const SampledSurface& surface, const RunContext& context) {
   const PointIndex tree(surface.positions);
-  nearest_.resize(subset_.size());
-  return ParallelFor(
-      static_cast<int64_t>(subset_.size()), kPointsPerTask, context,
-      [&](int64_t begin, int64_t end) {
-        int found[kCandidates];
-        double squared[kCandidates];
-        for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-          const int point = subset_[i];
-          tree.Nearest(cloud_.points.col(point), 1, found, squared);
-          nearest_[i] = found[0];
-          if (Agree(cloud_, surface, point, found[0])) continue;
-          const int count = tree.Nearest(cloud_.points.col(point), kCandidates, found, squared);
-          const int* agreeing = std::find_if(found, found + count, [&](int sample) {
-            return Agree(cloud_, surface, point, sample);
-          });
-          if (agreeing != found + count) nearest_[i] = *agreeing;
-        }
-      });
+  nearest_.resize(static_cast<size_t>(subset_size_));
+  return ParallelFor(subset_size_, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+    int found[kCandidates];
+    double squared[kCandidates];
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const int point = PointOf(i);
+      tree.Nearest(cloud_.points.col(point), 1, found, squared);
+      nearest_[i] = found[0];
+      if (Agree(cloud_, surface, point, found[0])) continue;
+      const int count = tree.Nearest(cloud_.points.col(point), kCandidates, found, squared);
+      const int* agreeing = std::find_if(
+          found, found + count, [&](int sample) { return Agree(cloud_, surface, point, sample); });
+      if (agreeing != found + count) nearest_[i] = *agreeing;
+    }
+  });
 }
 
 // Steps to a nearer sample while there is one. A point that sits on an agreeing sample never leaves
@@ -145,15 +142,15 @@ int CloudAssignment::Walk(const SampledSurface& surface, int point, int start) c
 // A counting sort, so that the order within a sample is that of the cloud.
 void CloudAssignment::SortBySample() {
   begin_.assign(static_cast<size_t>(samples_.size()) + 1, 0);
-  for (size_t i = 0; i < subset_.size(); ++i) {
+  for (size_t i = 0; i < nearest_.size(); ++i) {
     if (agrees_[i]) ++begin_[static_cast<size_t>(nearest_[i]) + 1];
   }
   for (size_t s = 1; s < begin_.size(); ++s) begin_[s] += begin_[s - 1];
   points_.resize(static_cast<size_t>(begin_.back()));
   std::vector<int> next(begin_.begin(), begin_.end() - 1);
-  for (size_t i = 0; i < subset_.size(); ++i) {
+  for (size_t i = 0; i < nearest_.size(); ++i) {
     if (agrees_[i]) {
-      points_[static_cast<size_t>(next[static_cast<size_t>(nearest_[i])]++)] = subset_[i];
+      points_[static_cast<size_t>(next[static_cast<size_t>(nearest_[i])]++)] = PointOf(i);
     }
   }
 }

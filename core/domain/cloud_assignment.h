@@ -43,17 +43,19 @@ class CloudAssignment {
   // the sample's normal where the two disagree. Unit frame.
   double rms() const { return rms_; }
 
-  int subset_size() const { return static_cast<int>(subset_.size()); }
+  int subset_size() const { return subset_size_; }
 
  private:
   absl::Status SearchTree(const SampledSurface& surface, const RunContext& context);
   int Walk(const SampledSurface& surface, int point, int start) const;
+  int PointOf(size_t i) const { return static_cast<int>(i) * stride_; }
   void SortBySample();
 
   const OrientedCloud& cloud_;
   const DomainSamples& samples_;
-  std::vector<int> subset_;   // cloud points that take part, ascending
-  std::vector<int> nearest_;  // sample of each of `subset_`
+  int stride_ = 1;  // every so many-th cloud point takes part
+  int subset_size_ = 0;
+  std::vector<int> nearest_;  // sample of each point that takes part
   std::vector<char> agrees_;
   std::vector<double> block_squares_;
   std::vector<int> begin_, points_;

@@ -71,6 +71,15 @@ Eigen::Matrix3Xd SideNormals(const SectorStencils& sides, const Eigen::Matrix3Xd
   return normals;
 }
 
+// Drops what nobody asks of a finest level beyond the control mesh once its rings are known.
+void LeaveFaces(LoopRefinement* refinement) {
+  if (refinement->max_level() == 0) return;
+  MeshTopology lean;
+  lean.vertex_count = refinement->levels.back().vertex_count;
+  lean.faces = std::move(refinement->levels.back().faces);
+  refinement->levels.back() = std::move(lean);
+}
+
 void Normalize(std::vector<double>* shares) {
   double total = 0;
   for (double share : *shares) total += share;
@@ -95,6 +104,7 @@ absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int le
   RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases,
                            BuildCreaseTopology(mesh, samples.refinement.levels.front()));
   samples.control_kinds = std::move(creases.kinds);
+  LeaveFaces(&samples.refinement);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   return samples;
 }

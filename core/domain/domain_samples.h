@@ -17,10 +17,10 @@ namespace rilievo {
 // The part of a fit that depends on connectivity alone. Sample i is vertex i of the refinement's
 // finest level; the first `control_vertex_count()` samples are the limits of the control vertices.
 struct DomainSamples {
-  LoopRefinement refinement;
-  LimitStencils stencils;        // one a sample
-  VertexRings rings;             // around the samples, within the finest level
-  VertexRings control_rings;     // around the control vertices
+  LoopRefinement refinement;  // of its finest level, unless that is the control mesh: faces alone
+  LimitStencils stencils;     // one a sample
+  VertexRings rings;          // around the samples, within the finest level
+  VertexRings control_rings;  // around the control vertices
   std::vector<int> owned_begin;  // size control_face_count() + 1
   // Samples charged to control face f: [owned_begin[f], owned_begin[f + 1]). A sample on an edge or
   // a corner belongs to the first of its faces, so each sample counts once.

@@ -18,19 +18,19 @@ std::span<const int> OwnedSamples(const DomainSamples& samples, int face) {
 class FaceResidual final : public ceres::CostFunction {
  public:
   FaceResidual(const DomainSamples& samples, int face, const SampleTargets& targets)
-      : samples_(OwnedSamples(samples, face)), targets_(targets) {
+      : samples_(OwnedSamples(samples, face)), stencils_(samples.stencils), targets_(targets) {
     const std::vector<int> points = ControlPointsOfFace(samples, face);
-    stencils_.setZero(static_cast<Eigen::Index>(points.size()),
-                      static_cast<Eigen::Index>(samples_.size()));
+    size_t entries = 0;
     int rows = 0;
-    for (size_t s = 0; s < samples_.size(); ++s) {
-      const auto sample = static_cast<size_t>(samples_[s]);
-      rows += targets.row_count[sample];
-      for (int e = samples.stencils.begin[sample]; e < samples.stencils.begin[sample + 1]; ++e) {
-        const int vertex = samples.stencils.control_vertices[static_cast<size_t>(e)];
+    for (const int sample : samples_) {
+      entries += EntriesOf(sample).size();
+      rows += targets.row_count[static_cast<size_t>(sample)];
+    }
+    blocks_.reserve(entries);
+    for (const int sample : samples_) {
+      for (const int vertex : EntriesOf(sample)) {
         const auto place = std::lower_bound(points.begin(), points.end(), vertex);
-        stencils_(place - points.begin(), static_cast<Eigen::Index>(s)) =
-            samples.stencils.position[static_cast<size_t>(e)];
+        blocks_.push_back(static_cast<int>(place - points.begin()));
       }
     }
     set_num_residuals(rows);
@@ -39,31 +39,46 @@ class FaceResidual final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* control_points, double* residuals,
                 double** jacobians) const override {
+    for (size_t k = 0; jacobians != nullptr && k < parameter_block_sizes().size(); ++k) {
+      if (jacobians[k] != nullptr) std::fill_n(jacobians[k], 3 * num_residuals(), 0.0);
+    }
     int row = 0;
-    for (size_t s = 0; s < samples_.size(); ++s) {
-      const int sample = samples_[s];
-      const auto weights = stencils_.col(static_cast<Eigen::Index>(s));
+    const int* blocks = blocks_.data();
+    for (const int sample : samples_) {
+      const size_t count = EntriesOf(sample).size();
+      const double* const weights =
+          stencils_.position.data() + stencils_.begin[static_cast<size_t>(sample)];
       Eigen::Vector3d miss = -targets_.positions.col(sample);
-      for (Eigen::Index k = 0; k < weights.size(); ++k) {
-        miss += weights[k] * Eigen::Map<const Eigen::Vector3d>(control_points[k]);
+      for (size_t e = 0; e < count; ++e) {
+        miss += weights[e] * Eigen::Map<const Eigen::Vector3d>(control_points[blocks[e]]);
       }
       for (int r = 0; r < targets_.row_count[static_cast<size_t>(sample)]; ++r, ++row) {
         const Eigen::Vector3d direction = targets_.weighted_directions.block<3, 1>(3 * r, sample);
         residuals[row] = direction.dot(miss);
         if (jacobians == nullptr) continue;
-        for (Eigen::Index k = 0; k < weights.size(); ++k) {
-          if (jacobians[k] == nullptr) continue;
-          Eigen::Map<Eigen::Vector3d>(jacobians[k] + 3 * row) = weights[k] * direction;
+        for (size_t e = 0; e < count; ++e) {
+          double* const jacobian = jacobians[blocks[e]];
+          if (jacobian == nullptr) continue;
+          Eigen::Map<Eigen::Vector3d>(jacobian + 3 * row) = weights[e] * direction;
         }
       }
+      blocks += count;
     }
     return true;
   }
 
  private:
+  // The control vertices of a sample's stencil.
+  std::span<const int> EntriesOf(int sample) const {
+    const auto begin = static_cast<size_t>(stencils_.begin[static_cast<size_t>(sample)]);
+    const auto end = static_cast<size_t>(stencils_.begin[static_cast<size_t>(sample) + 1]);
+    return {stencils_.control_vertices.data() + begin, end - begin};
+  }
+
   const std::span<const int> samples_;
+  const LimitStencils& stencils_;
   const SampleTargets& targets_;
-  Eigen::MatrixXd stencils_;  // (control point, sample): a_ij
+  std::vector<int> blocks_;  // of each entry of the samples' stencils in turn: its parameter block
 };
 
 }  // namespace

@@ -116,10 +116,13 @@ class StencilPropagation {
         rows.EndRow();
       }
     };
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<SparseRows<1>> blocks,
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<SparseRows<1>> blocks,
                              (InBlocks<1, SparseRows<1>>(parent.edge_count(), make)));
     edge_vertices_ = SparseRows<1>();
-    for (const SparseRows<1>& rows : blocks) edge_vertices_.Append(rows);
+    for (SparseRows<1>& rows : blocks) {
+      edge_vertices_.Append(rows);
+      rows = SparseRows<1>();
+    }
     return absl::OkStatus();
   }
 
@@ -286,14 +289,19 @@ class StencilPropagation {
     limits.begin.push_back(static_cast<int>(limits.control_vertices.size()));
   }
 
-  absl::Status Append(const absl::StatusOr<std::vector<Block>>& blocks) {
+  absl::Status Append(absl::StatusOr<std::vector<Block>> blocks) {
     if (!blocks.ok()) return blocks.status();
     int64_t entries = static_cast<int64_t>(limits_.control_vertices.size());
     for (const Block& block : *blocks) entries += block.limits.control_vertices.size();
     if (entries > std::numeric_limits<int>::max()) {
       return absl::ResourceExhaustedError("the limit stencils have more than 2^31 - 1 entries");
     }
-    for (const Block& block : *blocks) {
+    limits_.control_vertices.reserve(static_cast<size_t>(entries));
+    for (std::vector<double>* weights :
+         {&limits_.position, &limits_.tangent_u, &limits_.tangent_v}) {
+      weights->reserve(static_cast<size_t>(entries));
+    }
+    for (Block& block : *blocks) {
       vertices_.Append(block.vertices);
       AppendBegins(block.limits.begin, limits_.begin);
       AppendAll(block.limits.control_vertices, limits_.control_vertices);
@@ -301,6 +309,7 @@ class StencilPropagation {
       AppendAll(block.limits.tangent_u, limits_.tangent_u);
       AppendAll(block.limits.tangent_v, limits_.tangent_v);
       AppendSectors(block.limits.sectors);
+      block = Block();
     }
     return absl::OkStatus();
   }
