@@ -92,8 +92,8 @@ absl::Status DisplacementOptions::Validate() const {
 
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-    const LoopRefinement& refinement, const LimitSurface& limit, const DisplacementOptions& options,
-    const RunContext& context) {
+    const LoopRefinement& refinement, const VertexRings& rings, const LimitSurface& limit,
+    const DisplacementOptions& options, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, graph, index, refinement, limit));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -103,7 +103,6 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       const float noise_factor,
       NoiseCalibration(ray_cloud, graph, static_cast<float>(options.plane_noise_ratio), context));
   for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
-  const VertexRings rings = BuildVertexRings(refinement.levels.back());
   DomainSampling sampling(ray_cloud, graph, index, refinement, limit, options, context);
   RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));
   RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());

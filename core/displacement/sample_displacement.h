@@ -36,10 +36,11 @@ struct DisplacementField {
   int64_t measured = 0, smoothed = 0, filled = 0;
 };
 
-// `limit`: limit positions and normals of the finest level of `refinement`.
+// `rings`, `limit`: of the finest level of `refinement`, of which face_edges and face_neighbors are
+// not asked for.
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-    const LoopRefinement& refinement, const LimitSurface& limit, const DisplacementOptions& options,
-    const RunContext& context);
+    const LoopRefinement& refinement, const VertexRings& rings, const LimitSurface& limit,
+    const DisplacementOptions& options, const RunContext& context);
 
 }  // namespace rilievo

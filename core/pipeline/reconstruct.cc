@@ -152,19 +152,27 @@ absl::Status ReconstructOptions::Validate() const {
 
 namespace {
 
-// The number of control faces is the caller's, or the one that serves best.
-absl::StatusOr<CodedRelief> Relieve(const ScanSurface& scan, const ControlMesh& start,
-                                    const DssMetadata& metadata, const ReconstructOptions& options,
-                                    const RunContext& context, ReconstructReport* report) {
+// The number of control faces is the caller's, or the one that serves best. Leaves of the scan what
+// its measurement asks for.
+absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata& metadata,
+                                    const ReconstructOptions& options, const RunContext& context,
+                                    ScanSurface* cleaned, ReconstructReport* report) {
+  const ScanSurface& scan = *cleaned;
   const bool given = options.control.target_faces > 0 || options.control.user_mesh;
   if (!given && (options.encode.max_error || options.encode.max_bytes)) {
     return SearchControlFaces(scan, start, metadata, options, context, report);
   }
   const auto fit = given ? FitDomain : FitUnderNoise;
-  RILIEVO_ASSIGN_OR_RETURN(const Domain domain, fit(scan, start, options, context, report));
+  RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(scan, start, options, context, report));
+  ReturnFreedMemory();
+  RILIEVO_ASSIGN_OR_RETURN(SampledRelief sampled,
+                           SampleRelief(scan, std::move(domain), options, context, report));
+  cleaned->graph = NeighborGraph();
+  { const PointIndex done = std::move(cleaned->index); }
+  ReturnFreedMemory();
   const bool with_tree = options.measure;
-  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
-                           MakeRelief(scan, domain, metadata, options, context, report, with_tree));
+  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief, CodeRelief(scan.cloud, std::move(sampled), metadata,
+                                                          options, context, report, with_tree));
   RILIEVO_RETURN_IF_ERROR(KeepError(scan, options, context, report, &relief).status());
   return relief;
 }
@@ -183,7 +191,7 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Reconstru
   ReturnFreedMemory();
   const DssMetadata metadata = MetadataOf(scan, options, context.seed, *report);
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
-                           Relieve(cleaned, coarse, metadata, options, context, report));
+                           Relieve(coarse, metadata, options, context, &cleaned, report));
   Shape points = PointsAlone(std::move(cleaned));
   ReturnFreedMemory();
   RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &relief, report));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/codec/prepare_control_mesh.h"
@@ -41,35 +42,33 @@ int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
   return level;
 }
 
-struct Relief {
-  DisplacedSurface surface;
-  Shape shape;  // of the finest level, unit frame
-};
-
-absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& control_mesh,
-                                const ReconstructOptions& options, const RunContext& context,
-                                ReconstructReport* report) {
+absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMesh& control_mesh,
+                                       const ReconstructOptions& options, const RunContext& context,
+                                       ReconstructReport* report) {
   const StageTimer timer(Stage::kDisplacement, context, report);
-  Relief relief;
+  SampledRelief relief;
   DisplacedSurface& surface = relief.surface;
   surface.frame = scan.frame;
   surface.control_mesh = control_mesh;
   surface.max_level = ChooseLevel(options, scan.cloud, control_mesh.faces.cols());
   RILIEVO_RETURN_IF_ERROR(
       CheckSurfaceFaces(control_mesh.faces.cols(), surface.max_level, options.max_surface_faces));
-  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
                            RefineTopology(control_mesh, surface.max_level, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const LimitSurface limit,
-      EvaluateLimit(refinement, control_mesh.vertices, surface.max_level, context));
+  MeshTopology& finest = refinement.levels.back();
+  const VertexRings rings = BuildVertexRings(finest);
+  finest.face_edges.resize(3, 0);
+  finest.face_neighbors.resize(3, 0);
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, control_mesh.vertices,
+                                                             surface.max_level, context));
   RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
-                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, limit,
-                                              options.displacement, context));
-  relief.shape.vertices = limit.positions;
-  for (int64_t v = 0; v < limit.positions.cols(); ++v) {
+                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, rings,
+                                              limit, options.displacement, context));
+  relief.shape.vertices = std::move(limit.positions);
+  for (int64_t v = 0; v < limit.normals.cols(); ++v) {
     relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
   }
-  relief.shape.triangles = refinement.levels.back().faces;
+  relief.shape.triangles = std::move(finest.faces);
   report->max_level = surface.max_level;
   report->surface_vertices = relief.shape.vertices.cols();
   report->surface_faces = relief.shape.triangles.cols();
@@ -82,7 +81,7 @@ absl::StatusOr<Relief> Displace(const ScanSurface& scan, const ControlMesh& cont
 }
 
 // Per control face, the share of its heights that had no data.
-std::vector<float> UnmeasuredShares(const Relief& relief) {
+std::vector<float> UnmeasuredShares(const SampledRelief& relief) {
   const DisplacedSurface& surface = relief.surface;
   std::vector<float> shares(surface.control_mesh.faces.cols(), 0.0f);
   const float corner_share = 1.0f / static_cast<float>(int64_t{3} << (2 * surface.max_level));
@@ -106,10 +105,11 @@ void ReportTopology(const ControlMesh& mesh, ReconstructReport* report) {
 
 // Where the scan turns out to have an opening the domain is cut, and fitted and sampled once more.
 // Other roads than the arbitrary one know their borders beforehand.
-absl::StatusOr<Relief> DisplaceAndCut(const ScanSurface& scan, Domain* domain,
-                                      const ReconstructOptions& options, const RunContext& context,
-                                      ReconstructReport* report) {
-  RILIEVO_ASSIGN_OR_RETURN(Relief relief, Displace(scan, domain->mesh, options, context, report));
+absl::StatusOr<SampledRelief> DisplaceAndCut(const ScanSurface& scan, Domain* domain,
+                                             const ReconstructOptions& options,
+                                             const RunContext& context, ReconstructReport* report) {
+  RILIEVO_ASSIGN_OR_RETURN(SampledRelief relief,
+                           Displace(scan, domain->mesh, options, context, report));
   if (options.control.boundary == BoundaryRule::kClose ||
       report->road != TopologyName(Topology::kArbitrary)) {
     return relief;
@@ -118,6 +118,7 @@ absl::StatusOr<Relief> DisplaceAndCut(const ScanSurface& scan, Domain* domain,
                            CutOpenings(domain->mesh, UnmeasuredShares(relief), scan.cloud,
                                        scan.index, CutOptions{}, context));
   if (cut.faces.cols() == domain->mesh.faces.cols()) return relief;
+  relief = SampledRelief();
   ReportTopology(cut, report);
   RILIEVO_ASSIGN_OR_RETURN(*domain, FitDomain(scan, cut, options, context, report));
   return Displace(scan, domain->mesh, options, context, report);
@@ -135,17 +136,17 @@ Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
 // How far the points lie from the surface before it is coded: how exactly it is worth coding
 // follows from that. `to_keep`: as the certificate will say it. The errors of the report are those
 // of the coded surface in the end (Certify).
-absl::Status Measure(const ScanSurface& scan, const Shape& shape, bool to_keep,
+absl::Status Measure(const OrientedCloud& cloud, const Shape& shape, bool to_keep,
                      const RunContext& context, ReconstructReport* report) {
   const StageTimer timer(Stage::kMeasure, context, report);
   if (to_keep) {
     RILIEVO_ASSIGN_OR_RETURN(report->error,
-                             MeasureTriangles(shape, PointsToMeasure(scan.cloud), context));
+                             MeasureTriangles(shape, PointsToMeasure(cloud), context));
     report->uncoded_error = report->error.across_rms;
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(report->error.b_to_a,
-                           MeasureOneSided({SomePoints(scan.cloud.points), {}}, shape, {}, context,
+                           MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context,
                                            1 << (2 * report->max_level)));
   return absl::OkStatus();
 }
@@ -220,21 +221,31 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   return RoundDomain(std::move(fit.control_mesh), position_step);
 }
 
-absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
+absl::StatusOr<SampledRelief> SampleRelief(const ScanSurface& scan, Domain domain,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context, ReconstructReport* report) {
+  RILIEVO_ASSIGN_OR_RETURN(SampledRelief relief,
+                           DisplaceAndCut(scan, &domain, options, context, report));
+  relief.position_step = domain.position_step;
+  return relief;
+}
+
+absl::StatusOr<CodedRelief> CodeRelief(const OrientedCloud& cloud, SampledRelief sampled,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report, bool with_tree) {
-  RILIEVO_ASSIGN_OR_RETURN(Relief relief, DisplaceAndCut(scan, &domain, options, context, report));
   if (options.measure) {
     const bool to_keep = options.encode.max_error.has_value();
-    RILIEVO_RETURN_IF_ERROR(Measure(scan, relief.shape, to_keep, context, report));
+    RILIEVO_RETURN_IF_ERROR(Measure(cloud, sampled.shape, to_keep, context, report));
+    sampled.shape = Shape();
+    ReturnFreedMemory();
   }
   CodedRelief coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share =
       static_cast<double>(report->heights_smoothed) / static_cast<double>(report->surface_vertices);
-  coded.position_step = domain.position_step;
-  coded.surface = std::move(relief.surface);
+  coded.position_step = sampled.position_step;
+  coded.surface = std::move(sampled.surface);
   // The encoder keeps one thread busy.
   const auto encode = [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
@@ -242,12 +253,20 @@ absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
     return absl::OkStatus();
   };
   const auto make_tree = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(coded.points_tree,
-                             ClosestPointTree::Build(scan.cloud.points, {}, context));
+    RILIEVO_ASSIGN_OR_RETURN(coded.points_tree, ClosestPointTree::Build(cloud.points, {}, context));
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(with_tree ? SideBySide(context, encode, make_tree) : encode());
   return coded;
+}
+
+absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
+                                       const DssMetadata& metadata,
+                                       const ReconstructOptions& options, const RunContext& context,
+                                       ReconstructReport* report) {
+  RILIEVO_ASSIGN_OR_RETURN(SampledRelief sampled,
+                           SampleRelief(scan, std::move(domain), options, context, report));
+  return CodeRelief(scan.cloud, std::move(sampled), metadata, options, context, report);
 }
 
 }  // namespace rilievo

@@ -11,6 +11,7 @@
 #include "core/scan/scan_surface.h"
 #include "core/surface/closest_point_tree.h"
 #include "core/surface/displaced_surface.h"
+#include "core/surface/measure_error.h"
 
 namespace rilievo {
 
@@ -30,6 +31,19 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
                                  const ReconstructOptions& options, const RunContext& context,
                                  ReconstructReport* report);
 
+// Heights over the domain.
+struct SampledRelief {
+  DisplacedSurface surface;
+  Shape shape;  // of the finest level, unit frame
+  double position_step = 0;
+};
+
+// Samples heights over the domain, and cuts it where the scan turns out to have an opening. Fills
+// in what the report says of these stages. From here on only the scan's cloud is asked for.
+absl::StatusOr<SampledRelief> SampleRelief(const ScanSurface& scan, Domain domain,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context, ReconstructReport* report);
+
 struct CodedRelief {
   DisplacedSurface surface;  // before coding
   EncodedSurface encoded;    // room is kept for the figures of the certificate
@@ -39,15 +53,21 @@ struct CodedRelief {
   std::optional<ClosestPointTree> points_tree = std::nullopt;
 };
 
-// Samples heights over the domain, cuts it where the scan turns out to have an opening, measures
-// how far the surface lies from the points and encodes it. Fills in what the report says of these
-// stages; its error is that of the surface before coding: with encode.max_error as the certificate
-// measures it, else from the points alone. `metadata`: what is known before. RESOURCE_EXHAUSTED
-// also when encode.max_bytes cannot be kept. `with_tree`: makes that of the points beside.
-absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
+// Measures how far the surface lies from the points and encodes it. Fills in what the report says
+// of these stages; its error is that of the surface before coding: with encode.max_error as the
+// certificate measures it, else from the points alone. `metadata`: what is known before.
+// RESOURCE_EXHAUSTED also when encode.max_bytes cannot be kept. `with_tree`: makes that of the
+// points beside.
+absl::StatusOr<CodedRelief> CodeRelief(const OrientedCloud& cloud, SampledRelief sampled,
                                        const DssMetadata& metadata,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report, bool with_tree = false);
+
+// Both, without the tree.
+absl::StatusOr<CodedRelief> MakeRelief(const ScanSurface& scan, Domain domain,
+                                       const DssMetadata& metadata,
+                                       const ReconstructOptions& options, const RunContext& context,
+                                       ReconstructReport* report);
 
 // The surface coded once more, with an RMS error of the heights of `coding_error`.
 absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double coding_error,

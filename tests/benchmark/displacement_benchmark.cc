@@ -56,7 +56,7 @@ void BM_SampleDisplacement(benchmark::State& state) {
   DisplacementField field;
   for (auto _ : state) {
     auto sampled = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                      domain.limit, DisplacementOptions(), context);
+                                      domain.rings, domain.limit, DisplacementOptions(), context);
     if (!sampled.ok()) {
       state.SkipWithError(std::string(sampled.status().message()).c_str());
       return;

@@ -71,6 +71,7 @@ inline ControlMesh Sheet(double half, int cells, double z = 0) {
 
 struct Domain {
   LoopRefinement refinement;
+  VertexRings rings;
   LimitSurface limit;
   int size() const { return static_cast<int>(limit.positions.cols()); }
 };
@@ -78,6 +79,7 @@ struct Domain {
 inline Domain MakeDomain(const ControlMesh& mesh, int level) {
   Domain domain;
   domain.refinement = *RefineTopology(mesh, level, RunContext());
+  domain.rings = BuildVertexRings(domain.refinement.levels.back());
   domain.limit = *EvaluateLimit(domain.refinement, mesh.vertices, level, RunContext());
   return domain;
 }
@@ -179,7 +181,7 @@ inline DisplacementField Sample(const Scan& scan, const Domain& domain,
                                 const DisplacementOptions& options = DisplacementOptions(),
                                 int threads = 2) {
   auto field = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                  domain.limit, options, Threads(threads));
+                                  domain.rings, domain.limit, options, Threads(threads));
   return *std::move(field);
 }
 

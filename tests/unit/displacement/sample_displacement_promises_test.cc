@@ -84,7 +84,7 @@ TEST(SampleDisplacementTest, ReportsProgressFromTheCallingThreadAndEndsAtOne) {
     fractions.push_back(progress.fraction);
   };
   ASSERT_TRUE(SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                 domain.limit, DisplacementOptions(), context)
+                                 domain.rings, domain.limit, DisplacementOptions(), context)
                   .ok());
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   ASSERT_GE(fractions.size(), 3u);
@@ -103,7 +103,7 @@ TEST(SampleDisplacementTest, StopsWhenAsked) {
     if (++reports == 2) stop.request_stop();
   };
   const auto field = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                        domain.limit, DisplacementOptions(), context);
+                                        domain.rings, domain.limit, DisplacementOptions(), context);
   EXPECT_EQ(field.status().code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(reports, 2);
 }
@@ -113,8 +113,8 @@ TEST(SampleDisplacementTest, RefusesInputsThatDoNotBelongTogether) {
   const Domain domain = MakeDomain(Octahedron(0.295, 1), 2);
   const auto code = [&](const OrientedCloud& cloud, const LimitSurface& limit,
                         const DisplacementOptions& options) {
-    return SampleDisplacement(cloud, scan.graph, scan.index, domain.refinement, limit, options,
-                              RunContext())
+    return SampleDisplacement(cloud, scan.graph, scan.index, domain.refinement, domain.rings, limit,
+                              options, RunContext())
         .status()
         .code();
   };
