@@ -370,7 +370,7 @@ class PoissonOperator {
     uint32_t row : 29, corner : 3;
   };
   std::vector<uint32_t> entry_begin_;  // by node
-  std::vector<Entry> entries_;        // rows ascending
+  std::vector<Entry> entries_;         // rows ascending
   std::vector<double> block_sums_;
 };
 
