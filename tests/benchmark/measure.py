@@ -21,6 +21,7 @@ from readme_table import write_tables
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 BAD_SECONDS, BAD_MEGABYTES = 5.0, 300.0
+POINT_BYTES = 24  # three doubles
 
 
 def peers_best(shared):
@@ -133,6 +134,28 @@ def measure_resampled(a, server, evaluate, work):
     return rows
 
 
+def measure_memory(a, evaluate, work):
+    """Peak of the command alone on 500 000 points, less that of an idle one and the points."""
+    clouds = os.path.join(work, "large")
+    subprocess.run([sys.executable, os.path.join(a.shared, "bench", "bench.py"), "clouds", "--gt",
+                    os.path.join(work, "gt"), "--out", clouds, "--n", "500000", "--sigma", "0"],
+                   check=True, env=dict(os.environ, BENCH_BIN=os.path.dirname(evaluate)),
+                   stdout=subprocess.DEVNULL)
+    program = os.path.join(a.bin, "rilievo")
+    idle = run_measured([program, "--version"], 10).megabytes
+    rows = []
+    for file in sorted(os.listdir(clouds)):
+        if not re.fullmatch(r"\w+__n500000__s[0-9.]+\.ply", file):
+            continue
+        run = run_measured([program, "reconstruct", os.path.join(clouds, file), "-o",
+                            os.path.join(work, "large.dss"), "--quiet"], 600)
+        above = (run.megabytes - idle) * 2**20 / 500000 - POINT_BYTES
+        rows.append(dict(cloud=file[:-4], status=run.status, megabytes=run.megabytes,
+                         bytes_a_point=above))
+        print(f"{file[:-4]:28s} status {run.status}  {above:.0f} bytes a point", flush=True)
+    return rows
+
+
 def measure_bad_files(a, server, work):
     """Malformed scans: each must end cleanly, quickly and small, the server healthy afterwards."""
     folder = os.path.join(a.shared, "data", "bad")
@@ -190,6 +213,7 @@ def main():
             results["scans"] = measure_scans(a, server, evaluate, work)
             results["resampled"] = measure_resampled(a, server, evaluate, work)
             if not a.only:
+                results["memory"] = measure_memory(a, evaluate, work)
                 # A fresh server: what earlier scans left in its heap is none of these files' doing.
                 with MeasuredServer(a.bin) as fresh:
                     results["bad"] = measure_bad_files(a, fresh, work)

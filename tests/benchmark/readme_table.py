@@ -73,6 +73,11 @@ def render(results):
         slowest(results["scans"] + results["resampled"]),
         "Seconds by stage, 100 000 points:",
         table(["cloud"] + STAGES, profile_rows(results["resampled"])),
+        "Memory, 500 000 points: the peak of the command alone, less that of an idle one and 24 "
+        "bytes for each point as it was read.",
+        table(["cloud", "MB", "bytes a point"],
+              [[r["cloud"], f"{r['megabytes']:.0f}", f"{r['bytes_a_point']:.0f}"]
+               for r in results["memory"] if r["status"] == 0]),
         f"The seed's own case, 9 218 points and an octahedron refined to "
         f"{seed['surface_vertices']} vertices: {seed['core_seconds']:.3f} s in the pipeline, "
         f"{seed['whole_seconds']:.3f} s for the whole command; the paper's table says 55 s "
