@@ -79,9 +79,13 @@ class FaceSearch {
   }
 
   absl::Status Run(const RunContext& context) {
+    std::vector<int> next(members_.size());
+    std::iota(next.begin(), next.end(), 0);
     for (int round = 0; round < kMostRounds; ++round) {
-      RILIEVO_ASSIGN_OR_RETURN(const bool turned, Round(context));
-      if (!turned) break;
+      std::erase_if(next, [&](int p) { return VotesForTurning({p}) <= kLeastVotes; });
+      if (next.empty()) break;
+      RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned, Round(std::move(next), context));
+      next = WithNeighbors(turned);
     }
     return absl::OkStatus();
   }
@@ -127,13 +131,15 @@ class FaceSearch {
     return face;
   }
 
-  // Patches with a good part of their votes against their signs.
-  std::vector<int> Doubtful() const {
-    std::vector<int> doubtful;
-    for (int p = 0; p < static_cast<int>(members_.size()); ++p) {
-      if (VotesForTurning({p}) > kLeastVotes) doubtful.push_back(p);
+  // The patches and all that are linked to them, ascending.
+  std::vector<int> WithNeighbors(const std::vector<int>& patches) const {
+    std::vector<int> all = patches;
+    for (const int p : patches) {
+      for (const Link& link : links_[p]) all.push_back(link.to);
     }
-    return doubtful;
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
   }
 
   // Whether the rest of the scan would have the patch the other way round.
@@ -326,10 +332,9 @@ class FaceSearch {
     }
   }
 
-  absl::StatusOr<bool> Round(const RunContext& context) {
+  // Searches around those of `doubtful` that disagree with the rest; returns what was turned.
+  absl::StatusOr<std::vector<int>> Round(std::vector<int> doubtful, const RunContext& context) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    std::vector<int> doubtful = Doubtful();
-    if (doubtful.empty()) return false;
     std::vector<int> all(cloud_.spacing.size());
     std::iota(all.begin(), all.end(), 0);
     const WindingField field(cloud_, std::move(all));
@@ -342,13 +347,13 @@ class FaceSearch {
                                           for (int64_t w = begin; w < end; ++w)
                                             to_turn[w] = Search(windows[w], field);
                                         }));
-    bool any = false;
+    std::vector<int> turned;
     for (const std::vector<int>& list : to_turn) {
       for (const int patch : list) Turn(patch);
-      any = any || !list.empty();
+      turned.insert(turned.end(), list.begin(), list.end());
     }
-    if (any) TurnFew(windows);
-    return any;
+    if (!turned.empty()) TurnFew(windows);
+    return turned;
   }
 
   OrientedCloud& cloud_;
