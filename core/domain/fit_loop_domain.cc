@@ -31,10 +31,10 @@ absl::Status CheckInput(const OrientedCloud& cloud, const PointIndex& index,
   const Eigen::Index count = cloud.points.cols();
   if (count == 0) return absl::InvalidArgumentError("cloud: no points");
   if (cloud.normals.cols() != count || static_cast<Eigen::Index>(cloud.spacing.size()) != count ||
-      index.size() != count) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("cloud: ", count, " points, but ", cloud.normals.cols(), " normals, ",
-                     cloud.spacing.size(), " spacings and ", index.size(), " points in the index"));
+      static_cast<Eigen::Index>(cloud.noise.size()) != count || index.size() != count) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "cloud: ", count, " points, but ", cloud.normals.cols(), " normals, ", cloud.spacing.size(),
+        " spacings, ", cloud.noise.size(), " noises and ", index.size(), " points in the index"));
   }
   if (!cloud.points.allFinite() || !cloud.normals.allFinite()) {
     return absl::InvalidArgumentError("cloud: points and normals must be finite");

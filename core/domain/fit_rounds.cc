@@ -5,13 +5,15 @@
 
 #include "core/base/status_macros.h"
 #include "core/domain/fold_guard.h"
+#include "core/domain/stray_guard.h"
 
 namespace rilievo {
-
 absl::Status StartRounds(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
                          const RunContext& context, FootPointSearch* search, FitState* state) {
   state->control_points = control_points;
   RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, control_points, context, &state->surface));
+  RILIEVO_ASSIGN_OR_RETURN(state->gaps_at_start, GapsToPoints(search->cloud(), search->index(),
+                                                              samples, state->surface, context));
   RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
   state->rms.assign(1, search->cloud_rms());
   return absl::OkStatus();
@@ -30,6 +32,11 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
     RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, points, context, &state->surface));
     RILIEVO_RETURN_IF_ERROR(
         UndoFolds(samples, before, folded_before, context, &points, &state->surface));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const std::vector<float> gaps,
+        GapsToPoints(search->cloud(), search->index(), samples, state->surface, context));
+    RILIEVO_RETURN_IF_ERROR(
+        UndoStrays(samples, before, state->gaps_at_start, gaps, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
     *taken = worst_ratio <= 0 || search->cloud_rms() <= worst_ratio * state->rms.back();
   }

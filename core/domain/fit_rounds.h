@@ -17,6 +17,7 @@ struct FitState {
   Eigen::Matrix3Xd control_points;
   SampledSurface surface;
   FootPoints feet;
+  std::vector<float> gaps_at_start;  // by control vertex, see GapsToPoints()
   // Of the cloud's distance to the surface, point to plane, unit frame: at the start, then after
   // each round taken.
   std::vector<double> rms;
@@ -27,10 +28,10 @@ struct FitState {
 absl::Status StartRounds(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
                          const RunContext& context, FootPointSearch* search, FitState* state);
 
-// One round: `move` changes state->control_points; moves that fold the surface are taken back, and
-// surface and foot points are found anew. A round after which the cloud is farther off than
-// `worst_ratio` times the distance before it (0: no limit), or that is not finite, is taken back
-// whole, and `*taken` is false.
+// One round: `move` changes state->control_points; moves that fold the surface or carry it away
+// from the points are taken back, and surface and foot points are found anew. A round after which
+// the cloud is farther off than `worst_ratio` times the distance before it (0: no limit), or that
+// is not finite, is taken back whole, and `*taken` is false.
 absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>& move,
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken);

@@ -40,6 +40,8 @@ class FootPointSearch {
   absl::Status Update(const SampledSurface& surface, const RunContext& context,
                       FootPoints* foot_points);
 
+  const OrientedCloud& cloud() const { return cloud_; }
+  const PointIndex& index() const { return index_; }
   // Of the last surface; see CloudAssignment.
   double cloud_rms() const { return assignment_.rms(); }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <vector>
 
 #include "core/domain/fold_guard.h"
 #include "tests/unit/domain/analytic_scenes.h"
@@ -73,6 +74,45 @@ TEST_F(Rounds, UndoFolds) {
   EXPECT_THAT(FoldedFaces(samples_, surface), testing::Contains(1));
   EXPECT_TRUE(Take([&] { state_.control_points.col(20) += pull; }, 0));
   EXPECT_THAT(FoldedFaces(samples_, state_.surface), testing::Each(0));
+}
+
+TEST_F(Rounds, UndoWhatLeavesThePoints) {
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_TRUE(Take(
+        [&] {
+          state_.control_points.col(20) *= 1.6;
+          state_.control_points.col(5) *= 1.001;
+        },
+        0));
+    EXPECT_EQ(state_.control_points.col(20), mesh_.vertices.col(20));
+  }
+  EXPECT_NEAR(state_.control_points.col(5).norm(), mesh_.vertices.col(5).norm() * 1.002001, 1e-9);
+}
+
+// Over a hole nothing says where the surface runs.
+TEST(RoundsOverAHole, MoveAsTheyAreAsked) {
+  const OrientedCloud whole = SphereCloud(0.3, 5'000);
+  const ControlMesh mesh = OctahedralSphere(0.3, 2);
+  std::vector<int> kept;
+  for (int i = 0; i < whole.points.cols(); ++i) {
+    if ((whole.points.col(i) - mesh.vertices.col(20)).norm() > 0.1) kept.push_back(i);
+  }
+  OrientedCloud cloud;
+  cloud.points = whole.points(Eigen::all, kept);
+  cloud.normals = whole.normals(Eigen::all, kept);
+  cloud.spacing.assign(kept.size(), whole.spacing.front());
+  cloud.noise.assign(kept.size(), 0.0f);
+  const PointIndex index(cloud.points);
+  const DomainSamples samples = *BuildDomainSamples(mesh, 2, RunContext());
+  FootPointSearch search(cloud, index, samples, 2.0);
+  FitState state;
+  ASSERT_TRUE(StartRounds(samples, mesh.vertices, RunContext(), &search, &state).ok());
+  bool taken = false;
+  ASSERT_TRUE(TakeRound(
+                  samples, [&] { state.control_points.col(20) *= 1.6; }, 0, RunContext(), &search,
+                  &state, &taken)
+                  .ok());
+  EXPECT_EQ(state.control_points.col(20), 1.6 * mesh.vertices.col(20));
 }
 
 }  // namespace

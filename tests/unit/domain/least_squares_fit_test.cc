@@ -51,6 +51,7 @@ TEST(LeastSquaresFit, KeepsTheSymmetryOfTheInput) {
     cloud.normals.col(i) = (p - ring).normalized();
   }
   cloud.spacing.assign(static_cast<size_t>(cloud.points.cols()), 0.01f);
+  cloud.noise.assign(cloud.spacing.size(), 0.0f);
   const Fit fit = RunFit(cloud, TorusMesh(0.25, 0.1, around, across), FitOptions());
   ASSERT_TRUE(fit.status.ok());
   for (int j = 0; j < across; ++j) {
