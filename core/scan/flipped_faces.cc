@@ -27,6 +27,9 @@ constexpr size_t kFewestPoints = 6;
 // flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
 constexpr double kLeastGain = 0.15;
 constexpr double kLeastVotes = 0.1;
+// Share of the points in patches of few from which a face is no surface: pins and leaves no wider
+// than the points are apart have 0.3, flipped faces 0.1 at most.
+constexpr double kMostInFew = 0.2;
 
 // Points that are turned together.
 struct Face {
@@ -299,6 +302,16 @@ class FaceSearch {
     return total > 0 ? turn / total : 1;
   }
 
+  // Share of the points that lie in patches of few.
+  double ShareInFew(const std::vector<int>& patches) const {
+    size_t few = 0, all = 0;
+    for (const int p : patches) {
+      all += members_[p].size();
+      if (IsFew(p)) few += members_[p].size();
+    }
+    return static_cast<double>(few) / static_cast<double>(all);
+  }
+
   // Patches of those faces to turn that surely gain.
   std::vector<int> SureGains(const std::vector<Face>& faces, const Eigen::MatrixXd& agreements,
                              const Eigen::VectorXd& signs) const {
@@ -314,7 +327,7 @@ class FaceSearch {
       }
       for (const int f : set) gain -= agreements.col(f).dot(others);
       if (gain * std::sqrt(size / std::numbers::pi) < kLeastGain * size) continue;
-      if (VotesForTurning(patches) < kLeastVotes) continue;
+      if (VotesForTurning(patches) < kLeastVotes || ShareInFew(patches) > kMostInFew) continue;
       turned.insert(turned.end(), patches.begin(), patches.end());
     }
     return turned;
