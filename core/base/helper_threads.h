@@ -7,7 +7,8 @@ namespace rilievo {
 
 // Asks up to `helpers` threads to call `help`, each once, soon or never: whoever offers work must
 // be able to do all of it. Threads are started when they are first needed and kept. `help` may be
-// called after the work is done, must not throw and must not wait for other offers.
+// called after the work is done, must not throw and must not wait for offers that
+// nobody took.
 void OfferWork(int helpers, std::function<void()> help);
 
 }  // namespace rilievo

@@ -1,7 +1,7 @@
 #include "core/control/bridge_creases.h"
 
 #include <Eigen/Core>
-#include <utility>
+#include <algorithm>
 
 #include "core/control/judge_edges.h"
 
@@ -36,7 +36,7 @@ class Bridges {
 
   void Build() {
     for (int v = 0; v < topology_.vertex_count; ++v) {
-      if (sharp_[v] != 1) continue;
+      if (sharp_[v] != 1 || topology_.boundary_vertex[v]) continue;
       for (const int e : edges_[v]) {
         if (!tags_[e]) continue;
         Extend(v, e);
@@ -51,6 +51,18 @@ class Bridges {
     if (g < 0) return false;
     const Vector3d left = FaceCross(mesh_, f), right = FaceCross(mesh_, g);
     return left.dot(right) < kMostFoldCosine * left.norm() * right.norm();
+  }
+
+  // Whether the other two edges of a face beside it are tagged.
+  bool ClosesFace(int edge) const {
+    for (int k = 0; k < 2; ++k) {
+      const int face = topology_.edge_faces(k, edge);
+      if (face < 0) continue;
+      int tagged = 0;
+      for (int i = 0; i < 3; ++i) tagged += tags_[topology_.face_edges(i, face)] != 0;
+      if (tagged == 2) return true;
+    }
+    return false;
   }
 
   int OtherEnd(int edge, int v) const {
@@ -77,7 +89,7 @@ class Bridges {
   void Search(int v, const Vector3d& direction, double worst, std::vector<int>* way,
               double* straightest, std::vector<int>* best) const {
     for (const int e : edges_[v]) {
-      if (tags_[e]) continue;
+      if (tags_[e] || ClosesFace(e)) continue;
       const Vector3d on = Way(e, v);
       double least = std::min(worst, direction.dot(on));
       if (least < kLeastTurnCosine) continue;

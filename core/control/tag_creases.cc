@@ -246,7 +246,9 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (way.norm() > reach[v]) way *= reach[v] / way.norm();
     for (double share : {1.0, 0.5, 0.25}) {
       const Vector3d to = from + share * way;
-      if (!KeepsFacesUpright(*mesh, faces[v], v, to) || !IsReached(cloud, index, to, kReachSpacings)) continue;
+      if (!KeepsFacesUpright(*mesh, faces[v], v, to) ||
+          !IsReached(cloud, index, to, kReachSpacings))
+        continue;
       mesh->vertices.col(v) = to;
       break;
     }
@@ -320,7 +322,6 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
       *mesh = given;
     } else {
       BridgeCreases(*mesh, topology, &tags);
-      OpenTriangles(topology, *mesh, &tags);
       mesh->creases = CreasesOf(topology, tags);
       mesh->corners = TurningCorners(*mesh, topology, judgements, tags);
     }

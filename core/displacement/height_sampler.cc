@@ -43,7 +43,11 @@ bool CornersTurn(const VirtualTriangle& triangle, std::span<const QueuedPoint> q
 // How far the normals of the triangle's corners are those of one curved surface: on a circle they
 // lean against each chord by as much at one end as at the other, so their sum has nothing along it;
 // on a plane of which one normal leans, as beside a sharp edge, as much as their difference.
-float CurvatureShare(const std::array<const RayPoint*, 3>& corners) {
+//
+// Of that share, how much of the tangent planes' rise over the chord the surface takes: a circle
+// whose ends turn by `a` lies R cos(a/2) deep in the chord and R / cos(a/2) in the tangents, so it
+// takes c / (1 + c), c = cos(a/2): half where little turns.
+float ShareOfRise(const std::array<const RayPoint*, 3>& corners) {
   // Normals that turn less, 21 degrees, lean for their own small errors.
   constexpr float kLittleTurn = 0.93f;
   float sums = 0, turns = 0, agreement = 1;
@@ -58,13 +62,15 @@ float CurvatureShare(const std::array<const RayPoint*, 3>& corners) {
     turns += turn * turn;
     agreement = std::min(agreement, a.dot(b));
   }
-  if (agreement >= kLittleTurn) return 1;
-  return turns > 0 ? std::clamp(1 - sums / turns, 0.0f, 1.0f) : 0;
+  if (agreement >= kLittleTurn) return 0.5f;
+  const float half_turn = std::sqrt(std::max(0.0f, (1 + agreement) / 2));
+  const float curved = turns > 0 ? std::clamp(1 - sums / turns, 0.0f, 1.0f) : 0;
+  return curved * half_turn / (1 + half_turn);
 }
 
-// The mean of the triangle and of the blended tangent planes of its corners, as far as these show
-// curvature: exact for quadrics, where the bare triangle cuts the corner by curvature * spacing^2 /
-// 8; a circle that turns by 90 degrees between two corners keeps 94 % of its radius in place of 71.
+// Between the triangle and the blended tangent planes of its corners, as far as these show
+// curvature: exact for quadrics and for circles, where the bare triangle cuts the corner by
+// curvature * spacing^2 / 8.
 float CurvedHeight(const VirtualTriangle& triangle, std::span<const QueuedPoint> queue,
                    const RayCloud& cloud, const Ray& ray) {
   constexpr float kLeastAgreement = -0.5f;  // beyond, tangent planes meet far off
@@ -84,7 +90,7 @@ float CurvedHeight(const VirtualTriangle& triangle, std::span<const QueuedPoint>
     rise += triangle.barycentric[k] * (normal.dot(ray.u) * point.u + normal.dot(ray.v) * point.v) /
             along;
   }
-  return triangle.height + 0.5f * CurvatureShare(corners) * rise;
+  return triangle.height + ShareOfRise(corners) * rise;
 }
 
 // Middle height of the points nearest to the ray.

@@ -8,6 +8,7 @@
 #include "core/domain/stray_guard.h"
 
 namespace rilievo {
+
 absl::Status StartRounds(const DomainSamples& samples, const Eigen::Matrix3Xd& control_points,
                          const RunContext& context, FootPointSearch* search, FitState* state) {
   state->control_points = control_points;
@@ -30,13 +31,13 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
   if (*taken) {
     Eigen::Matrix3Xd& points = state->control_points;
     RILIEVO_RETURN_IF_ERROR(SampleSurface(samples, points, context, &state->surface));
-    RILIEVO_RETURN_IF_ERROR(
-        UndoFolds(samples, before, folded_before, context, &points, &state->surface));
     RILIEVO_ASSIGN_OR_RETURN(
         const std::vector<float> gaps,
         GapsToPoints(search->cloud(), search->index(), samples, state->surface, context));
     RILIEVO_RETURN_IF_ERROR(
         UndoStrays(samples, before, state->gaps_at_start, gaps, context, &points, &state->surface));
+    RILIEVO_RETURN_IF_ERROR(
+        UndoFolds(samples, before, folded_before, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
     *taken = worst_ratio <= 0 || search->cloud_rms() <= worst_ratio * state->rms.back();
   }

@@ -27,8 +27,9 @@ absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, cons
           int nearest = 0;
           double squared = 0;
           index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
-          gaps[v] = (static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest]) /
-                    cloud.spacing[nearest];
+          const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
+          const float spacing = cloud.spacing[nearest];
+          gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
         }
       }));
   return gaps;

@@ -14,7 +14,7 @@
 namespace rilievo {
 
 // One entry a control vertex: how far its limit lies from the nearest point, less a deviation of
-// the noise there, in spacings there. `index` holds the points of `cloud`.
+// the noise there, in spacings there; 0 where these are 0. `index` holds the points of `cloud`.
 absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, const PointIndex& index,
                                                 const DomainSamples& samples,
                                                 const SampledSurface& surface,
@@ -23,7 +23,8 @@ absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, cons
 // Takes back the moves of the control points from `before` to `*control_points` whose limits lay by
 // the points at the start and are by now more than a spacing off them, half a spacing of it since
 // the start (gaps as above). Least squares see nothing of a corner that stands out: no point has
-// its foot there. `surface` is that of `*control_points`, on entry and on return.
+// its foot there. A limit that its neighbours carried off may stay off. `surface` is that of
+// `*control_points`, on entry and on return.
 absl::Status UndoStrays(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
                         const std::vector<float>& gaps_at_start, const std::vector<float>& gaps,
                         const RunContext& context, Eigen::Matrix3Xd* control_points,

@@ -231,15 +231,18 @@ class FaceSearch {
   }
 
   // How much the faces agree with each other and, in the last row and column, with the rest.
-  Eigen::MatrixXd AgreementsOf(const std::vector<Face>& faces, const WindingField& field) const {
+  // The share of the rest is what the field tells less what the faces do, whose blurs differ a
+  // little. Unfinished after a stop request.
+  Eigen::MatrixXd AgreementsOf(const std::vector<Face>& faces, const WindingField& field,
+                               const RunContext& context) const {
     const auto count = static_cast<int64_t>(faces.size());
     Eigen::MatrixXd agreements = Eigen::MatrixXd::Zero(count + 1, count + 1);
-    for (int64_t a = 0; a < count; ++a) {
+    for (int64_t a = 0; a < count && context.CheckStop().ok(); ++a) {
       for (int64_t b = 0; b < a; ++b) {
         agreements(a, b) = agreements(b, a) = Agreement(faces[a], faces[b]);
       }
     }
-    for (int64_t a = 0; a < count; ++a) {
+    for (int64_t a = 0; a < count && context.CheckStop().ok(); ++a) {
       double rest = -Agreement(faces[a], faces[a]) - agreements.col(a).sum();
       for (const Dipole& point : faces[a].points) {
         rest += point.area.dot(field.DescentAt(point.position));
@@ -249,16 +252,18 @@ class FaceSearch {
     return agreements;
   }
 
-  // Patches of the window to turn.
-  std::vector<int> Search(const std::vector<int>& window, const WindingField& field) const {
+  // Patches of the window to turn; none after a stop request.
+  std::vector<int> Search(const std::vector<int>& window, const WindingField& field,
+                          const RunContext& context) const {
     constexpr int kMostPasses = 8;
     constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
     constexpr double kRounding = 1e-9;
     const std::vector<Face> faces = FacesOf(window);
     if (faces.size() > kMostFaces) return {};
-    const Eigen::MatrixXd agreements = AgreementsOf(faces, field);
+    const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
     for (int pass = 0; pass < kMostPasses; ++pass) {
+      if (!context.CheckStop().ok()) return {};
       const double gain = KernighanLinPass(agreements, &signs);
       if (gain <= kRounding * agreements.cwiseAbs().sum()) break;
     }
@@ -333,15 +338,15 @@ class FaceSearch {
     return turned;
   }
 
-  // Turns the small patches of the windows that go against their votes now.
-  void TurnFew(const std::vector<std::vector<int>>& windows) {
-    for (const std::vector<int>& window : windows) {
-      for (const int p : window) {
-        if (!IsFew(p)) continue;
-        double votes = 0;
-        for (const Link& link : links_[p]) votes += PresentWeight(p, link);
-        if (votes < 0) Turn(p);
-      }
+  // Turns the small patches of a window that go against their votes now.
+  void TurnFew(const std::vector<int>& window, std::vector<int>* turned) {
+    for (const int p : window) {
+      if (!IsFew(p)) continue;
+      double votes = 0;
+      for (const Link& link : links_[p]) votes += PresentWeight(p, link);
+      if (votes >= 0) continue;
+      Turn(p);
+      turned->push_back(p);
     }
   }
 
@@ -358,14 +363,16 @@ class FaceSearch {
     RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(windows.size()), 1, context,
                                         [&](int64_t begin, int64_t end) {
                                           for (int64_t w = begin; w < end; ++w)
-                                            to_turn[w] = Search(windows[w], field);
+                                            to_turn[w] = Search(windows[w], field, context);
                                         }));
     std::vector<int> turned;
     for (const std::vector<int>& list : to_turn) {
       for (const int patch : list) Turn(patch);
       turned.insert(turned.end(), list.begin(), list.end());
     }
-    if (!turned.empty()) TurnFew(windows);
+    for (size_t w = 0; w < windows.size(); ++w) {
+      if (!to_turn[w].empty()) TurnFew(windows[w], &turned);
+    }
     return turned;
   }
 

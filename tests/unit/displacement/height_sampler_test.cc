@@ -39,8 +39,7 @@ TEST(HeightSamplerTest, FindsTheSurfaceFromAnyStartOnItsSide) {
   }
 }
 
-// A rod as thick as six points stand apart: chords between its points lie a tenth of the radius
-// deep.
+// A rod as thick as some four points stand apart.
 TEST(HeightSamplerTest, AThinRodIsRoundBetweenItsPoints) {
   constexpr double kRadius = 0.01;
   Random random(4);

@@ -89,6 +89,19 @@ TEST_F(Rounds, UndoWhatLeavesThePoints) {
   EXPECT_NEAR(state_.control_points.col(5).norm(), mesh_.vertices.col(5).norm() * 1.002001, 1e-9);
 }
 
+TEST_F(Rounds, WhatComesBackToThePointsFoldsNothing) {
+  const int begin = samples_.control_rings.neighbor_begin[20];
+  const int neighbor = samples_.control_rings.neighbors[begin + 1];
+  const Eigen::Vector3d way = mesh_.vertices.col(20) - mesh_.vertices.col(neighbor);
+  EXPECT_TRUE(Take(
+      [&] {
+        state_.control_points.col(20) = 1.6 * (mesh_.vertices.col(20) + way);
+        state_.control_points.col(neighbor) += 1.2 * way;
+      },
+      0));
+  EXPECT_THAT(FoldedFaces(samples_, state_.surface), testing::Each(0));
+}
+
 // Over a hole nothing says where the surface runs.
 TEST(RoundsOverAHole, MoveAsTheyAreAsked) {
   const OrientedCloud whole = SphereCloud(0.3, 5'000);

@@ -31,7 +31,7 @@ int64_t StatusBytes(const std::string& field) {
   return 0;
 }
 
-// The peak above what the process held before, the scan included; -1 where the system does not
+// The peak above what the process, the scan included, held before; -1 where the system does not
 // tell.
 double PeakBytesAPoint(const PointCloud& scan) {
   ReturnFreedMemory();

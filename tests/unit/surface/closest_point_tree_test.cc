@@ -86,7 +86,6 @@ TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
   }
 }
 
-// Map coordinates: boxes in float would be decimetres wide there, were they not relative.
 TEST(ClosestPointTreeTest, BroodsChangeNoDistance) {
   // Few and many broods, and a number of triangles that is no multiple of theirs.
   for (const auto& [count, brood] :
@@ -106,6 +105,7 @@ TEST(ClosestPointTreeTest, BroodsChangeNoDistance) {
   }
 }
 
+// Map coordinates: boxes in float would be decimetres wide there, were they not relative.
 TEST(ClosestPointTreeTest, StaysExactFarFromTheOrigin) {
   Shape shape = TriangleSoup(2000, 0.5);
   const Vector3d offset(500000, 4600000, 1000);
