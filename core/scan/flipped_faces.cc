@@ -64,11 +64,27 @@ bool Touch(const Face& a, const Face& b) {
   return (b.sum.position - a.sum.position).squaredNorm() < reach * reach;
 }
 
+// The way that the scan faces as one: zero unless the mean of its normals is longer than a
+// hemisphere's.
+Eigen::Vector3d FrontOf(const OrientedCloud& cloud) {
+  constexpr double kLeastMean = 0.5;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double area = 0;
+  for (Eigen::Index i = 0; i < cloud.normals.cols(); ++i) {
+    const double share = ShareOfSurface(cloud.spacing[i]);
+    sum += share * cloud.normals.col(i);
+    area += share;
+  }
+  if (sum.norm() > kLeastMean * area) return sum;
+  return Eigen::Vector3d::Zero();
+}
+
 class FaceSearch {
  public:
   FaceSearch(const OrientationPatches& patches, const std::vector<SignedLink>& agreements,
              OrientedCloud* cloud)
       : cloud_(*cloud),
+        front_(FrontOf(*cloud)),
         members_(static_cast<size_t>(patches.count)),
         links_(members_.size()),
         sign_(members_.size(), 1) {
@@ -325,13 +341,16 @@ class FaceSearch {
       std::vector<int> patches;
       Eigen::VectorXd others = signs;
       double size = 0, gain = 0;
+      Eigen::Vector3d area = Eigen::Vector3d::Zero();
       for (const int f : set) {
         patches.insert(patches.end(), faces[f].patches.begin(), faces[f].patches.end());
         others[f] = 0;
         size += faces[f].size;
+        area += faces[f].sum.area;
       }
       for (const int f : set) gain -= agreements.col(f).dot(others);
       if (gain * std::sqrt(size / std::numbers::pi) < kLeastGain * size) continue;
+      if (front_.dot(area) > 0) continue;
       if (VotesForTurning(patches) < kLeastVotes || ShareInFew(patches) > kMostInFew) continue;
       turned.insert(turned.end(), patches.begin(), patches.end());
     }
@@ -377,6 +396,7 @@ class FaceSearch {
   }
 
   OrientedCloud& cloud_;
+  const Eigen::Vector3d front_;
   std::vector<std::vector<int>> members_;  // of each patch
   std::vector<std::vector<Link>> links_;   // of each patch
   std::vector<int> sign_;                  // of each patch: -1 when turned

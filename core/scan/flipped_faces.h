@@ -20,8 +20,9 @@ namespace rilievo {
 // (orientation by winding numbers: Xu et al. 2023). From patches with a good part of their votes
 // against them on, those that disagree with the rest of the scan are searched, together with all
 // around them, for the signs that agree best (Kernighan and Lin 1970), and what surely gains is
-// turned; not sets of which much lies in patches of a few points, as on pins. Twice at most, and
-// nothing where more than 1500 patches hang together so.
+// turned; not sets of which much lies in patches of a few points, as on pins. Twice at most,
+// nothing where more than 1500 patches hang together so, and on a scan that faces one way, more
+// than a hemisphere does, nothing that faces that way too.
 // `agreements`: links between patches, > 0 where the present normals agree with them.
 absl::Status TurnFlippedFaces(const OrientationPatches& patches,
                               const std::vector<SignedLink>& agreements, OrientedCloud* cloud,
