@@ -11,6 +11,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/dipole.h"
+#include "core/scan/dipole_face.h"
 #include "core/scan/kernighan_lin.h"
 #include "core/scan/winding_number.h"
 
@@ -30,39 +31,6 @@ constexpr double kLeastVotes = 0.1;
 // Share of the points in patches of few from which a face is no surface: pins and leaves no wider
 // than the points are apart have 0.3, flipped faces 0.1 at most.
 constexpr double kMostInFew = 0.2;
-
-// Points that are turned together.
-struct Face {
-  std::vector<int> patches;
-  std::vector<Dipole> points;
-  Dipole sum;       // of areas; position and blur are the mean of the points'
-  double size = 0;  // area, however it is turned
-  double radius = 0;
-};
-
-// By how much dipoles agree; symmetric.
-double Agreement(const Dipole& a, Dipole b) {
-  b.blur = (a.blur + b.blur) / 2;
-  return a.area.dot(WindingDescent(b, a.position));
-}
-
-double Agreement(const Face& a, const Face& b) {
-  constexpr double kFar = 2;  // radii together
-  const double near = kFar * (a.radius + b.radius);
-  if ((b.sum.position - a.sum.position).squaredNorm() > near * near) {
-    return Agreement(a.sum, b.sum);
-  }
-  double sum = 0;
-  for (const Dipole& i : a.points) {
-    for (const Dipole& j : b.points) sum += Agreement(i, j);
-  }
-  return sum;
-}
-
-bool Touch(const Face& a, const Face& b) {
-  const double reach = a.radius + b.radius;
-  return (b.sum.position - a.sum.position).squaredNorm() < reach * reach;
-}
 
 // The way that the scan faces as one: zero unless the mean of its normals is longer than a
 // hemisphere's.
@@ -126,28 +94,12 @@ class FaceSearch {
     for (const int i : members_[patch]) cloud_.normals.col(i) *= -1;
   }
 
-  Face MakeFace(std::vector<int> patches) const {
-    Face face;
-    face.patches = std::move(patches);
-    for (const int patch : face.patches) {
-      for (const int i : members_[patch]) {
-        const Dipole dipole = DipoleOf(cloud_, i);
-        const double share = ShareOfSurface(cloud_.spacing[i]);
-        face.sum.position += share * dipole.position;
-        face.sum.area += dipole.area;
-        face.sum.blur += share * dipole.blur;
-        face.size += share;
-        face.points.push_back(dipole);
-      }
+  DipoleFace MakeFace(std::vector<int> patches) const {
+    std::vector<int> points;
+    for (const int patch : patches) {
+      points.insert(points.end(), members_[patch].begin(), members_[patch].end());
     }
-    if (face.size > 0) {
-      face.sum.position /= face.size;
-      face.sum.blur /= face.size;
-    }
-    for (const Dipole& dipole : face.points) {
-      face.radius = std::max(face.radius, (dipole.position - face.sum.position).norm());
-    }
-    return face;
+    return MakeDipoleFace(cloud_, points, std::move(patches));
   }
 
   // The patches and all that are linked to them, ascending.
@@ -164,7 +116,7 @@ class FaceSearch {
   // Whether the rest of the scan would have the patch the other way round.
   bool Disagrees(int patch, const WindingField& field) const {
     if (IsFew(patch)) return false;
-    const Face face = MakeFace({patch});
+    const DipoleFace face = MakeFace({patch});
     Eigen::Vector3d descent = field.DescentAt(face.sum.position);
     for (const Dipole& dipole : face.points) descent -= WindingDescent(dipole, face.sum.position);
     return descent.dot(face.sum.area) < 0;
@@ -219,7 +171,7 @@ class FaceSearch {
   }
 
   // One for each patch of more than a few points, with the smaller ones that agree with it most.
-  std::vector<Face> FacesOf(const std::vector<int>& window) const {
+  std::vector<DipoleFace> FacesOf(const std::vector<int>& window) const {
     std::vector<std::vector<int>> patches;
     std::vector<int> large;
     for (const int p : window) {
@@ -241,7 +193,7 @@ class FaceSearch {
       }
       if (best >= 0) patches[best].push_back(p);
     }
-    std::vector<Face> faces;
+    std::vector<DipoleFace> faces;
     for (std::vector<int>& list : patches) faces.push_back(MakeFace(std::move(list)));
     return faces;
   }
@@ -249,7 +201,7 @@ class FaceSearch {
   // How much the faces agree with each other and, in the last row and column, with the rest.
   // The share of the rest is what the field tells less what the faces do, whose blurs differ a
   // little. Unfinished after a stop request.
-  Eigen::MatrixXd AgreementsOf(const std::vector<Face>& faces, const WindingField& field,
+  Eigen::MatrixXd AgreementsOf(const std::vector<DipoleFace>& faces, const WindingField& field,
                                const RunContext& context) const {
     const auto count = static_cast<int64_t>(faces.size());
     Eigen::MatrixXd agreements = Eigen::MatrixXd::Zero(count + 1, count + 1);
@@ -274,7 +226,7 @@ class FaceSearch {
     constexpr int kMostPasses = 8;
     constexpr size_t kMostFaces = 1500;  // the agreements between them are held in a square
     constexpr double kRounding = 1e-9;
-    const std::vector<Face> faces = FacesOf(window);
+    const std::vector<DipoleFace> faces = FacesOf(window);
     if (faces.size() > kMostFaces) return {};
     const Eigen::MatrixXd agreements = AgreementsOf(faces, field, context);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(agreements.rows());
@@ -288,7 +240,7 @@ class FaceSearch {
   }
 
   // Faces to turn that touch each other, as one.
-  static std::vector<std::vector<int>> Together(const std::vector<Face>& faces,
+  static std::vector<std::vector<int>> Together(const std::vector<DipoleFace>& faces,
                                                 const Eigen::VectorXd& signs) {
     std::vector<std::vector<int>> sets;
     std::vector<uint8_t> left(faces.size());
@@ -334,7 +286,8 @@ class FaceSearch {
   }
 
   // Patches of those faces to turn that surely gain.
-  std::vector<int> SureGains(const std::vector<Face>& faces, const Eigen::MatrixXd& agreements,
+  std::vector<int> SureGains(const std::vector<DipoleFace>& faces,
+                             const Eigen::MatrixXd& agreements,
                              const Eigen::VectorXd& signs) const {
     std::vector<int> turned;
     for (const std::vector<int>& set : Together(faces, signs)) {
