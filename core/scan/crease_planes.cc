@@ -273,11 +273,14 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   const int wanted = PointsWanted(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
-  found.count = index.Nearest(place.middle, std::min(std::max(wanted, other), index.size()),
-                              found.points.data(), squared.data());
   std::optional<CreasePlanes> best;
   for (const int count : {wanted, other}) {
-    auto fit = FitAmong(cloud, found, place, bias, std::min(count, found.count));
+    // The first neighbourhood mostly says enough, and a search for more than it asks takes longer.
+    const int most = std::min(count, index.size());
+    if (most > found.count) {
+      found.count = index.Nearest(place.middle, most, found.points.data(), squared.data());
+    }
+    auto fit = FitAmong(cloud, found, place, bias, most);
     if (fit && (!best || fit->evidence > best->evidence)) best = fit;
     if (best && best->evidence > kEnough) break;
   }
