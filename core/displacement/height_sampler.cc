@@ -18,9 +18,9 @@ constexpr float kRestartSpacings = 1.0f;
 constexpr int kMostRestarts = 3;
 // Rays whose hits lie within this many spacings of the first one's share its points, if their
 // directions agree.
-constexpr float kGroupSpacings = 1.5f;
+constexpr float kGroupSpacings = 2.5f;
 constexpr float kGroupAgreement = 0.95f;
-constexpr int kMostPatchPoints = 320;
+constexpr int kMostPatchPoints = 400;
 constexpr int kCoveredRanks = 5;
 
 // Points around the ray that a crease is fitted to.
