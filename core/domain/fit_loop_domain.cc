@@ -76,6 +76,7 @@ absl::Status FitOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(CheckRange("tangential_weight", tangential_weight, 0, 1));
   RILIEVO_RETURN_IF_ERROR(CheckRange("fairness_start", fairness_start, 0, kInfinity));
   RILIEVO_RETURN_IF_ERROR(CheckRange("fairness_end", fairness_end, 0, kInfinity));
+  RILIEVO_RETURN_IF_ERROR(CheckRange("wanted_rms", wanted_rms, 0, kInfinity));
   if (!(robust_spacings > 0 && robust_spacings <= kInfinity)) {
     return absl::InvalidArgumentError(
         absl::StrCat("robust_spacings: ", robust_spacings, " is not a positive number"));

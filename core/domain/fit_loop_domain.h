@@ -32,6 +32,9 @@ struct FitOptions {
   double fairness_end = 1e-4;
   // Scale of the robust loss, in local spacings. > 0.
   double robust_spacings = 2.0;
+  // RMS that whoever asks has use for, unit frame; 0: any. A fit that is far off it after the first
+  // round of least squares, which does most of the way, ends there. >= 0.
+  double wanted_rms = 0;
   absl::Status Validate() const;
 };
 

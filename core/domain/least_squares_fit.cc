@@ -31,6 +31,9 @@ constexpr double kLeastSquaresBegin = 0.2;
 // A round after which the cloud is farther off than this many times the distance before it is
 // taken back.
 constexpr double kWorse = 1.05;
+// So many times the RMS wanted are out of reach after the first round: the later ones take off a
+// tenth to a sixth together.
+constexpr double kOutOfReach = 1.4;
 
 class StopCallback final : public ceres::IterationCallback {
  public:
@@ -119,6 +122,9 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
     bool taken = false;
     RILIEVO_RETURN_IF_ERROR(TakeRound(samples, solve, kWorse, context, search, state, &taken));
     if (!taken) tangential_weight = std::clamp(10 * tangential_weight, 0.1, 1.0);
+    if (options.wanted_rms > 0 && taken && state->rms.back() > kOutOfReach * options.wanted_rms) {
+      break;
+    }
   }
   return absl::OkStatus();
 }

@@ -29,9 +29,11 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
     return FitDomain(scan, start, options, context, report);
   }
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, context));
-  RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, options, context, report));
   const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
-  if (report->domain_rms <= (known ? kMostKnownNoise : kMostNoise) * noise) return domain;
+  ReconstructOptions trial = options;
+  trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
+  RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context, report));
+  if (report->domain_rms <= trial.fit.wanted_rms) return domain;
   return FitDomain(scan, start, options, context, report);
 }
 

@@ -37,6 +37,18 @@ TEST(LeastSquaresFit, EachRoundBringsTheSurfaceNearer) {
   EXPECT_LT(fit.state.largest_move, 1e-3);
 }
 
+TEST(LeastSquaresFit, EndsEarlyWhereWhatIsWantedIsOutOfReach) {
+  const OrientedCloud cloud = TorusCloud(0.25, 0.1, 20'000);
+  const ControlMesh mesh = TorusMesh(0.25, 0.1, 8, 6);
+  const Fit whole = RunFit(cloud, mesh, FitOptions());
+  ASSERT_TRUE(whole.status.ok());
+  FitOptions options;
+  options.wanted_rms = whole.state.rms[1];
+  EXPECT_EQ(RunFit(cloud, mesh, options).state.control_points, whole.state.control_points);
+  options.wanted_rms = whole.state.rms.back() / 2;
+  EXPECT_EQ(RunFit(cloud, mesh, options).state.rms.size(), 2u);  // before, and after one round
+}
+
 // The regular torus is a flat sheet to its neighbours, so the solution is known: a control net that
 // the symmetry keeps regular.
 TEST(LeastSquaresFit, KeepsTheSymmetryOfTheInput) {

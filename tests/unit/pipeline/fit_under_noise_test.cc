@@ -35,5 +35,20 @@ TEST(FitUnderNoiseTest, DetailAboveTheNoiseKeepsThem) {
   EXPECT_EQ(faces.chosen, faces.start);
 }
 
+// What the trial with fewer faces gave up early leaves no trace.
+TEST(FitUnderNoiseTest, KeptFacesAreFittedAsIfAlone) {
+  PreparedScan prepared = PrepareScan(*MakeTerrain(), 30000, 0.0004);
+  ReconstructReport alone_report = prepared.report;
+  const Domain domain = FitUnderNoise(prepared.scan, prepared.control, ReconstructOptions{},
+                                      RunContext{}, &prepared.report)
+                            .value();
+  const Domain alone = FitDomain(prepared.scan, prepared.control, ReconstructOptions{},
+                                 RunContext{}, &alone_report)
+                           .value();
+  EXPECT_EQ(domain.mesh.vertices, alone.mesh.vertices);
+  EXPECT_EQ(prepared.report.fit_rounds, alone_report.fit_rounds);
+  EXPECT_EQ(prepared.report.domain_rms, alone_report.domain_rms);
+}
+
 }  // namespace
 }  // namespace rilievo
