@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "core/base/parallel_for.h"
@@ -84,20 +85,41 @@ double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const
   return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
 }
 
-// Splits `centers` in place; the nodes of a subtree are appended to a vector of the caller.
-// `box_of(item)`: the box of an item.
+// Splits `centers` in place, and makes the nodes over them in the caller's memory: how many there
+// are follows from the number of centers. Items that would fill a node of their own badly become a
+// run of the tree's. `box_of(item)`: the box of an item.
 template <typename BoxOfItem>
 class ClosestPointTree::Builder {
  public:
-  Builder(const BoxOfItem& box_of, int brood, const RunContext& context,
-          std::vector<Center>& centers)
-      : box_of_(box_of), brood_(brood), context_(context), centers_(centers) {}
+  Builder(const ClosestPointTree& tree, const BoxOfItem& box_of, int brood,
+          const RunContext& context, std::vector<Center>& centers)
+      : tree_(tree), box_of_(box_of), brood_(brood), context_(context), centers_(centers) {
+    for (int count = brood; count > 1; count /= kWidth) nodes_of_brood_ += brood / count;
+  }
 
-  // The nodes over centers [begin, end), at least one; the first is the root. Returns the box of
-  // all. Unfinished once a stop was requested.
-  Box Split(int begin, int end, std::vector<Node>& nodes) {
-    const int at = static_cast<int>(nodes.size());
-    nodes.push_back(EmptyNode());
+  // How many nodes Split makes over `count` centers.
+  int CountNodes(int count) {
+    int nodes = 1;
+    int part_begin[kWidth + 1];
+    PlanCut(count, part_begin);
+    for (int slot = 0; slot < kWidth; ++slot) {
+      const int part = part_begin[slot + 1] - part_begin[slot];
+      if (part == 1) nodes += nodes_of_brood_;
+      if (part <= 1 || IsRun(part)) continue;
+      const auto known = counted_.find(part);
+      const int below = known != counted_.end() ? known->second : CountNodes(part);
+      counted_.emplace(part, below);
+      nodes += below;
+    }
+    return nodes;
+  }
+
+  // The nodes over centers [begin, end), at least one; the first is the root. `next`: where in
+  // `nodes` they go; then where the next one goes. Returns the box of all. Unfinished once a stop
+  // was requested.
+  Box Split(int begin, int end, std::vector<Node>& nodes, int32_t* next) const {
+    const int at = (*next)++;
+    nodes[at] = EmptyNode();
     if (context_.stop.stop_requested()) return Box();
     int part_begin[kWidth + 1];
     Cut(begin, end, part_begin);
@@ -108,11 +130,14 @@ class ClosestPointTree::Builder {
       Box part;
       if (to - from == 1) {
         int32_t child = 0;
-        part = Place(from * brood_, centers_[from].brood * brood_, brood_, nodes, &child);
+        part = Place(from * brood_, centers_[from].brood * brood_, brood_, nodes, next, &child);
         nodes[at].child[slot] = child;
+      } else if (IsRun(to - from)) {
+        nodes[at].child[slot] = tree_.ChildOf({from, to - from});
+        for (int i = from; i < to; ++i) part.Add(box_of_(centers_[i].brood));
       } else {
-        nodes[at].child[slot] = static_cast<int32_t>(nodes.size());
-        part = Split(from, to, nodes);
+        nodes[at].child[slot] = *next;
+        part = Split(from, to, nodes, next);
       }
       SetBox(part, slot, nodes[at]);
       all.Add(part);
@@ -120,12 +145,16 @@ class ClosestPointTree::Builder {
     return all;
   }
 
-  // Where the second half begins after centers [begin, end) are halved along their longest axis; in
-  // large ranges after a multiple of four items, so that most of the lowest nodes are full.
-  int Halve(int begin, int end) {
-    const int count = end - begin;
-    int half = (count + 1) / 2;
-    if (count > 2 * kWidth) half = (half + kWidth - 1) / kWidth * kWidth;
+  // Where the second half of a range begins: in large ones after a multiple of four items, so that
+  // most of the lowest nodes are full.
+  static int HalfOf(int count) {
+    const int half = (count + 1) / 2;
+    return count > 2 * kWidth ? (half + kWidth - 1) / kWidth * kWidth : half;
+  }
+
+  // Halves centers [begin, end) along their longest axis; returns where the second half begins.
+  int Halve(int begin, int end) const {
+    const int count = end - begin, half = HalfOf(count);
     if (half >= count) return end;
     float lo[3] = {kInfinity, kInfinity, kInfinity};
     float hi[3] = {-kInfinity, -kInfinity, -kInfinity};
@@ -164,18 +193,20 @@ class ClosestPointTree::Builder {
  private:
   // The `count` items from `item` on, a power of four, in the tree's places from `place` on.
   // `child` says where they are; returns their box.
-  Box Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* child) {
+  Box Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* next,
+            int32_t* child) const {
     if (count == 1) {
-      *child = ~place;
+      *child = tree_.ChildOf({place, 1});
       return box_of_(item);
     }
-    const int at = *child = static_cast<int32_t>(nodes.size());
-    nodes.push_back(EmptyNode());
+    const int at = *child = (*next)++;
+    nodes[at] = EmptyNode();
     Box all;
     const int quarter = count / kWidth;
     for (int slot = 0; slot < kWidth; ++slot) {
       int32_t below = 0;
-      const Box part = Place(place + slot * quarter, item + slot * quarter, quarter, nodes, &below);
+      const Box part =
+          Place(place + slot * quarter, item + slot * quarter, quarter, nodes, next, &below);
       nodes[at].child[slot] = below;
       SetBox(part, slot, nodes[at]);
       all.Add(part);
@@ -183,23 +214,38 @@ class ClosestPointTree::Builder {
     return all;
   }
 
-  // Four parts of nearly equal size.
-  void Cut(int begin, int end, int part_begin[kWidth + 1]) {
-    part_begin[0] = begin;
-    part_begin[kWidth] = end;
-    if (end - begin <= kWidth) {
-      for (int i = 1; i < kWidth; ++i) part_begin[i] = std::min(begin + i, end);
+  // Where four parts of nearly equal size begin.
+  static void PlanCut(int count, int part_begin[kWidth + 1]) {
+    part_begin[0] = 0;
+    part_begin[kWidth] = count;
+    if (count <= kWidth) {
+      for (int i = 1; i < kWidth; ++i) part_begin[i] = std::min(i, count);
       return;
     }
-    part_begin[2] = Halve(begin, end);
-    part_begin[1] = Halve(begin, part_begin[2]);
-    part_begin[3] = Halve(part_begin[2], end);
+    part_begin[2] = HalfOf(count);
+    part_begin[1] = HalfOf(part_begin[2]);
+    part_begin[3] = part_begin[2] + HalfOf(count - part_begin[2]);
   }
 
+  void Cut(int begin, int end, int part_begin[kWidth + 1]) const {
+    PlanCut(end - begin, part_begin);
+    for (int i = 0; i <= kWidth; ++i) part_begin[i] += begin;
+    if (end - begin <= kWidth) return;
+    Halve(begin, end);
+    Halve(begin, part_begin[2]);
+    Halve(part_begin[2], end);
+  }
+
+  // Whether so many centers share a slot.
+  bool IsRun(int count) const { return brood_ == 1 && count <= tree_.most_in_run(); }
+
+  const ClosestPointTree& tree_;
   const BoxOfItem& box_of_;
   const int brood_;  // items
   const RunContext& context_;
   std::vector<Center>& centers_;
+  int nodes_of_brood_ = 0;
+  std::map<int, int> counted_;  // of CountNodes
 };
 
 // A large tree has a root, its four children and their sixteen, each made by a job of its own: the
@@ -207,12 +253,14 @@ class ClosestPointTree::Builder {
 template <typename BoxOfItem>
 absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
                                           const RunContext& context, std::vector<Center>& centers) {
-  Builder<BoxOfItem> builder(box_of, brood, context, centers);
+  Builder<BoxOfItem> builder(*this, box_of, brood, context, centers);
   const int count = static_cast<int>(centers.size());
   constexpr int kJobs = kWidth * kWidth;
   constexpr int kSmall = 4096;  // items
   if (count <= kSmall / brood || count < kWidth * kJobs) {
-    builder.Split(0, count, nodes_);
+    int32_t next = 0;
+    nodes_.resize(static_cast<size_t>(builder.CountNodes(count)));
+    builder.Split(0, count, nodes_, &next);
     return context.CheckStop();
   }
   std::array<int, kJobs + 1> first;
@@ -227,44 +275,34 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
       }
     }));
   }
-  std::array<std::vector<Node>, kJobs> subtrees;
+  std::array<int32_t, kJobs> root;
+  int32_t size = 1 + kWidth;
+  for (int job = 0; job < kJobs; ++job) {
+    root[job] = size;
+    size += builder.CountNodes(first[job + 1] - first[job]);
+  }
+  nodes_.resize(static_cast<size_t>(size));
   std::array<Box, kJobs> boxes;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
     for (int64_t job = begin; job < end; ++job) {
-      subtrees[job].reserve(static_cast<size_t>(first[job + 1] - first[job]) * brood * 3 / 8);
-      boxes[job] = builder.Split(first[job], first[job + 1], subtrees[job]);
+      int32_t next = root[job];
+      boxes[job] = builder.Split(first[job], first[job + 1], nodes_, &next);
     }
   }));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-
-  nodes_.assign(1 + kWidth, builder.EmptyNode());
-  std::array<int32_t, kJobs> offset;
-  int32_t size = 1 + kWidth;
-  for (int job = 0; job < kJobs; ++job) {
-    offset[job] = size;
-    size += static_cast<int32_t>(subtrees[job].size());
-  }
+  std::fill_n(nodes_.begin(), 1 + kWidth, builder.EmptyNode());
   for (int part = 0; part < kWidth; ++part) {
     Box all;
     for (int slot = 0; slot < kWidth; ++slot) {
       const int job = part * kWidth + slot;
-      nodes_[1 + part].child[slot] = offset[job];
+      nodes_[1 + part].child[slot] = root[job];
       builder.SetBox(boxes[job], slot, nodes_[1 + part]);
       all.Add(boxes[job]);
     }
     nodes_[0].child[part] = 1 + part;
     builder.SetBox(all, part, nodes_[0]);
   }
-  nodes_.resize(static_cast<size_t>(size));
-  return ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
-    for (int64_t job = begin; job < end; ++job) {
-      for (size_t n = 0; n < subtrees[job].size(); ++n) {
-        Node& node = nodes_[offset[job] + n] = subtrees[job][n];
-        for (int32_t& child : node.child) child = child >= 0 ? child + offset[job] : child;
-      }
-      subtrees[job] = std::vector<Node>();
-    }
-  });
+  return absl::OkStatus();
 }
 
 absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
@@ -297,6 +335,9 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     }
     return box;
   };
+  // Four items are asked in the time that a node of their own would take, in a third of its memory.
+  constexpr int kRunBits = 2;
+  tree.run_bits_ = count > std::numeric_limits<int>::max() >> kRunBits ? 0 : kRunBits;
   if (count % brood != 0) brood = 1;
   std::vector<Center> centers(count / brood);
   constexpr int64_t kBlock = 8192;
@@ -318,6 +359,10 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, brood, context, centers));
 
   tree.items_.resize(count);
+  for (int i = 0; i < count; ++i) {
+    tree.items_[i] = centers[i / brood].brood * brood + i % brood;
+  }
+  centers = std::vector<Center>();
   tree.vertices_.resize(3, vertices.cols());
   if (!tree.points_) {
     tree.corners_.resize(3, count);
@@ -325,8 +370,7 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   }
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      const auto within = static_cast<int>(i % brood);
-      const int item = tree.items_[i] = centers[i / brood].brood * brood + within;
+      const int item = tree.items_[i];
       if (tree.points_) {
         tree.vertices_.col(i) = corner(item, 0);
       } else {

@@ -54,8 +54,8 @@ class ClosestPointTree {
 
  private:
   static constexpr int kWidth = 4;  // children of a node
-  // Box k: lo[axis][k] to hi[axis][k]. child >= 0: a node; < 0: item ~child. An unused slot is an
-  // empty box, infinitely far from everything.
+  // Box k: lo[axis][k] to hi[axis][k]. child >= 0: a node; < 0: a run of items, see RunOf(). An
+  // unused slot is an empty box, infinitely far from everything.
   struct alignas(16) Node {
     float lo[3][kWidth];
     float hi[3][kWidth];
@@ -73,6 +73,16 @@ class ClosestPointTree {
   absl::Status BuildNodes(const BoxOfItem& box_of, int brood, const RunContext& context,
                           std::vector<Center>& centers);
 
+  // Items that follow each other and share a box.
+  struct Run {
+    int first, count;
+  };
+  Run RunOf(int32_t child) const {
+    return {~child >> run_bits_, (~child & ((1 << run_bits_) - 1)) + 1};
+  }
+  int32_t ChildOf(Run run) const { return ~((run.first << run_bits_) | (run.count - 1)); }
+  int most_in_run() const { return 1 << run_bits_; }
+
   // Lets `best` take items; those beyond its radius, which shrinks as it takes some, are passed by.
   template <typename Best>
   void Search(const Eigen::Vector3d& local, Best* best) const;
@@ -81,6 +91,7 @@ class ClosestPointTree {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();  // of the corners
   double box_scale_ = 1;                              // box = box_scale_ * corner: within [-1, 1]
   bool points_ = false;
+  int run_bits_ = 0;
   std::vector<int> items_;
   Eigen::Matrix3Xd vertices_;  // from the origin; in the order of the items where these are points
   Eigen::Matrix3Xi corners_;   // of each item in `vertices_`; empty where the items are points

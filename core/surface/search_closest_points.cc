@@ -124,9 +124,12 @@ void ClosestPointTree::Search(const Vector3d& local, Best* best) const {
     }
     for (int i = near_count - 1; i >= 0; --i) {
       if (near[i].node >= 0 || near[i].distance > radius) continue;
-      const int item = ~near[i].node;
-      if (!best->Take(SquaredDistanceToItem(local, item), item)) continue;
-      radius = radius_of(best->radius_squared());
+      const Run run = RunOf(near[i].node);
+      bool taken = false;
+      for (int item = run.first; item < run.first + run.count; ++item) {
+        taken |= best->Take(SquaredDistanceToItem(local, item), item);
+      }
+      if (taken) radius = radius_of(best->radius_squared());
     }
     for (int i = 0; i < near_count; ++i) {
       if (near[i].node >= 0 && near[i].distance <= radius) stack[top++] = near[i];
