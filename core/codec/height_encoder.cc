@@ -355,14 +355,18 @@ EncodedHeights HeightEncoder::Finish(double step, const Pass& pass) const {
   return encoded;
 }
 
+// `pass`: as the round before left it.
+absl::Status HeightEncoder::RunRound(int round, double step, const RunContext& context,
+                                     Pass& pass) const {
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  return RunPass(step, round > 0 ? CorrectedTargets(pass) : targets_, context, pass);
+}
+
 absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunContext& context) const {
   Pass pass;
-  std::vector<double> targets = targets_;
   EncodedHeights encoded;
   for (int round = 0; round < kMostRounds; ++round) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (round > 0) targets = CorrectedTargets(pass);
-    RILIEVO_RETURN_IF_ERROR(RunPass(step, targets, context, pass));
+    RILIEVO_RETURN_IF_ERROR(RunRound(round, step, context, pass));
     if (round + 1 < kRounds) continue;
     EncodedHeights next = Finish(step, pass);
     if (round + 1 > kRounds && next.rms >= encoded.rms) break;
@@ -370,6 +374,17 @@ absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunConte
     if (encoded.rms < kEnough * step) break;
   }
   return encoded;
+}
+
+absl::StatusOr<std::vector<double>> HeightEncoder::RmsOfRounds(double step, int rounds,
+                                                               const RunContext& context) const {
+  Pass pass;
+  std::vector<double> rms;
+  for (int round = 0; round < rounds; ++round) {
+    RILIEVO_RETURN_IF_ERROR(RunRound(round, step, context, pass));
+    rms.push_back(Finish(step, pass).rms);
+  }
+  return rms;
 }
 
 }  // namespace rilievo

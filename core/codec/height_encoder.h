@@ -52,6 +52,10 @@ class HeightEncoder {
   // they cost more, so that the slope of error over bits is the same everywhere.
   absl::StatusOr<EncodedHeights> Encode(double step, const RunContext& context) const;
 
+  // The RMS error after each of the first `rounds`, [1, inf), of those that Encode() goes through.
+  absl::StatusOr<std::vector<double>> RmsOfRounds(double step, int rounds,
+                                                  const RunContext& context) const;
+
  private:
   struct Pass;
   struct Group;
@@ -68,6 +72,7 @@ class HeightEncoder {
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
+  absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
   EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;

@@ -22,6 +22,17 @@ TEST_F(RateControlTest, ErrorIsKeptAndUsed) {
   }
 }
 
+// The first rounds of a step tell where the search for one begins.
+TEST_F(RateControlTest, FirstRoundsAreThoseOfTheEncoding) {
+  const double step = 1e-4;
+  const auto rounds = encoder_.RmsOfRounds(step, 3, RunContext());
+  ASSERT_TRUE(rounds.ok()) << rounds.status();
+  ASSERT_EQ(rounds->size(), 3u);
+  EXPECT_LT((*rounds)[1], (*rounds)[0]);
+  EXPECT_EQ((*rounds)[2], encoder_.Encode(step, RunContext())->rms);
+  EXPECT_EQ(encoder_.RmsOfRounds(step, 1, RunContext())->front(), rounds->front());
+}
+
 // Heights vanish when the error allowed is larger than they are.
 TEST_F(RateControlTest, AnyLargeErrorIsKept) {
   const auto encoded = EncodeWithinError(encoder_, 0.1, 0, RunContext());

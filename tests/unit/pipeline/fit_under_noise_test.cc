@@ -42,9 +42,9 @@ TEST(FitUnderNoiseTest, KeptFacesAreFittedAsIfAlone) {
   const Domain domain = FitUnderNoise(prepared.scan, prepared.control, ReconstructOptions{},
                                       RunContext{}, &prepared.report)
                             .value();
-  const Domain alone = FitDomain(prepared.scan, prepared.control, ReconstructOptions{},
-                                 RunContext{}, &alone_report)
-                           .value();
+  const Domain alone =
+      FitDomain(prepared.scan, prepared.control, ReconstructOptions{}, RunContext{}, &alone_report)
+          .value();
   EXPECT_EQ(domain.mesh.vertices, alone.mesh.vertices);
   EXPECT_EQ(prepared.report.fit_rounds, alone_report.fit_rounds);
   EXPECT_EQ(prepared.report.domain_rms, alone_report.domain_rms);
