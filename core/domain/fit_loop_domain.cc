@@ -20,7 +20,7 @@ constexpr double kConvergedMove = 1e-4;
 // A finer level than 1 only up to so many: 12 000 control faces at level 2 took 500 000 clean
 // points three times as long and 100 MB more, for the same error and bytes of the displaced
 // surface.
-constexpr int64_t kMostSamples = 50'000;
+constexpr int64_t kMostSamples = 60'000;
 // Of the progress, when Ceres follows.
 constexpr double kSuzukiShare = 0.2;
 

@@ -22,7 +22,7 @@ struct FitOptions {
   double suzuki_lambda = 0.8;  // (0, 1], seed 004 section 4.2
   int rounds = 4;              // of foot points and solve in turn, [1, 50]
   // A control face is sampled at this level's vertices, [0, 4]; at a lower level, but not below 1,
-  // where that already gives as many samples as there are points, or this one more than 50 000.
+  // where that already gives as many samples as there are points, or this one more than 60 000.
   int sample_level = 2;
   // Of the point-to-point part beside point-to-plane, [0, 1]. The less, the farther control points
   // slide to align with features: on mechpart 0.05 gives 1.2 times and 0.003 0.9 times the RMS.
