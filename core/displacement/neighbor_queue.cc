@@ -98,7 +98,7 @@ void NeighborQueue::Pull(int index, bool covered, Mark& mark) {
 }
 
 void NeighborQueue::Open(int point) {
-  const std::span<const int> neighbors = graph_.neighbors(point);
+  const NeighborList neighbors = graph_.neighbors(point);
   for (int neighbor : neighbors) __builtin_prefetch(&cloud_.points[neighbor]);
   int rank = 0;
   for (int neighbor : neighbors) {

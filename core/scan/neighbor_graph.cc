@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <utility>
 
@@ -122,18 +123,18 @@ class NearestSet final : public flann::ResultSet<double> {
   double* distances_;
 };
 
-// A tree with a copy of its points in the order of its leaves, which is all that a search reads.
+// A tree over a stretch of points.
 class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
   using Base = flann::NNIndex<flann::L2_Simple<double>>;
 
  public:
-  // `stretch`: `size` points, read here and not later.
-  LeafTree(const double* stretch, int64_t size)
+  // `copy`: the tree keeps its points, in the order of its leaves, and reads `stretch` not later.
+  LeafTree(const double* stretch, int64_t size, bool copy)
       : KDTreeSingleIndex(
             flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
-            flann::KDTreeSingleIndexParams(kLeafSize)) {
+            flann::KDTreeSingleIndexParams(kLeafSize, copy)) {
     buildIndex();
-    std::vector<double*>().swap(this->Base::points_);  // where each point was
+    if (copy) std::vector<double*>().swap(this->Base::points_);  // where each point was
   }
 };
 
@@ -142,7 +143,7 @@ class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>>
 struct PointIndex::Impl {
   // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
   // order is answered exactly.
-  absl::Status Build(const Eigen::Matrix3Xd& points, const RunContext& context) {
+  absl::Status Build(const Eigen::Matrix3Xd& points, bool copy, const RunContext& context) {
     const int64_t count = (points.cols() + kMostTreePoints - 1) / kMostTreePoints;
     size = static_cast<int>(points.cols());
     trees.resize(static_cast<size_t>(count));
@@ -154,7 +155,7 @@ struct PointIndex::Impl {
         const int64_t first = points.cols() * t / count;
         const int64_t length = points.cols() * (t + 1) / count - first;
         const auto stretch = points.middleCols(first, length);
-        trees[t] = std::make_unique<LeafTree>(stretch.data(), length);
+        trees[t] = std::make_unique<LeafTree>(stretch.data(), length, copy);
         boxes[t] = {stretch.rowwise().minCoeff(), stretch.rowwise().maxCoeff()};
         first_points[t] = static_cast<int>(first);
         first_codes[t] = CodeOf(points.col(first));
@@ -209,7 +210,7 @@ struct PointIndex::Impl {
 
 PointIndex::PointIndex(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 PointIndex::PointIndex(const Eigen::Matrix3Xd& points) : impl_(std::make_unique<Impl>()) {
-  impl_->Build(points, RunContext{}).IgnoreError();  // nobody can stop it
+  impl_->Build(points, true, RunContext{}).IgnoreError();  // nobody can stop it
 }
 PointIndex::~PointIndex() = default;
 PointIndex::PointIndex(PointIndex&&) noexcept = default;
@@ -219,7 +220,16 @@ absl::StatusOr<PointIndex> PointIndex::Build(const Eigen::Matrix3Xd& points,
                                              const RunContext& context, const SpatialFrame& curve) {
   auto impl = std::make_unique<Impl>();
   impl->curve = curve;
-  RILIEVO_RETURN_IF_ERROR(impl->Build(points, context));
+  RILIEVO_RETURN_IF_ERROR(impl->Build(points, true, context));
+  return PointIndex(std::move(impl));
+}
+
+absl::StatusOr<PointIndex> PointIndex::BuildOver(const Eigen::Matrix3Xd& points,
+                                                 const RunContext& context,
+                                                 const SpatialFrame& curve) {
+  auto impl = std::make_unique<Impl>();
+  impl->curve = curve;
+  RILIEVO_RETURN_IF_ERROR(impl->Build(points, false, context));
   return PointIndex(std::move(impl));
 }
 
@@ -257,6 +267,28 @@ void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int 
   for (int from = 0, to = 0; to < k; ++from) {
     if (nearest[from] != point) neighbors[to++] = nearest[from];
   }
+}
+
+void NeighborGraph::Pack() {
+  constexpr int kEntriesOfFar = 3;  // the mark and a number
+  if (k < kEntriesOfFar || indices.empty()) return;
+  const int count = size();
+  differences.resize(indices.size());
+  for (int i = 0; i < count; ++i) {
+    const int* const list = indices.data() + static_cast<size_t>(i) * k;
+    int16_t* const packed = differences.data() + static_cast<size_t>(i) * k;
+    int farthest = 0;
+    for (int j = 0; j < k; ++j) {
+      farthest = std::max(farthest, std::abs(list[j] - i));
+      packed[j] = static_cast<int16_t>(list[j] - i);
+    }
+    if (farthest <= std::numeric_limits<int16_t>::max()) continue;
+    const auto number = static_cast<uint32_t>(far_lists.size() / static_cast<size_t>(k));
+    packed[0] = kFar;
+    std::memcpy(packed + 1, &number, sizeof(number));
+    far_lists.insert(far_lists.end(), list, list + k);
+  }
+  indices = std::vector<int>();
 }
 
 int NeighborGraph::across(int point) const {

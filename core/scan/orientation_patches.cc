@@ -110,6 +110,7 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
     }
     next.assign(1, 0);
     for (int level = first; level < last; ++level) next.push_back(next.back() + count[level]);
+    if (list.capacity() < static_cast<size_t>(total)) list = std::vector<Edge>();
     list.resize(static_cast<size_t>(total));
     const auto width = static_cast<unsigned>(last - first);
     RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {

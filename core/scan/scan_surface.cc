@@ -142,7 +142,9 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
   JoinSheets(replaced, &graph);
-  RILIEVO_ASSIGN_OR_RETURN(index, build_index(cloud.points, kept.frame));
+  graph.Pack();
+  RILIEVO_ASSIGN_OR_RETURN(
+      index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,

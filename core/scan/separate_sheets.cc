@@ -49,7 +49,7 @@ Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
 // many as a list of the graph holds.
 int LookAcross(const Eigen::Matrix3Xd& points, const PointIndex& index, const NeighborGraph& graph,
                const LayerGap& gap, int center, int* own) {
-  const std::span<const int> nearest = graph.neighbors(center);
+  const NeighborList nearest = graph.neighbors(center);
   const Eigen::Vector3d variances = Variances(points, center, nearest);
   if (variances[0] < kThin * kThin * variances[1]) return -1;
   LayeredNeighborhood neighborhood(points, index, center);

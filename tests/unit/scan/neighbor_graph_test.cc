@@ -102,6 +102,22 @@ TEST(PointIndexTest, TheBuildStops) {
             absl::StatusCode::kCancelled);
 }
 
+TEST(PointIndexTest, WithoutACopyOfThePointsTheAnswersAreTheSame) {
+  const Eigen::Matrix3Xd points = TorusCloud(5000, 3).cloud.points;
+  const PointIndex copied(points);
+  const PointIndex over = PointIndex::BuildOver(points, RunContext{}).value();
+  Random random(4);
+  for (int query = 0; query < 200; ++query) {
+    const Eigen::Vector3d position = 1.2 * RandomDirection(&random);
+    std::vector<int> a(20), b(20);
+    std::vector<double> squared_a(20), squared_b(20);
+    EXPECT_EQ(copied.Nearest(position, 20, a.data(), squared_a.data()), 20);
+    EXPECT_EQ(over.Nearest(position, 20, b.data(), squared_b.data()), 20);
+    EXPECT_EQ(a, b);
+    EXPECT_EQ(squared_a, squared_b);
+  }
+}
+
 TEST(PointIndexTest, NearestOfEachAndMoves) {
   const Eigen::Matrix3Xd points = SphereCloud(3000, 4).cloud.points;
   PointIndex index(points);
@@ -149,6 +165,39 @@ TEST(NeighborGraphTest, SmallSetsHaveFewerNeighbours) {
   ASSERT_TRUE(graph.ok());
   EXPECT_EQ(graph->k, 9);
   EXPECT_EQ(graph->size(), 10);
+}
+
+// Cut in two halves of more points than a difference can tell apart: the lists along the cut and
+// those within the halves.
+TEST(NeighborGraphTest, PackedListsAreTheSame) {
+  const int count = 80'000;
+  NeighborGraph graph;
+  graph.k = 6;
+  for (int i = 0; i < count; ++i) {
+    for (int j = 1; j <= graph.k; ++j) {
+      const int step = i % 100 == 0 ? count / 2 : j % 2 == 0 ? j : count - j;
+      graph.indices.push_back((i + step) % count);
+    }
+  }
+  NeighborGraph packed = graph;
+  packed.Pack();
+  EXPECT_TRUE(packed.indices.empty());
+  EXPECT_LT(packed.far_lists.size(), graph.indices.size() / 50);
+  ASSERT_EQ(packed.size(), graph.size());
+  for (int i = 0; i < count; ++i) {
+    const NeighborList list = packed.neighbors(i), expected = graph.neighbors(i);
+    ASSERT_TRUE(std::equal(list.begin(), list.end(), expected.begin(), expected.end())) << i;
+  }
+}
+
+// Too short for the mark of a far one.
+TEST(NeighborGraphTest, ShortListsStayAsTheyAre) {
+  const Eigen::Matrix3Xd points = SphereCloud(3, 7).cloud.points;
+  NeighborGraph graph =
+      BuildNeighborGraph(PointIndex(points), points, NeighborOptions{}, RunContext{}).value();
+  graph.Pack();
+  EXPECT_EQ(graph.size(), 3);
+  EXPECT_EQ(graph.indices.size(), 6u);
 }
 
 TEST(NeighborGraphTest, SameForAnyThreadCount) {
