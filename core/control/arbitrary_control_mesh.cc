@@ -81,8 +81,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(trimmed, to_points, context));
   }
   RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
-                           RemoveSmallHandles(trimmed, smallest_loop, context));
-  trimmed = ControlMesh();
+                           RemoveSmallHandles(std::move(trimmed), smallest_loop, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   ControlMesh control = std::move(clean.mesh);
   if (creases == CreaseRule::kAuto) {

@@ -94,21 +94,28 @@ void EdgeCollapser::FindComponents() {
 void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* planes) {
   reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
   std::vector<Vector3d> vertex_normal(positions_.size(), Vector3d::Zero());
-  std::vector<Vector3d> face_normal(static_cast<size_t>(mesh_.face_slots()));
+  const auto cross_of = [&](int f) -> Vector3d {
+    const Eigen::Vector3i corner = input.faces.col(f);
+    const Vector3d& a = positions_[corner[0]];
+    return (positions_[corner[1]] - a).cross(positions_[corner[2]] - a);
+  };
+  const auto normal_of = [](const Vector3d& cross) {
+    const double length = cross.norm();
+    return length > 0 ? Vector3d(cross / length) : Vector3d(Vector3d::Zero());
+  };
   double area_sum = 0;
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     const Eigen::Vector3i corner = input.faces.col(f);
     const Vector3d &a = positions_[corner[0]], &b = positions_[corner[1]],
                    &c = positions_[corner[2]];
-    const Vector3d cross = (b - a).cross(c - a);
-    const double length = cross.norm(), area = length / 2;
+    const Vector3d cross = cross_of(f);
+    const double area = cross.norm() / 2;
     area_sum += area;
-    face_normal[f] = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
     Quadric plane;
     if (planes != nullptr) {
       plane.AddPlane(planes->normals.col(f), planes->points.col(f), area / 3);
     } else {
-      plane.AddPlane(face_normal[f], (a + b + c) / 3, area / 3);
+      plane.AddPlane(normal_of(cross), (a + b + c) / 3, area / 3);
     }
     for (int k = 0; k < 3; ++k) {
       vertices_[corner[k]].quadric += plane;
@@ -125,7 +132,7 @@ void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* pl
   const double target_edge =
       std::sqrt(area_sum / std::max(1, options_.target_faces) * 4 / std::numbers::sqrt3);
   for (int h = 0; h < 3 * mesh_.face_slots(); ++h) {
-    if (mesh_.Twin(h) < 0) AddBoundaryQuadrics(h, face_normal[h / 3], target_edge);
+    if (mesh_.Twin(h) < 0) AddBoundaryQuadrics(h, normal_of(cross_of(h / 3)), target_edge);
   }
 }
 

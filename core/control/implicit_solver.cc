@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -83,7 +84,8 @@ class PoissonOperator {
   }
 
   int size() const { return size_; }
-  const std::vector<float>& right_side() const { return right_side_; }
+  // Leaves none behind.
+  std::vector<float> TakeRightSide() { return std::move(right_side_); }
   bool is_free(int node) const { return free_[node] != 0; }
   float diagonal(int node) const { return diagonal_[node]; }
 
@@ -140,8 +142,10 @@ class PoissonOperator {
     }
     float value = count * in[node] - sum;
     for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-      const auto [row, corner] = entries_[e];
-      value += row_weights_[row][corner] * at_rows_[row];
+      const auto [cell, corner] = entries_[e];
+      for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+        value += row_weights_[row][corner] * at_rows_[row];
+      }
     }
     return value;
   }
@@ -200,6 +204,7 @@ class PoissonOperator {
   // the same cell mostly follow each other and share its corners.
   void AddScreening(const ScreenedPoisson& system, const Fields& spread) {
     const size_t count = system.speakers.points.size();
+    cells_.reserve(count);  // at most; what is not touched takes no memory
     row_weights_.reserve(count);
     screen_weight_.reserve(count);
     std::vector<NodesAround> around;
@@ -323,21 +328,18 @@ class PoissonOperator {
     return row;
   }
 
-  // The rows that each node is in, and what they add to the diagonal.
+  // The cells that each node is in, and what their rows add to the diagonal.
   void TransposeScreening() {
     entry_begin_.assign(static_cast<size_t>(size_) + 1, 0);
-    for (int64_t cell = 0; cell < cell_count(); ++cell) {
-      const uint32_t rows = first_row_[cell + 1] - first_row_[cell];
-      for (const int node : cells_[cell]) entry_begin_[node + 1] += rows;
+    for (const std::array<int, 8>& cell : cells_) {
+      for (const int node : cell) ++entry_begin_[node + 1];
     }
     for (int node = 0; node < size_; ++node) entry_begin_[node + 1] += entry_begin_[node];
     entries_.resize(entry_begin_.back());
     // Filling moves each begin to the next node's.
-    for (int64_t cell = 0; cell < cell_count(); ++cell) {
-      for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
-        for (uint32_t corner = 0; corner < 8; ++corner) {
-          entries_[entry_begin_[cells_[cell][corner]]++] = {row, corner};
-        }
+    for (uint32_t cell = 0; cell < cells_.size(); ++cell) {
+      for (uint32_t corner = 0; corner < 8; ++corner) {
+        entries_[entry_begin_[cells_[cell][corner]]++] = {cell, corner};
       }
     }
     std::copy_backward(entry_begin_.begin(), entry_begin_.end() - 1, entry_begin_.end());
@@ -345,9 +347,11 @@ class PoissonOperator {
     Run(size_, [&](int64_t begin, int64_t end) {
       for (int64_t node = begin; node < end; ++node) {
         for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-          const auto [row, corner] = entries_[e];
-          const float weight = row_weights_[row][corner];
-          diagonal_[node] += screen_weight_[row] * weight * weight;
+          const auto [cell, corner] = entries_[e];
+          for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+            const float weight = row_weights_[row][corner];
+            diagonal_[node] += screen_weight_[row] * weight * weight;
+          }
         }
       }
     });
@@ -367,10 +371,10 @@ class PoissonOperator {
   std::vector<std::array<float, 8>> row_weights_;
   std::vector<float> screen_weight_, at_rows_;
   struct Entry {
-    uint32_t row : 29, corner : 3;
+    uint32_t cell : 29, corner : 3;
   };
   std::vector<uint32_t> entry_begin_;  // by node
-  std::vector<Entry> entries_;         // rows ascending
+  std::vector<Entry> entries_;         // cells ascending
   std::vector<double> block_sums_;
 };
 
@@ -381,18 +385,20 @@ absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContex
   PoissonOperator matrix(system, context);
   const int size = matrix.size();
   std::vector<float>& x = *values;
-  std::vector<float> residual(size), direction(size, 0.0f), image(size), scaled(size);
+  std::vector<float> residual = matrix.TakeRightSide();
+  const double goal = kRelativeResidual * kRelativeResidual * matrix.Dot(residual, residual);
+  std::vector<float> direction(size, 0.0f), image(size);
   matrix.Apply(x, &image);
   matrix.Run(size, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      residual[i] = matrix.is_free(int(i)) ? matrix.right_side()[i] - image[i] : 0.0f;
+      residual[i] = matrix.is_free(int(i)) ? residual[i] - image[i] : 0.0f;
     }
   });
-  const double goal =
-      kRelativeResidual * kRelativeResidual * matrix.Dot(matrix.right_side(), matrix.right_side());
   double old_product = 0;
   for (int iteration = 0; iteration < system.iterations; ++iteration) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    // The image is not asked for again; until the next one it holds the scaled residual.
+    std::vector<float>& scaled = image;
     matrix.Run(size, [&](int64_t begin, int64_t end) {
       for (int64_t i = begin; i < end; ++i) scaled[i] = residual[i] / matrix.diagonal(int(i));
     });

@@ -8,27 +8,28 @@
 
 namespace rilievo {
 
+namespace {
+
+void Provide(int size, std::vector<int>* scratch) {
+  if (scratch->empty()) scratch->resize(static_cast<size_t>(size), 0);
+}
+
+}  // namespace
+
 LocalLoopFinder::LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices)
-    : topology_(topology),
-      vertices_(vertices),
-      edge_begin_(topology.vertex_count + 1, 0),
-      distance_(topology.vertex_count),
-      parent_edge_(topology.vertex_count),
-      vertex_stamp_(topology.vertex_count, 0),
-      counted_stamp_(topology.vertex_count, 0),
-      face_slot_(topology.face_count()),
-      face_stamp_(topology.face_count(), 0),
-      edge_stamp_(topology.edge_count(), 0),
-      boundary_set_(topology.edge_count()) {
+    : topology_(topology), vertices_(vertices) {
+  VertexEdges table;
+  table.begin.assign(topology.vertex_count + 1, 0);
   for (int e = 0; e < topology.edge_count(); ++e) {
-    for (int k = 0; k < 2; ++k) ++edge_begin_[topology.edge_vertices(k, e) + 1];
+    for (int k = 0; k < 2; ++k) ++table.begin[topology.edge_vertices(k, e) + 1];
   }
-  std::partial_sum(edge_begin_.begin(), edge_begin_.end(), edge_begin_.begin());
-  vertex_edges_.resize(edge_begin_.back());
-  std::vector<int> next(edge_begin_.begin(), edge_begin_.end() - 1);
+  std::partial_sum(table.begin.begin(), table.begin.end(), table.begin.begin());
+  table.edges.resize(table.begin.back());
+  std::vector<int> next(table.begin.begin(), table.begin.end() - 1);
   for (int e = 0; e < topology.edge_count(); ++e) {
-    for (int k = 0; k < 2; ++k) vertex_edges_[next[topology.edge_vertices(k, e)]++] = e;
+    for (int k = 0; k < 2; ++k) table.edges[next[topology.edge_vertices(k, e)]++] = e;
   }
+  vertex_edges_ = std::make_shared<const VertexEdges>(std::move(table));
 }
 
 std::vector<int> LocalLoopFinder::LoopAround(int root, double radius) {
@@ -50,6 +51,9 @@ double LocalLoopFinder::Length(const std::vector<int>& loop) const {
 
 // Dijkstra over edges up to `radius`.
 const std::vector<int>& LocalLoopFinder::Disc(int root, double radius) {
+  Provide(topology_.vertex_count, &vertex_stamp_);
+  Provide(topology_.vertex_count, &parent_edge_);
+  if (distance_.empty()) distance_.resize(static_cast<size_t>(topology_.vertex_count));
   ++stamp_;
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
@@ -63,8 +67,7 @@ const std::vector<int>& LocalLoopFinder::Disc(int root, double radius) {
     front.pop();
     if (distance > distance_[v]) continue;
     disc_vertices_.push_back(v);
-    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
-      const int e = vertex_edges_[i];
+    for (const int e : EdgesAt(v)) {
       const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
       const double reached = distance + (vertices_.col(v) - vertices_.col(w)).norm();
       if (reached > radius) continue;
@@ -79,13 +82,13 @@ const std::vector<int>& LocalLoopFinder::Disc(int root, double radius) {
 }
 
 const std::vector<int>& LocalLoopFinder::Patch(int root, double radius) {
+  Provide(topology_.vertex_count, &vertex_stamp_);
   ++stamp_;
   disc_vertices_.assign(1, root);
   vertex_stamp_[root] = stamp_;
   for (size_t next = 0; next < disc_vertices_.size(); ++next) {
     const int v = disc_vertices_[next];
-    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
-      const int e = vertex_edges_[i];
+    for (const int e : EdgesAt(v)) {
       const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
       if (vertex_stamp_[w] == stamp_) continue;
       if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) continue;
@@ -104,11 +107,15 @@ bool LocalLoopFinder::PatchIsFlat(int root, double radius) {
 
 // Faces whose three corners were reached, connected through edges to the root's; and their edges.
 void LocalLoopFinder::CollectFaces() {
+  Provide(topology_.vertex_count, &counted_stamp_);
+  Provide(topology_.face_count(), &face_slot_);
+  Provide(topology_.face_count(), &face_stamp_);
+  Provide(topology_.edge_count(), &edge_stamp_);
+  Provide(topology_.edge_count(), &boundary_set_);
   disc_faces_.clear();
   disc_edges_.clear();
   for (const int v : disc_vertices_) {
-    for (int i = edge_begin_[v]; i < edge_begin_[v + 1]; ++i) {
-      const int e = vertex_edges_[i];
+    for (const int e : EdgesAt(v)) {
       for (int side = 0; side < 2; ++side) {
         const int f = topology_.edge_faces(side, e);
         if (f < 0 || face_stamp_[f] == stamp_) continue;

@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/geometry/mesh_topology.h"
@@ -10,6 +12,7 @@
 namespace rilievo {
 
 // Searches one mesh; keeps its scratch from call to call, so each thread needs a copy of its own.
+// Copies share what they know of the mesh, and take room for what they are asked for only.
 class LocalLoopFinder {
  public:
   LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices);
@@ -32,6 +35,14 @@ class LocalLoopFinder {
   double Length(const std::vector<int>& loop) const;
 
  private:
+  struct VertexEdges {
+    std::vector<int> begin, edges;
+  };
+  std::span<const int> EdgesAt(int vertex) const {
+    const int begin = vertex_edges_->begin[vertex];
+    return {vertex_edges_->edges.data() + begin,
+            static_cast<size_t>(vertex_edges_->begin[vertex + 1] - begin)};
+  }
   void CollectFaces();
   int CapBoundary();  // numbers the boundary loops; returns how many
   int Handles(int boundary_loops);
@@ -40,8 +51,8 @@ class LocalLoopFinder {
 
   const MeshTopology& topology_;
   const Eigen::Matrix3Xd& vertices_;
-  std::vector<int> edge_begin_, vertex_edges_;  // edges at each vertex
-  std::vector<double> distance_;                // per vertex, valid where stamped
+  std::shared_ptr<const VertexEdges> vertex_edges_;
+  std::vector<double> distance_;  // per vertex, valid where stamped
   std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
   std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
   std::vector<int> edge_stamp_;

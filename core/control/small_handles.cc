@@ -88,24 +88,27 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topo
                                                         double max_length,
                                                         const RunContext& context,
                                                         std::vector<uint8_t>* search) {
-  LocalLoopFinder finder(topology, vertices);
+  const LocalLoopFinder prototype(topology, vertices);
+  LocalLoopFinder finder = prototype;
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
   const double radius = max_length / 2 + step;
-  const LocalLoopFinder prototype = finder;
-  ScratchPool<LocalLoopFinder> finders(prototype);
-  RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
-  const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
-  // Of two loops of one handle the first blocks the second, so those short as they are found need
-  // no tightening yet.
-  std::vector<std::vector<int>> found(seeds.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(seeds.size()), kSeedBlock, context, [&](int64_t begin, int64_t end) {
-        const auto own = finders.Take();
-        for (int64_t i = begin; i < end; ++i) {
-          found[i] = ShortLoop(seeds[i], max_length, step, own.get());
-        }
-      }));
+  std::vector<std::vector<int>> found;
+  {
+    ScratchPool<LocalLoopFinder> finders(prototype);
+    RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
+    const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
+    // Of two loops of one handle the first blocks the second, so those short as they are found need
+    // no tightening yet.
+    found.resize(seeds.size());
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(
+        static_cast<int64_t>(seeds.size()), kSeedBlock, context, [&](int64_t begin, int64_t end) {
+          const auto own = finders.Take();
+          for (int64_t i = begin; i < end; ++i) {
+            found[i] = ShortLoop(seeds[i], max_length, step, own.get());
+          }
+        }));
+  }
   std::vector<uint8_t> taken(topology.vertex_count, 0);
   const auto blocked = [&](const std::vector<int>& loop) {
     return loop.size() < 3 || std::any_of(loop.begin(), loop.end(), [&](int v) {
@@ -201,13 +204,14 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
 
 }  // namespace
 
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
-                                                     double max_loop_length,
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
                                                      const RunContext& context) {
-  SmallHandleResult result{mesh, 0};
-  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
-                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
-  if (SummarizeTopology(mesh.faces, topology.vertex_count).genus == 0) return result;
+  SmallHandleResult result{std::move(mesh), 0};
+  const auto topology_of = [](const ControlMesh& of) {
+    return BuildMeshTopology(of.faces, static_cast<int>(of.vertices.cols()));
+  };
+  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, topology_of(result.mesh));
+  if (SummarizeTopology(topology.faces, topology.vertex_count).genus == 0) return result;
   std::vector<uint8_t> search;
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -217,7 +221,7 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
         FindLoops(topology, result.mesh.vertices, max_loop_length, context, &search));
     if (loops.empty()) break;
     ControlMesh cut = CutAndCap(result.mesh, topology, loops);
-    auto cut_topology = BuildMeshTopology(cut.faces, static_cast<int>(cut.vertices.cols()));
+    auto cut_topology = topology_of(cut);
     if (!cut_topology.ok()) break;  // a handle too many is better than no surface
     result.mesh = std::move(cut);
     topology = *std::move(cut_topology);

@@ -15,8 +15,7 @@ struct SmallHandleResult {
 // Cuts every handle that has a non-separating loop of edges no longer than `max_loop_length` (unit
 // of the mesh) along such a loop, and closes both sides with a fan of triangles. `mesh`: an
 // orientable 2-manifold; so is the result. Loops that touch the boundary are left alone.
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(const ControlMesh& mesh,
-                                                     double max_loop_length,
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
                                                      const RunContext& context);
 
 }  // namespace rilievo
