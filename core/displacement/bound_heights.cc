@@ -1,5 +1,6 @@
 #include "core/displacement/bound_heights.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -12,28 +13,22 @@ constexpr float kLeastCurvature = 1e-6f;
 
 }  // namespace
 
-std::vector<HeightBounds> BoundHeights(const MeshTopology& topology, const LimitSurface& limit,
-                                       double max_height) {
-  std::vector<float> most(topology.vertex_count, 0.0f), least(topology.vertex_count, 0.0f);
-  for (const auto& edge : topology.edge_vertices.colwise()) {
-    const Eigen::Vector3d along = limit.positions.col(edge[1]) - limit.positions.col(edge[0]);
-    const double square = along.squaredNorm();
-    if (!(square > 0)) continue;
-    const Eigen::Vector3d turn = limit.normals.col(edge[1]) - limit.normals.col(edge[0]);
-    const float curvature = static_cast<float>(turn.dot(along) / square);
-    for (int vertex : {edge[0], edge[1]}) {
-      most[vertex] = std::max(most[vertex], curvature);
-      least[vertex] = std::min(least[vertex], curvature);
-    }
-  }
+HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& limit,
+                      double max_height) {
   // Rounded down, for the nearest float may lie above the double.
   const float most_height = std::nextafter(static_cast<float>(max_height), 0.0f);
-  std::vector<HeightBounds> bounds(topology.vertex_count);
-  for (int v = 0; v < topology.vertex_count; ++v) {
-    bounds[v].lowest = -std::min(most_height, kFoldMargin / std::max(most[v], kLeastCurvature));
-    bounds[v].highest = std::min(most_height, kFoldMargin / std::max(-least[v], kLeastCurvature));
+  float most = 0, least = 0;
+  for (const int neighbor : rings.Of(vertex)) {
+    const Eigen::Vector3d along = limit.positions.col(neighbor) - limit.positions.col(vertex);
+    const double square = along.squaredNorm();
+    if (!(square > 0)) continue;
+    const Eigen::Vector3d turn = limit.normals.col(neighbor) - limit.normals.col(vertex);
+    const float curvature = static_cast<float>(turn.dot(along) / square);
+    most = std::max(most, curvature);
+    least = std::min(least, curvature);
   }
-  return bounds;
+  return {-std::min(most_height, kFoldMargin / std::max(most, kLeastCurvature)),
+          std::min(most_height, kFoldMargin / std::max(-least, kLeastCurvature))};
 }
 
 }  // namespace rilievo

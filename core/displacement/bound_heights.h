@@ -1,9 +1,7 @@
 // How far each height may go before the surface folds.
 #pragma once
 
-#include <vector>
-
-#include "core/geometry/mesh_topology.h"
+#include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -14,8 +12,8 @@ struct HeightBounds {
 
 // An offset surface folds where 1 + height * curvature reaches 0 (curvature along an edge, positive
 // where the domain is convex): a height keeps within nine tenths of the domain's radii of
-// curvature on either side, and within `max_height`. `topology`: that of the limit's vertices.
-std::vector<HeightBounds> BoundHeights(const MeshTopology& topology, const LimitSurface& limit,
-                                       double max_height);
+// curvature on either side, and within `max_height`. `rings`: of the limit's vertices.
+HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& limit,
+                      double max_height);
 
 }  // namespace rilievo

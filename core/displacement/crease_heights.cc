@@ -46,15 +46,14 @@ std::vector<Source> SourcesOf(const SharpSectors& sectors, const LimitSurface& l
   return sources;
 }
 
-EdgePlace PlaceOf(const Source& source, const VertexRings& rings, const LimitSurface& limit) {
+EdgePlace PlaceOf(const Source& source, const LevelRings& rings, const LimitSurface& limit) {
   EdgePlace place;
   place.middle = limit.positions.col(source.vertex);
   place.normal = source.normals;
   place.along = source.normals[0].cross(source.normals[1]).normalized();
   Vector3d around = Vector3d::Zero();
-  for (int k = rings.neighbor_begin[source.vertex]; k < rings.neighbor_begin[source.vertex + 1];
-       ++k) {
-    around += limit.positions.col(rings.neighbors[k]) - place.middle;
+  for (const int neighbor : rings.Of(source.vertex)) {
+    around += limit.positions.col(neighbor) - place.middle;
   }
   const bool convex = around.dot(source.normals[0] + source.normals[1]) < 0;
   for (int k = 0; k < 2; ++k) {
@@ -103,7 +102,7 @@ std::optional<double> HeightBeside(const CreasePlanes& planes, const Vector3d& p
 }  // namespace
 
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
-    const OrientedCloud& cloud, const PointIndex& index, const VertexRings& rings,
+    const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
     const RunContext& context) {
   std::vector<Source> sources = SourcesOf(sectors, limit, wanted);
@@ -139,8 +138,7 @@ absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     next.clear();
     for (const int v : front) {
       const Source& source = sources[source_of[v]];
-      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
-        const int u = rings.neighbors[k];
+      for (const int u : rings.Of(v)) {
         if (source_of[u] != kNone) continue;
         const Vector3d position = limit.positions.col(u);
         if ((position - source.planes->middle).norm() > kBelieved * source.planes->reach) continue;

@@ -9,6 +9,7 @@
 #include "core/base/run_context.h"
 #include "core/displacement/height_sampler.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/loop/split_normals.h"
 #include "core/scan/neighbor_graph.h"
@@ -29,7 +30,7 @@ struct CreaseHeight {
 // points show no two sides are left out. `limit` and `rings` are of the finest level, `sectors` of
 // the same. CANCELLED when stopped.
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
-    const OrientedCloud& cloud, const PointIndex& index, const VertexRings& rings,
+    const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
     const RunContext& context);
 

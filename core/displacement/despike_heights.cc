@@ -26,19 +26,18 @@ struct Departure {
 };
 
 // The neighbour of `at` opposite to its neighbour `from`.
-int Beyond(const VertexRings& rings, int at, int from) {
-  const int begin = rings.neighbor_begin[at];
-  const int valence = rings.neighbor_begin[at + 1] - begin;
+int Beyond(const LevelRings& rings, int at, int from) {
+  const Ring ring = rings.Of(at);
   int place = 0;
-  while (rings.neighbors[begin + place] != from) ++place;
-  return rings.neighbors[begin + (place + valence / 2) % valence];
+  while (ring[place] != from) ++place;
+  return ring[(place + ring.size() / 2) % ring.size()];
 }
 
-Departure DepartureOf(const MeshTopology& finest, const VertexRings& rings,
+Departure DepartureOf(const MeshTopology& finest, const LevelRings& rings,
                       const HeightSamples& samples, int vertex) {
   Departure least;
-  const int begin = rings.neighbor_begin[vertex];
-  const int valence = rings.neighbor_begin[vertex + 1] - begin;
+  const Ring ring = rings.Of(vertex);
+  const int valence = ring.size();
   int pairs = 0;
   // `a` and `b` with their weights tell what to expect.
   const auto depart_from = [&](int a, float weight_a, int b, float weight_b) {
@@ -51,17 +50,16 @@ Departure DepartureOf(const MeshTopology& finest, const VertexRings& rings,
     }
   };
   if (finest.boundary_vertex[vertex]) {
-    depart_from(rings.neighbors[begin], 0.5f, rings.neighbors[begin + valence - 1], 0.5f);
+    depart_from(ring[0], 0.5f, ring[valence - 1], 0.5f);
     for (int i = 1; i < valence - 1; ++i) {
-      const int inner = rings.neighbors[begin + i];
+      const int inner = ring[i];
       if (finest.boundary_vertex[inner]) continue;
       depart_from(inner, 2, Beyond(rings, inner, vertex), -1);
     }
   } else {
     const int half = valence / 2;
     for (int i = 0; i < (valence + 1) / 2; ++i) {
-      depart_from(rings.neighbors[begin + i], 0.5f, rings.neighbors[begin + (i + half) % valence],
-                  0.5f);
+      depart_from(ring[i], 0.5f, ring[(i + half) % valence], 0.5f);
     }
   }
   least.known = pairs >= kLeastPairs;
@@ -70,14 +68,13 @@ Departure DepartureOf(const MeshTopology& finest, const VertexRings& rings,
 
 // Median over the measured neighbours of what may be expected of a departure there. The vertex's
 // own deviation is no excuse: a poor fit is what makes a spike.
-float RingTolerance(const VertexRings& rings, const HeightSamples& samples,
-                    const std::vector<Departure>& departures, int64_t vertex) {
+float RingTolerance(const LevelRings& rings, const HeightSamples& samples,
+                    const std::vector<float>& departures, int64_t vertex) {
   std::array<float, kMostRing> values;
   int count = 0;
-  for (int r = rings.neighbor_begin[vertex]; r < rings.neighbor_begin[vertex + 1]; ++r) {
-    const int neighbor = rings.neighbors[r];
+  for (const int neighbor : rings.Of(static_cast<int>(vertex))) {
     if (!samples.measured[neighbor] || count == kMostRing) continue;
-    values[count++] = kRingDepartures * std::abs(departures[neighbor].height) +
+    values[count++] = kRingDepartures * std::abs(departures[neighbor]) +
                       kDeviations * samples.deviation[neighbor];
   }
   std::nth_element(values.begin(), values.begin() + count / 2, values.begin() + count);
@@ -86,30 +83,32 @@ float RingTolerance(const VertexRings& rings, const HeightSamples& samples,
 
 }  // namespace
 
-absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const VertexRings& rings,
+absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const LevelRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context) {
   const int count = samples.size();
-  std::vector<Departure> departures(count);
-  std::vector<float> tolerance(count, 0.0f);
+  std::vector<float> departures(count, 0.0f);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      if (samples.measured[v])
-        departures[v] = DepartureOf(finest, rings, samples, static_cast<int>(v));
+      if (!samples.measured[v]) continue;
+      departures[v] = DepartureOf(finest, rings, samples, static_cast<int>(v)).height;
     }
   }));
+  std::vector<std::vector<Spike>> blocks(static_cast<size_t>((count + kBlock - 1) / kBlock));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
       const float least = (samples.crease[v] ? kCreaseSpacings : kSpacings) * samples.spacing[v];
-      const float own = std::abs(departures[v].height);
-      if (!departures[v].known || own <= least) continue;
+      const float own = std::abs(departures[v]);
+      if (!samples.measured[v] || own <= least) continue;
+      const Departure departure = DepartureOf(finest, rings, samples, static_cast<int>(v));
       const float most = std::max(least, RingTolerance(rings, samples, departures, v));
-      if (own > most) tolerance[v] = most;
+      if (!departure.known || own <= most || !(most > 0)) continue;
+      blocks[begin / kBlock].push_back({static_cast<int>(v), departure.expected, most});
     }
   }));
   std::vector<Spike> spikes;
-  for (int v = 0; v < count; ++v) {
-    if (tolerance[v] > 0) spikes.push_back({v, departures[v].expected, tolerance[v]});
+  for (const std::vector<Spike>& block : blocks) {
+    spikes.insert(spikes.end(), block.begin(), block.end());
   }
   return spikes;
 }

@@ -7,6 +7,7 @@
 #include "core/base/run_context.h"
 #include "core/displacement/height_samples.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/level_rings.h"
 
 namespace rilievo {
 
@@ -23,7 +24,7 @@ struct Spike {
 // the vertices of its ring do from theirs, than their noise, and than a quarter of a local spacing;
 // three times that where a crease told the height (samples.crease). Ascending by vertex. `rings`:
 // those of `finest`.
-absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const VertexRings& rings,
+absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const LevelRings& rings,
                                               const HeightSamples& samples,
                                               const RunContext& context);
 

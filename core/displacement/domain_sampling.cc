@@ -34,16 +34,16 @@ constexpr double kReachSpacings = 1;
 
 DomainSampling::DomainSampling(const RayCloud& cloud, const NeighborGraph& graph,
                                const PointIndex& index, const LoopRefinement& refinement,
-                               const LimitSurface& limit, const DisplacementOptions& options,
-                               const RunContext& context)
+                               const LevelRings& rings, const LimitSurface& limit,
+                               const DisplacementOptions& options, const RunContext& context)
     : cloud_(cloud),
       graph_(graph),
       index_(index),
       refinement_(refinement),
+      rings_(rings),
       limit_(limit),
       options_(options),
       context_(context),
-      bounds_(BoundHeights(refinement.levels.back(), limit, options.max_height)),
       samples_(static_cast<size_t>(limit.positions.cols())) {}
 
 absl::Status DomainSampling::PierceLevels(double progress_end) {
@@ -128,9 +128,9 @@ absl::Status DomainSampling::Refine(std::vector<int> vertices) {
                      });
 }
 
-absl::Status DomainSampling::Despike(const VertexRings& rings) {
+absl::Status DomainSampling::Despike() {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes,
-                           FindSpikes(refinement_.levels.back(), rings, samples_, context_));
+                           FindSpikes(refinement_.levels.back(), rings_, samples_, context_));
   return ParallelFor(static_cast<int64_t>(spikes.size()), kBlock, context_,
                      [&](int64_t begin, int64_t end) {
                        HeightSampler sampler(cloud_, graph_, options_);
@@ -150,7 +150,7 @@ absl::Status DomainSampling::Despike(const VertexRings& rings) {
                      });
 }
 
-absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexRings& rings) {
+absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud) {
   RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors,
                            SectorsOfLevel(refinement_, refinement_.max_level()));
   std::vector<int> begin;
@@ -172,18 +172,17 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud, const VertexR
       if (IsReached(cloud, index_, place, kReachSpacings)) Store(vertex, met);
     }
   }));
-  return FitSides(cloud, rings, sectors);
+  return FitSides(cloud, sectors);
 }
 
-absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const VertexRings& rings,
-                                      const SharpSectors& sectors) {
+absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const SharpSectors& sectors) {
   std::vector<uint8_t> noisy(samples_.measured.size(), 0);
   for (const int v : sectors.vertices) {
     noisy[v] = samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_);
   }
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<CreaseHeight> heights,
-      HeightsBesideCreases(cloud, index_, rings, limit_, sectors, noisy, context_));
+      HeightsBesideCreases(cloud, index_, rings_, limit_, sectors, noisy, context_));
   for (const CreaseHeight& height : heights) {
     const int v = height.vertex;
     // A plane that runs on where the surface does not is none of it.
@@ -208,7 +207,8 @@ HeightEstimate DomainSampling::EstimateOf(int vertex) const {
 }
 
 bool DomainSampling::IsInBounds(int vertex, float height) const {
-  return height >= bounds_[vertex].lowest && height <= bounds_[vertex].highest;
+  const HeightBounds bounds = BoundsOf(vertex, rings_, limit_, options_.max_height);
+  return height >= bounds.lowest && height <= bounds.highest;
 }
 
 void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& estimate) {

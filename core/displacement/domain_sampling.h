@@ -9,6 +9,7 @@
 #include "core/displacement/bound_heights.h"
 #include "core/displacement/height_sampler.h"
 #include "core/displacement/height_samples.h"
+#include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/loop/split_normals.h"
 #include "core/scan/neighbor_graph.h"
@@ -21,8 +22,9 @@ namespace rilievo {
 class DomainSampling {
  public:
   DomainSampling(const RayCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-                 const LoopRefinement& refinement, const LimitSurface& limit,
-                 const DisplacementOptions& options, const RunContext& context);
+                 const LoopRefinement& refinement, const LevelRings& rings,
+                 const LimitSurface& limit, const DisplacementOptions& options,
+                 const RunContext& context);
 
   // Virtual triangles and creases, coarse to fine: the heights of a level tell the next one where
   // to look. Reports progress up to `progress_end`.
@@ -34,19 +36,17 @@ class DomainSampling {
 
   // Measures spikes again by the local fit near their ring's height; what still stands out is
   // given to the filling.
-  absl::Status Despike(const VertexRings& rings);
+  absl::Status Despike();
 
   // On the domain's creases and in its corners: where the planes of the sides meet, unless the
   // crease fit found it; beside the creases of noisy scans the planes of the sides themselves.
-  absl::Status MeetSides(const OrientedCloud& cloud, const VertexRings& rings);
+  absl::Status MeetSides(const OrientedCloud& cloud);
 
-  const std::vector<HeightBounds>& bounds() const { return bounds_; }
   HeightSamples& samples() { return samples_; }
 
  private:
   bool WantsFit(int vertex) const;
-  absl::Status FitSides(const OrientedCloud& cloud, const VertexRings& rings,
-                        const SharpSectors& sectors);
+  absl::Status FitSides(const OrientedCloud& cloud, const SharpSectors& sectors);
   absl::Status Refine(std::vector<int> vertices);
   std::vector<int> TakeForetold();  // finest vertices that still want a fit
   Ray RayOf(int vertex) const;
@@ -62,10 +62,10 @@ class DomainSampling {
   const NeighborGraph& graph_;
   const PointIndex& index_;
   const LoopRefinement& refinement_;
+  const LevelRings rings_;
   const LimitSurface& limit_;
   const DisplacementOptions& options_;
   const RunContext& context_;
-  std::vector<HeightBounds> bounds_;
   HeightSamples samples_;
 };
 

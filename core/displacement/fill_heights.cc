@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/status_macros.h"
+#include "core/loop/child_edges.h"
 
 namespace rilievo {
 namespace {
@@ -16,11 +17,38 @@ constexpr int kFinestSteps = 20;
 constexpr int kMostSteps = 300;
 constexpr double kRelativeResidual = 1e-5;
 
+// Calls each(a, b, rim) for the edges of a level in the order of their numbers. `topology`: the
+// level itself where it is the first, else the one before it.
+template <typename Each>
+void ForEachEdge(const MeshTopology& topology, bool first, const Each& each) {
+  if (first) {
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      each(topology.edge_vertices(0, e), topology.edge_vertices(1, e),
+           topology.edge_faces(1, e) < 0);
+    }
+    return;
+  }
+  const auto middle = [&](int f, int k) {
+    return topology.vertex_count + topology.face_edges(k, f);
+  };
+  ForEachChildEdge(
+      topology,
+      [&](int f, int k, int corner) {
+        each(topology.faces(corner, f), middle(f, k),
+             topology.edge_faces(1, topology.face_edges(k, f)) < 0);
+      },
+      [&](int f, int c) {
+        const int before = middle(f, (c + 2) % 3), after = middle(f, c);
+        each(std::min(before, after), std::max(before, after), false);
+      });
+}
+
 // The quadratic form on one level, restricted to the vertices without data and their neighbours.
 class PlateProblem {
  public:
-  PlateProblem(const MeshTopology& topology, const std::vector<uint8_t>& known,
-               double control_edge)  // in edges of this level
+  // `edges_of`: see ForEachEdge. `control_edge`: in edges of this level.
+  PlateProblem(const MeshTopology& topology, const MeshTopology& edges_of,
+               const std::vector<uint8_t>& known, double control_edge)
       : membrane_(1.0 / std::pow(kSlopeRange * control_edge, 2)),
         decay_(membrane_ / std::pow(kHeightRange * control_edge, 2)) {
     const int count = topology.vertex_count;
@@ -28,9 +56,10 @@ class PlateProblem {
     std::vector<uint8_t> near(known.begin(), known.begin() + count);
     for (uint8_t& flag : near) flag = flag == 0;
     std::vector<uint8_t> row(near);
-    for (const auto& edge : topology.edge_vertices.colwise()) {
-      if (near[edge[0]] || near[edge[1]]) row[edge[0]] = row[edge[1]] = 1;
-    }
+    const bool first = &edges_of == &topology;
+    ForEachEdge(edges_of, first, [&](int a, int b, bool) {
+      if (near[a] || near[b]) row[a] = row[b] = 1;
+    });
     for (int v = 0; v < count; ++v) {
       if (!row[v]) continue;
       place_[v] = static_cast<int>(vertices_.size());
@@ -39,15 +68,13 @@ class PlateProblem {
       plate_.push_back(1);
       valence_.push_back(ValenceInRow(topology, v));
     }
-    for (int e = 0; e < topology.edge_count(); ++e) {
-      const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-      if (!row[a] && !row[b]) continue;
+    ForEachEdge(edges_of, first, [&](int a, int b, bool rim) {
+      if (!row[a] && !row[b]) return;
       // Across the rim the fill is free to bend; without rows along it, single heights there would
       // be extrapolated from the two rows of vertices next to them, with all their noise.
-      const bool rim = topology.edge_faces(1, e) < 0;
       edges_.push_back({a, b, rim || !topology.boundary_vertex[a] ? 1.0 : 0.0,
                         rim || !topology.boundary_vertex[b] ? 1.0 : 0.0});
-    }
+    });
     // Vertices two edges away complete the Laplacian of the rows next to them.
     for (Edge& edge : edges_) {
       for (int* end : {&edge.a, &edge.b}) {
@@ -163,7 +190,8 @@ absl::Status FillHeights(const LoopRefinement& refinement, const std::vector<uin
         (*heights)[vertex] = 0.5f * ((*heights)[ends[0]] + (*heights)[ends[1]]);
       }
     }
-    PlateProblem problem(topology, known, std::ldexp(1.0, level));
+    PlateProblem problem(topology, refinement.levels[std::max(0, level - 1)], known,
+                         std::ldexp(1.0, level));
     std::vector<double> local(problem.size());
     for (size_t i = 0; i < local.size(); ++i) local[i] = (*heights)[problem.vertices()[i]];
     const int steps = std::min(kMostSteps, kFinestSteps << (finest - level));

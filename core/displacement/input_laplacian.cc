@@ -14,16 +14,16 @@ constexpr float kStep = 0.5f;
 
 // None unless all are measured: a one-sided mean would pull the vertex along the slope of the
 // relief. The ring of a rim vertex begins and ends on the rim.
-std::optional<float> MeanOfNeighbors(const MeshTopology& finest, const VertexRings& rings,
+std::optional<float> MeanOfNeighbors(const MeshTopology& finest, const LevelRings& rings,
                                      const std::vector<uint8_t>& measured,
                                      const std::vector<float>& heights, int64_t vertex) {
-  const int begin = rings.neighbor_begin[vertex], end = rings.neighbor_begin[vertex + 1];
-  const int stride = finest.boundary_vertex[vertex] ? end - 1 - begin : 1;
+  const Ring ring = rings.Of(static_cast<int>(vertex));
+  const int stride = finest.boundary_vertex[vertex] ? ring.size() - 1 : 1;
   float sum = 0;
   int count = 0;
-  for (int r = begin; r < end; r += stride) {
-    if (!measured[rings.neighbors[r]]) return std::nullopt;
-    sum += heights[rings.neighbors[r]];
+  for (int r = 0; r < ring.size(); r += stride) {
+    if (!measured[ring[r]]) return std::nullopt;
+    sum += heights[ring[r]];
     ++count;
   }
   return sum / static_cast<float>(count);
@@ -31,7 +31,7 @@ std::optional<float> MeanOfNeighbors(const MeshTopology& finest, const VertexRin
 
 }  // namespace
 
-absl::Status SmoothHeights(const MeshTopology& finest, const VertexRings& rings, int rounds,
+absl::Status SmoothHeights(const MeshTopology& finest, const LevelRings& rings, int rounds,
                            const RunContext& context, HeightSamples* samples) {
   const std::vector<float> sampled = samples->height;
   std::vector<float> before;

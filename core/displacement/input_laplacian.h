@@ -5,6 +5,7 @@
 #include "core/base/run_context.h"
 #include "core/displacement/height_samples.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/level_rings.h"
 
 namespace rilievo {
 
@@ -16,7 +17,7 @@ namespace rilievo {
 // edge, and the input wins. With s = 0 nothing moves. Heights not measured take no part. On the rim
 // of an open domain the neighbours are the two along the rim, for the mean of all lies inside.
 // `rings`: those of `finest`.
-absl::Status SmoothHeights(const MeshTopology& finest, const VertexRings& rings, int rounds,
+absl::Status SmoothHeights(const MeshTopology& finest, const LevelRings& rings, int rounds,
                            const RunContext& context, HeightSamples* samples);
 
 }  // namespace rilievo

@@ -6,7 +6,9 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/bound_heights.h"
 #include "core/displacement/calibrate_noise.h"
 #include "core/displacement/domain_sampling.h"
 #include "core/displacement/fill_heights.h"
@@ -44,19 +46,31 @@ absl::Status CheckInput(const OrientedCloud& cloud, const NeighborGraph& graph,
   return absl::OkStatus();
 }
 
-DisplacementField MakeField(const std::vector<float>& sampled,
-                            const std::vector<HeightBounds>& bounds, HeightSamples samples) {
+// Back within their bounds, after smoothing and filling.
+absl::Status BoundHeights(const LevelRings& rings, const LimitSurface& limit, double max_height,
+                          const RunContext& context, std::vector<float>* heights) {
+  constexpr int64_t kBlock = 4096;
+  return ParallelFor(
+      static_cast<int64_t>(heights->size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t v = begin; v < end; ++v) {
+          float& height = (*heights)[v];
+          if (!std::isfinite(height)) height = 0;
+          const HeightBounds bounds = BoundsOf(static_cast<int>(v), rings, limit, max_height);
+          height = std::clamp(height, bounds.lowest, bounds.highest);
+        }
+      });
+}
+
+DisplacementField MakeField(const std::vector<float>& sampled, HeightSamples samples) {
   DisplacementField field;
   const int count = samples.size();
   field.source.resize(count);
   for (int v = 0; v < count; ++v) {
-    float& height = samples.height[v];
-    if (!std::isfinite(height)) height = 0;
-    height = std::clamp(height, bounds[v].lowest, bounds[v].highest);
     if (!samples.measured[v]) {
       field.source[v] = HeightSource::kFilled;
       ++field.filled;
-    } else if (samples.fitted[v] || std::abs(height - sampled[v]) > samples.deviation[v]) {
+    } else if (samples.fitted[v] ||
+               std::abs(samples.height[v] - sampled[v]) > samples.deviation[v]) {
       field.source[v] = HeightSource::kSmoothed;
       ++field.smoothed;
     } else {
@@ -92,7 +106,7 @@ absl::Status DisplacementOptions::Validate() const {
 
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-    const LoopRefinement& refinement, const VertexRings& rings, const LimitSurface& limit,
+    const LoopRefinement& refinement, const LevelRings& rings, const LimitSurface& limit,
     const DisplacementOptions& options, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, graph, index, refinement, limit));
@@ -103,20 +117,22 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       const float noise_factor,
       NoiseCalibration(ray_cloud, graph, static_cast<float>(options.plane_noise_ratio), context));
   for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
-  DomainSampling sampling(ray_cloud, graph, index, refinement, limit, options, context);
+  DomainSampling sampling(ray_cloud, graph, index, refinement, rings, limit, options, context);
   RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));
   RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());
   context.Report(Stage::kDisplacement, 0.8);
-  RILIEVO_RETURN_IF_ERROR(sampling.Despike(rings));
-  RILIEVO_RETURN_IF_ERROR(sampling.MeetSides(cloud, rings));
+  RILIEVO_RETURN_IF_ERROR(sampling.Despike());
+  RILIEVO_RETURN_IF_ERROR(sampling.MeetSides(cloud));
+  ray_cloud = RayCloud();  // no more sampling
   HeightSamples& samples = sampling.samples();
   const std::vector<float> sampled = samples.height;
   RILIEVO_RETURN_IF_ERROR(
       SmoothHeights(refinement.levels.back(), rings, options.smoothing_rounds, context, &samples));
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
+  RILIEVO_RETURN_IF_ERROR(BoundHeights(rings, limit, options.max_height, context, &samples.height));
   context.Report(Stage::kDisplacement, 1.0);
-  return MakeField(sampled, sampling.bounds(), std::move(samples));
+  return MakeField(sampled, std::move(samples));
 }
 
 }  // namespace rilievo

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/displacement/height_source.h"
+#include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
@@ -36,11 +37,11 @@ struct DisplacementField {
   int64_t measured = 0, smoothed = 0, filled = 0;
 };
 
-// `rings`, `limit`: of the finest level of `refinement`, of which face_edges and face_neighbors are
-// not asked for.
+// `rings`, `limit`: of the finest level of `refinement`, of which, unless it is the only one,
+// neither faces nor edges are asked for.
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-    const LoopRefinement& refinement, const VertexRings& rings, const LimitSurface& limit,
+    const LoopRefinement& refinement, const LevelRings& rings, const LimitSurface& limit,
     const DisplacementOptions& options, const RunContext& context);
 
 }  // namespace rilievo

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/loop/child_edges.h"
 #include "core/loop/edge_star.h"
 #include "core/loop/subdivision_rules.h"
 
@@ -16,11 +17,7 @@ namespace {
 
 constexpr int64_t kFacesPerBlock = 8192;
 
-// The edges of the next level, numbered as MeshTopology demands. Face f meets nine of them in its
-// three corner children, in the order
-//   e0 at v0, inner 0, e2 at v0 | e0 at v1, e1 at v1, inner 1 | inner 2, e1 at v2, e2 at v2
-// where "e0 at v0" is the half of edge 0 at corner 0, new unless an earlier face met edge 0, and
-// inner c is the edge between child c and the middle one.
+// The edges of the next level, numbered as MeshTopology demands.
 struct ChildEdges {
   Eigen::Matrix2Xi halves;  // (i, e): the half of edge e at edge_vertices(i, e)
   Eigen::Matrix3Xi inner;   // (c, f)
@@ -31,24 +28,13 @@ ChildEdges NumberChildEdges(const MeshTopology& parent) {
   child.halves.resize(2, parent.edge_count());
   child.inner.resize(3, parent.face_count());
   int next = 0;
-  int met = 0;  // edges of the parent met so far: exactly those of smaller number
-  for (int f = 0; f < parent.face_count(); ++f) {
-    const Eigen::Vector3i edges = parent.face_edges.col(f), face = parent.faces.col(f);
-    const auto number_half = [&](int k, int corner) {
-      if (edges[k] < met) return;
-      child.halves(parent.edge_vertices(0, edges[k]) != face[corner], edges[k]) = next++;
-    };
-    number_half(0, 0);
-    child.inner(0, f) = next++;
-    number_half(2, 0);
-    number_half(0, 1);
-    number_half(1, 1);
-    child.inner(1, f) = next++;
-    child.inner(2, f) = next++;
-    number_half(1, 2);
-    number_half(2, 2);
-    met = std::max(met, edges.maxCoeff() + 1);
-  }
+  ForEachChildEdge(
+      parent,
+      [&](int f, int k, int corner) {
+        const int edge = parent.face_edges(k, f);
+        child.halves(parent.edge_vertices(0, edge) != parent.faces(corner, f), edge) = next++;
+      },
+      [&](int f, int c) { child.inner(c, f) = next++; });
   return child;
 }
 
@@ -118,8 +104,7 @@ absl::StatusOr<MeshTopology> RefineOnce(const MeshTopology& parent, const RunCon
   const ChildEdges child_edges = NumberChildEdges(parent);
   const int fine_faces = 4 * parent.face_count();
   const int fine_edges = 2 * parent.edge_count() + 3 * parent.face_count();
-  MeshTopology fine;
-  fine.vertex_count = parent.vertex_count + parent.edge_count();
+  MeshTopology fine = VerticesAfter(parent);
   fine.faces.resize(3, fine_faces);
   fine.face_edges.resize(3, fine_faces);
   fine.face_neighbors.resize(3, fine_faces);
@@ -131,15 +116,6 @@ absl::StatusOr<MeshTopology> RefineOnce(const MeshTopology& parent, const RunCon
           RefineFace(parent, child_edges, static_cast<int>(f), fine);
         }
       }));
-  fine.boundary_vertex = parent.boundary_vertex;
-  fine.boundary_vertex.resize(fine.vertex_count, 0);
-  fine.valence = parent.valence;
-  fine.valence.resize(fine.vertex_count, 6);
-  for (int e = 0; e < parent.edge_count(); ++e) {
-    if (parent.edge_faces(1, e) >= 0) continue;
-    fine.boundary_vertex[parent.vertex_count + e] = 1;
-    fine.valence[parent.vertex_count + e] = 4;
-  }
   return fine;
 }
 
@@ -169,6 +145,23 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
   }
   RILIEVO_ASSIGN_OR_RETURN(refinement.sharp, RefineCreases(mesh, refinement.levels));
   return refinement;
+}
+
+MeshTopology VerticesAfter(const MeshTopology& topology) {
+  MeshTopology fine;
+  fine.vertex_count = topology.vertex_count + topology.edge_count();
+  fine.boundary_vertex.reserve(fine.vertex_count);
+  fine.boundary_vertex = topology.boundary_vertex;
+  fine.boundary_vertex.resize(fine.vertex_count, 0);
+  fine.valence.reserve(fine.vertex_count);
+  fine.valence = topology.valence;
+  fine.valence.resize(fine.vertex_count, 6);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    if (topology.edge_faces(1, e) >= 0) continue;
+    fine.boundary_vertex[topology.vertex_count + e] = 1;
+    fine.valence[topology.vertex_count + e] = 4;
+  }
+  return fine;
 }
 
 Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology) {

@@ -38,6 +38,10 @@ struct LoopRefinement {
 absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_level,
                                               const RunContext& context);
 
+// The vertices of the level after `topology` alone: their number, valence and place on the
+// boundary.
+MeshTopology VerticesAfter(const MeshTopology& topology);
+
 // The faces of the level after `topology` alone, without edges and adjacency: the lean way to the
 // finest level's triangles.
 Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology);

@@ -12,6 +12,7 @@
 #include "core/codec/prepare_control_mesh.h"
 #include "core/control/cut_openings.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
@@ -42,6 +43,16 @@ int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
   return level;
 }
 
+// All levels, of the finest, unless it is the control mesh, the vertices alone: heights ask for no
+// more, and its faces follow from the level before.
+absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
+                                                const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
+                           RefineTopology(mesh, std::max(0, level - 1), context));
+  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  return refinement;
+}
+
 absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMesh& control_mesh,
                                        const ReconstructOptions& options, const RunContext& context,
                                        ReconstructReport* report) {
@@ -53,12 +64,12 @@ absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMes
   surface.max_level = ChooseLevel(options, scan.cloud, control_mesh.faces.cols());
   RILIEVO_RETURN_IF_ERROR(
       CheckSurfaceFaces(control_mesh.faces.cols(), surface.max_level, options.max_surface_faces));
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
-                           RefineTopology(control_mesh, surface.max_level, context));
-  MeshTopology& finest = refinement.levels.back();
-  const VertexRings rings = BuildVertexRings(finest);
-  finest.face_edges.resize(3, 0);
-  finest.face_neighbors.resize(3, 0);
+  const int level = surface.max_level;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineToVertices(control_mesh, level, context));
+  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+  const LevelRings rings =
+      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
   RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, control_mesh.vertices,
                                                              surface.max_level, context));
   RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
@@ -68,7 +79,8 @@ absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMes
   for (int64_t v = 0; v < limit.normals.cols(); ++v) {
     relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
   }
-  relief.shape.triangles = std::move(finest.faces);
+  relief.shape.triangles =
+      level == 0 ? control_mesh.faces : RefineFaces(refinement.levels[level - 1]);
   report->max_level = surface.max_level;
   report->surface_vertices = relief.shape.vertices.cols();
   report->surface_faces = relief.shape.triangles.cols();

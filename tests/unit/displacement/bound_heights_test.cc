@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "tests/unit/displacement/domain_fixtures.h"
 
@@ -23,7 +24,11 @@ Domain SphereDomain(double radius, double side) {
 }
 
 std::vector<HeightBounds> Bounds(const Domain& domain, double most) {
-  return BoundHeights(domain.refinement.levels.back(), domain.limit, most);
+  std::vector<HeightBounds> bounds;
+  for (int v = 0; v < domain.size(); ++v) {
+    bounds.push_back(BoundsOf(v, domain.rings, domain.limit, most));
+  }
+  return bounds;
 }
 
 TEST(BoundHeightsTest, ASphereMayShrinkToATenthOfItsRadiusAndGrowToTheLimit) {

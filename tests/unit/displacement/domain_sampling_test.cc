@@ -23,8 +23,8 @@ struct NoisySphere : ::testing::Test {
     cloud = *PrepareRayCloud(scan.cloud, scan.graph, RunContext());
   }
   DomainSampling Make() {
-    return DomainSampling(cloud, scan.graph, scan.index, domain.refinement, domain.limit, options,
-                          context);
+    return DomainSampling(cloud, scan.graph, scan.index, domain.refinement, domain.rings,
+                          domain.limit, options, context);
   }
   double Rms(const HeightSamples& samples) const {
     double squares = 0;
@@ -75,7 +75,7 @@ TEST_F(NoisySphere, DespikingMeasuresASpikeAgain) {
   }
   for (const int v : spikes) samples.height[v] += 0.03f;
   EXPECT_GT(Rms(samples), 2 * before);
-  ASSERT_TRUE(sampling.Despike(rings).ok());
+  ASSERT_TRUE(sampling.Despike().ok());
   for (const int v : spikes) {
     EXPECT_TRUE(samples.measured[v]);
     EXPECT_TRUE(samples.fitted[v]);
