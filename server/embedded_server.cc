@@ -11,7 +11,7 @@ namespace rilievo {
 
 absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
     const ServerOptions& options) {
-  return Start(options, Reconstruct);
+  return Start(options, ReconstructAndDrop);
 }
 
 absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(

@@ -19,10 +19,14 @@
 #include "client/cli/working_server.h"
 #include "client/formats/atomic_file.h"
 #include "client/library/reconstruction_client.h"
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
+
+// From here on memory counts for more than the twentieth of the time that its return takes.
+constexpr int64_t kManyPoints = 300'000;
 
 struct Arguments {
   std::vector<std::string> scans;
@@ -73,15 +77,17 @@ struct Made {
 absl::StatusOr<Made> MakeSurface(const Arguments& arguments, const std::string& scan_path,
                                  const std::string& output, const v1::ReconstructOptions& options,
                                  const ReconstructionClient& client, std::stop_token stop) {
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(scan_path, arguments.format));
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.format));
+  if (scan.cloud.points.cols() >= kManyPoints) ReturnLargeBlocksAtOnce();
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);
   CallOptions call;
   call.stop = std::move(stop);
-  absl::StatusOr<ReconstructResult> result = client.Reconstruct(
-      scan.cloud, options,
-      ShowProgress(scan.cloud.points.cols(), !arguments.connection.server.empty(), &display), call);
+  const ReconstructCallbacks callbacks =
+      ShowProgress(scan.cloud.points.cols(), !arguments.connection.server.empty(), &display);
+  absl::StatusOr<ReconstructResult> result =
+      client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) return Explain(result.status(), scan_path, arguments.connection.server);
   display.Finish();
   RILIEVO_RETURN_IF_ERROR(

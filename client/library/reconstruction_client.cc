@@ -18,15 +18,13 @@ namespace {
 // Large enough that messages cost little, small enough that progress and cancel are prompt.
 constexpr int64_t kMessageBytes = 384 << 10;
 
-using Stream = grpc::ClientReaderWriterInterface<v1::ReconstructRequest, v1::ReconstructResponse>;
-
 void Prepare(const CallOptions& call, grpc::ClientContext* context) {
   if (call.timeout) context->set_deadline(std::chrono::system_clock::now() + *call.timeout);
 }
 
 // Ends early when a write fails: the server has already answered, and the reader has its reason.
 void SendScan(const PointCloud& scan, const v1::ReconstructOptions& options,
-              const std::function<void(int64_t)>& sent, Stream* stream) {
+              const std::function<void(int64_t)>& sent, ReconstructionClient::Stream* stream) {
   const v1::CoordinateFormat format = LosslessFormat(scan);
   v1::ReconstructRequest request;
   request.mutable_header()->set_point_count(static_cast<uint64_t>(scan.points.cols()));
@@ -85,11 +83,28 @@ ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelIn
 absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
     const PointCloud& scan, const v1::ReconstructOptions& options,
     const ReconstructCallbacks& callbacks, const CallOptions& call) const {
+  return Call([&](Stream* stream) { SendScan(scan, options, callbacks.sent, stream); }, callbacks,
+              call);
+}
+
+absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
+    PointCloud&& scan, const v1::ReconstructOptions& options, const ReconstructCallbacks& callbacks,
+    const CallOptions& call) const {
+  const auto send = [&](Stream* stream) {
+    SendScan(scan, options, callbacks.sent, stream);
+    scan = PointCloud();
+  };
+  return Call(send, callbacks, call);
+}
+
+absl::StatusOr<ReconstructResult> ReconstructionClient::Call(
+    const std::function<void(Stream*)>& send, const ReconstructCallbacks& callbacks,
+    const CallOptions& call) const {
   grpc::ClientContext context;
   Prepare(call, &context);
   const std::stop_callback cancel(call.stop, [&context] { context.TryCancel(); });
   const auto stream = stub_->Reconstruct(&context);
-  std::jthread writer([&] { SendScan(scan, options, callbacks.sent, stream.get()); });
+  std::jthread writer([&] { send(stream.get()); });
 
   SurfaceAssembly assembly;
   std::optional<v1::Summary> summary;

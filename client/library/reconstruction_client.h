@@ -44,6 +44,8 @@ struct ReconstructResult {
 
 class ReconstructionClient {
  public:
+  using Stream = grpc::ClientReaderWriterInterface<v1::ReconstructRequest, v1::ReconstructResponse>;
+
   explicit ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel);
 
   // Sends the points (as float32 when that loses nothing, else as float64) and blocks until the
@@ -54,10 +56,19 @@ class ReconstructionClient {
                                                 const v1::ReconstructOptions& options,
                                                 const ReconstructCallbacks& callbacks = {},
                                                 const CallOptions& call = {}) const;
+  // The same; the scan's memory goes as soon as its points have been sent.
+  absl::StatusOr<ReconstructResult> Reconstruct(PointCloud&& scan,
+                                                const v1::ReconstructOptions& options,
+                                                const ReconstructCallbacks& callbacks = {},
+                                                const CallOptions& call = {}) const;
 
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallOptions& call = {}) const;
 
  private:
+  absl::StatusOr<ReconstructResult> Call(const std::function<void(Stream*)>& send,
+                                         const ReconstructCallbacks& callbacks,
+                                         const CallOptions& call) const;
+
   std::unique_ptr<v1::ReconstructionService::StubInterface> stub_;
 };
 

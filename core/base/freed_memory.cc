@@ -14,4 +14,10 @@ void ReturnFreedMemory() {
 #endif
 }
 
+void ReturnLargeBlocksAtOnce() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+}
+
 }  // namespace rilievo

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/freed_memory.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/options_text.h"
@@ -148,6 +149,7 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
+  ReturnFreedMemory();
   if (points != nullptr) {
     RILIEVO_ASSIGN_OR_RETURN(error,
                              MeasureAgainst(triangles, *points, MeasureOptions{kSamples}, context));

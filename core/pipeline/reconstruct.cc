@@ -83,13 +83,13 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
 }
 
 // What is known of the surface before it is coded.
-DssMetadata MetadataOf(const PointCloud& scan, const ReconstructOptions& options, uint64_t seed,
+DssMetadata MetadataOf(std::string input_hash, const ReconstructOptions& options, uint64_t seed,
                        const ReconstructReport& report) {
   DssMetadata metadata;
   metadata.generator = "rilievo " RILIEVO_VERSION;
   metadata.scan_points = report.points_in;
   metadata.road = report.road;
-  metadata.input_hash = HashOfScan(scan);
+  metadata.input_hash = std::move(input_hash);
   metadata.options = OptionsText(options, seed);
   return metadata;
 }
@@ -169,6 +169,8 @@ absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata&
                            SampleRelief(scan, std::move(domain), options, context, report));
   cleaned->graph = NeighborGraph();
   { const PointIndex done = std::move(cleaned->index); }
+  cleaned->cloud.noise = std::vector<float>();
+  cleaned->cloud.contested = std::vector<uint8_t>();
   ReturnFreedMemory();
   const bool with_tree = options.measure;
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief, CodeRelief(scan.cloud, std::move(sampled), metadata,
@@ -177,19 +179,23 @@ absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata&
   return relief;
 }
 
-absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const ReconstructOptions& options,
+// `spent`: the scan, where its memory may go once its points have been checked; or null.
+absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& options,
                                          const RunContext& context) {
   const auto start = std::chrono::steady_clock::now();
   Reconstruction result;
   ReconstructReport* report = &result.report;
 
   RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, Check(scan, options, context, report));
+  std::string input_hash = HashOfScan(scan);
+  if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
                            Analyze(std::move(checked), options, context, report));
   ReturnFreedMemory();
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
   ReturnFreedMemory();
-  const DssMetadata metadata = MetadataOf(scan, options, context.seed, *report);
+  const DssMetadata metadata = MetadataOf(std::move(input_hash), options, context.seed, *report);
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
                            Relieve(coarse, metadata, options, context, &cleaned, report));
   Shape points = PointsAlone(std::move(cleaned));
@@ -204,19 +210,32 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Reconstru
   return result;
 }
 
-}  // namespace
-
-absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
-                                           const ReconstructOptions& options,
-                                           const RunContext& context) {
+// Exceptions become statuses.
+absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& options,
+                                         const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   try {
-    return RunStages(scan, options, context);
+    return RunStages(scan, spent, options, context);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("the memory does not suffice for this scan");
   } catch (const std::exception& defect) {
     return absl::InternalError(absl::StrCat("a library threw: ", defect.what()));
   }
+}
+
+}  // namespace
+
+absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
+                                           const ReconstructOptions& options,
+                                           const RunContext& context) {
+  return RunSafely(scan, nullptr, options, context);
+}
+
+absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
+                                                  const ReconstructOptions& options,
+                                                  const RunContext& context) {
+  return RunSafely(scan, &scan, options, context);
 }
 
 }  // namespace rilievo

@@ -77,5 +77,9 @@ struct Reconstruction {
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context);
+// The same; the scan's memory goes as soon as its points have been checked.
+absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
+                                                  const ReconstructOptions& options,
+                                                  const RunContext& context);
 
 }  // namespace rilievo

@@ -227,7 +227,7 @@ WorkerSettings SettingsOfWorkers(const CommandLine& line, std::string program) {
 }
 
 absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
-  if (line.in_process) return InThisProcess(Reconstruct);
+  if (line.in_process) return InThisProcess(ReconstructAndDrop);
   if (line.worker.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(std::string program, WorkerBesideThisProgram());
     return InWorkerProcess(SettingsOfWorkers(line, std::move(program)));

@@ -12,8 +12,9 @@ namespace {
 
 absl::StatusOr<JobResult> Run(const ReconstructFunction& reconstruct, const JobRequest& job,
                               ScanBytes points, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const PointCloud scan, std::move(points).Decode(job.coordinates));
-  RILIEVO_ASSIGN_OR_RETURN(Reconstruction result, reconstruct(scan, job.options, context));
+  RILIEVO_ASSIGN_OR_RETURN(PointCloud scan, std::move(points).Decode(job.coordinates));
+  RILIEVO_ASSIGN_OR_RETURN(Reconstruction result,
+                           reconstruct(std::move(scan), job.options, context));
   return JobResult{std::move(result.encoded), ProtoReport(result.report, job.options.measure)};
 }
 

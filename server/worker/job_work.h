@@ -24,9 +24,9 @@ struct JobResult {
 using JobWork = std::function<absl::StatusOr<JobResult>(const JobRequest& job, ScanBytes points,
                                                         const RunContext& context)>;
 
-// Has the contract of Reconstruct().
+// Has the contract of ReconstructAndDrop().
 using ReconstructFunction = std::function<absl::StatusOr<Reconstruction>(
-    const PointCloud& scan, const ReconstructOptions& options, const RunContext& context)>;
+    PointCloud scan, const ReconstructOptions& options, const RunContext& context)>;
 
 // Calls `reconstruct` on the thread that asks. What it throws becomes a status.
 JobWork InThisProcess(ReconstructFunction reconstruct);

@@ -36,8 +36,9 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   KeepFreedMemory();
   const rilievo::FileDescriptor socket(rilievo::kWorkerSocket);
-  const rilievo::WorkerExit code = rilievo::RunWorkerJob(
-      socket, rilievo::FileDescriptor(STDIN_FILENO), rilievo::InThisProcess(rilievo::Reconstruct));
+  const rilievo::WorkerExit code =
+      rilievo::RunWorkerJob(socket, rilievo::FileDescriptor(STDIN_FILENO),
+                            rilievo::InThisProcess(rilievo::ReconstructAndDrop));
   // Neither time nor memory is spent on taking the process down by hand.
   _exit(static_cast<int>(code));
 }

@@ -64,6 +64,14 @@ TEST(ReconstructTest, TheFileHoldsTheSurface) {
   EXPECT_EQ(decoded.metadata.scan_points, 10000);
 }
 
+TEST(ReconstructTest, DroppingTheScanChangesNothing) {
+  const PointCloud scan = Scan(*MakeTorus(), 5000);
+  const auto kept = Reconstruct(scan, ReconstructOptions{}, RunContext{});
+  const auto dropped = ReconstructAndDrop(scan, ReconstructOptions{}, RunContext{});
+  ASSERT_TRUE(kept.ok() && dropped.ok());
+  EXPECT_EQ(kept->encoded.Concatenate(), dropped->encoded.Concatenate());
+}
+
 TEST(ReconstructTest, TheNumberOfThreadsDoesNotChangeAByte) {
   const PointCloud scan = Scan(*MakeGenus2(), 15000, 0.0005);
   const auto bytes = [&](int threads) {
