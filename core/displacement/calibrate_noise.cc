@@ -16,9 +16,13 @@ namespace {
 constexpr int kMostSamples = 768;
 constexpr int kLeastSamples = 32;
 constexpr int64_t kBlock = 64;
-constexpr int kFitPoints = 60;
+// The nearest of so many around the ray: the first that the graph leads to are those of like
+// height.
+constexpr int kFitPoints = 28, kGatheredPoints = 150;
 // Below the middle: edges and bumps within a neighbourhood only ever add to the residual.
 constexpr double kQuantile = 0.4;
+// Where that quantile of residuals with 22 degrees of freedom lies (Wilson and Hilferty 1931).
+constexpr float kQuantileOfNoise = 0.947f;
 // A calibration beyond this says that the fits failed, not that the noise was stated wrongly.
 constexpr float kMostFactor = 2.5f;
 
@@ -64,8 +68,10 @@ absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGrap
       gate.height_window = 5 * point.noise + point.spacing;
       gate.window_slope = 1;
       queue.Start(MakeRay(position.cast<double>(), normal.cast<double>()), gate, index);
-      queue.Grow(kFitPoints, std::numeric_limits<float>::max());
-      const float residual = QuadricResidual(queue.queued(), point.spacing);
+      queue.Grow(kGatheredPoints, std::numeric_limits<float>::max());
+      const std::span<const QueuedPoint> around = queue.Sorted();
+      const float residual =
+          QuadricResidual(around.first(std::min<size_t>(around.size(), kFitPoints)), point.spacing);
       if (residual >= 0) ratios[s] = residual / point.noise;
     }
   }));
@@ -73,7 +79,7 @@ absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGrap
   if (ratios.size() < kLeastSamples) return 1.0f;
   const auto middle = ratios.begin() + static_cast<int64_t>(kQuantile * ratios.size());
   std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::clamp(*middle, 1.0f / kMostFactor, kMostFactor);
+  return std::clamp(*middle / kQuantileOfNoise, 1.0f / kMostFactor, kMostFactor);
 }
 
 }  // namespace rilievo

@@ -187,9 +187,8 @@ std::optional<HeightEstimate> HeightSampler::Pierce(const Ray& ray, int start, f
   return estimate;
 }
 
-void HeightSampler::LookAround(std::span<const RaySample> samples, std::span<const int> group) {
-  const RaySample& leader = samples[group.front()];
-  const float spacing = leader.estimate.spacing;
+void HeightSampler::LookAround(std::span<const RaySample> samples, const RayGroup& group) {
+  const RaySample& leader = samples[group.rays.front()];
   QueueGate gate;
   gate.max_height = std::numeric_limits<float>::max();
   gate.min_normal_agreement = static_cast<float>(options_.min_normal_agreement);
@@ -197,9 +196,9 @@ void HeightSampler::LookAround(std::span<const RaySample> samples, std::span<con
   gate.height_window = std::numeric_limits<float>::max();
   gate.covered_ranks = kCoveredRanks;
   queue_.Start(leader.ray, gate, leader.estimate.foot);
-  queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * spacing);
+  queue_.Grow(kMostPatchPoints, (kWidestFitSpacings + kGroupSpacings) * group.spacing);
   fitter_.SetPatch(queue_.queued(), cloud_);
-  for (int member : group) {
+  for (int member : group.rays) {
     const HeightEstimate& estimate = samples[member].estimate;
     const RayPoint& foot = cloud_.points[estimate.foot];
     const LocalFitRequest request = {Eigen::Map<const Eigen::Vector3f>(foot.normal),
@@ -209,42 +208,52 @@ void HeightSampler::LookAround(std::span<const RaySample> samples, std::span<con
   }
 }
 
-void HeightSampler::Refine(std::span<RaySample> samples) {
-  views_.assign(samples.size(), {});
+std::vector<RayGroup> HeightSampler::GroupRays(std::span<const RaySample> samples) {
+  std::vector<RayGroup> groups;
   waiting_.clear();
   for (size_t i = 0; i < samples.size(); ++i) waiting_.push_back(static_cast<int>(i));
   while (!waiting_.empty()) {
     const RaySample& leader = samples[waiting_.front()];
-    const Eigen::Vector3f at = leader.ray.origin + leader.estimate.height * leader.ray.direction;
-    const float reach = kGroupSpacings * leader.estimate.spacing;
-    group_.clear();
+    RayGroup group = {leader.ray.origin + leader.estimate.height * leader.ray.direction,
+                      leader.ray.direction,
+                      leader.estimate.spacing,
+                      {}};
+    const float reach = kGroupSpacings * group.spacing;
     size_t left = 0;
     for (int index : waiting_) {
       const RaySample& sample = samples[index];
       const Eigen::Vector3f hit = sample.ray.origin + sample.estimate.height * sample.ray.direction;
-      const bool joins = (hit - at).squaredNorm() <= reach * reach &&
-                         sample.ray.direction.dot(leader.ray.direction) > kGroupAgreement;
+      const bool joins = (hit - group.position).squaredNorm() <= reach * reach &&
+                         sample.ray.direction.dot(group.direction) > kGroupAgreement;
       if (joins) {
-        group_.push_back(index);
+        group.rays.push_back(index);
       } else {
         waiting_[left++] = index;
       }
     }
     waiting_.resize(left);
-    LookAround(samples, group_);
+    groups.push_back(std::move(group));
   }
+  return groups;
+}
+
+void HeightSampler::Refine(std::span<RaySample> samples) {
+  views_.assign(samples.size(), {});
+  const std::vector<RayGroup> groups = GroupRays(samples);
+  for (const RayGroup& group : groups) LookAround(samples, group);
   std::vector<WindowLadder> ladders;
   ladders.reserve(views_.size());
   for (const LocalView& view : views_) ladders.push_back(view.ladder);
-  const LadderTrust trust(ladders);
+  const auto windows = ClimbTogether(ladders, groups);
   for (size_t i = 0; i < samples.size(); ++i) {
+    if (!windows[i]) continue;
     HeightEstimate& estimate = samples[i].estimate;
-    const auto fit = Settle(views_[i], trust);
+    const LocalFit fit = Settle(views_[i], *windows[i]);
     // A fit less certain than the points it is made of reaches beyond them.
-    if (!fit || fit->deviation > FitNoise(cloud_.points[estimate.foot])) continue;
-    estimate.fitted |= fit->height != estimate.height;
-    estimate.height = fit->height;
-    estimate.deviation = fit->deviation;
+    if (fit.deviation > FitNoise(cloud_.points[estimate.foot])) continue;
+    estimate.fitted |= fit.height != estimate.height;
+    estimate.height = fit.height;
+    estimate.deviation = fit.deviation;
   }
 }
 

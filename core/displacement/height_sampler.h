@@ -8,6 +8,7 @@
 #include "core/displacement/local_fit.h"
 #include "core/displacement/neighbor_queue.h"
 #include "core/displacement/ray_cloud.h"
+#include "core/displacement/region_climb.h"
 #include "core/displacement/sample_displacement.h"
 
 namespace rilievo {
@@ -44,18 +45,20 @@ class HeightSampler {
 
   // Replaces the estimates by local fits where that succeeds. Rays that lie close together share
   // the points that one of them gathers; all together, best of one region, show how wide its
-  // detail is (LadderTrust).
+  // detail is (ClimbTogether).
   void Refine(std::span<RaySample> samples);
 
  private:
   std::optional<HeightEstimate> PierceOnce(const Ray& ray, int start, QueueGate gate);
-  void LookAround(std::span<const RaySample> samples, std::span<const int> group);
+  // Rays that hit nearly the same place, facing nearly the same way.
+  std::vector<RayGroup> GroupRays(std::span<const RaySample> samples);
+  void LookAround(std::span<const RaySample> samples, const RayGroup& group);
 
   const RayCloud& cloud_;
   DisplacementOptions options_;
   NeighborQueue queue_;
   LocalFitter fitter_;
-  std::vector<int> waiting_, group_;
+  std::vector<int> waiting_;
   std::vector<LocalView> views_;  // by sample
 };
 

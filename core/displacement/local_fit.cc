@@ -13,22 +13,15 @@ namespace {
 using Lanes = Eigen::Array4f;
 constexpr int kLaneCount = 4;
 
-// Windows by the number of points they hold; the first are planes, the later ones quadrics.
-struct WindowSize {
-  float points;
-  bool quadric;
-};
-constexpr WindowSize kWindows[] = {{8, false}, {16, false}, {28, true},
-                                   {52, true}, {92, true},  {kMostFitPoints, true}};
-constexpr int kWindowCount = static_cast<int>(std::size(kWindows));
-// Below all windows is what was measured before.
-static_assert(kWindowCount + 1 <= WindowLadder::kMostRungs);
+constexpr int kPlaneCount = 2;  // of the sizes, the first
+static_assert(!kWindowSizes[kPlaneCount - 1].quadric && kWindowSizes[kPlaneCount].quadric);
 // A normal at 60 degrees to the foot's has no weight.
 constexpr float kNormalCutoff = 0.5f;
 // Points farther off a window's fit than this many noises are dropped.
 constexpr float kOutlierNoises = 3.5f;
-// The share of the plain variance that remains with weights 1 - r^2 (which are not their square).
-constexpr float kKernelVariance = 0.88f;
+// The share of the plain variance that remains with weights 1 - r^2 (which are not their square),
+// by simulation with uniform points.
+constexpr float kPlaneVariance = 0.65f, kQuadricVariance = 0.8f;
 // Of another sheet, or of none: points steeper against the ray than this (rise over distance).
 constexpr float kSteepest = 1.5f;
 constexpr float kSheetNoises = 5.0f;
@@ -141,7 +134,7 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
     const LaneMask weighs = Raw(weight) > 0.0f;
     LaneMask window_of = {};
     for (int w = 0; w < kWindowCount; ++w) {
-      const LaneMask inside = weighs & (Raw(square) < 0.25f * kWindows[w].points);
+      const LaneMask inside = weighs & (Raw(square) < 0.25f * kWindowSizes[w].points);
       window_of -= ~inside;
       inside_lanes[w] -= inside;
     }
@@ -226,7 +219,8 @@ std::optional<FitWindow> LocalFitter::Fit(float radius, int inside, float outlie
   return FitWindow{static_cast<float>(equations.solution[0]),
                    static_cast<float>(equations.solution[1]) * scale,
                    static_cast<float>(equations.solution[2]) * scale,
-                   static_cast<float>(equations.inverse_first) * kKernelVariance};
+                   static_cast<float>(equations.inverse_first) *
+                       (kTerms == 6 ? kQuadricVariance : kPlaneVariance)};
 }
 
 std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
@@ -283,36 +277,41 @@ const FitWindow& LocalFitter::Choose(const FitWindow& side, const FitWindow& oth
   return (convex ? other.height < side.height : other.height > side.height) ? other : side;
 }
 
-std::optional<LocalFit> Settle(const LocalView& view, const LadderTrust& trust) {
-  const auto window = Climb(view.ladder, trust);
-  if (!window) return std::nullopt;
-  return LocalFit{view.height + window->height * view.spacing,
-                  view.ladder.noise * std::sqrt(window->variance_factor) * view.spacing};
+LocalFit Settle(const LocalView& view, const FitWindow& window) {
+  return {view.height + window.height * view.spacing,
+          view.ladder.noise * std::sqrt(window.variance_factor) * view.spacing};
 }
 
 LocalView LocalFitter::Look(const Ray& ray, const LocalFitRequest& request) {
-  LocalView view = {LookAtSide(ray, request), request.height, request.spacing};
+  Project(ray, request);
+  LocalView view = {{}, request.height, request.spacing};
   const auto other_side = FindOtherSide(request);
-  if (!other_side) return view;
+  if (!other_side) {
+    view.ladder = LookAtSide(ray, request, kPlaneCount, kWindowCount);
+    if (view.ladder.count == 0) view.ladder = LookAtSide(ray, request, 0, kPlaneCount);
+    return view;
+  }
+  // Beside an edge each ray stands for itself: it says nothing of the region.
+  const WindowLadder ladder = LookAtSide(ray, request, 0, kWindowCount);
   LocalFitRequest other_request = request;
   other_request.foot_normal = other_side->normal;
   other_request.deviation = 0;  // what was measured is of this side
-  const WindowLadder other_ladder = LookAtSide(ray, other_request);
-  // Beside an edge each ray stands for itself: it says nothing of the region.
-  const auto side = Climb(view.ladder, {}), other = Climb(other_ladder, {});
+  Project(ray, other_request);
+  const WindowLadder other_ladder = LookAtSide(ray, other_request, 0, kWindowCount);
+  const auto side = Climb(ladder), other = Climb(other_ladder);
+  view.ladder.noise = ladder.noise;
   if (!side && !other) return view;
   bool across = !side;
   if (side && other) {
     across = &Choose(*side, *other, other_side->convex, request.noise / request.spacing) == &*other;
   }
-  view.ladder.noise = across ? other_ladder.noise : view.ladder.noise;
-  view.ladder.count = 0;
+  if (across) view.ladder.noise = other_ladder.noise;
   view.ladder.Add(0, across ? *other : *side);
   return view;
 }
 
-WindowLadder LocalFitter::LookAtSide(const Ray& ray, const LocalFitRequest& request) {
-  Project(ray, request);
+WindowLadder LocalFitter::LookAtSide(const Ray& ray, const LocalFitRequest& request, int first,
+                                     int last) {
   // In spacings; noise off the surface is longer when measured along a slanted ray.
   const float along = std::max(0.3f, request.foot_normal.dot(ray.direction));
   const float noise = request.noise / request.spacing / along;
@@ -323,11 +322,11 @@ WindowLadder LocalFitter::LookAtSide(const Ray& ray, const LocalFitRequest& requ
     ladder.Add(0, {0, -request.foot_normal.dot(ray.u) / along,
                    -request.foot_normal.dot(ray.v) / along, factor * factor});
   }
-  for (int w = 0; w < kWindowCount; ++w) {
-    const float radius = 0.5f * std::sqrt(kWindows[w].points);
+  for (int w = first; w < last; ++w) {
+    const float radius = 0.5f * std::sqrt(kWindowSizes[w].points);
     const float outlier = kOutlierNoises * noise;
-    const auto window = kWindows[w].quadric ? Fit<6>(radius, inside_[w], outlier)
-                                            : Fit<3>(radius, inside_[w], outlier);
+    const auto window = kWindowSizes[w].quadric ? Fit<6>(radius, inside_[w], outlier)
+                                                : Fit<3>(radius, inside_[w], outlier);
     // A window that knows less than a single point has most of its points on one side.
     if (!window || window->variance_factor > 1) continue;
     if (std::abs(window->height) > kFarthestSpacings + kFarthestNoises * noise) continue;

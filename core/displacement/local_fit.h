@@ -27,9 +27,7 @@ struct LocalFitRequest {
   float deviation = 0;
 };
 
-// Most points that the widest window holds, and its radius in spacings: a disc of radius r holds
-// (2 r / spacing)^2 points (see OrientedCloud::spacing).
-inline constexpr int kMostFitPoints = 160;
+// Radius of the widest window.
 inline constexpr float kWidestFitSpacings = 6.32f;
 
 // What was seen around a ray, from which its height follows.
@@ -38,15 +36,15 @@ struct LocalView {
   float height = 0, spacing = 0;  // the requested height; the unit of the ladder
 };
 
-// The height that a view says; nothing where too few points took part.
-std::optional<LocalFit> Settle(const LocalView& view, const LadderTrust& trust);
+// What the window chosen of a view's ladder says of the height.
+LocalFit Settle(const LocalView& view, const FitWindow& window);
 
 // Fits weighted planes and quadrics height(u, v) in nested windows of growing radius. Points whose
 // normal turns away from the ray's foot count less, so that a window does not reach around an edge;
 // points that stand off a window's fit by several times the noise are dropped and the window is
 // fitted again. Where many of the nearest normals turn away there is an edge: its other side is
 // fitted as well, and the ray meets the lower of the two where they meet convexly, the higher where
-// concavely.
+// concavely. Planes are for the sides of edges, and for where no quadric stands.
 class LocalFitter {
  public:
   // The points that the next fits draw on: those within kWidestFitSpacings of their rays. Rays
@@ -62,7 +60,8 @@ class LocalFitter {
     bool convex;
   };
   std::optional<OtherSide> FindOtherSide(const LocalFitRequest& request) const;
-  WindowLadder LookAtSide(const Ray& ray, const LocalFitRequest& request);
+  // `first`, `last`: of the sizes of windows.
+  WindowLadder LookAtSide(const Ray& ray, const LocalFitRequest& request, int first, int last);
   // Of two sides and their meeting, the one that describes the points around the ray best.
   const FitWindow& Choose(const FitWindow& side, const FitWindow& other, bool convex,
                           float noise) const;

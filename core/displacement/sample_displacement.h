@@ -27,7 +27,7 @@ struct DisplacementOptions {
   // replaces the bare triangle; from a third of it on, improves it. >= 0.
   double plane_noise_ratio = 0.15;
   // Rounds of the input-dependent Laplacian (4.4), along the normal. [0, 20].
-  int smoothing_rounds = 1;
+  int smoothing_rounds = 2;
   absl::Status Validate() const;
 };
 

@@ -1,9 +1,8 @@
-// What windows of growing radius say of one height, and how far to follow the wider ones.
+// What windows of growing radius say of one height.
 #pragma once
 
 #include <array>
 #include <optional>
-#include <span>
 
 namespace rilievo {
 
@@ -14,10 +13,21 @@ struct FitWindow {
   float variance_factor;   // of the height, in squared noises along the ray
 };
 
+// The sizes of windows, narrowest first: a disc of radius r holds (2 r / spacing)^2 points (see
+// OrientedCloud::spacing).
+struct WindowSize {
+  float points;
+  bool quadric;  // a plane else
+};
+inline constexpr std::array<WindowSize, 6> kWindowSizes = {
+    {{8, false}, {16, false}, {28, true}, {52, true}, {92, true}, {160, true}}};
+inline constexpr int kWindowCount = static_cast<int>(kWindowSizes.size());
+
 // Windows that hold more and more of the points around one ray, the narrowest first: each is made
 // of the points of those before it and more.
 struct WindowLadder {
-  static constexpr int kMostRungs = 7;
+  // Rung 0 is what was measured before, rung w + 1 the window of size w.
+  static constexpr int kMostRungs = kWindowCount + 1;
 
   float noise = 0;  // standard deviation of the points along the ray, in spacings, > 0
   int count = 0;
@@ -27,27 +37,11 @@ struct WindowLadder {
   void Add(int rung, const FitWindow& window);
 };
 
-// How much the windows of each size may be followed in a region. What two nested windows of a
-// smooth surface say differs by no more than the noise explains: in the mean square by the
-// difference of their variances. Where it differs by more, the wider one is off by detail that it
-// spans, and its weight falls with the share of the noise in the difference (after James and Stein
-// 1961), which many rays together show and one alone does not.
-class LadderTrust {
- public:
-  LadderTrust() = default;  // all are followed
-  explicit LadderTrust(std::span<const WindowLadder> region);
-
-  // The weight of windows of that size, [0, 1].
-  float of(int rung) const { return weights_[rung]; }
-
- private:
-  std::array<float, WindowLadder::kMostRungs> weights_ = {1, 1, 1, 1, 1, 1, 1};
-};
-
 // Climbs the ladder while the wider window agrees with what the narrower ones said, within the
 // noise (stagewise aggregation, Belomestny and Spokoiny 2007, in the spirit of Lepski's rule): wide
-// windows on smooth parts, narrow ones on detail. Nothing from an empty ladder.
-std::optional<FitWindow> Climb(const WindowLadder& ladder, const LadderTrust& trust);
+// windows on smooth parts, narrow ones on detail. Nothing from an empty ladder. For a ray that
+// stands for itself; see ClimbTogether for the rays of a region.
+std::optional<FitWindow> Climb(const WindowLadder& ladder);
 
 // Whether a window is so far off that nothing wider needs to be looked at.
 bool IsOut(const FitWindow& window, const FitWindow& narrower, float noise);
