@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/domain/fold_guard.h"
 #include "core/domain/stray_guard.h"
@@ -24,8 +25,16 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken) {
   const Eigen::Matrix3Xd before = state->control_points;
-  const std::vector<uint8_t> folded_before = FoldedFaces(samples, state->surface);
-  move();
+  std::vector<uint8_t> folded_before;
+  const auto move_points = [&] {
+    move();
+    return absl::OkStatus();
+  };
+  const auto find_folds = [&] {
+    folded_before = FoldedFaces(samples, state->surface);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(SideBySide(context, move_points, find_folds));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   *taken = state->control_points.allFinite();
   if (*taken) {

@@ -5,10 +5,12 @@
 #include <cmath>
 #include <exception>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/freed_memory.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
@@ -187,8 +189,18 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
   Reconstruction result;
   ReconstructReport* report = &result.report;
 
-  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, Check(scan, options, context, report));
-  std::string input_hash = HashOfScan(scan);
+  // The check keeps one thread busy.
+  CheckedScan checked;
+  std::string input_hash;
+  const auto check = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(checked, Check(scan, options, context, report));
+    return absl::OkStatus();
+  };
+  const auto hash = [&]() -> absl::Status {
+    input_hash = HashOfScan(scan);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(SideBySide(context, check, hash));
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
                            Analyze(std::move(checked), options, context, report));
