@@ -44,7 +44,20 @@ DomainSampling::DomainSampling(const RayCloud& cloud, const NeighborGraph& graph
       limit_(limit),
       options_(options),
       context_(context),
-      samples_(static_cast<size_t>(limit.positions.cols())) {}
+      common_bounds_(static_cast<size_t>((limit.positions.cols() + kInCommon - 1) / kInCommon)),
+      samples_(static_cast<size_t>(limit.positions.cols())) {
+  static_assert(kBlock % kInCommon == 0);
+  // A stop is noticed in the passes.
+  ParallelFor(samples_.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int v = static_cast<int>(begin); v < end; ++v) {
+      const HeightBounds own = BoundsOf(v, rings_, limit_, options_.max_height);
+      HeightBounds& common = common_bounds_[v / kInCommon];
+      if (v % kInCommon == 0) common = own;
+      common.lowest = std::max(common.lowest, own.lowest);
+      common.highest = std::min(common.highest, own.highest);
+    }
+  }).IgnoreError();
+}
 
 absl::Status DomainSampling::PierceLevels(double progress_end) {
   int sampled = 0;
@@ -207,8 +220,20 @@ HeightEstimate DomainSampling::EstimateOf(int vertex) const {
 }
 
 bool DomainSampling::IsInBounds(int vertex, float height) const {
+  if (IsInCommonBounds(vertex, height)) return true;
   const HeightBounds bounds = BoundsOf(vertex, rings_, limit_, options_.max_height);
   return height >= bounds.lowest && height <= bounds.highest;
+}
+
+bool DomainSampling::IsInCommonBounds(int vertex, float height) const {
+  const HeightBounds& common = common_bounds_[vertex / kInCommon];
+  return height >= common.lowest && height <= common.highest;
+}
+
+float DomainSampling::Bounded(int vertex, float height) const {
+  if (IsInCommonBounds(vertex, height)) return height;
+  const HeightBounds bounds = BoundsOf(vertex, rings_, limit_, options_.max_height);
+  return std::clamp(height, bounds.lowest, bounds.highest);
 }
 
 void DomainSampling::Store(int vertex, const std::optional<HeightEstimate>& estimate) {

@@ -44,7 +44,11 @@ class DomainSampling {
 
   HeightSamples& samples() { return samples_; }
 
+  // The height, or the bound that it lies beyond.
+  float Bounded(int vertex, float height) const;
+
  private:
+  bool IsInCommonBounds(int vertex, float height) const;
   bool WantsFit(int vertex) const;
   absl::Status FitSides(const OrientedCloud& cloud, const SharpSectors& sectors);
   absl::Status Refine(std::vector<int> vertices);
@@ -66,6 +70,9 @@ class DomainSampling {
   const LimitSurface& limit_;
   const DisplacementOptions& options_;
   const RunContext& context_;
+  // Within the bounds of every one of so many vertices in a row: nearly all heights are.
+  static constexpr int kInCommon = 64;
+  std::vector<HeightBounds> common_bounds_;
   HeightSamples samples_;
 };
 

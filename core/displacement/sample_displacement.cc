@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/displacement/bound_heights.h"
 #include "core/displacement/calibrate_noise.h"
 #include "core/displacement/domain_sampling.h"
 #include "core/displacement/fill_heights.h"
@@ -47,18 +46,17 @@ absl::Status CheckInput(const OrientedCloud& cloud, const NeighborGraph& graph,
 }
 
 // Back within their bounds, after smoothing and filling.
-absl::Status BoundHeights(const LevelRings& rings, const LimitSurface& limit, double max_height,
-                          const RunContext& context, std::vector<float>* heights) {
+absl::Status BoundHeights(const DomainSampling& sampling, const RunContext& context,
+                          std::vector<float>* heights) {
   constexpr int64_t kBlock = 4096;
-  return ParallelFor(
-      static_cast<int64_t>(heights->size()), kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t v = begin; v < end; ++v) {
-          float& height = (*heights)[v];
-          if (!std::isfinite(height)) height = 0;
-          const HeightBounds bounds = BoundsOf(static_cast<int>(v), rings, limit, max_height);
-          height = std::clamp(height, bounds.lowest, bounds.highest);
-        }
-      });
+  return ParallelFor(static_cast<int64_t>(heights->size()), kBlock, context,
+                     [&](int64_t begin, int64_t end) {
+                       for (int64_t v = begin; v < end; ++v) {
+                         float& height = (*heights)[v];
+                         if (!std::isfinite(height)) height = 0;
+                         height = sampling.Bounded(static_cast<int>(v), height);
+                       }
+                     });
 }
 
 DisplacementField MakeField(const std::vector<float>& sampled, HeightSamples samples) {
@@ -130,7 +128,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       SmoothHeights(refinement.levels.back(), rings, options.smoothing_rounds, context, &samples));
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
-  RILIEVO_RETURN_IF_ERROR(BoundHeights(rings, limit, options.max_height, context, &samples.height));
+  RILIEVO_RETURN_IF_ERROR(BoundHeights(sampling, context, &samples.height));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
 }

@@ -16,6 +16,8 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 1024;
+// From here on 45 bytes a point count for more than the hundredth of the time that they save.
+constexpr int64_t kManyPoints = 200'000;
 
 // The kept points and the way from the old numbering to theirs.
 struct KeptPoints {
@@ -142,9 +144,13 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
   JoinSheets(replaced, &graph);
-  graph.Pack();
-  RILIEVO_ASSIGN_OR_RETURN(
-      index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
+  if (count >= kManyPoints) {
+    graph.Pack();
+    RILIEVO_ASSIGN_OR_RETURN(
+        index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
+  } else {
+    RILIEVO_ASSIGN_OR_RETURN(index, build_index(cloud.points, kept.frame));
+  }
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,

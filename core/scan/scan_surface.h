@@ -23,8 +23,8 @@ struct ScanOptions {
 // frame is the bounding box of what was kept.
 struct ScanSurface {
   OrientedCloud cloud;
-  NeighborGraph graph;  // packed
-  PointIndex index;     // over cloud.points
+  NeighborGraph graph;  // of many points packed
+  PointIndex index;     // of many points over cloud.points
   SpatialFrame frame;
   int64_t outliers = 0;
   int64_t island_points = 0;
