@@ -78,14 +78,15 @@ absl::StatusOr<Made> MakeSurface(const Arguments& arguments, const std::string& 
                                  const std::string& output, const v1::ReconstructOptions& options,
                                  const ReconstructionClient& client, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.format));
-  if (scan.cloud.points.cols() >= kManyPoints) ReturnLargeBlocksAtOnce();
+  const bool works_here = arguments.connection.server.empty();
+  if (works_here && scan.cloud.points.cols() >= kManyPoints) ReturnLargeBlocksAtOnce();
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);
   CallOptions call;
   call.stop = std::move(stop);
   const ReconstructCallbacks callbacks =
-      ShowProgress(scan.cloud.points.cols(), !arguments.connection.server.empty(), &display);
+      ShowProgress(scan.cloud.points.cols(), !works_here, &display);
   absl::StatusOr<ReconstructResult> result =
       client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) return Explain(result.status(), scan_path, arguments.connection.server);

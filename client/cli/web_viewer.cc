@@ -61,7 +61,7 @@ absl::StatusOr<ChildProgram> StartGateway(const std::vector<std::string>& argume
 // A process a job, where the program for that is: one that fails does not take the page along.
 JobWork Work() {
   const absl::StatusOr<std::string> worker = WorkerBesideThisProgram();
-  return worker.ok() ? InWorkerProcess({.program = *worker}) : InThisProcess(Reconstruct);
+  return worker.ok() ? InWorkerProcess({.program = *worker}) : InThisProcess(ReconstructAndDrop);
 }
 
 bool Set(const char* variable) {

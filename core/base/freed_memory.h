@@ -7,10 +7,11 @@ namespace rilievo {
 // would otherwise lie beneath what the next one needs. For glibc; does nothing elsewhere.
 void ReturnFreedMemory();
 
-// For a program to call before much work: from here on a block of a megabyte or more goes back to
-// the system as soon as it is freed. Left to itself the allocator of glibc soon keeps blocks of up
-// to 32 MB, and of 500 000 points 30 bytes each lie in the holes between them; to ask for them anew
-// takes up to a twentieth of the time. For glibc; does nothing elsewhere.
+// For a program to call before much work, process-wide and for good: from here on a block of a
+// megabyte or more goes back to the system as soon as it is freed. Left to itself the allocator of
+// glibc soon keeps blocks of up to 32 MB, and of 500 000 points 30 bytes each lie in the holes
+// between them; to ask for them anew takes up to a twentieth of the time. For glibc; does nothing
+// elsewhere.
 void ReturnLargeBlocksAtOnce();
 
 }  // namespace rilievo

@@ -135,7 +135,10 @@ absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
 
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
                                                  double least_step, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const double guess, FindStep(encoder, rms, context));
+  double guess = kStepOverError * rms;
+  if (guess > least_step) {
+    RILIEVO_ASSIGN_OR_RETURN(guess, FindStep(encoder, rms, context));
+  }
   StepSearch search(
       encoder, [rms](const EncodedHeights& encoded) { return encoded.rms / rms; }, true);
   RILIEVO_RETURN_IF_ERROR(search.Run(guess, least_step, context));

@@ -204,7 +204,7 @@ class PoissonOperator {
   // the same cell mostly follow each other and share its corners.
   void AddScreening(const ScreenedPoisson& system, const Fields& spread) {
     const size_t count = system.speakers.points.size();
-    cells_.reserve(count);  // at most; what is not touched takes no memory
+    cells_.reserve(count);  // at most; pages not touched take no room
     row_weights_.reserve(count);
     screen_weight_.reserve(count);
     std::vector<NodesAround> around;

@@ -46,8 +46,8 @@ absl::Status CheckInput(const OrientedCloud& cloud, const NeighborGraph& graph,
 }
 
 // Back within their bounds, after smoothing and filling.
-absl::Status BoundHeights(const DomainSampling& sampling, const RunContext& context,
-                          std::vector<float>* heights) {
+absl::Status KeepWithinBounds(const DomainSampling& sampling, const RunContext& context,
+                              std::vector<float>* heights) {
   constexpr int64_t kBlock = 4096;
   return ParallelFor(static_cast<int64_t>(heights->size()), kBlock, context,
                      [&](int64_t begin, int64_t end) {
@@ -128,7 +128,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       SmoothHeights(refinement.levels.back(), rings, options.smoothing_rounds, context, &samples));
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
-  RILIEVO_RETURN_IF_ERROR(BoundHeights(sampling, context, &samples.height));
+  RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
 }

@@ -23,8 +23,8 @@ struct DisplacementOptions {
   int max_queue = 24;
   // Longest edge of a virtual triangle, in local spacings. > 1.
   double max_triangle_spacings = 4.0;
-  // Above this ratio of local noise to local spacing a weighted plane or quadric through the queue
-  // replaces the bare triangle; from a third of it on, improves it. >= 0.
+  // Above this ratio of local noise to local spacing a local fit replaces the bare triangle; from a
+  // third of it on, improves it. >= 0.
   double plane_noise_ratio = 0.15;
   // Rounds of the input-dependent Laplacian (4.4), along the normal. [0, 20].
   int smoothing_rounds = 2;

@@ -22,7 +22,8 @@ struct FitOptions {
   double suzuki_lambda = 0.8;  // (0, 1], seed 004 section 4.2
   int rounds = 4;              // of foot points and solve in turn, [1, 50]
   // A control face is sampled at this level's vertices, [0, 4]; at a lower level, but not below 1,
-  // where that already gives as many samples as there are points, or this one more than 60 000.
+  // where the lower one already gives as many samples as there are points, or the higher one more
+  // than 60 000.
   int sample_level = 2;
   // Of the point-to-point part beside point-to-plane, [0, 1]. The less, the farther control points
   // slide to align with features: on mechpart 0.05 gives 1.2 times and 0.003 0.9 times the RMS.
@@ -32,8 +33,8 @@ struct FitOptions {
   double fairness_end = 1e-4;
   // Scale of the robust loss, in local spacings. > 0.
   double robust_spacings = 2.0;
-  // RMS that whoever asks has use for, unit frame; 0: any. A fit that is far off it after the first
-  // round of least squares, which does most of the way, ends there. >= 0.
+  // RMS that whoever asks has use for, unit frame; 0: any. A fit that is far off it after a round
+  // of least squares ends there: the first does most of the way. >= 0.
   double wanted_rms = 0;
   absl::Status Validate() const;
 };

@@ -21,7 +21,8 @@ inline constexpr int64_t kMaxLoopFaces = int64_t{1} << 30;  // of the finest lev
 // level l becomes faces 4 f .. 4 f + 3 of level l + 1: corner 0, 1, 2, then the middle one, so the
 // faces of one control face stay together at every level. With m_k the new vertex on the edge under
 // half-edge k they are (v0, m0, m2), (m0, v1, m1), (m2, m1, v2), (m1, m2, m0). Each level equals
-// what BuildMeshTopology makes of its faces.
+// what BuildMeshTopology makes of its faces, but where the finest was added by VerticesAfter: then
+// it has vertices alone, and `sharp` says nothing of it.
 struct LoopRefinement {
   std::vector<MeshTopology> levels;
   SharpRefinement sharp;  // what creases and corners change; empty for a smooth mesh

@@ -33,7 +33,7 @@ struct SharpControlVertex {
 
 struct SharpRefinement {
   std::vector<SharpControlVertex> control;  // ascending
-  std::vector<SharpLevel> levels;           // as LoopRefinement::levels; none when all is smooth
+  std::vector<SharpLevel> levels;           // of the levels with faces; none when all is smooth
   bool empty() const { return levels.empty(); }
 };
 

@@ -95,7 +95,8 @@ struct NeighborGraph {
   // Ascending. None but from SeparateSheets: lists of these points hold the nearest of their sheet.
   std::vector<FacingPair> facing;
 
-  // The same lists in half the memory. Read them through neighbors() from then on.
+  // The same lists, along a Morton curve in half the memory. Read them through neighbors() from
+  // then on.
   void Pack();
 
   int size() const {

@@ -94,5 +94,33 @@ TEST(ScanSurfaceTest, SpacingCoversTheArea) {
   EXPECT_NEAR(area / truth, 1, 0.25);
 }
 
+// Enough points for packed lists and an index over the cloud's own points.
+TEST(ScanSurfaceTest, ManyPointsAreTheSameForOneThreadAndFour) {
+  ScannerOptions options;
+  options.points = 210000;
+  options.views = 0;
+  const SimulatedScan simulated = SimulateScan(*MakeTorus(), options).value();
+  const CheckedScan checked = CheckScan(simulated.cloud, CheckOptions{}, RunContext{}).value();
+  RunContext one, four;
+  one.threads = 1;
+  four.threads = 4;
+  const ScanSurface a = AnalyzeScan(checked, ScanOptions{}, one).value();
+  const ScanSurface b = AnalyzeScan(checked, ScanOptions{}, four).value();
+  ASSERT_FALSE(a.graph.differences.empty());
+  EXPECT_EQ(a.cloud.points, b.cloud.points);
+  EXPECT_EQ(a.cloud.normals, b.cloud.normals);
+  EXPECT_EQ(a.cloud.noise, b.cloud.noise);
+  EXPECT_EQ(a.graph.differences, b.graph.differences);
+  EXPECT_EQ(a.graph.far_lists, b.graph.far_lists);
+  for (int i = 0; i < a.index.size(); i += 997) {
+    int nearest = -1, again = -1;
+    double squared = 1, squared_again = 1;
+    a.index.Nearest(a.cloud.points.col(i), 1, &nearest, &squared);
+    b.index.Nearest(b.cloud.points.col(i), 1, &again, &squared_again);
+    EXPECT_EQ(nearest, i);
+    EXPECT_EQ(again, i);
+  }
+}
+
 }  // namespace
 }  // namespace rilievo
