@@ -108,7 +108,7 @@ void NoMemory(Report* report) {
   }
   StressServer server;
   server.Start({"--max-job-memory", "40000000", "--threads", "1"});
-  const auto large = Simulated("torus", 100'000);
+  const auto large = Simulated("torus", 300'000);
   const JobsClient jobs = server.Jobs();
   const auto job = jobs.Submit(PackScan(large), {}, "large");
   const auto done = job.ok() ? jobs.Watch(job->job_id(), {}, Within(seconds(60))) : job;

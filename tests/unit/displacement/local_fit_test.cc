@@ -6,7 +6,6 @@
 #include <functional>
 
 #include "core/displacement/normal_equations.h"
-#include "core/displacement/region_climb.h"
 #include "tests/unit/displacement/domain_fixtures.h"
 
 namespace rilievo {
@@ -56,8 +55,7 @@ struct Relief {
     const LocalView view = fitter.Look(MakeRay(Eigen::Vector3d::Zero(), {0, 0, 1}),
                                        {foot_normal.cast<float>(), static_cast<float>(start),
                                         static_cast<float>(noise), static_cast<float>(kSpacing)});
-    const RayGroup group = {{0, 0, 0}, {0, 0, 1}, static_cast<float>(kSpacing), {0}};
-    const auto window = ClimbTogether({&view.ladder, 1}, {&group, 1}).front();
+    const auto window = Climb(view.ladder);
     if (!window) return std::nullopt;
     return Settle(view, *window);
   }
