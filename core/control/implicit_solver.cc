@@ -9,69 +9,15 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/grid_footprint.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1 << 14;    // nodes a task; sums are formed block by block
-constexpr double kDiscRadius = 0.75;   // of a point's spacing: discs overlap about twice
-constexpr double kSmallestDisc = 0.7;  // cells; smaller discs are their centre
+constexpr int64_t kBlock = 1 << 14;   // nodes a task; sums are formed block by block
+constexpr double kDiscRadius = 0.75;  // of a point's spacing: discs overlap about twice
 constexpr int kNoNode = -1;
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
-
-// Trilinear weights of the 8 lattice points around a position given in lattice units.
-struct Trilinear {
-  Eigen::Vector3i base;
-  std::array<float, 8> weight;
-  explicit Trilinear(const Eigen::Vector3d& position) {
-    const Eigen::Vector3d floor = position.array().floor();
-    base = floor.cast<int>();
-    const Eigen::Vector3d t = position - floor;
-    for (int corner = 0; corner < 8; ++corner) {
-      double w = 1;
-      for (int axis = 0; axis < 3; ++axis) w *= ((corner >> axis) & 1) ? t[axis] : 1 - t[axis];
-      weight[corner] = static_cast<float>(w);
-    }
-  }
-};
-
-// The nodes around a point, found at once: all that its own value and its flux touch.
-struct NodesAround {
-  Eigen::Vector3i low;
-  std::array<int, 27> nodes;
-
-  // `at`: in lattice units.
-  static Eigen::Vector3i LowFor(const Eigen::Vector3d& at) {
-    return (at.array() - 0.5).floor().cast<int>();
-  }
-
-  // The corners of the cell that a position, moved half a cell down one axis at most, lies in.
-  std::array<int, 8> Cell(const Eigen::Vector3i& base) const {
-    const Eigen::Vector3i from = base - low;
-    const int first = from.x() + 3 * from.y() + 9 * from.z();
-    return {nodes[first],     nodes[first + 1],  nodes[first + 3],  nodes[first + 4],
-            nodes[first + 9], nodes[first + 10], nodes[first + 12], nodes[first + 13]};
-  }
-};
-
-// Offsets that cover the disc of this radius (in cells) across `normal`, about one a cell: a point
-// that stands for more than a cell spreads over the surface and not across it, so that sheets
-// closer than the spacing of their points stay apart.
-void TangentDisc(const Eigen::Vector3d& normal, double radius, std::vector<Eigen::Vector3d>* disc) {
-  std::vector<Eigen::Vector3d>& offsets = *disc;
-  offsets.assign(1, Eigen::Vector3d::Zero());
-  if (radius < kSmallestDisc) return;
-  const Eigen::Vector3d u = normal.unitOrthogonal();
-  const Eigen::Vector3d v = normal.cross(u);
-  const int rings = static_cast<int>(std::ceil(radius - 0.25));
-  for (int ring = 1; ring <= rings; ++ring) {
-    const double r = radius * ring / (rings + 0.5);
-    for (int k = 0; k < 6 * ring; ++k) {
-      const double angle = 2 * std::numbers::pi * k / (6 * ring);
-      offsets.push_back(r * (std::cos(angle) * u + std::sin(angle) * v));
-    }
-  }
-}
 
 // The matrix: the graph Laplacian of the grid, plus the screening as its two factors.
 class PoissonOperator {

@@ -1,0 +1,63 @@
+#include "core/control/grid_footprint.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/base/run_context.h"
+#include "core/control/implicit_grid.h"
+
+namespace rilievo {
+namespace {
+
+TEST(GridFootprintTest, TrilinearWeightsReproduceLinearFunctions) {
+  const Eigen::Vector3d at(-1.25, 3.5, 0.75), slope(0.3, -2, 1.5);
+  const Trilinear weights(at);
+  double sum = 0, value = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3i offset(corner & 1, (corner >> 1) & 1, corner >> 2);
+    sum += weights.weight[corner];
+    value += weights.weight[corner] * slope.dot((weights.base + offset).cast<double>());
+  }
+  EXPECT_NEAR(sum, 1, 1e-6);
+  EXPECT_NEAR(value, slope.dot(at), 1e-5);
+}
+
+TEST(GridFootprintTest, CellsAmongTheNodesAroundAreThoseOfTheGrid) {
+  ImplicitGrid grid;
+  grid.AddBox({-5, -5, -5}, {5, 5, 5});
+  grid.Seal();
+  const Eigen::Vector3d at(0.7, -1.2, 2.4);
+  NodesAround around;
+  around.low = NodesAround::LowFor(at);
+  grid.FindThreeCubed(around.low, &around.nodes);
+  for (int axis = 0; axis < 4; ++axis) {  // where it is, and half a cell down each axis
+    Eigen::Vector3d moved = at;
+    if (axis < 3) moved[axis] -= 0.5;
+    const Eigen::Vector3i base = Trilinear(moved).base;
+    std::array<int, 8> corners;
+    ASSERT_TRUE(grid.FindCell(base, &corners));
+    EXPECT_EQ(around.Cell(base), corners) << axis;
+  }
+}
+
+TEST(GridFootprintTest, DiscsLieInTheTangentPlaneAndHoldAboutOneOffsetACell) {
+  const Eigen::Vector3d normal = Eigen::Vector3d(1, -2, 0.5).normalized();
+  std::vector<Eigen::Vector3d> disc;
+  TangentDisc(normal, 0.5, &disc);
+  EXPECT_EQ(disc.size(), 1);
+  for (const double radius : {1.0, 2.5, 4.0}) {
+    TangentDisc(normal, radius, &disc);
+    for (const Eigen::Vector3d& offset : disc) {
+      EXPECT_NEAR(offset.dot(normal), 0, 1e-12);
+      EXPECT_LE(offset.norm(), radius);
+    }
+    const double cells = M_PI * radius * radius;
+    EXPECT_GT(static_cast<double>(disc.size()), 0.5 * cells);
+    EXPECT_LT(static_cast<double>(disc.size()), 2.5 * cells);
+  }
+}
+
+}  // namespace
+}  // namespace rilievo
