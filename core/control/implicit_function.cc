@@ -117,9 +117,9 @@ std::vector<int8_t> SureSides(const OrientedCloud& cloud) {
 }
 
 // Whether the grid has any corner of a cell.
-bool TouchesCell(const ImplicitGrid& grid, const Eigen::Vector3i& cell) {
+bool TouchesCell(const Eigen::Vector3i& cell, ImplicitGridReader* grid) {
   std::array<int, 8> corners;
-  return grid.FindCell(cell, &corners) || *std::max_element(corners.begin(), corners.end()) >= 0;
+  return grid->FindCell(cell, &corners) || *std::max_element(corners.begin(), corners.end()) >= 0;
 }
 
 // Points in reach of a grid whose spacing its cell can follow; where they are many times denser, an
@@ -141,12 +141,13 @@ absl::StatusOr<Speakers> SpeakersFor(const OrientedCloud& cloud, const ImplicitL
       ParallelFor(cloud.points.cols(), 4096, context, [&](int64_t begin, int64_t end) {
         // Points are in Morton order: the one before often lies in the same cell.
         std::optional<Eigen::Vector3i> cell_before;
+        ImplicitGridReader grid(level.grid);
         bool in_reach = true;
         for (int64_t i = begin; i < end; ++i) {
           const int stride = stride_of(i);
           if (stride > 0 && !all) {
             const Eigen::Vector3i cell = level.CellOf(origin, cloud.points.col(i));
-            if (cell_before != cell) in_reach = TouchesCell(level.grid, cell);
+            if (cell_before != cell) in_reach = TouchesCell(cell, &grid);
             cell_before = cell;
           }
           strides[i] = in_reach ? stride : 0;

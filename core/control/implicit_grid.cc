@@ -136,44 +136,58 @@ std::vector<Eigen::Vector3i> ImplicitGrid::Nodes() const {
 }
 
 bool ImplicitGrid::FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const {
-  constexpr int kUnknown = -2;
-  int blocks[8];
-  std::fill(blocks, blocks + 8, kUnknown);
-  bool whole = true;
-  for (int c = 0; c < 8; ++c) {
-    const Eigen::Vector3i node = base + Eigen::Vector3i(c & 1, (c >> 1) & 1, c >> 2);
-    // Which of the (up to 8) blocks: 1 on an axis where the step leaves the block of `base`.
-    const int which = ((base.x() >> kBlockBits) != (node.x() >> kBlockBits)) |
-                      (((base.y() >> kBlockBits) != (node.y() >> kBlockBits)) << 1) |
-                      (((base.z() >> kBlockBits) != (node.z() >> kBlockBits)) << 2);
-    if (blocks[which] == kUnknown) blocks[which] = FindBlock(BlockKey(node));
-    (*corners)[c] = NumberIn(blocks[which], BitOf(node));
-    whole = whole && (*corners)[c] >= 0;
-  }
-  return whole;
+  return ImplicitGridReader(*this).FindCell(base, corners);
 }
 
-void ImplicitGrid::FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) const {
-  constexpr int kUnknown = -2;
-  int blocks[8];
-  std::fill(blocks, blocks + 8, kUnknown);
-  // By axis and step: 1 where the step leaves the block of `low`, and the bits within the block.
-  int beyond[3][3], bits[3][3];
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int step = 0; step < 3; ++step) {
-      const int at = low[axis] + step;
-      beyond[axis][step] = (at >> kBlockBits) != (low[axis] >> kBlockBits);
-      bits[axis][step] = (at & 3) << (2 * axis);
+const ImplicitGridReader::Block& ImplicitGridReader::BlockAt(int which) {
+  Block& block = blocks_[which];
+  if (((known_ >> which) & 1) != 0) return block;
+  known_ |= 1u << which;
+  const Eigen::Vector3i at = home_ + Eigen::Vector3i(which & 1, (which >> 1) & 1, which >> 2);
+  const int found = grid_.FindBlock(ImplicitGrid::BlockKey(at * (1 << ImplicitGrid::kBlockBits)));
+  block = found < 0 ? Block{} : Block{grid_.masks_[found], grid_.bases_[found]};
+  return block;
+}
+
+// Returns how many there are. Nodes of a row follow each other in their block.
+template <int kSteps>
+int ImplicitGridReader::FindBox(const Eigen::Vector3i& low, int* nodes) {
+  constexpr int kBits = ImplicitGrid::kBlockBits;
+  const Eigen::Vector3i home(low.x() >> kBits, low.y() >> kBits, low.z() >> kBits);
+  if (home != home_) {
+    home_ = home;
+    known_ = 0;
+  }
+  int count = 0;
+  const auto row = [&](const Block& block, int bit, int size) {
+    int node = block.first_node + ImplicitGrid::PopCount(block.mask & ((uint64_t{1} << bit) - 1));
+    for (uint64_t rest = block.mask >> bit; size > 0; --size, rest >>= 1) {
+      const int is_there = static_cast<int>(rest & 1);
+      *nodes++ = is_there != 0 ? node : -1;
+      node += is_there;
+      count += is_there;
+    }
+  };
+  const int x = low.x() & 3, inside = std::min(kSteps, 4 - x);
+  for (int step_z = 0; step_z < kSteps; ++step_z) {
+    const int z = (low.z() & 3) + step_z;
+    for (int step_y = 0; step_y < kSteps; ++step_y) {
+      const int y = (low.y() & 3) + step_y;
+      const int which = ((y >> 2) << 1) | ((z >> 2) << 2);
+      const int bits = ((y & 3) << 2) | ((z & 3) << 4);
+      row(BlockAt(which), bits | x, inside);
+      if (inside < kSteps) row(BlockAt(which | 1), bits, kSteps - inside);
     }
   }
-  for (int n = 0; n < 27; ++n) {
-    const int x = n % 3, y = n / 3 % 3, z = n / 9;
-    const int which = beyond[0][x] | (beyond[1][y] << 1) | (beyond[2][z] << 2);
-    if (blocks[which] == kUnknown) {
-      blocks[which] = FindBlock(BlockKey(low + Eigen::Vector3i(x, y, z)));
-    }
-    (*nodes)[n] = NumberIn(blocks[which], bits[0][x] | bits[1][y] | bits[2][z]);
-  }
+  return count;
+}
+
+bool ImplicitGridReader::FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) {
+  return FindBox<2>(base, corners->data()) == 8;
+}
+
+bool ImplicitGridReader::FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) {
+  return FindBox<3>(low, nodes->data()) > 0;
 }
 
 std::vector<int> ImplicitGrid::Neighbors(const RunContext& context) const {

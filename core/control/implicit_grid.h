@@ -32,12 +32,8 @@ class ImplicitGrid {
     return bases_[block] + PopCount(masks_[block] & (bit - 1));
   }
 
-  // Numbers of the 8 corners base + (c & 1, (c >> 1) & 1, c >> 2) of a cell, -1 where there is
-  // none; one look-up for each block the cell touches. False when any is missing.
+  // As of ImplicitGridReader.
   bool FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners) const;
-
-  // Numbers of the 27 nodes low + (x, y, z), 0 <= x, y, z <= 2, at x + 3 y + 9 z; -1 for none.
-  void FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes) const;
 
   // Numbers of the neighbours of every node, 6 a node: -x, +x, -y, +y, -z, +z; -1 for none.
   // A stop request leaves them half done; the caller asks context.CheckStop() after.
@@ -50,6 +46,7 @@ class ImplicitGrid {
   std::vector<Eigen::Vector3i> Nodes() const;
 
  private:
+  friend class ImplicitGridReader;
   static constexpr int kBlockBits = 2;
   static uint64_t BlockKey(const Eigen::Vector3i& node);
   static int BitOf(const Eigen::Vector3i& node) {
@@ -77,6 +74,38 @@ class ImplicitGrid {
   std::vector<int> bases_;       // per block, number of its first node
   std::vector<int> table_;       // open addressing: block + 1, 0 for empty
   int size_ = 0;
+};
+
+// Finds nodes of a sealed grid, which must outlive it. The blocks around the last place are kept:
+// places that follow each other mostly ask for the same. One for each thread.
+class ImplicitGridReader {
+ public:
+  explicit ImplicitGridReader(const ImplicitGrid& grid) : grid_(grid) {}
+
+  // Numbers of the 8 corners base + (c & 1, (c >> 1) & 1, c >> 2) of a cell, -1 where there is
+  // none. False when any is missing.
+  bool FindCell(const Eigen::Vector3i& base, std::array<int, 8>* corners);
+
+  // Numbers of the 27 nodes low + (x, y, z), 0 <= x, y, z <= 2, at x + 3 y + 9 z; -1 for none.
+  // False when all are missing.
+  bool FindThreeCubed(const Eigen::Vector3i& low, std::array<int, 27>* nodes);
+
+ private:
+  struct Block {
+    uint64_t mask = 0;  // 0 where there is none
+    int first_node = 0;
+  };
+
+  const Block& BlockAt(int which);
+  template <int kSteps>
+  int FindBox(const Eigen::Vector3i& low, int* nodes);
+
+  const ImplicitGrid& grid_;
+  // Of blocks_[0], in blocks; the others are one further along the axes of the bits of their
+  // number.
+  Eigen::Vector3i home_ = Eigen::Vector3i::Zero();
+  unsigned known_ = 0;  // one bit for each of
+  Block blocks_[8];
 };
 
 }  // namespace rilievo

@@ -81,8 +81,9 @@ absl::StatusOr<ImplicitLevel> RefineCells(const ImplicitLevel& coarse, const Imp
   ImplicitLevel fine;
   fine.cell = coarse.cell / 2;
   std::array<int, 8> corners;
+  ImplicitGridReader reader(coarse.grid);
   for (const Vector3i& cell : cells.Nodes()) {
-    if (!coarse.grid.FindCell(cell, &corners)) continue;
+    if (!reader.FindCell(cell, &corners)) continue;
     fine.grid.AddBox(2 * cell, 2 * cell + Vector3i::Constant(2));
   }
   fine.grid.Seal();

@@ -25,11 +25,6 @@ struct ImplicitLevel {
   double ValueAt(const Eigen::Vector3d& origin, const Eigen::Vector3d& position) const;
 };
 
-// Whether a cell is cut into eight on the next level: only then has its middle a node there.
-inline bool IsRefined(const ImplicitGrid& next, const Eigen::Vector3i& cell) {
-  return next.Find(2 * cell + Eigen::Vector3i::Ones()) >= 0;
-}
-
 // The cells of each level but the last that have to be cut into eight, so that every point lies
 // `band_cells` deep in cells of its own level, and cells that touch differ by one level at most.
 // `level_of_point`: in [0, level_count). Result: level_count - 1 grids whose nodes are the lower

@@ -188,6 +188,7 @@ class PoissonOperator {
     around->resize(std::min<size_t>(kBlock, system.speakers.points.size() - begin));
     return ParallelFor(static_cast<int64_t>(around->size()), 1024, context_,
                        [&](int64_t first, int64_t last) {
+                         ImplicitGridReader grid(system.grid);
                          for (int64_t m = first; m < last; ++m) {
                            NodesAround& nodes = (*around)[m];
                            nodes.low = NodesAround::LowFor(LatticePoint(system, begin + m));
@@ -195,7 +196,7 @@ class PoissonOperator {
                            if (m > first && nodes.low == (*around)[m - 1].low) {
                              nodes.nodes = (*around)[m - 1].nodes;
                            } else {
-                             system.grid.FindThreeCubed(nodes.low, &nodes.nodes);
+                             grid.FindThreeCubed(nodes.low, &nodes.nodes);
                            }
                          }
                        })
@@ -230,6 +231,7 @@ class PoissonOperator {
               int part, std::vector<float>* field) const {
     std::array<int, 8> nodes;
     std::vector<Eigen::Vector3d> disc;
+    ImplicitGridReader grid(system.grid);
     for (size_t m = 0; m < around.size(); ++m) {
       const int i = system.speakers.points[begin + m];
       Eigen::Vector3d at = LatticePoint(system, begin + m);
@@ -244,7 +246,7 @@ class PoissonOperator {
         if (disc.size() == 1) {
           nodes = around[m].Cell(weights.base);
         } else {
-          system.grid.FindCell(weights.base, &nodes);
+          grid.FindCell(weights.base, &nodes);
         }
         for (int corner = 0; corner < 8; ++corner) {
           if (nodes[corner] >= 0) (*field)[nodes[corner]] += weights.weight[corner] * amount;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -194,26 +195,37 @@ class SurfaceBuilder {
   std::vector<int> triangles_;
 };
 
-// Whether this is a leaf that the zero set may cross, and what is needed to cut it.
-bool ReadLeafCell(const ImplicitFunction& function, int level, const Eigen::Vector3i& low,
-                  LeafCell* cell) {
-  const ImplicitLevel& own = function.levels[level];
-  const ImplicitGrid* next = level + 1 < static_cast<int>(function.levels.size())
-                                 ? &function.levels[level + 1].grid
-                                 : nullptr;
-  if (next != nullptr && IsRefined(*next, low)) return false;
-  if (!own.grid.FindCell(low, &cell->corners)) return false;
-  cell->low = low;
-  cell->transition = next != nullptr && TouchesSmallerCells(*next, low);
-  cell->loops.clear();
-  if (cell->transition) {
-    cell->loops = LoopsOfTransitionCell(function.levels, level, low, cell->corners);
-    return !cell->loops.empty();
+// Tells leaves that the zero set may cross, and what is needed to cut them.
+class LeafReader {
+ public:
+  LeafReader(const ImplicitFunction& function, int level)
+      : levels_(function.levels), level_(level), own_(levels_[level].grid) {
+    if (level + 1 < static_cast<int>(levels_.size())) next_.emplace(levels_[level + 1].grid);
   }
-  int below = 0;
-  for (const int corner : cell->corners) below += own.values[corner] < 0;
-  return below > 0 && below < 8;
-}
+
+  bool Read(const Eigen::Vector3i& low, LeafCell* cell) {
+    const bool refined = next_ && next_->FindThreeCubed(2 * low, &finer_);
+    if (refined && IsRefined(finer_)) return false;
+    if (!own_.FindCell(low, &cell->corners)) return false;
+    cell->low = low;
+    cell->transition = refined && TouchesSmallerCells(finer_);
+    cell->loops.clear();
+    if (cell->transition) {
+      cell->loops = LoopsOfTransitionCell(levels_, level_, cell->corners, finer_);
+      return !cell->loops.empty();
+    }
+    int below = 0;
+    for (const int corner : cell->corners) below += levels_[level_].values[corner] < 0;
+    return below > 0 && below < 8;
+  }
+
+ private:
+  const std::vector<ImplicitLevel>& levels_;
+  const int level_;
+  ImplicitGridReader own_;
+  std::optional<ImplicitGridReader> next_;
+  FinerNodes finer_;
+};
 
 // In the order of their lower corners.
 std::vector<LeafCell> CrossedCells(const ImplicitFunction& function, int level,
@@ -222,9 +234,10 @@ std::vector<LeafCell> CrossedCells(const ImplicitFunction& function, int level,
   constexpr int64_t kBlock = 1 << 14;
   std::vector<std::vector<LeafCell>> parts((nodes.size() + kBlock - 1) / kBlock);
   ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+    LeafReader reader(function, level);
     LeafCell cell;
     for (int64_t node = begin; node < end; ++node) {
-      if (!ReadLeafCell(function, level, nodes[node], &cell)) continue;
+      if (!reader.Read(nodes[node], &cell)) continue;
       parts[begin / kBlock].push_back(std::move(cell));
     }
   }).IgnoreError();

@@ -7,8 +7,6 @@
 namespace rilievo {
 namespace {
 
-using Eigen::Vector3i;
-
 // Places in a cell are numbered x + 3 y + 9 z, in half cells.
 constexpr int kPlaces = 27;
 constexpr int kStep[3] = {1, 3, 9};
@@ -20,23 +18,29 @@ int PlaceOfCorner(int corner) {
 // One cell, with the nodes of both levels at its places.
 class TransitionCell {
  public:
-  TransitionCell(const std::vector<ImplicitLevel>& levels, int level, const Vector3i& cell,
-                 const std::array<int, 8>& corners)
-      : level_(level) {
+  TransitionCell(const std::vector<ImplicitLevel>& levels, int level,
+                 const std::array<int, 8>& corners, const FinerNodes& finer)
+      : level_(level), fine_(finer) {
     coarse_.fill(-1);
     for (int c = 0; c < 8; ++c) {
       coarse_[PlaceOfCorner(c)] = corners[c];
       negative_[PlaceOfCorner(c)] = levels[level].values[corners[c]] < 0;
     }
-    const ImplicitLevel& finer = levels[level + 1];
     for (int place = 0; place < kPlaces; ++place) {
-      fine_[place] = finer.grid.Find(2 * cell + Vector3i(place % 3, place / 3 % 3, place / 9));
-      if (fine_[place] >= 0) negative_[place] = finer.values[fine_[place]] < 0;
+      if (fine_[place] >= 0) negative_[place] = levels[level + 1].values[fine_[place]] < 0;
     }
-    next_.fill(-1);
+  }
+
+  bool IsCrossed() const {
+    const bool side = negative_[0];
+    for (int place = 0; place < kPlaces; ++place) {
+      if (Exists(place) && negative_[place] != side) return true;
+    }
+    return false;
   }
 
   EdgeLoops Loops() {
+    next_.fill(-1);
     for (const auto& face : kCellFaces) WalkFace(face);
     EdgeLoops loops;
     for (int edge = 0; edge < static_cast<int>(next_.size()); ++edge) {
@@ -110,24 +114,25 @@ class TransitionCell {
   }
 
   const int level_;
-  std::array<int, kPlaces> coarse_, fine_;
+  std::array<int, kPlaces> coarse_;
+  const FinerNodes& fine_;
   std::array<bool, kPlaces> negative_{};
   std::array<int, 6 * kPlaces> next_;
 };
 
 }  // namespace
 
-bool TouchesSmallerCells(const ImplicitGrid& next, const Vector3i& cell) {
+bool TouchesSmallerCells(const FinerNodes& finer) {
   for (const auto& corners : kCellEdgeCorners) {
-    const int middle = (PlaceOfCorner(corners[0]) + PlaceOfCorner(corners[1])) / 2;
-    if (next.Find(2 * cell + Vector3i(middle % 3, middle / 3 % 3, middle / 9)) >= 0) return true;
+    if (finer[(PlaceOfCorner(corners[0]) + PlaceOfCorner(corners[1])) / 2] >= 0) return true;
   }
   return false;
 }
 
 EdgeLoops LoopsOfTransitionCell(const std::vector<ImplicitLevel>& levels, int level,
-                                const Vector3i& cell, const std::array<int, 8>& corners) {
-  return TransitionCell(levels, level, cell, corners).Loops();
+                                const std::array<int, 8>& corners, const FinerNodes& finer) {
+  TransitionCell cell(levels, level, corners, finer);
+  return cell.IsCrossed() ? cell.Loops() : EdgeLoops();
 }
 
 }  // namespace rilievo

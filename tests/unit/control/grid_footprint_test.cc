@@ -31,7 +31,7 @@ TEST(GridFootprintTest, CellsAmongTheNodesAroundAreThoseOfTheGrid) {
   const Eigen::Vector3d at(0.7, -1.2, 2.4);
   NodesAround around;
   around.low = NodesAround::LowFor(at);
-  grid.FindThreeCubed(around.low, &around.nodes);
+  ImplicitGridReader(grid).FindThreeCubed(around.low, &around.nodes);
   for (int axis = 0; axis < 4; ++axis) {  // where it is, and half a cell down each axis
     Eigen::Vector3d moved = at;
     if (axis < 3) moved[axis] -= 0.5;

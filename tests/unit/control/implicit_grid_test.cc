@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <tuple>
 
@@ -42,18 +43,26 @@ TEST(ImplicitGridTest, NumbersAndCoordinatesAgree) {
   for (int n = 0; n < grid.size(); ++n) EXPECT_EQ(grid.Find(nodes[n]), n);
 }
 
-TEST(ImplicitGridTest, TwentySevenNodesAreFoundAsOneByOne) {
+TEST(ImplicitGridTest, ManyNodesAreFoundAsOneByOne) {
   ImplicitGrid grid;
   grid.AddBox({-5, -5, -5}, {3, 2, 6});
   grid.AddBox({3, -9, 1}, {9, -4, 2});
   grid.Seal();
   std::array<int, 27> nodes;
+  std::array<int, 8> corners;
+  ImplicitGridReader reader(grid);
   for (int x = -8; x <= 8; ++x) {
     for (int y = -8; y <= 8; ++y) {
       for (int z = -8; z <= 8; ++z) {
-        grid.FindThreeCubed({x, y, z}, &nodes);
+        const bool any = reader.FindThreeCubed({x, y, z}, &nodes);
+        EXPECT_EQ(any, *std::max_element(nodes.begin(), nodes.end()) >= 0);
         for (int n = 0; n < 27; ++n) {
           EXPECT_EQ(nodes[n], grid.Find({x + n % 3, y + n / 3 % 3, z + n / 9}));
+        }
+        const bool whole = reader.FindCell({x, y, z}, &corners);
+        EXPECT_EQ(whole, *std::min_element(corners.begin(), corners.end()) >= 0);
+        for (int c = 0; c < 8; ++c) {
+          EXPECT_EQ(corners[c], grid.Find({x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)}));
         }
       }
     }

@@ -33,10 +33,16 @@ std::vector<ImplicitLevel> TwoSizes(const std::function<double(const Vector3d&)>
   return levels;
 }
 
+FinerNodes FinerNodesIn(const ImplicitGrid& next, const Vector3i& cell) {
+  FinerNodes finer;
+  ImplicitGridReader(next).FindThreeCubed(2 * cell, &finer);
+  return finer;
+}
+
 EdgeLoops LoopsOf(const std::vector<ImplicitLevel>& levels, const Vector3i& cell) {
   std::array<int, 8> corners;
   EXPECT_TRUE(levels[0].grid.FindCell(cell, &corners));
-  return LoopsOfTransitionCell(levels, 0, cell, corners);
+  return LoopsOfTransitionCell(levels, 0, corners, FinerNodesIn(levels[1].grid, cell));
 }
 
 // Each edge of a loop is crossed, and none is named twice.
@@ -55,9 +61,10 @@ void ExpectCrossedOnce(const std::vector<ImplicitLevel>& levels, const EdgeLoops
 
 TEST(IsoTransitionTest, CellsThatShareAFaceOrAnEdgeTouchTheSmallerOnes) {
   const auto levels = TwoSizes([](const Vector3d&) { return 1.0; });
-  EXPECT_TRUE(TouchesSmallerCells(levels[1].grid, {1, 0, 0}));
-  EXPECT_TRUE(TouchesSmallerCells(levels[1].grid, {1, 1, 0}));
-  EXPECT_FALSE(TouchesSmallerCells(levels[1].grid, {1, 1, 1}));  // a corner is cut by nothing
+  EXPECT_TRUE(TouchesSmallerCells(FinerNodesIn(levels[1].grid, {1, 0, 0})));
+  EXPECT_TRUE(TouchesSmallerCells(FinerNodesIn(levels[1].grid, {1, 1, 0})));
+  EXPECT_FALSE(
+      TouchesSmallerCells(FinerNodesIn(levels[1].grid, {1, 1, 1})));  // a corner is cut by nothing
 }
 
 TEST(IsoTransitionTest, APlaneBesideTheSmallerCellsCrossesWholeEdgesAlone) {
