@@ -32,42 +32,39 @@ class PoissonOperator {
   int size() const { return size_; }
   // Leaves none behind.
   std::vector<float> TakeRightSide() { return std::move(right_side_); }
-  bool is_free(int node) const { return free_[node] != 0; }
-  float diagonal(int node) const { return diagonal_[node]; }
+  bool is_free(int64_t node) const { return degree_[node] != 0; }
+  float diagonal(int64_t node) const { return diagonal_[node]; }
 
-  // out = A in; frozen nodes give 0.
-  void Apply(const std::vector<float>& in, std::vector<float>* out) {
+  // out = A in; frozen nodes give 0. Returns the product of both. `in` ends with a 0, the value
+  // where a neighbor is missing.
+  double Apply(const std::vector<float>& in, std::vector<float>* out) {
     Run(cell_count(), [&](int64_t begin, int64_t end) {
-      for (int64_t cell = begin; cell < end; ++cell) {
-        std::array<float, 8> at_corners;
-        for (int corner = 0; corner < 8; ++corner) at_corners[corner] = in[cells_[cell][corner]];
-        for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
-          float sum = 0;
-          for (int corner = 0; corner < 8; ++corner) {
-            sum += row_weights_[row][corner] * at_corners[corner];
-          }
-          at_rows_[row] = screen_weight_[row] * sum;
-        }
-      }
+      for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Screen(cell, in);
     });
-    Run(size_, [&](int64_t begin, int64_t end) {
+    return BlockSums([&](int64_t begin, int64_t end) {
+      Sums sums{};
       for (int64_t node = begin; node < end; ++node) {
-        (*out)[node] = free_[node] ? Row(static_cast<int>(node), in) : 0.0f;
+        const float value = is_free(node) ? Row(node, in) : 0.0f;
+        (*out)[node] = value;
+        sums[0] += double{in[node]} * double{value};
       }
-    });
+      return sums;
+    })[0];
   }
 
-  // Deterministic for any number of threads: block sums, added in order.
-  double Dot(const std::vector<float>& a, const std::vector<float>& b) {
-    block_sums_.assign((size_ + kBlock - 1) / kBlock, 0.0);
-    Run(size_, [&](int64_t begin, int64_t end) {
-      double sum = 0;
-      for (int64_t i = begin; i < end; ++i) sum += double{a[i]} * double{b[i]};
-      block_sums_[begin / kBlock] = sum;
-    });
-    double sum = 0;
-    for (const double part : block_sums_) sum += part;
-    return sum;
+  using Sums = std::array<double, 2>;
+
+  // Of what `body` returns for each block of nodes. Deterministic for any number of threads: added
+  // in order.
+  template <typename Body>
+  Sums BlockSums(const Body& body) {
+    block_sums_.assign((size_ + kBlock - 1) / kBlock, Sums{});
+    Run(size_, [&](int64_t begin, int64_t end) { block_sums_[begin / kBlock] = body(begin, end); });
+    Sums sums{};
+    for (const Sums& part : block_sums_) {
+      for (size_t k = 0; k < sums.size(); ++k) sums[k] += part[k];
+    }
+    return sums;
   }
 
   // A stop request leaves the numbers half done; the caller asks context.CheckStop() after.
@@ -77,35 +74,53 @@ class PoissonOperator {
   }
 
  private:
-  float Row(int node, const std::vector<float>& in) const {
+  using Corners = std::array<float, 8>;
+
+  // What the rows of a cell give at its corners.
+  Corners Screen(int64_t cell, const std::vector<float>& in) const {
+    Corners at_corners, sums{};
+    for (int k = 0; k < 8; ++k) at_corners[k] = in[cells_[cell][k]];
+    for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+      const Corners& weights = row_weights_[row];
+      std::array<float, 4> parts;
+      for (int k = 0; k < 4; ++k) {
+        parts[k] = weights[k] * at_corners[k] + weights[k + 4] * at_corners[k + 4];
+      }
+      const float value = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+      for (int k = 0; k < 8; ++k) sums[k] += value * weights[k];
+    }
+    return sums;
+  }
+
+  float Row(int64_t node, const std::vector<float>& in) const {
     const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
     float sum = 0;
-    float count = 0;
-    for (int side = 0; side < 6; ++side) {
-      if (neighbor[side] < 0) continue;
-      sum += in[neighbor[side]];
-      count += 1;
-    }
-    float value = count * in[node] - sum;
+    for (int side = 0; side < 6; ++side) sum += in[neighbor[side]];
+    return static_cast<float>(degree_[node]) * in[node] - sum + AtCells(node);
+  }
+
+  // The sum of what the cells around a node have for it.
+  float AtCells(int64_t node) const {
+    const float* const at_cells = at_cells_.data()->data();
+    float sum = 0;
     for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-      const auto [cell, corner] = entries_[e];
-      for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
-        value += row_weights_[row][corner] * at_rows_[row];
-      }
+      sum += at_cells[entries_[e]];
     }
-    return value;
+    return sum;
   }
 
   void LinkNeighbors(const ScreenedPoisson& system) {
     neighbors_ = system.grid.Neighbors(context_);
-    free_.resize(size_);
+    degree_.resize(size_);
     diagonal_.resize(size_);
     Run(size_, [&](int64_t begin, int64_t end) {
       for (int64_t node = begin; node < end; ++node) {
-        const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
-        const auto degree = std::count_if(neighbor, neighbor + 6, [](int n) { return n >= 0; });
-        diagonal_[node] = static_cast<float>(degree);
-        free_[node] = system.border_free || degree == 6;
+        int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+        const auto missing = std::count(neighbor, neighbor + 6, -1);
+        std::replace(neighbor, neighbor + 6, -1, size_);
+        diagonal_[node] = static_cast<float>(6 - missing);
+        const bool is_free = system.border_free || missing == 0;
+        degree_[node] = static_cast<uint8_t>(is_free ? 6 - missing : 0);
       }
     });
   }
@@ -140,8 +155,8 @@ class PoissonOperator {
     float sum = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const int before = neighbor[2 * axis], after = neighbor[2 * axis + 1];
-      if (before >= 0) sum += spread[axis][before];
-      if (after >= 0) sum -= spread[axis][node];
+      if (before < size_) sum += spread[axis][before];
+      if (after < size_) sum -= spread[axis][node];
     }
     return sum;
   }
@@ -152,7 +167,6 @@ class PoissonOperator {
     const size_t count = system.speakers.points.size();
     cells_.reserve(count);  // at most; pages not touched take no room
     row_weights_.reserve(count);
-    screen_weight_.reserve(count);
     std::vector<NodesAround> around;
     std::vector<ScreeningRow> rows;
     for (size_t begin = 0; begin < count; begin += kBlock) {
@@ -172,11 +186,10 @@ class PoissonOperator {
           first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
         }
         row_weights_.push_back(row.weights);
-        screen_weight_.push_back(row.screen_weight);
       }
     }
     first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
-    at_rows_.resize(row_weights_.size());
+    at_cells_.resize(cells_.size());
   }
 
   static Eigen::Vector3d LatticePoint(const ScreenedPoisson& system, size_t speaker) {
@@ -257,22 +270,23 @@ class PoissonOperator {
 
   struct ScreeningRow {
     std::array<int, 8> nodes;
-    std::array<float, 8> weights;
-    float screen_weight;
+    Corners weights;  // trilinear, times the root of the screening
   };
 
   static ScreeningRow MakeScreeningRow(const ScreenedPoisson& system, const Fields& spread,
                                        const NodesAround& around, size_t speaker) {
     const Eigen::Vector3d at = LatticePoint(system, speaker);
     const Trilinear weights(at);
-    ScreeningRow row{around.Cell(weights.base), weights.weight, 0};
+    ScreeningRow row{around.Cell(weights.base), weights.weight};
     if (*std::min_element(row.nodes.begin(), row.nodes.end()) < 0) {
       row.nodes[0] = kNoNode;
       return row;
     }
     const double spacing = system.speakers.spacing[speaker] / system.cell;
-    row.screen_weight = static_cast<float>(system.screening * Coherence(spread, at, around) *
-                                           std::numbers::pi / 4 * spacing * spacing);
+    const auto root =
+        static_cast<float>(std::sqrt(system.screening * Coherence(spread, at, around) *
+                                     std::numbers::pi / 4 * spacing * spacing));
+    for (float& weight : row.weights) weight *= root;
     return row;
   }
 
@@ -287,43 +301,43 @@ class PoissonOperator {
     // Filling moves each begin to the next node's.
     for (uint32_t cell = 0; cell < cells_.size(); ++cell) {
       for (uint32_t corner = 0; corner < 8; ++corner) {
-        entries_[entry_begin_[cells_[cell][corner]]++] = {cell, corner};
+        entries_[entry_begin_[cells_[cell][corner]]++] = 8 * cell + corner;
       }
     }
     std::copy_backward(entry_begin_.begin(), entry_begin_.end() - 1, entry_begin_.end());
     entry_begin_.front() = 0;
-    Run(size_, [&](int64_t begin, int64_t end) {
-      for (int64_t node = begin; node < end; ++node) {
-        for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-          const auto [cell, corner] = entries_[e];
-          for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
-            const float weight = row_weights_[row][corner];
-            diagonal_[node] += screen_weight_[row] * weight * weight;
-          }
-        }
-      }
+    Run(cell_count(), [&](int64_t begin, int64_t end) {
+      for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Squares(cell);
     });
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) diagonal_[node] += AtCells(node);
+    });
+  }
+
+  Corners Squares(int64_t cell) const {
+    Corners squares{};
+    for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+      for (int k = 0; k < 8; ++k) squares[k] += row_weights_[row][k] * row_weights_[row][k];
+    }
+    return squares;
   }
 
   int64_t cell_count() const { return static_cast<int64_t>(cells_.size()); }
 
   const RunContext& context_;
   int size_;
-  std::vector<int> neighbors_;  // 6 a node, -1 for none
-  std::vector<uint8_t> free_;
+  std::vector<int> neighbors_;   // 6 a node, size_ for none
+  std::vector<uint8_t> degree_;  // 0: frozen
   std::vector<float> diagonal_, right_side_;
   // The screening: rows of 8 weights, those of cell c from first_row_[c] on. A cell that the
   // speakers come back to is there more than once.
   std::vector<std::array<int, 8>> cells_;  // their corners
   std::vector<uint32_t> first_row_;
-  std::vector<std::array<float, 8>> row_weights_;
-  std::vector<float> screen_weight_, at_rows_;
-  struct Entry {
-    uint32_t cell : 29, corner : 3;
-  };
+  std::vector<Corners> row_weights_;
+  std::vector<Corners> at_cells_;      // what each has for its corners
   std::vector<uint32_t> entry_begin_;  // by node
-  std::vector<Entry> entries_;         // cells ascending
-  std::vector<double> block_sums_;
+  std::vector<uint32_t> entries_;      // its places in at_cells_, ascending
+  std::vector<Sums> block_sums_;
 };
 
 }  // namespace
@@ -334,38 +348,42 @@ absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContex
   const int size = matrix.size();
   std::vector<float>& x = *values;
   std::vector<float> residual = matrix.TakeRightSide();
-  const double goal = kRelativeResidual * kRelativeResidual * matrix.Dot(residual, residual);
-  std::vector<float> direction(size, 0.0f), image(size);
-  matrix.Apply(x, &image);
-  matrix.Run(size, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      residual[i] = matrix.is_free(int(i)) ? residual[i] - image[i] : 0.0f;
-    }
-  });
+  // Products of the residual with itself, and with what the preconditioner makes of it.
+  const auto products = [&](const auto& update) {
+    return matrix.BlockSums([&](int64_t begin, int64_t end) {
+      PoissonOperator::Sums sums{};
+      for (int64_t i = begin; i < end; ++i) {
+        update(i);
+        sums[0] += double{residual[i]} * double{residual[i]};
+        sums[1] += double{residual[i]} * double{residual[i] / matrix.diagonal(i)};
+      }
+      return sums;
+    });
+  };
+  const double goal = kRelativeResidual * kRelativeResidual * products([](int64_t) {})[0];
+  std::vector<float> direction(static_cast<size_t>(size) + 1, 0.0f), image(size);
+  std::copy(x.begin(), x.end(), direction.begin());
+  matrix.Apply(direction, &image);
+  PoissonOperator::Sums current =
+      products([&](int64_t i) { residual[i] = matrix.is_free(i) ? residual[i] - image[i] : 0.0f; });
   double old_product = 0;
   for (int iteration = 0; iteration < system.iterations; ++iteration) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    // The image is not asked for again; until the next one it holds the scaled residual.
-    std::vector<float>& scaled = image;
-    matrix.Run(size, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) scaled[i] = residual[i] / matrix.diagonal(int(i));
-    });
-    const double product = matrix.Dot(residual, scaled);
-    if (product <= 0 || matrix.Dot(residual, residual) <= goal) break;
+    const auto [squared, product] = current;
+    if (product <= 0 || squared <= goal) break;
     const float beta = iteration == 0 ? 0.0f : static_cast<float>(product / old_product);
     old_product = product;
     matrix.Run(size, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) direction[i] = scaled[i] + beta * direction[i];
+      for (int64_t i = begin; i < end; ++i) {
+        direction[i] = residual[i] / matrix.diagonal(i) + beta * direction[i];
+      }
     });
-    matrix.Apply(direction, &image);
-    const double curvature = matrix.Dot(direction, image);
+    const double curvature = matrix.Apply(direction, &image);
     if (curvature <= 0) break;
     const float alpha = static_cast<float>(product / curvature);
-    matrix.Run(size, [&](int64_t begin, int64_t end) {
-      for (int64_t i = begin; i < end; ++i) {
-        x[i] += alpha * direction[i];
-        residual[i] -= alpha * image[i];
-      }
+    current = products([&](int64_t i) {
+      x[i] += alpha * direction[i];
+      residual[i] -= alpha * image[i];
     });
   }
   return context.CheckStop();
