@@ -1,8 +1,10 @@
 #include "core/displacement/calibrate_noise.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/base/parallel_for.h"
@@ -16,18 +18,24 @@ namespace {
 constexpr int kMostSamples = 768;
 constexpr int kLeastSamples = 32;
 constexpr int64_t kBlock = 64;
-// The nearest of so many around the ray: the first that the graph leads to are those of like
+// Quadrics through so many of the points nearest to the ray, each size 1.7 times the one before;
+// taken from so many gathered around it: the first that the graph leads to are those of like
 // height.
-constexpr int kFitPoints = 28, kGatheredPoints = 150;
+constexpr std::array<size_t, 3> kFitPoints = {10, 17, 29};
+constexpr float kGrowth = 1.7f;
+constexpr int kGatheredPoints = 150;
 // Below the middle: edges and bumps within a neighbourhood only ever add to the residual.
 constexpr double kQuantile = 0.4;
-// Where that quantile of residuals with 22 degrees of freedom lies (Wilson and Hilferty 1931).
-constexpr float kQuantileOfNoise = 0.947f;
-// A calibration beyond this says that the fits failed, not that the noise was stated wrongly.
-constexpr float kMostFactor = 2.5f;
+// Where that quantile of squared residuals lies with 4, 11 and 23 degrees of freedom.
+constexpr std::array<float, 3> kQuantileOfVariance = {0.688f, 0.841f, 0.899f};
+// Squared residuals grow so much, from the least size to the widest, by chance and by the edges of
+// machined parts; by more only where neighbourhoods span detail.
+constexpr float kGrowsByChance = 0.15f, kGrowsByDetail = 0.35f;
+// A calibration beyond these says that the fits failed, not that the noise was stated wrongly.
+constexpr float kLeastFactor = 0.65f, kMostFactor = 2.5f;
 
-// RMS residual per degree of freedom of the quadric through the queue, or -1.
-float QuadricResidual(std::span<const QueuedPoint> queue, float spacing) {
+// Squared residual per degree of freedom of the quadric through the queue, or -1.
+float SquaredResidual(std::span<const QueuedPoint> queue, float spacing) {
   constexpr int kTerms = 6;
   NormalEquations<kTerms> equations;
   equations.matrix.setZero();
@@ -46,7 +54,46 @@ float QuadricResidual(std::span<const QueuedPoint> queue, float spacing) {
   if (queue.size() <= kTerms || !equations.Solve()) return -1;
   const double rest = squares - equations.solution.dot(right_side);
   const double freedom = static_cast<double>(queue.size()) - kTerms;
-  return spacing * static_cast<float>(std::sqrt(std::max(0.0, rest) / freedom));
+  return spacing * spacing * static_cast<float>(std::max(0.0, rest) / freedom);
+}
+
+// Squared residuals at the sizes of kFitPoints, in the stated variance.
+using Residuals = std::array<float, kFitPoints.size()>;
+
+Residuals ResidualsAround(std::span<const QueuedPoint> around, const RayPoint& point) {
+  Residuals residuals;
+  for (size_t k = 0; k < kFitPoints.size(); ++k) {
+    residuals[k] =
+        SquaredResidual(around.first(kFitPoints[k]), point.spacing) / (point.noise * point.noise);
+  }
+  return residuals;
+}
+
+// What the quantile says of the variance at each size.
+Residuals Variances(const std::vector<Residuals>& samples) {
+  Residuals variances;
+  std::vector<float> of_size(samples.size());
+  for (size_t k = 0; k < variances.size(); ++k) {
+    for (size_t s = 0; s < samples.size(); ++s) of_size[s] = samples[s][k];
+    const auto middle = of_size.begin() + static_cast<int64_t>(kQuantile * of_size.size());
+    std::nth_element(of_size.begin(), middle, of_size.end());
+    variances[k] = *middle / kQuantileOfVariance[k];
+  }
+  return variances;
+}
+
+// The variance of the noise alone: what neighbourhoods of no size would show, where the residual
+// grows with a power of the points (1 on rough surfaces, 3 where a quadric spans smooth detail).
+float WithoutDetail(const Residuals& variances) {
+  const auto [small, medium, wide] = variances;
+  if (!(small > 0)) return wide;
+  const float share = std::clamp(
+      (wide / small - 1 - kGrowsByChance) / (kGrowsByDetail - kGrowsByChance), 0.0f, 1.0f);
+  const float step = wide - medium;
+  if (step <= 0) return wide;
+  const float least = kGrowth, most = kGrowth * kGrowth * kGrowth;
+  const float growth = medium > small ? std::clamp(step / (medium - small), least, most) : most;
+  return wide + share * (medium - step / (growth - 1) - wide);
 }
 
 }  // namespace
@@ -55,7 +102,7 @@ absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGrap
                                        float least_ratio, const RunContext& context) {
   const int64_t count = static_cast<int64_t>(cloud.points.size());
   const int64_t samples = std::min<int64_t>(count, kMostSamples);
-  std::vector<float> ratios(samples, -1.0f);
+  std::vector<std::optional<Residuals>> found(samples);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(samples, kBlock, context, [&](int64_t begin, int64_t end) {
     NeighborQueue queue(cloud, graph);
     for (int64_t s = begin; s < end; ++s) {
@@ -70,16 +117,18 @@ absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGrap
       queue.Start(MakeRay(position.cast<double>(), normal.cast<double>()), gate, index);
       queue.Grow(kGatheredPoints, std::numeric_limits<float>::max());
       const std::span<const QueuedPoint> around = queue.Sorted();
-      const float residual =
-          QuadricResidual(around.first(std::min<size_t>(around.size(), kFitPoints)), point.spacing);
-      if (residual >= 0) ratios[s] = residual / point.noise;
+      if (around.size() < kFitPoints.back()) continue;
+      const Residuals residuals = ResidualsAround(around, point);
+      if (std::ranges::min(residuals) >= 0) found[s] = residuals;
     }
   }));
-  ratios.erase(std::remove(ratios.begin(), ratios.end(), -1.0f), ratios.end());
-  if (ratios.size() < kLeastSamples) return 1.0f;
-  const auto middle = ratios.begin() + static_cast<int64_t>(kQuantile * ratios.size());
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::clamp(*middle / kQuantileOfNoise, 1.0f / kMostFactor, kMostFactor);
+  std::vector<Residuals> residuals;
+  for (const std::optional<Residuals>& sample : found) {
+    if (sample) residuals.push_back(*sample);
+  }
+  if (residuals.size() < kLeastSamples) return 1.0f;
+  const float variance = WithoutDetail(Variances(residuals));
+  return std::clamp(std::sqrt(std::max(0.0f, variance)), kLeastFactor, kMostFactor);
 }
 
 }  // namespace rilievo

@@ -115,9 +115,13 @@ bool IsNoisy(const RayPoint& point, const DisplacementOptions& options) {
   return point.noise > options.plane_noise_ratio * point.spacing;
 }
 
-bool IsWorthFitting(const RayPoint& point, const DisplacementOptions& options) {
+float LeastNoiseWorthFitting(const DisplacementOptions& options) {
   constexpr double kShare = 1.0 / 3;
-  return point.noise > kShare * options.plane_noise_ratio * point.spacing;
+  return static_cast<float>(kShare * options.plane_noise_ratio);
+}
+
+bool IsWorthFitting(const RayPoint& point, const DisplacementOptions& options) {
+  return point.noise > LeastNoiseWorthFitting(options) * point.spacing;
 }
 
 HeightSampler::HeightSampler(const RayCloud& cloud, const NeighborGraph& graph,

@@ -29,7 +29,9 @@ struct RaySample {
 
 // Whether the local fit takes the place of the bare triangle there.
 bool IsNoisy(const RayPoint& point, const DisplacementOptions& options);
-// Whether the triangle is worth improving by a local fit that agrees with it.
+// The noise, in spacings, above which the triangle is worth improving by a local fit that agrees
+// with it.
+float LeastNoiseWorthFitting(const DisplacementOptions& options);
 bool IsWorthFitting(const RayPoint& point, const DisplacementOptions& options);
 
 // Not for use by two threads at once: holds the scratch of its queue and fits.

@@ -11,6 +11,7 @@
 #include "core/displacement/calibrate_noise.h"
 #include "core/displacement/domain_sampling.h"
 #include "core/displacement/fill_heights.h"
+#include "core/displacement/height_sampler.h"
 #include "core/displacement/input_laplacian.h"
 #include "core/displacement/ray_cloud.h"
 
@@ -113,7 +114,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_ASSIGN_OR_RETURN(RayCloud ray_cloud, PrepareRayCloud(cloud, graph, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const float noise_factor,
-      NoiseCalibration(ray_cloud, graph, static_cast<float>(options.plane_noise_ratio), context));
+      NoiseCalibration(ray_cloud, graph, LeastNoiseWorthFitting(options), context));
   for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
   DomainSampling sampling(ray_cloud, graph, index, refinement, rings, limit, options, context);
   RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));

@@ -9,15 +9,20 @@ namespace {
 
 using namespace testing;
 
-// A noisy sphere whose noise is stated as `stated` times the truth.
-float Calibrate(double noise, double stated, int threads = 2) {
+// A noisy sphere, of a spacing of some 0.008, with waves of that length (none: 0) and of a height
+// of a tenth of it, whose noise is stated as `stated` times the truth.
+float Calibrate(double noise, double stated, int threads = 2, double wave = 0) {
   Random random(1);
   Points points = SpherePoints(0.3, 20000);
-  for (size_t i = 0; i < points.at.size(); ++i)
-    points.at[i] += noise * Gauss(&random) * points.normal[i];
+  for (size_t i = 0; i < points.at.size(); ++i) {
+    const Eigen::Vector3d at = points.at[i] * (wave > 0 ? 2 * M_PI / wave : 0);
+    points.at[i] += (noise * Gauss(&random) +
+                     0.1 * wave * std::sin(at.x()) * std::sin(at.y()) * std::sin(at.z())) *
+                    points.normal[i];
+  }
   const Scan scan = MakeScan(points.Positions(), points.Normals(), stated * noise);
   const RayCloud cloud = *PrepareRayCloud(scan.cloud, scan.graph, Threads(threads));
-  return *NoiseCalibration(cloud, scan.graph, 0.15f, Threads(threads));
+  return *NoiseCalibration(cloud, scan.graph, 0.05f, Threads(threads));
 }
 
 TEST(NoiseCalibrationTest, FindsTheFactorByWhichNoiseWasMisstated) {
@@ -29,6 +34,13 @@ TEST(NoiseCalibrationTest, FindsTheFactorByWhichNoiseWasMisstated) {
 TEST(NoiseCalibrationTest, CleanScansStayAsTheyAre) {
   EXPECT_EQ(Calibrate(1e-5, 1.0), 1.0f);
   EXPECT_EQ(Calibrate(0, 1.0), 1.0f);
+}
+
+TEST(NoiseCalibrationTest, DetailIsNotNoise) {
+  for (const double wave : {0.06, 0.07, 0.08}) {
+    SCOPED_TRACE(wave);
+    EXPECT_NEAR(Calibrate(0.001, 1.0, 2, wave), 1.0, 0.25);
+  }
 }
 
 TEST(NoiseCalibrationTest, DoesNotDependOnTheThreads) {
