@@ -6,9 +6,12 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kMostPoints = int64_t{1} << 50;  // no memory holds so many; the sum still fits
-constexpr int64_t kProgramBytes = 35'000'000;
-constexpr int64_t kBytesOfPoint = 724;
-constexpr int64_t kBytesOfFace = 310;  // of the finest level
+constexpr int64_t kProgramBytes = 30'000'000;
+constexpr int64_t kBytesOfPoint = 380;
+// Of each point beyond so many, from which on neighbours are kept packed (see ScanSurface).
+constexpr int64_t kManyPoints = 200'000;
+constexpr int64_t kBytesOfFurtherPoint = 250;
+constexpr int64_t kBytesOfFace = 100;  // of the finest level
 
 }  // namespace
 
@@ -20,7 +23,9 @@ int64_t EstimateMemory(const JobRequest& job) {
     faces = ExpectedControlFaces(job) << (2 * *job.options.max_level);
   }
   faces = std::min(faces, job.options.max_surface_faces);
-  return kProgramBytes + points * kBytesOfPoint + faces * kBytesOfFace;
+  const int64_t first = std::min(points, kManyPoints);
+  return kProgramBytes + first * kBytesOfPoint + (points - first) * kBytesOfFurtherPoint +
+         faces * kBytesOfFace;
 }
 
 }  // namespace rilievo

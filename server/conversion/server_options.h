@@ -15,7 +15,7 @@ inline constexpr int64_t kMaxChunkBytes = 1 << 20;
 inline constexpr int kMaxControlFaces = 100000;
 
 // A job's memory grows with its points and with the faces of its surface; measured at the peak,
-// about 310 bytes a face. The defaults keep one job within some 5 GB.
+// about 100 bytes a face. The defaults keep one job within some 3 GB.
 struct ServerOptions {
   // "host:port"; port 0: any free one; or "unix:PATH".
   std::string listen = "127.0.0.1:50051";

@@ -17,7 +17,7 @@ TEST(JobError, EveryReasonToStopHasItsStatus) {
 
 TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
   ServerOptions options;
-  options.memory_budget = 200'000'000;
+  options.memory_budget = 100'000'000;
   JobRequest job;
   job.point_count = 100'000;
   EXPECT_FALSE(CheckMemory(job, options).has_value());
@@ -26,7 +26,7 @@ TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
   ASSERT_TRUE(error.has_value());
   EXPECT_EQ(error->code, absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(error->reason, "MEMORY_LIMIT");
-  EXPECT_NE(error->message.find("200 MB"), std::string::npos);
+  EXPECT_NE(error->message.find("100 MB"), std::string::npos);
 }
 
 TEST(JobError, AMeshOfTheClientsIsNamed) {
