@@ -35,9 +35,13 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
   const int wanted = PointsWanted(kFewestPoints, kMostPoints, noise, spacing);
   const int count =
-      index.Nearest(center, std::min(wanted, index.size()), found.data(), squared.data());
-  int seed = 0;
-  while (seed < count && cloud.normals.col(found[seed]).dot(*face_normal) < kSameSide) ++seed;
+      index.NearestUnordered(center, std::min(wanted, index.size()), found.data(), squared.data());
+  // The nearest of the face's side.
+  int seed = count;
+  for (int i = 0; i < count; ++i) {
+    if (cloud.normals.col(found[i]).dot(*face_normal) < kSameSide) continue;
+    if (seed == count || squared[i] < squared[seed]) seed = i;
+  }
   if (seed == count) return;
   Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
   for (int round = 0; round < kRounds; ++round) {

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "core/scan/points_wanted.h"
 
@@ -47,21 +49,39 @@ constexpr double kFacing = -0.5;
 
 struct Neighborhood {
   int count = 0;
+  double reach = 0;  // farthest of the points found from the middle
   std::array<Vector3d, kMostPoints> at, normal;
   std::array<double, kMostPoints> bow;  // half the squared way along the edge
   std::array<int, kMostPoints> side;
 };
 
+// The points nearest to the middle of an edge.
 struct Found {
+  int nearest = 0;
   int count = 0;
-  std::array<int, kMostPoints> points;  // ascending by distance
+  std::array<int, kMostPoints> points;  // in no order
+  std::array<double, kMostPoints> squared;
+
+  void Search(const PointIndex& index, const Vector3d& middle, int wanted) {
+    count = index.NearestUnordered(middle, wanted, points.data(), squared.data());
+  }
+
+  // Keeps the `fewer` nearest.
+  void Narrow(int fewer) {
+    std::array<std::pair<double, int>, kMostPoints> keyed;
+    for (int i = 0; i < count; ++i) keyed[i] = {squared[i], points[i]};
+    std::nth_element(keyed.begin(), keyed.begin() + fewer, keyed.begin() + count);
+    count = fewer;
+    for (int i = 0; i < count; ++i) std::tie(squared[i], points[i]) = keyed[i];
+  }
 };
 
-Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePlace& place,
-                    int count) {
+Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePlace& place) {
   Neighborhood around;
+  around.reach =
+      std::sqrt(*std::max_element(found.squared.begin(), found.squared.begin() + found.count));
   int others = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < found.count; ++i) {
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
@@ -73,39 +93,54 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePl
     const Vector3d at = cloud.points.col(found.points[i]) - place.middle;
     around.at[around.count] = at;
     around.normal[around.count] = normal;
-    around.bow[around.count] = std::pow(place.along.dot(at), 2) / 2;
+    const double along = place.along.dot(at);
+    around.bow[around.count] = along * along / 2;
     around.side[around.count] = at.dot(place.inward[0]) > at.dot(place.inward[1]) ? 0 : 1;
     ++around.count;
   }
   // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (others > kMostOfOthers * count) around.count = 0;
+  if (others > kMostOfOthers * found.count) around.count = 0;
   return around;
 }
 
-// The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
-bool FitSide(const Neighborhood& around, int which, SidePlane* plane) {
-  Vector3d sum = Vector3d::Zero(), outward = Vector3d::Zero(), bow_way = Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  double bow_sum = 0, bow_squares = 0;
+// Sums over the points of a side.
+struct SideSums {
   int count = 0;
-  for (int i = 0; i < around.count; ++i) {
-    if (around.side[i] != which) continue;
-    const Vector3d& at = around.at[i];
-    const double bow = around.bow[i];
-    sum += at;
-    squares += at * at.transpose();
-    bow_sum += bow;
-    bow_squares += bow * bow;
-    bow_way += bow * at;
-    outward += around.normal[i];
+  Vector3d at = Vector3d::Zero(), outward = Vector3d::Zero(), bow_way = Vector3d::Zero();
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  double bow = 0, bow_squares = 0;
+
+  void Add(const Vector3d& point, const Vector3d& normal, double point_bow) {
     ++count;
+    at += point;
+    outward += normal;
+    bow_way += point_bow * point;
+    xx += point.x() * point.x();
+    xy += point.x() * point.y();
+    xz += point.x() * point.z();
+    yy += point.y() * point.y();
+    yz += point.y() * point.z();
+    zz += point.z() * point.z();
+    bow += point_bow;
+    bow_squares += point_bow * point_bow;
   }
+
+  Eigen::Matrix3d Squares() const {
+    Eigen::Matrix3d squares;
+    squares << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+    return squares;
+  }
+};
+
+// The plane of a side's points, and its curvature along the edge: by turns, as each is linear.
+bool FitSide(const SideSums& sums, SidePlane* plane) {
+  const int count = sums.count;
   if (count < kLeastSidePoints) return false;
-  const Vector3d mean = sum / count;
-  const double mean_bow = bow_sum / count;
-  squares -= count * mean * mean.transpose();
-  bow_squares -= count * mean_bow * mean_bow;
-  bow_way -= count * mean_bow * mean;
+  const Vector3d mean = sums.at / count;
+  const double mean_bow = sums.bow / count;
+  const Eigen::Matrix3d squares = sums.Squares() - count * mean * mean.transpose();
+  const double bow_squares = sums.bow_squares - count * mean_bow * mean_bow;
+  const Vector3d bow_way = sums.bow_way - count * mean_bow * mean;
   plane->curvature = 0;
   for (int round = 0;; ++round) {
     const Vector3d lift = plane->curvature * plane->normal;
@@ -115,12 +150,20 @@ bool FitSide(const Neighborhood& around, int which, SidePlane* plane) {
                          bow_squares * lift * lift.transpose());
     if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
     plane->normal = solver.eigenvectors().col(0);
-    if (plane->normal.dot(outward) < 0) plane->normal = -plane->normal;
+    if (plane->normal.dot(sums.outward) < 0) plane->normal = -plane->normal;
     if (round == kBowRounds) break;
     if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
   plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
   return true;
+}
+
+bool FitSides(const Neighborhood& around, std::array<SidePlane, 2>* planes) {
+  std::array<SideSums, 4> sums;  // by Neighborhood::side
+  for (int i = 0; i < around.count; ++i) {
+    sums[around.side[i]].Add(around.at[i], around.normal[i], around.bow[i]);
+  }
+  return FitSide(sums[0], &(*planes)[0]) && FitSide(sums[1], &(*planes)[1]);
 }
 
 double Off(const SidePlane& side, const Neighborhood& around, int i) {
@@ -130,9 +173,7 @@ double Off(const SidePlane& side, const Neighborhood& around, int i) {
 // To the nearer plane, which finds the sides from a poor guess.
 bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
   for (int round = 0; round < kRounds; ++round) {
-    for (int k = 0; k < 2; ++k) {
-      if (!FitSide(*around, k, &(*sides)[k])) return false;
-    }
+    if (!FitSides(*around, sides)) return false;
     bool changed = false;
     for (int i = 0; i < around->count; ++i) {
       const auto distance = [&](int k) { return std::abs(Off((*sides)[k], *around, i)); };
@@ -144,7 +185,7 @@ bool Part(Neighborhood* around, std::array<SidePlane, 2>* sides) {
     }
     if (!changed) return true;
   }
-  return FitSide(*around, 0, &(*sides)[0]) && FitSide(*around, 1, &(*sides)[1]);
+  return FitSides(*around, sides);
 }
 
 // Squared distances off the solid that the sides bound: where it is their meet, and their union.
@@ -158,8 +199,9 @@ SolidSquares PlaneSquares(const Neighborhood& around, const std::array<SidePlane
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
     const double a = Off(sides[0], around, i), b = Off(sides[1], around, i);
-    squares.convex += std::pow(std::max(a, b), 2);
-    squares.concave += std::pow(std::min(a, b), 2);
+    const double more = std::max(a, b), less = std::min(a, b);
+    squares.convex += more * more;
+    squares.concave += less * less;
   }
   return squares;
 }
@@ -179,7 +221,7 @@ void Unbias(double noise, Neighborhood* around, std::array<SidePlane, 2>* sides)
       const bool near = std::max(std::abs(a), std::abs(b)) < kEitherNoises * noise;
       around->side[i] = near ? kEither : (convex ? a >= b : a <= b) ? 0 : 1;
     }
-    if (!FitSide(*around, 0, &refit[0]) || !FitSide(*around, 1, &refit[1])) return;
+    if (!FitSides(*around, &refit)) return;
   }
   const SolidSquares after = PlaneSquares(*around, refit);
   if ((convex ? after.convex : after.concave) < kMostWorse * before.best()) *sides = refit;
@@ -193,7 +235,7 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
       Eigen::Matrix<double, kTerms, kTerms>::Zero();
   Eigen::Matrix<double, kTerms, 1> right = Eigen::Matrix<double, kTerms, 1>::Zero();
   double squares = 0;
-  const double scale = 1 / around.at[around.count - 1].norm();
+  const double scale = 1 / around.reach;
   for (int i = 0; i < around.count; ++i) {
     if (around.side[i] == kNeither) continue;
     const double x = scale * u.dot(around.at[i]), y = scale * v.dot(around.at[i]);
@@ -207,16 +249,15 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
   return std::max(0.0, squares - right.dot(normal_matrix.ldlt().solve(right)));
 }
 
-// Among the `count` nearest points.
 std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& found,
-                                     const EdgePlace& place, SideBias bias, int count) {
-  const int nearest = found.points[0];
+                                     const EdgePlace& place, SideBias bias) {
+  const int nearest = found.nearest;
   CreasePlanes fit;
   fit.spacing = cloud.spacing[nearest];
-  fit.reach = (cloud.points.col(found.points[count - 1]) - place.middle).norm();
   fit.middle = place.middle;
   fit.along = place.along;
-  Neighborhood around = Gather(cloud, found, place, count);
+  Neighborhood around = Gather(cloud, found, place);
+  fit.reach = around.reach;
   if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
@@ -267,9 +308,9 @@ SidePlane CreasePlanes::TangentAt(int side, const Vector3d& place) const {
 std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const PointIndex& index,
                                             const EdgePlace& place, SideBias bias) {
   Found found;
-  std::array<double, kMostPoints> squared;
-  index.Nearest(place.middle, 1, found.points.data(), squared.data());
-  const double noise = cloud.noise[found.points[0]], spacing = cloud.spacing[found.points[0]];
+  double squared = 0;
+  index.Nearest(place.middle, 1, &found.nearest, &squared);
+  const double noise = cloud.noise[found.nearest], spacing = cloud.spacing[found.nearest];
   const int wanted = PointsWanted(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
@@ -277,10 +318,9 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   for (const int count : {wanted, other}) {
     // The first neighbourhood mostly says enough, and a search for more than it asks takes longer.
     const int most = std::min(count, index.size());
-    if (most > found.count) {
-      found.count = index.Nearest(place.middle, most, found.points.data(), squared.data());
-    }
-    auto fit = FitAmong(cloud, found, place, bias, most);
+    if (most > found.count) found.Search(index, place.middle, most);
+    if (most < found.count) found.Narrow(most);
+    auto fit = FitAmong(cloud, found, place, bias);
     if (fit && (!best || fit->evidence > best->evidence)) best = fit;
     if (best && best->evidence > kEnough) break;
   }

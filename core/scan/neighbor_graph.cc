@@ -25,102 +25,102 @@ constexpr int64_t kQueryBlock = 1024;
 // Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
 constexpr int64_t kMostTreePoints = 1 << 19;
 
-// The `capacity` best of what the trees offer, in the caller's arrays and ordered by (distance,
-// index): ties do not depend on how the tree was cut. No allocation, unlike FLANN's own sets. A few
-// are kept in order, many in a heap until Finish().
+// The `capacity` best of what the trees offer, by (distance, index): ties do not depend on how the
+// tree was cut. A few are kept in order in the caller's arrays, without an allocation, unlike in
+// FLANN's own sets; many in a pool, half as large again, which is cut to the best when it is full.
 class NearestSet final : public flann::ResultSet<double> {
  public:
   NearestSet(int capacity, int* indices, double* distances)
-      : capacity_(capacity), indices_(indices), distances_(distances) {}
-
-  bool full() const override { return count_ == capacity_; }
-  // A hair above the worst, so that equally far points still reach addPoint().
-  double worstDist() const override {
-    if (!full()) return std::numeric_limits<double>::max();
-    return distances_[is_heap() ? 0 : capacity_ - 1] * (1 + 1e-15);
+      : capacity_(capacity), indices_(indices), distances_(distances) {
+    if (is_pool()) pool_.reserve(most_pooled());
   }
-  int count() const { return count_; }
+
+  bool full() const override { return count() == capacity_; }
+  // A hair above the worst, so that equally far points still reach addPoint().
+  double worstDist() const override { return worst_ * (1 + 1e-15); }
+  int count() const {
+    return is_pool() ? std::min(static_cast<int>(pool_.size()), capacity_) : count_;
+  }
   // The next tree counts its points from here.
   void StartTree(int first_point) { first_point_ = first_point; }
 
   void addPoint(double distance, size_t index) override {
     const int candidate = first_point_ + static_cast<int>(index);
-    if (is_heap()) {
-      AddToHeap(distance, candidate);
+    if (is_pool()) {
+      AddToPool({distance, candidate});
     } else {
-      Insert(distance, candidate);
+      Insert({distance, candidate});
     }
   }
 
-  void Finish() {
-    if (!is_heap()) return;
-    if (!full()) MakeHeap();
-    for (int end = count_ - 1; end > 0; --end) {
-      const double distance = distances_[end];
-      const int candidate = indices_[end];
-      Put(0, end);
-      Sift(0, end, distance, candidate);
+  // Call it at the end, before the arrays are read.
+  void Finish(bool in_order) {
+    if (!is_pool()) return;
+    CutPool();
+    if (in_order) std::sort(pool_.begin(), pool_.end());
+    for (size_t i = 0; i < pool_.size(); ++i) {
+      indices_[i] = pool_[i].index;
+      distances_[i] = pool_[i].distance;
     }
   }
 
  private:
   static constexpr int kMostInOrder = 40;
 
-  bool is_heap() const { return capacity_ > kMostInOrder; }
+  struct Candidate {
+    double distance;
+    int index;
+    bool operator<(const Candidate& other) const {
+      return distance < other.distance || (distance == other.distance && index < other.index);
+    }
+  };
 
-  bool IsBefore(double distance, int candidate, int place) const {
-    return distance < distances_[place] ||
-           (distance == distances_[place] && candidate < indices_[place]);
-  }
+  bool is_pool() const { return capacity_ > kMostInOrder; }
+  size_t most_pooled() const { return static_cast<size_t>(capacity_) * 3 / 2; }
 
-  void Insert(double distance, int candidate) {
+  void Insert(const Candidate& candidate) {
     int place = count_;
-    while (place > 0 && IsBefore(distance, candidate, place - 1)) --place;
-    if (place == capacity_) return;
-    if (count_ < capacity_) ++count_;
-    for (int i = count_ - 1; i > place; --i) Put(i - 1, i);
-    indices_[place] = candidate;
-    distances_[place] = distance;
-  }
-
-  // Once full, the worst is at place 0.
-  void AddToHeap(double distance, int candidate) {
-    if (full()) {
-      if (IsBefore(distance, candidate, 0)) Sift(0, count_, distance, candidate);
+    if (count_ < capacity_) {
+      ++count_;
+    } else if (!(candidate < Candidate{distances_[place - 1], indices_[place - 1]})) {
       return;
+    } else {
+      --place;
     }
-    indices_[count_] = candidate;
-    distances_[count_] = distance;
-    if (++count_ == capacity_) MakeHeap();
+    for (; place > 0 && candidate < Candidate{distances_[place - 1], indices_[place - 1]};
+         --place) {
+      distances_[place] = distances_[place - 1];
+      indices_[place] = indices_[place - 1];
+    }
+    distances_[place] = candidate.distance;
+    indices_[place] = candidate.index;
+    if (count_ == capacity_) worst_ = distances_[capacity_ - 1];
   }
 
-  void MakeHeap() {
-    for (int place = count_ / 2 - 1; place >= 0; --place) {
-      Sift(place, count_, distances_[place], indices_[place]);
+  void AddToPool(const Candidate& candidate) {
+    pool_.push_back(candidate);
+    if (static_cast<int>(pool_.size()) == capacity_) {
+      worst_ = std::max_element(pool_.begin(), pool_.end())->distance;
+    } else if (pool_.size() == most_pooled()) {
+      CutPool();
+      worst_ = pool_.back().distance;
     }
   }
 
-  // Lets a point sink from a place whose own point is done with, in the heap before `end`.
-  void Sift(int place, int end, double distance, int candidate) {
-    for (int child; (child = 2 * place + 1) < end; place = child) {
-      if (child + 1 < end && IsBefore(distances_[child], indices_[child], child + 1)) ++child;
-      if (!IsBefore(distance, candidate, child)) break;
-      Put(child, place);
-    }
-    distances_[place] = distance;
-    indices_[place] = candidate;
-  }
-
-  void Put(int from, int to) {
-    distances_[to] = distances_[from];
-    indices_[to] = indices_[from];
+  // The worst of those that stay comes last.
+  void CutPool() {
+    if (static_cast<int>(pool_.size()) <= capacity_) return;
+    std::nth_element(pool_.begin(), pool_.begin() + capacity_ - 1, pool_.end());
+    pool_.resize(static_cast<size_t>(capacity_));
   }
 
   int capacity_;
   int count_ = 0;
   int first_point_ = 0;
+  double worst_ = std::numeric_limits<double>::max();  // of the best, once there are enough
   int* indices_;
   double* distances_;
+  std::vector<Candidate> pool_;
 };
 
 // A tree over a stretch of points.
@@ -171,10 +171,17 @@ struct PointIndex::Impl {
     return MortonCode(MortonCell(at.x()), MortonCell(at.y()), MortonCell(at.z()));
   }
 
-  // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
-  // little to offer. One that lies far off would be searched in vain, and widely.
   int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
     NearestSet nearest(k, indices, distances);
+    Fill(position, &nearest);
+    nearest.Finish(true);
+    return nearest.count();
+  }
+
+  // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
+  // little to offer. One that lies far off would be searched in vain, and widely.
+  void Fill(const Eigen::Vector3d& position, NearestSet* set) const {
+    NearestSet& nearest = *set;
     size_t home = 0;
     if (trees.size() > 1 && sorted) {
       const auto next =
@@ -189,8 +196,6 @@ struct PointIndex::Impl {
       }
       Ask(t, position, &nearest);
     }
-    nearest.Finish();
-    return nearest.count();
   }
 
   void Ask(size_t tree, const Eigen::Vector3d& position, NearestSet* nearest) const {
@@ -238,6 +243,14 @@ int PointIndex::size() const { return impl_->size; }
 int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
                         double* squared_distances) const {
   return impl_->Query(position, std::min(k, size()), indices, squared_distances);
+}
+
+int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
+                                 double* squared_distances) const {
+  NearestSet nearest(std::min(k, size()), indices, squared_distances);
+  impl_->Fill(position, &nearest);
+  nearest.Finish(false);
+  return nearest.count();
 }
 
 absl::StatusOr<std::vector<int>> PointIndex::NearestOfEach(const Eigen::Matrix3Xd& positions,

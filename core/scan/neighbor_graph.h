@@ -45,6 +45,10 @@ class PointIndex {
   int Nearest(const Eigen::Vector3d& position, int k, int* indices,
               double* squared_distances) const;
 
+  // The same points in an order of their own, for less where they are many.
+  int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
+                       double* squared_distances) const;
+
   // The nearest point of each column of `positions`, on all threads.
   absl::StatusOr<std::vector<int>> NearestOfEach(const Eigen::Matrix3Xd& positions,
                                                  const RunContext& context) const;

@@ -32,7 +32,7 @@ TEST(PointIndexTest, NearestMatchesBruteForce) {
   for (int query = 0; query < 100; ++query) {
     const Eigen::Vector3d position = 1.5 * RandomDirection(&random);
     const auto expected = BruteForce(points, position);
-    // In order as they come, and in a heap.
+    // In order as they come, and from a pool.
     for (const int k : {20, 150, 799, 800, 900}) {
       std::vector<int> indices(static_cast<size_t>(k));
       std::vector<double> squared(indices.size());
@@ -42,6 +42,15 @@ TEST(PointIndexTest, NearestMatchesBruteForce) {
         EXPECT_EQ(indices[j], expected[j].second);
         EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
       }
+      ASSERT_EQ(index.NearestUnordered(position, k, indices.data(), squared.data()), found);
+      for (int j = 0; j < found; ++j) {
+        EXPECT_DOUBLE_EQ(squared[j], (points.col(indices[j]) - position).squaredNorm());
+      }
+      std::sort(indices.begin(), indices.begin() + found);
+      std::vector<int> wanted;
+      for (int j = 0; j < found; ++j) wanted.push_back(expected[j].second);
+      std::sort(wanted.begin(), wanted.end());
+      EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(), indices.begin()));
     }
   }
 }
