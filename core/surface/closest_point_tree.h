@@ -40,7 +40,9 @@ class ClosestPointTree {
 
   // The items nearest to `point`, nearest first, as many as `hits` has room for; returns how many,
   // fewer where there are no more, and none for a point 10^19 times farther off than the items lie.
-  int Nearest(const Eigen::Vector3d& point, std::span<Hit> hits) const;
+  // `hinted`: `hits` is full of what was found for a point close by, which makes the search
+  // shorter.
+  int Nearest(const Eigen::Vector3d& point, std::span<Hit> hits, bool hinted = false) const;
 
   // Squared distance from `point` to item `item` alone.
   double SquaredDistanceTo(int item, const Eigen::Vector3d& point) const {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,7 @@ using Eigen::Vector3d;
 constexpr int kMinSamples = 1000;
 constexpr int kMaxSamples = 10'000'000;
 constexpr int64_t kQueryBlock = 1024;
+constexpr size_t kPointsOfSides = 4;  // nearest to a place, that tell the sides around it
 
 absl::Status CheckShape(const Shape& shape, const char* name) {
   if (shape.vertices.cols() == 0) {
@@ -69,22 +71,18 @@ std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& ord
 }
 
 // Squared distance of the points at(0) to at(count - 1). Each block starts without a hint, which
-// costs little and leaves the blocks independent of the threads. `items`, unless null, become the
-// nearest items.
+// costs little and leaves the blocks independent of the threads.
 template <typename PointAt>
 absl::StatusOr<std::vector<double>> SquaredDistances(int64_t count, const PointAt& at,
                                                      const ClosestPointTree& tree,
-                                                     const RunContext& context,
-                                                     std::vector<int>* items = nullptr) {
+                                                     const RunContext& context) {
   std::vector<double> squared(static_cast<size_t>(count));
-  if (items != nullptr) items->assign(squared.size(), 0);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
     int hint = -1;
     for (int64_t i = begin; i < end; ++i) {
       const ClosestPointTree::Hit hit = tree.Closest(at(i), hint);
       squared[i] = hit.squared_distance;
       hint = hit.item;
-      if (items != nullptr) (*items)[i] = hit.item;
     }
   }));
   return squared;
@@ -124,11 +122,13 @@ struct OneWay {
   double across_rms = -1;  // see TwoSidedError
 };
 
-// Samples of a surface, each with its triangle and the point of `to` nearest to it.
-struct NearestPoints {
-  Eigen::Matrix3Xd samples;
-  std::vector<int> faces, points;
+// Samples of a surface, and the triangle of each.
+struct SurfaceSamples {
+  Eigen::Matrix3Xd places;
+  std::vector<int> faces;
 };
+
+using FoundItems = std::span<const ClosestPointTree::Hit>;
 
 // How far `place` lies from the plane through a point of `to`, squared, or from the point itself
 // where that is farther off along the plane than `reach`.
@@ -142,18 +142,16 @@ double SquaredAcross(const Shape& to, int point, const Vector3d& normal, double 
 
 // The least distance of `place`, squared, from the planes of the sides that its nearest points
 // show; infinite where they show but one.
-double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, const Vector3d& place) {
-  constexpr size_t kPoints = 4;
+double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, FoundItems found,
+                          const Vector3d& place) {
   constexpr double kSameSide = 0.866;  // cos 30 degrees
   constexpr double kReach =
       1.0 / 3;  // of a gap: a plane runs on beyond the edge, its side does not
-  std::array<ClosestPointTree::Hit, kPoints> hits;
-  std::array<Vector3d, kPoints> sides;
-  const int found = to_tree.Nearest(place, hits);
+  std::array<Vector3d, kPointsOfSides> sides;
   size_t count = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < found; ++i) {
-    const int point = to_tree.source()[hits[i].item];
+  for (const ClosestPointTree::Hit& hit : found) {
+    const int point = to_tree.source()[hit.item];
     const Vector3d normal = to.normals.col(point);
     const auto same = [&](const Vector3d& side) { return std::abs(side.dot(normal)) > kSameSide; };
     if (std::any_of(sides.begin(), sides.begin() + count, same)) continue;
@@ -163,25 +161,33 @@ double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, cons
   return count > 1 ? least : std::numeric_limits<double>::infinity();
 }
 
-absl::StatusOr<double> AcrossRms(const Shape& from, const Shape& to,
-                                 const ClosestPointTree& to_tree, const NearestPoints& nearest,
-                                 const RunContext& context) {
-  const int64_t count = nearest.samples.cols();
-  std::vector<double> squared(static_cast<size_t>(count));
+// Squared distances of samples from a cloud with gaps; `across_rms` becomes TwoSidedError's.
+absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
+    const Shape& from, const SurfaceSamples& samples, const Shape& to,
+    const ClosestPointTree& to_tree, const RunContext& context, double* across_rms) {
+  const int64_t count = samples.places.cols();
+  const size_t wanted = to.normals.cols() == 0 ? 1 : kPointsOfSides;
+  std::vector<double> squared(static_cast<size_t>(count)), across(squared.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
+    std::array<ClosestPointTree::Hit, kPointsOfSides> hits;
+    size_t found = 0;
     for (int64_t i = begin; i < end; ++i) {
-      const auto triangle = from.triangles.col(nearest.faces[i]);
-      const Vector3d a = from.vertices.col(triangle[0]), place = nearest.samples.col(i);
+      const auto triangle = from.triangles.col(samples.faces[i]);
+      const Vector3d a = from.vertices.col(triangle[0]), place = samples.places.col(i);
       const Vector3d normal =
           (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
-      squared[i] = SquaredAcross(to, nearest.points[i], normal.normalized(),
-                                 to.gaps[nearest.points[i]], place);
-      if (to.normals.cols() == 0) continue;
-      squared[i] = std::min(squared[i], SquaredAcrossSides(to, to_tree, place));
+      found = static_cast<size_t>(to_tree.Nearest(place, {hits.data(), wanted}, found == wanted));
+      if (found == 0) hits[0] = to_tree.Closest(place);
+      squared[i] = hits[0].squared_distance;
+      const int nearest = to_tree.source()[hits[0].item];
+      across[i] = SquaredAcross(to, nearest, normal.normalized(), to.gaps[nearest], place);
+      if (wanted == 1) continue;
+      across[i] = std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
     }
   }));
-  return std::sqrt(std::accumulate(squared.begin(), squared.end(), 0.0) /
-                   static_cast<double>(count));
+  *across_rms =
+      std::sqrt(std::accumulate(across.begin(), across.end(), 0.0) / static_cast<double>(count));
+  return squared;
 }
 
 // `order`: of the triangles of `from`, or of its points, such that neighbours in it are neighbours
@@ -197,15 +203,16 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& 
     RILIEVO_ASSIGN_OR_RETURN(
         squared, SquaredDistances(static_cast<int64_t>(order.size()), point, to_tree, context));
   } else {
-    NearestPoints nearest;
-    nearest.samples =
-        SampleByArea(from.vertices, from.triangles, order, samples, context.seed, &nearest.faces);
-    const auto sample = [&](int64_t i) -> Vector3d { return nearest.samples.col(i); };
-    RILIEVO_ASSIGN_OR_RETURN(squared, SquaredDistances(nearest.samples.cols(), sample, to_tree,
-                                                       context, &nearest.points));
+    SurfaceSamples taken;
+    taken.places =
+        SampleByArea(from.vertices, from.triangles, order, samples, context.seed, &taken.faces);
     if (!to.gaps.empty() && to.triangles.cols() == 0) {
-      for (int& point : nearest.points) point = to_tree.source()[point];
-      RILIEVO_ASSIGN_OR_RETURN(way.across_rms, AcrossRms(from, to, to_tree, nearest, context));
+      RILIEVO_ASSIGN_OR_RETURN(
+          squared, SquaredAcrossCloud(from, taken, to, to_tree, context, &way.across_rms));
+    } else {
+      const auto sample = [&](int64_t i) -> Vector3d { return taken.places.col(i); };
+      RILIEVO_ASSIGN_OR_RETURN(squared,
+                               SquaredDistances(taken.places.cols(), sample, to_tree, context));
     }
     const std::vector<int> vertices = VerticesInOrder(from, order);
     const auto corner = [&](int64_t i) { return vertex(vertices[i]); };

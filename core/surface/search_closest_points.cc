@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -38,9 +39,10 @@ class NearestOne {
 
 class NearestSome {
  public:
-  explicit NearestSome(std::span<ClosestPointTree::Hit> hits) : hits_(hits) {}
+  // `most`: squared distance below which there are enough.
+  NearestSome(std::span<ClosestPointTree::Hit> hits, double most) : hits_(hits), most_(most) {}
   double radius_squared() const {
-    return count_ < hits_.size() ? kInfinity : hits_[count_ - 1].squared_distance;
+    return count_ < hits_.size() ? most_ : hits_[count_ - 1].squared_distance;
   }
   bool Take(double squared, int item) {
     if (squared >= radius_squared()) return false;
@@ -56,6 +58,7 @@ class NearestSome {
 
  private:
   std::span<ClosestPointTree::Hit> hits_;
+  double most_;
   size_t count_ = 0;
 };
 
@@ -70,10 +73,19 @@ ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint)
   return best.hit();
 }
 
-int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits) const {
+int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits, bool hinted) const {
   if (hits.empty()) return 0;
-  NearestSome best(hits);
-  Search(point - origin_, &best);
+  const Vector3d local = point - origin_;
+  double most = kInfinity;
+  if (hinted) {
+    constexpr double kHairMore = 1 + 1e-12;  // so that the farthest itself may be taken
+    most = std::numeric_limits<double>::min();
+    for (const Hit& hit : hits) {
+      most = std::max(most, kHairMore * SquaredDistanceToItem(local, hit.item));
+    }
+  }
+  NearestSome best(hits, most);
+  Search(local, &best);
   return static_cast<int>(best.count());
 }
 

@@ -169,6 +169,15 @@ TEST(ClosestPointTreeTest, TheNearestFewAreThoseOfASearchOfAll) {
       EXPECT_EQ(tree.SquaredDistanceTo(hits[k].item, place), hits[k].squared_distance);
       EXPECT_TRUE(items.insert(hits[k].item).second);
     }
+    // Hints are what was found near by, at the very place, or anything.
+    for (const double off : {0.0, 0.01, 1.0}) {
+      std::array<ClosestPointTree::Hit, 5> hinted;
+      tree.Nearest(place + off * Vector3d::UnitX(), hinted);
+      ASSERT_EQ(tree.Nearest(place, hinted, true), 5);
+      for (size_t k = 0; k < hits.size(); ++k) {
+        EXPECT_EQ(hinted[k].squared_distance, hits[k].squared_distance);
+      }
+    }
   }
   std::vector<ClosestPointTree::Hit> more(800);
   EXPECT_EQ(tree.Nearest(Vector3d::Zero(), more), 700);
