@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/displacement/fit_sums.h"
 #include "core/displacement/normal_equations.h"
 
 namespace rilievo {
@@ -101,7 +102,7 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
   std::vector<float>* const scratch[] = {&far_u_,      &far_v_,      &far_height_, &far_weight_,
                                          &far_square_, &u_,          &v_,          &height_,
                                          &weight_,     &kept_weight_};
-  for (std::vector<float>* array : scratch) array->resize(padded + kLaneCount);
+  for (std::vector<float>* array : scratch) array->resize(padded + kFitLanes);
   far_window_.resize(padded);
   inside_.resize(kWindowCount);
 }
@@ -156,8 +157,8 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
     height_[place] = far_height_[i];
     weight_[place] = far_weight_[i];
   }
-  for (int i = inside_.back(); i < Padded(inside_.back()); ++i) {
-    u_[i] = v_[i] = height_[i] = weight_[i] = 0;
+  for (int i = inside_.back(); i < inside_.back() + kFitLanes; ++i) {
+    u_[i] = v_[i] = height_[i] = weight_[i] = kept_weight_[i] = 0;
   }
 }
 
@@ -185,23 +186,13 @@ bool LocalFitter::DropOutliers(float scale, int inside, float most,
 template <int kTerms>
 bool LocalFitter::Accumulate(float scale, int inside, const std::vector<float>& weights,
                              NormalEquations<kTerms>* equations) const {
-  constexpr int kProducts = kTerms * (kTerms + 1) / 2;
-  Lanes products[kProducts], moments[kTerms], basis[kTerms];
-  for (Lanes& sum : products) sum = Lanes::Zero();
-  for (Lanes& sum : moments) sum = Lanes::Zero();
-  for (int i = 0; i < Padded(inside); i += kLaneCount) {
-    const Lanes u = At(u_, i) * scale, v = At(v_, i) * scale, height = At(height_, i);
-    const Lanes weight = (1.0f - u * u - v * v).max(0.0f) * At(weights, i);
-    Basis<kTerms>(u, v, basis);
-    for (int a = 0, place = 0; a < kTerms; ++a) {
-      const Lanes weighted = weight * basis[a];
-      moments[a] += weighted * height;
-      for (int b = 0; b <= a; ++b) products[place++] += weighted * basis[b];
+  const FitPoints points = {u_.data(), v_.data(), height_.data(), weights.data(), inside, scale};
+  const FitSums sums = kTerms == 6 ? SumForQuadric(points) : SumForPlane(points);
+  for (int a = 0; a < kTerms; ++a) {
+    equations->solution[a] = sums.heights[a];
+    for (int b = 0; b <= a; ++b) {
+      equations->matrix(a, b) = sums.monomials[MonomialOfProduct(a, b)];
     }
-  }
-  for (int a = 0, place = 0; a < kTerms; ++a) {
-    equations->solution[a] = moments[a].sum();
-    for (int b = 0; b <= a; ++b) equations->matrix(a, b) = products[place++].sum();
   }
   // Half the points of a full plane window, weighed by the kernel's mean of 1/2.
   return equations->matrix(0, 0) > 0.5 * kTerms && equations->Solve();
