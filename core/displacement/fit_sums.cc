@@ -1,26 +1,17 @@
 #include "core/displacement/fit_sums.h"
 
-#include <cstdlib>  // says whether this is glibc
 #include <cstring>
 
-// Two versions, one for wider registers where the machine has them. Neither knows fused
-// multiplication, so they agree to the last bit.
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define RILIEVO_CLONED __attribute__((target_clones("avx2", "default")))
-#else
-#define RILIEVO_CLONED
-#endif
+#include "core/base/wide_registers.h"
 
 namespace rilievo {
 namespace {
 
 using Lanes = float __attribute__((vector_size(kFitLanes * sizeof(float))));
+// Anywhere in an array. A copy would pass the wide registers by.
+using Stretch = float
+    __attribute__((vector_size(kFitLanes * sizeof(float)), aligned(alignof(float)), may_alias));
 using Quad = float __attribute__((vector_size(4 * sizeof(float))));
-
-[[gnu::always_inline]] inline void Load(const float* from, Lanes* lanes) {
-  std::memcpy(lanes, from, sizeof(*lanes));
-}
 
 // The sums of the lanes of four.
 [[gnu::always_inline]] inline void SumLanes(const Lanes* four, float* sums) {
@@ -40,13 +31,10 @@ template <bool kQuadric>
 [[gnu::always_inline]] inline FitSums Sum(const FitPoints& points) {
   Lanes monomials[kQuadric ? 16 : 8] = {}, heights[kQuadric ? 8 : 4] = {};
   for (int i = 0; i < points.count; i += kFitLanes) {
-    Lanes u, v, height, weight;
-    Load(points.u + i, &u);
-    Load(points.v + i, &v);
-    Load(points.height + i, &height);
-    Load(points.weight + i, &weight);
-    u *= points.scale;
-    v *= points.scale;
+    const Lanes u = *reinterpret_cast<const Stretch*>(points.u + i) * points.scale,
+                v = *reinterpret_cast<const Stretch*>(points.v + i) * points.scale;
+    const Lanes height = *reinterpret_cast<const Stretch*>(points.height + i);
+    Lanes weight = *reinterpret_cast<const Stretch*>(points.weight + i);
     const Lanes kernel = 1.0f - u * u - v * v;
     weight *= kernel > 0.0f ? kernel : 0.0f;
     const Lanes wu = weight * u, wv = weight * v;
@@ -84,8 +72,8 @@ template <bool kQuadric>
 
 }  // namespace
 
-RILIEVO_CLONED FitSums SumForPlane(const FitPoints& points) { return Sum<false>(points); }
+RILIEVO_WIDE FitSums SumForPlane(const FitPoints& points) { return Sum<false>(points); }
 
-RILIEVO_CLONED FitSums SumForQuadric(const FitPoints& points) { return Sum<true>(points); }
+RILIEVO_WIDE FitSums SumForQuadric(const FitPoints& points) { return Sum<true>(points); }
 
 }  // namespace rilievo

@@ -7,6 +7,7 @@
 
 #include "core/displacement/fit_sums.h"
 #include "core/displacement/normal_equations.h"
+#include "core/displacement/project_patch.h"
 
 namespace rilievo {
 namespace {
@@ -16,15 +17,12 @@ constexpr int kLaneCount = 4;
 
 constexpr int kPlaneCount = 2;  // of the sizes, the first
 static_assert(!kWindowSizes[kPlaneCount - 1].quadric && kWindowSizes[kPlaneCount].quadric);
-// A normal at 60 degrees to the foot's has no weight.
-constexpr float kNormalCutoff = 0.5f;
 // Points farther off a window's fit than this many noises are dropped.
 constexpr float kOutlierNoises = 3.5f;
 // The share of the plain variance that remains with weights 1 - r^2 (which are not their square),
 // by simulation with uniform points.
 constexpr float kPlaneVariance = 0.65f, kQuadricVariance = 0.8f;
-// Of another sheet, or of none: points steeper against the ray than this (rise over distance).
-constexpr float kSteepest = 1.5f;
+// Of another sheet, or of none, may be points farther off in height.
 constexpr float kSheetNoises = 5.0f;
 constexpr float kSheetSpacings = 0.5f;
 
@@ -90,7 +88,9 @@ void Basis(const Lanes& u, const Lanes& v, Lanes* basis) {
 
 void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& cloud) {
   patch_size_ = static_cast<int>(points.size());
-  for (std::vector<float>& component : patch_) component.assign(Padded(patch_size_), 0.0f);
+  for (std::vector<float>& component : patch_) {
+    component.assign(patch_size_ + kPatchLanes, 0.0f);
+  }
   for (int i = 0; i < patch_size_; ++i) {
     const RayPoint& point = cloud.points[points[i].point];
     for (int axis = 0; axis < 3; ++axis) {
@@ -102,52 +102,33 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
   std::vector<float>* const scratch[] = {&far_u_,      &far_v_,      &far_height_, &far_weight_,
                                          &far_square_, &u_,          &v_,          &height_,
                                          &weight_,     &kept_weight_};
-  for (std::vector<float>* array : scratch) array->resize(padded + kFitLanes);
-  far_window_.resize(padded);
+  for (std::vector<float>* array : scratch) array->resize(padded + kPatchLanes);
+  far_window_.resize(padded + kPatchLanes);
   inside_.resize(kWindowCount);
 }
 
 void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
-  const float scale = 1.0f / request.spacing;
-  const Eigen::Vector3f& normal = request.foot_normal;
-  const float sheet = kSheetNoises * request.noise * scale + kSheetSpacings;
-  std::array<LaneMask, kWindowCount> inside_lanes = {};
-  for (int i = 0; i < Padded(patch_size_); i += kLaneCount) {
-    const Lanes x = (At(patch_[0], i) - ray.origin[0]) * scale;
-    const Lanes y = (At(patch_[1], i) - ray.origin[1]) * scale;
-    const Lanes z = (At(patch_[2], i) - ray.origin[2]) * scale;
-    const Lanes u = x * ray.u[0] + y * ray.u[1] + z * ray.u[2];
-    const Lanes v = x * ray.v[0] + y * ray.v[1] + z * ray.v[2];
-    const Lanes height =
-        x * ray.direction[0] + y * ray.direction[1] + z * ray.direction[2] - request.height * scale;
-    const Lanes turn = 1.0f - (At(patch_[3], i) * normal[0] + At(patch_[4], i) * normal[1] +
-                               At(patch_[5], i) * normal[2]);
-    const Lanes keep = (1.0f - turn * (1.0f / kNormalCutoff)).max(0.0f);
-    const Lanes square = u * u + v * v;
-    const Lanes excess = (height.abs() - sheet).max(0.0f);
-    const LaneMask near_sheet = AtMost(excess * excess, kSteepest * kSteepest * square);
-    Put(&far_u_, i) = u;
-    Put(&far_v_, i) = v;
-    Put(&far_height_, i) = height;
-    Put(&far_square_, i) = square;
-    const Lanes weight = Where(near_sheet, keep * keep);
-    Put(&far_weight_, i) = weight;
-    const LaneMask weighs = Raw(weight) > 0.0f;
-    LaneMask window_of = {};
-    for (int w = 0; w < kWindowCount; ++w) {
-      const LaneMask inside = weighs & (Raw(square) < 0.25f * kWindowSizes[w].points);
-      window_of -= ~inside;
-      inside_lanes[w] -= inside;
-    }
-    std::memcpy(far_window_.data() + i, &window_of, sizeof(window_of));
+  PatchView view;
+  for (int axis = 0; axis < 3; ++axis) {
+    view.origin[axis] = ray.origin[axis];
+    view.u[axis] = ray.u[axis];
+    view.v[axis] = ray.v[axis];
+    view.direction[axis] = ray.direction[axis];
+    view.foot_normal[axis] = request.foot_normal[axis];
   }
+  view.height = request.height;
+  view.scale = 1.0f / request.spacing;
+  view.sheet = kSheetNoises * request.noise * view.scale + kSheetSpacings;
+  ProjectPatch({{patch_[0].data(), patch_[1].data(), patch_[2].data()},
+                {patch_[3].data(), patch_[4].data(), patch_[5].data()},
+                patch_size_},
+               view,
+               {far_u_.data(), far_v_.data(), far_height_.data(), far_square_.data(),
+                far_weight_.data(), far_window_.data()},
+               inside_.data());
   // Sorted by the narrowest window that holds each point.
   std::array<int, kWindowCount> next;
-  for (int w = 0; w < kWindowCount; ++w) {
-    inside_[w] = 0;
-    for (int lane = 0; lane < kLaneCount; ++lane) inside_[w] += inside_lanes[w][lane];
-    next[w] = w > 0 ? inside_[w - 1] : 0;
-  }
+  for (int w = 0; w < kWindowCount; ++w) next[w] = w > 0 ? inside_[w - 1] : 0;
   for (int i = 0; i < patch_size_; ++i) {
     const int w = far_window_[i];
     if (w == kWindowCount) continue;
