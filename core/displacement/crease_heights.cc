@@ -9,6 +9,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/crease_planes.h"
+#include "core/scan/is_reached.h"
 
 namespace rilievo {
 namespace {
@@ -24,6 +25,12 @@ constexpr double kLeastEvidence = 40;
 constexpr double kOwnSide = 0.85;
 // Deviation of a plane through so many points, in noises.
 constexpr float kPlaneDeviation = 0.3f;
+// Heights that depart less from what was measured are believed, and the points around the others
+// asked: how far off the sides they may be in the mean, and from the place.
+constexpr double kTrustedNoises = 0.5;
+constexpr int kJudges = 12;
+constexpr double kMostOffNoises = 0.6;
+constexpr double kReachSpacings = 1.0;
 
 struct Source {
   int vertex, foot;
@@ -88,6 +95,28 @@ std::optional<double> HeightOnCrease(const CreasePlanes& planes, const Vector3d&
   return right / left;
 }
 
+// Whether the points around `place` are off the two sides to one way: a third one passes there.
+bool AreOffSides(const CreasePlanes& planes, const OrientedCloud& cloud, const PointIndex& index,
+                 const Vector3d& place) {
+  std::array<int, kJudges> found;
+  std::array<double, kJudges> squared;
+  const int count =
+      index.Nearest(place, std::min(kJudges, index.size()), found.data(), squared.data());
+  const SidePlane a = planes.TangentAt(0, place), b = planes.TangentAt(1, place);
+  double convex = 0, concave = 0, convex_squares = 0, concave_squares = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vector3d at = cloud.points.col(found[i]);
+    const auto [less, more] =
+        std::minmax({a.normal.dot(at) - a.offset, b.normal.dot(at) - b.offset});
+    convex += more;
+    convex_squares += more * more;
+    concave += less;
+    concave_squares += less * less;
+  }
+  const double mean = (convex_squares < concave_squares ? convex : concave) / count;
+  return std::abs(mean) > kMostOffNoises * cloud.noise[found[0]];
+}
+
 // On the side that the vertex faces as.
 std::optional<double> HeightBeside(const CreasePlanes& planes, const Vector3d& position,
                                    const Vector3d& direction) {
@@ -104,7 +133,7 @@ std::optional<double> HeightBeside(const CreasePlanes& planes, const Vector3d& p
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
-    const RunContext& context) {
+    const HeightSamples& samples, const RunContext& context) {
   std::vector<Source> sources = SourcesOf(sectors, limit, wanted);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(sources.size()), kBlock, context, [&](int64_t begin, int64_t end) {
@@ -150,9 +179,25 @@ absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
       }
     }
   }
-  std::sort(heights.begin(), heights.end(),
+  std::vector<uint8_t> denied(heights.size(), 0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(heights.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          const auto& [v, estimate] = heights[i];
+          const double way = std::abs(samples.height[v] - estimate.height);
+          if (samples.measured[v] && way < kTrustedNoises * cloud.noise[estimate.foot]) continue;
+          const Vector3d place = limit.positions.col(v) + estimate.height * limit.normals.col(v);
+          denied[i] = AreOffSides(*sources[source_of[v]].planes, cloud, index, place) ||
+                      !IsReached(cloud, index, place, kReachSpacings);
+        }
+      }));
+  std::vector<CreaseHeight> believed;
+  for (size_t i = 0; i < heights.size(); ++i) {
+    if (!denied[i]) believed.push_back(heights[i]);
+  }
+  std::sort(believed.begin(), believed.end(),
             [](const CreaseHeight& a, const CreaseHeight& b) { return a.vertex < b.vertex; });
-  return heights;
+  return believed;
 }
 
 }  // namespace rilievo

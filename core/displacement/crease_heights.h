@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/displacement/height_sampler.h"
+#include "core/displacement/height_samples.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
@@ -27,11 +28,12 @@ struct CreaseHeight {
 // distances do not (FitCreasePlanes): they are fitted once at each vertex in `wanted`, which is on
 // a crease of two sides, and tell its height and those of the vertices around it, within 0.4 of the
 // reach of the fit, that face as one of them. One height a vertex, ascending; those for which the
-// points show no two sides are left out. `limit` and `rings` are of the finest level, `sectors` of
+// points show no two sides are left out, and those far off the height that was measured (`samples`)
+// where the points around deny the sides. `limit` and `rings` are of the finest level, `sectors` of
 // the same. CANCELLED when stopped.
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
-    const RunContext& context);
+    const HeightSamples& samples, const RunContext& context);
 
 }  // namespace rilievo

@@ -195,7 +195,7 @@ absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const SharpSec
   }
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<CreaseHeight> heights,
-      HeightsBesideCreases(cloud, index_, rings_, limit_, sectors, noisy, context_));
+      HeightsBesideCreases(cloud, index_, rings_, limit_, sectors, noisy, samples_, context_));
   for (const CreaseHeight& height : heights) {
     const int v = height.vertex;
     // A plane that runs on where the surface does not is none of it.

@@ -38,6 +38,7 @@ struct Domain {
   LimitSurface limit;
   SharpSectors sectors;
   std::vector<uint8_t> wanted;
+  HeightSamples samples{kSide * kSide};  // nothing measured
 
   Domain() {
     Eigen::Matrix3Xi faces(3, 2 * (kSide - 1) * (kSide - 1));
@@ -69,7 +70,7 @@ struct Domain {
 
   std::vector<CreaseHeight> Heights(const OrientedCloud& cloud) const {
     return HeightsBesideCreases(cloud, PointIndex(cloud.points), rings, limit, sectors, wanted,
-                                RunContext())
+                                samples, RunContext())
         .value();
   }
 };
@@ -116,6 +117,43 @@ TEST(CreaseHeightsTest, OnlyWhatIsAskedForAndNotFarAside) {
   }
 }
 
+// Their planes run on, the points do not.
+TEST(CreaseHeightsTest, NothingIsToldWhereTheRoofHasEnded) {
+  constexpr double kEnd = 0.05;
+  OrientedCloud roof = Roof(true);
+  for (int i = 0; i < kPoints; ++i) {
+    if (roof.points(1, i) > kEnd) roof.points(1, i) = 2 * kEnd - roof.points(1, i);
+  }
+  const Domain domain;
+  const auto heights = domain.Heights(roof);
+  int before_end = 0;
+  for (const CreaseHeight& height : heights) {
+    const double y = domain.limit.positions(1, height.vertex);
+    EXPECT_LT(y, kEnd + 0.04);
+    before_end += y < kEnd;
+  }
+  EXPECT_GT(before_end, 100);
+}
+
+// A boss on a flank, too small to be seen in the fit of the sides.
+TEST(CreaseHeightsTest, SidesAreNotBelievedWhereThePointsAroundAreOffThem) {
+  const Domain domain;
+  const Vector3d top(0.03, 0, -0.03 * kSlope);
+  const auto told_there = [&](const OrientedCloud& roof) {
+    int told = 0;
+    for (const CreaseHeight& height : domain.Heights(roof)) {
+      told += (domain.limit.positions.col(height.vertex) - top).norm() < 0.015;
+    }
+    return told;
+  };
+  OrientedCloud roof = Roof(true);
+  EXPECT_GT(told_there(roof), 5);
+  for (int i = 0; i < kPoints; ++i) {
+    if ((roof.points.col(i) - top).norm() < 0.03) roof.points(2, i) += 4 * kNoise;
+  }
+  EXPECT_LT(told_there(roof), 3);
+}
+
 TEST(CreaseHeightsTest, FlatPointsTellNone) { EXPECT_TRUE(Domain().Heights(Roof(false)).empty()); }
 
 TEST(CreaseHeightsTest, StopsWhenAsked) {
@@ -126,7 +164,7 @@ TEST(CreaseHeightsTest, StopsWhenAsked) {
   RunContext context;
   context.stop = stop.get_token();
   EXPECT_EQ(HeightsBesideCreases(cloud, PointIndex(cloud.points), domain.rings, domain.limit,
-                                 domain.sectors, domain.wanted, context)
+                                 domain.sectors, domain.wanted, domain.samples, context)
                 .status()
                 .code(),
             absl::StatusCode::kCancelled);
