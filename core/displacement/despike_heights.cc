@@ -15,7 +15,7 @@ constexpr int kMostRing = 64;
 // Fewer pairs of opposite neighbours say nothing.
 constexpr int kLeastPairs = 2;
 constexpr float kRingDepartures = 4.0f;
-constexpr float kDeviations = 5.0f;
+constexpr float kDeviations = 4.0f;
 constexpr float kSpacings = 0.25f;
 constexpr float kCreaseSpacings = 0.75f;  // the same where a crease told the height
 
@@ -84,7 +84,7 @@ float RingTolerance(const LevelRings& rings, const HeightSamples& samples,
 }  // namespace
 
 absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const LevelRings& rings,
-                                              const HeightSamples& samples,
+                                              const HeightSamples& samples, DeniedByPoints denied,
                                               const RunContext& context) {
   const int count = samples.size();
   std::vector<float> departures(count, 0.0f);
@@ -97,13 +97,16 @@ absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const 
   std::vector<std::vector<Spike>> blocks(static_cast<size_t>((count + kBlock - 1) / kBlock));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
-      const float least = (samples.crease[v] ? kCreaseSpacings : kSpacings) * samples.spacing[v];
       const float own = std::abs(departures[v]);
-      if (!samples.measured[v] || own <= least) continue;
-      const Departure departure = DepartureOf(finest, rings, samples, static_cast<int>(v));
+      if (!samples.measured[v] || own <= kSpacings * samples.spacing[v]) continue;
+      const int vertex = static_cast<int>(v);
+      const Departure departure = DepartureOf(finest, rings, samples, vertex);
+      const float least = (samples.crease[v] ? kCreaseSpacings : kSpacings) * samples.spacing[v];
       const float most = std::max(least, RingTolerance(rings, samples, departures, v));
-      if (!departure.known || own <= most || !(most > 0)) continue;
-      blocks[begin / kBlock].push_back({static_cast<int>(v), departure.expected, most});
+      if (!(most > 0)) continue;
+      if ((departure.known && own > most) || denied(vertex)) {
+        blocks[begin / kBlock].push_back({vertex, departure.expected, most});
+      }
     }
   }));
   std::vector<Spike> spikes;

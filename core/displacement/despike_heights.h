@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/displacement/height_samples.h"
@@ -17,15 +18,18 @@ struct Spike {
   float tolerance;  // |height - expected| beyond this is a spike
 };
 
+// Whether the points deny the height of a vertex. Asked of few; calls run in parallel.
+using DeniedByPoints = absl::FunctionRef<bool(int vertex)>;
+
 // A vertex departs from a pair of opposite neighbours by its height over their mean, and from its
 // ring by the least of those: 0 on slopes and along the crest of an edge. On the rim of an open
 // domain the two neighbours along it are such a pair, and the lines through the others tell its
 // height as well, for a crest may end there. A vertex is a spike when it departs by far more than
 // the vertices of its ring do from theirs, than their noise, and than a quarter of a local spacing;
-// three times that where a crease told the height (samples.crease). Ascending by vertex. `rings`:
-// those of `finest`.
+// three times that where a crease told the height (samples.crease). A quarter of a spacing is
+// enough where the points deny the height. Ascending by vertex. `rings`: those of `finest`.
 absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const LevelRings& rings,
-                                              const HeightSamples& samples,
+                                              const HeightSamples& samples, DeniedByPoints denied,
                                               const RunContext& context);
 
 }  // namespace rilievo

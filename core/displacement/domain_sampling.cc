@@ -10,6 +10,7 @@
 #include "core/displacement/crease_heights.h"
 #include "core/displacement/despike_heights.h"
 #include "core/displacement/foretell_heights.h"
+#include "core/displacement/points_deny.h"
 #include "core/displacement/side_heights.h"
 #include "core/loop/split_normals.h"
 #include "core/scan/is_reached.h"
@@ -24,6 +25,8 @@ constexpr int kChunk = 32768;
 constexpr int kStartCandidates = 16;
 // Fits that share most of their points agree far better than this; see RoughVertices.
 constexpr float kForetoldDeviations = 1.5f;
+// A spike between two others shows when they are gone.
+constexpr int kDespikeRounds = 3;
 // A side's plane is not believed farther off the height that was sampled.
 constexpr float kFarthestSpacings = 1.0f;
 constexpr float kFarthestNoises = 3.0f;
@@ -142,25 +145,42 @@ absl::Status DomainSampling::Refine(std::vector<int> vertices) {
 }
 
 absl::Status DomainSampling::Despike() {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Spike> spikes,
-                           FindSpikes(refinement_.levels.back(), rings_, samples_, context_));
-  return ParallelFor(static_cast<int64_t>(spikes.size()), kBlock, context_,
-                     [&](int64_t begin, int64_t end) {
-                       HeightSampler sampler(cloud_, graph_, options_);
-                       for (int64_t i = begin; i < end; ++i) {
-                         const auto [vertex, expected, tolerance] = spikes[i];
-                         const Ray ray = RayOf(vertex);
-                         auto again = sampler.Pierce(ray, samples_.foot[vertex], expected);
-                         if (again) {
-                           RaySample sample = {ray, *again};
-                           sampler.Refine({&sample, 1});
-                           again = sample.estimate;
-                         }
-                         const bool good = again && std::abs(again->height - expected) <= tolerance;
-                         if (good) again->fitted = true;
-                         Store(vertex, good ? again : std::nullopt);
-                       }
-                     });
+  for (int round = 0; round < kDespikeRounds; ++round) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool any, DespikeOnce());
+    if (!any) break;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<bool> DomainSampling::DespikeOnce() {
+  const auto denied = [&](int vertex) { return IsDenied(vertex, samples_.height[vertex]); };
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::vector<Spike> spikes,
+      FindSpikes(refinement_.levels.back(), rings_, samples_, denied, context_));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(spikes.size()), kBlock, context_, [&](int64_t begin, int64_t end) {
+        HeightSampler sampler(cloud_, graph_, options_);
+        for (int64_t i = begin; i < end; ++i) {
+          const auto [vertex, expected, tolerance] = spikes[i];
+          const Ray ray = RayOf(vertex);
+          auto again = sampler.Pierce(ray, samples_.foot[vertex], expected);
+          if (again) {
+            RaySample sample = {ray, *again};
+            sampler.Refine({&sample, 1});
+            again = sample.estimate;
+          }
+          const bool good = again && std::abs(again->height - expected) <= tolerance &&
+                            !IsDenied(vertex, again->height);
+          if (good) again->fitted = true;
+          Store(vertex, good ? again : std::nullopt);
+        }
+      }));
+  return !spikes.empty();
+}
+
+bool DomainSampling::IsDenied(int vertex, float height) const {
+  const Eigen::Vector3d direction = limit_.normals.col(vertex);
+  return PointsDeny(cloud_, index_, limit_.positions.col(vertex) + height * direction, direction);
 }
 
 absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud) {

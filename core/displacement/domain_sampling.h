@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/displacement/bound_heights.h"
 #include "core/displacement/height_sampler.h"
@@ -34,8 +35,8 @@ class DomainSampling {
   // foretold, the finest is foretold too: it would only tell the same points' noise again.
   absl::Status RefineNoisy();
 
-  // Measures spikes again by the local fit near their ring's height; what still stands out is
-  // given to the filling.
+  // Measures spikes again by the local fit near their ring's height; what still stands out, or what
+  // the points deny, is given to the filling. In turns, as a spike hides its neighbours.
   absl::Status Despike();
 
   // On the domain's creases and in its corners: where the planes of the sides meet, unless the
@@ -52,7 +53,9 @@ class DomainSampling {
   bool WantsFit(int vertex) const;
   absl::Status FitSides(const OrientedCloud& cloud, const SharpSectors& sectors);
   absl::Status Refine(std::vector<int> vertices);
-  std::vector<int> TakeForetold();  // finest vertices that still want a fit
+  std::vector<int> TakeForetold();     // finest vertices that still want a fit
+  absl::StatusOr<bool> DespikeOnce();  // whether there were spikes
+  bool IsDenied(int vertex, float height) const;
   Ray RayOf(int vertex) const;
   HeightEstimate EstimateOf(int vertex) const;
   // What lies outside its bounds was not measured.

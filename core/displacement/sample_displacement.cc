@@ -122,6 +122,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   context.Report(Stage::kDisplacement, 0.8);
   RILIEVO_RETURN_IF_ERROR(sampling.Despike());
   RILIEVO_RETURN_IF_ERROR(sampling.MeetSides(cloud));
+  RILIEVO_RETURN_IF_ERROR(sampling.Despike());
   ray_cloud = RayCloud();  // no more sampling
   HeightSamples& samples = sampling.samples();
   const std::vector<float> sampled = samples.height;

@@ -29,9 +29,10 @@ struct SheetHeights : ::testing::Test {
     }
   }
   static constexpr int kInside = 32 * 65 + 32, kOnRim = 20;
+  std::function<bool(int)> denied = [](int) { return false; };
   std::vector<int> Found() const {
     std::vector<int> vertices;
-    const auto spikes = FindSpikes(finest, rings, samples, Threads(2));
+    const auto spikes = FindSpikes(finest, rings, samples, denied, Threads(2));
     for (const Spike& spike : *spikes) {
       vertices.push_back(spike.vertex);
     }
@@ -44,7 +45,7 @@ TEST_F(SheetHeights, ASingleSpikeIsFoundWithTheHeightToExpect) {
   const int vertex = kInside;
   const float before = samples.height[vertex];
   samples.height[vertex] += 0.02f;
-  const auto spikes = *FindSpikes(finest, rings, samples, Threads(1));
+  const auto spikes = *FindSpikes(finest, rings, samples, denied, Threads(1));
   ASSERT_EQ(spikes.size(), 1u);
   EXPECT_EQ(spikes[0].vertex, vertex);
   EXPECT_NEAR(spikes[0].expected, before, 1e-6);
@@ -68,7 +69,21 @@ TEST_F(SheetHeights, OnlyTheDeviationAroundWidensTheTolerance) {
   samples.height[vertex] = 0.02f;
   samples.deviation[vertex] = 0.02f;
   EXPECT_THAT(Found(), ::testing::ElementsAre(vertex));
+  samples.deviation.assign(domain.size(), 0.0051f);
+  EXPECT_THAT(Found(), ::testing::IsEmpty());
+}
+
+TEST_F(SheetHeights, WhatThePointsDenyHasNoExcuseButStandingOutLittle) {
+  Set([](double, double) { return 0.0; });
   samples.deviation.assign(domain.size(), 0.0041f);
+  const int vertex = kInside;
+  samples.height[vertex] = 0.006f;
+  EXPECT_THAT(Found(), ::testing::IsEmpty());
+  denied = [&](int v) { return v == vertex; };
+  EXPECT_THAT(Found(), ::testing::ElementsAre(vertex));
+  samples.crease[vertex] = 1;
+  EXPECT_THAT(Found(), ::testing::ElementsAre(vertex));
+  samples.height[vertex] = 0.002f;
   EXPECT_THAT(Found(), ::testing::IsEmpty());
 }
 

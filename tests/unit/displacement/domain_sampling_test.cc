@@ -83,6 +83,42 @@ TEST_F(NoisySphere, DespikingMeasuresASpikeAgain) {
   EXPECT_LT(Rms(samples), 1.1 * before);
 }
 
+// It is on the line between the other two.
+TEST_F(NoisySphere, ASpikeBetweenTwoSpikesIsMeasuredAgainAsWell) {
+  DomainSampling sampling = Make();
+  ASSERT_TRUE(sampling.PierceLevels(0.5).ok());
+  ASSERT_TRUE(sampling.RefineNoisy().ok());
+  HeightSamples& samples = sampling.samples();
+  const VertexRings rings = BuildVertexRings(domain.refinement.levels.back());
+  for (int v = 500; v < domain.size(); v += 400) {
+    const int first = rings.neighbor_begin[v], valence = rings.neighbor_begin[v + 1] - first;
+    ASSERT_EQ(valence, 6);
+    const HeightSamples before = samples;
+    for (const int spike : {v, rings.neighbors[first], rings.neighbors[first + 3]}) {
+      samples.height[spike] += 0.03f;
+    }
+    ASSERT_TRUE(sampling.Despike().ok());
+    if (samples.measured[v]) {
+      EXPECT_NEAR(samples.height[v], before.height[v], 2 * kNoise);
+    }
+    samples = before;
+  }
+}
+
+TEST_F(NoisySphere, WhatThePointsDenyIsMeasuredAgainThoughItsRingIsUnsure) {
+  DomainSampling sampling = Make();
+  ASSERT_TRUE(sampling.PierceLevels(0.5).ok());
+  ASSERT_TRUE(sampling.RefineNoisy().ok());
+  HeightSamples& samples = sampling.samples();
+  const int vertex = domain.size() / 2;
+  const float before = samples.height[vertex];
+  samples.height[vertex] += 0.03f;
+  samples.deviation.assign(samples.deviation.size(), 0.02f);
+  ASSERT_TRUE(sampling.Despike().ok());
+  EXPECT_TRUE(samples.measured[vertex]);
+  EXPECT_NEAR(samples.height[vertex], before, 2 * kNoise);
+}
+
 TEST_F(NoisySphere, ProgressGrowsToItsEnd) {
   std::vector<double> fractions;
   context.progress = [&](const Progress& progress) { fractions.push_back(progress.fraction); };
