@@ -16,7 +16,7 @@ namespace rilievo {
 namespace {
 
 constexpr int kMostSamples = 768;
-constexpr int kLeastSamples = 32;
+constexpr size_t kLeastSamples = 32;
 constexpr int64_t kBlock = 64;
 // Quadrics through so many of the points nearest to the ray, each size 1.7 times the one before;
 // taken from so many gathered around it: the first that the graph leads to are those of like
@@ -33,6 +33,19 @@ constexpr std::array<float, 3> kQuantileOfVariance = {0.688f, 0.841f, 0.899f};
 constexpr float kGrowsByChance = 0.15f, kGrowsByDetail = 0.35f;
 // A calibration beyond these says that the fits failed, not that the noise was stated wrongly.
 constexpr float kLeastFactor = 0.65f, kMostFactor = 2.5f;
+
+// Residuals in units of length have the spread of one noise everywhere where these two quantiles of
+// them, taken for noise, agree. Between such ratios of the two the answer goes from yes to no.
+constexpr double kLowQuantile = 0.1, kMoreQuantile = 0.25;
+constexpr float kLowOfVariance = 0.6456f, kMoreOfVariance = 0.7886f;  // with 23 degrees of freedom
+constexpr float kAgree = 1.06f, kDisagree = 1.12f;
+// Of the samples that must be noisy for that.
+constexpr double kLeastNoisyShare = 0.75;
+// Noises, in spacings, from which on one noise everywhere is taken for it, in part and wholly. Of
+// thinner noise, what the points around a place say also holds what bare triangles leave out.
+constexpr float kThinNoise = 0.15f, kThickNoise = 0.25f;
+// Over the low quantile: fits to fewer points than there are do not show all of it.
+constexpr float kCaution = 1.04f;
 
 // Squared residual per degree of freedom of the quadric through the queue, or -1.
 float SquaredResidual(std::span<const QueuedPoint> queue, float spacing) {
@@ -69,17 +82,45 @@ Residuals ResidualsAround(std::span<const QueuedPoint> around, const RayPoint& p
   return residuals;
 }
 
+struct Sample {
+  Residuals residuals;
+  float noise, ratio;  // as stated; of it to the spacing
+};
+
+template <typename Value>
+float Quantile(const std::vector<Sample>& samples, double share, const Value& value) {
+  std::vector<float> values;
+  values.reserve(samples.size());
+  for (const Sample& sample : samples) values.push_back(value(sample));
+  const auto at = values.begin() + static_cast<int64_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 // What the quantile says of the variance at each size.
-Residuals Variances(const std::vector<Residuals>& samples) {
+Residuals Variances(const std::vector<Sample>& samples) {
   Residuals variances;
-  std::vector<float> of_size(samples.size());
   for (size_t k = 0; k < variances.size(); ++k) {
-    for (size_t s = 0; s < samples.size(); ++s) of_size[s] = samples[s][k];
-    const auto middle = of_size.begin() + static_cast<int64_t>(kQuantile * of_size.size());
-    std::nth_element(of_size.begin(), middle, of_size.end());
-    variances[k] = *middle / kQuantileOfVariance[k];
+    variances[k] = Quantile(samples, kQuantile, [&](const Sample& s) { return s.residuals[k]; }) /
+                   kQuantileOfVariance[k];
   }
   return variances;
+}
+
+// How the noise of a point follows from the stated one.
+struct Calibration {
+  float factor = 1;
+  float everywhere = 0;  // one noise for all points, and its share in what is taken
+  float share = 0;
+
+  float operator()(float stated) const {
+    return share * everywhere + (1 - share) * factor * stated;
+  }
+};
+
+// The way of the value from `least` to `most`, [0, 1].
+float Between(float value, float least, float most) {
+  return std::clamp((value - least) / (most - least), 0.0f, 1.0f);
 }
 
 // The variance of the noise alone: what neighbourhoods of no size would show, where the residual
@@ -87,8 +128,7 @@ Residuals Variances(const std::vector<Residuals>& samples) {
 float WithoutDetail(const Residuals& variances) {
   const auto [small, medium, wide] = variances;
   if (!(small > 0)) return wide;
-  const float share = std::clamp(
-      (wide / small - 1 - kGrowsByChance) / (kGrowsByDetail - kGrowsByChance), 0.0f, 1.0f);
+  const float share = Between(wide / small - 1, kGrowsByChance, kGrowsByDetail);
   const float step = wide - medium;
   if (step <= 0) return wide;
   const float least = kGrowth, most = kGrowth * kGrowth * kGrowth;
@@ -96,18 +136,37 @@ float WithoutDetail(const Residuals& variances) {
   return wide + share * (medium - step / (growth - 1) - wide);
 }
 
+Calibration Calibrate(const std::vector<Sample>& samples, double noisy_share) {
+  const Residuals variances = Variances(samples);
+  const float variance = std::max(0.0f, WithoutDetail(variances));
+  Calibration calibration;
+  calibration.factor = std::clamp(std::sqrt(variance), kLeastFactor, kMostFactor);
+  if (noisy_share < kLeastNoisyShare) return calibration;
+
+  const auto length = [](const Sample& s) { return std::sqrt(s.residuals.back()) * s.noise; };
+  const float low = Quantile(samples, kLowQuantile, length) / std::sqrt(kLowOfVariance);
+  const float more = Quantile(samples, kMoreQuantile, length) / std::sqrt(kMoreOfVariance);
+  if (!(low > 0)) return calibration;
+  const float ratio = Quantile(samples, 0.5, [](const Sample& s) { return s.ratio; });
+  calibration.share =
+      Between(ratio, kThinNoise, kThickNoise) * (1 - Between(more / low, kAgree, kDisagree));
+  const float without_detail = variance / std::max(variances.back(), variance);
+  calibration.everywhere = kCaution * low * std::max(kLeastFactor, std::sqrt(without_detail));
+  return calibration;
+}
+
 }  // namespace
 
-absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGraph& graph,
-                                       float least_ratio, const RunContext& context) {
-  const int64_t count = static_cast<int64_t>(cloud.points.size());
-  const int64_t samples = std::min<int64_t>(count, kMostSamples);
-  std::vector<std::optional<Residuals>> found(samples);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(samples, kBlock, context, [&](int64_t begin, int64_t end) {
-    NeighborQueue queue(cloud, graph);
+absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
+                            const RunContext& context, RayCloud* cloud) {
+  const int64_t count = static_cast<int64_t>(cloud->points.size());
+  const int64_t most = std::min<int64_t>(count, kMostSamples);
+  std::vector<std::optional<Sample>> found(most);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(most, kBlock, context, [&](int64_t begin, int64_t end) {
+    NeighborQueue queue(*cloud, graph);
     for (int64_t s = begin; s < end; ++s) {
-      const int index = static_cast<int>(s * count / samples);
-      const RayPoint& point = cloud.points[index];
+      const int index = static_cast<int>(s * count / most);
+      const RayPoint& point = cloud->points[index];
       const Eigen::Map<const Eigen::Vector3f> position(point.position), normal(point.normal);
       if (!(point.noise > least_ratio * point.spacing) || !normal.allFinite()) continue;
       QueueGate gate;
@@ -119,16 +178,19 @@ absl::StatusOr<float> NoiseCalibration(const RayCloud& cloud, const NeighborGrap
       const std::span<const QueuedPoint> around = queue.Sorted();
       if (around.size() < kFitPoints.back()) continue;
       const Residuals residuals = ResidualsAround(around, point);
-      if (std::ranges::min(residuals) >= 0) found[s] = residuals;
+      if (std::ranges::min(residuals) < 0) continue;
+      found[s] = {residuals, point.noise, point.noise / point.spacing};
     }
   }));
-  std::vector<Residuals> residuals;
-  for (const std::optional<Residuals>& sample : found) {
-    if (sample) residuals.push_back(*sample);
+  std::vector<Sample> samples;
+  for (const std::optional<Sample>& sample : found) {
+    if (sample) samples.push_back(*sample);
   }
-  if (residuals.size() < kLeastSamples) return 1.0f;
-  const float variance = WithoutDetail(Variances(residuals));
-  return std::clamp(std::sqrt(std::max(0.0f, variance)), kLeastFactor, kMostFactor);
+  if (samples.size() < kLeastSamples) return absl::OkStatus();
+  const Calibration calibration =
+      Calibrate(samples, static_cast<double>(samples.size()) / static_cast<double>(most));
+  for (RayPoint& point : cloud->points) point.noise = calibration(point.noise);
+  return absl::OkStatus();
 }
 
 }  // namespace rilievo

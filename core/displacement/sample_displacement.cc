@@ -112,10 +112,8 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kDisplacement, 0.0);
   RILIEVO_ASSIGN_OR_RETURN(RayCloud ray_cloud, PrepareRayCloud(cloud, graph, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const float noise_factor,
-      NoiseCalibration(ray_cloud, graph, LeastNoiseWorthFitting(options), context));
-  for (RayPoint& point : ray_cloud.points) point.noise *= noise_factor;
+  RILIEVO_RETURN_IF_ERROR(
+      CalibrateNoise(graph, LeastNoiseWorthFitting(options), context, &ray_cloud));
   DomainSampling sampling(ray_cloud, graph, index, refinement, rings, limit, options, context);
   RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));
   RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());
