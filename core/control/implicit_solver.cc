@@ -101,10 +101,9 @@ class PoissonOperator {
 
   // The sum of what the cells around a node have for it.
   float AtCells(int64_t node) const {
-    const float* const at_cells = at_cells_.data()->data();
     float sum = 0;
     for (uint32_t e = entry_begin_[node]; e < entry_begin_[node + 1]; ++e) {
-      sum += at_cells[entries_[e]];
+      sum += at_cells_[entries_[e] / 8][entries_[e] % 8];
     }
     return sum;
   }

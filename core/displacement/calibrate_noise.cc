@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/parallel_for.h"
@@ -34,11 +36,15 @@ constexpr float kGrowsByChance = 0.15f, kGrowsByDetail = 0.35f;
 // A calibration beyond these says that the fits failed, not that the noise was stated wrongly.
 constexpr float kLeastFactor = 0.65f, kMostFactor = 2.5f;
 
-// Residuals in units of length have the spread of one noise everywhere where these two quantiles of
-// them, taken for noise, agree. Between such ratios of the two the answer goes from yes to no.
-constexpr double kLowQuantile = 0.1, kMoreQuantile = 0.25;
+// Residuals in units of length have the spread of one noise everywhere where quantiles of them,
+// taken for noise, agree: a low one and the next of the widest fits, and a high one of the
+// smallest, which detail adds to least. Between such ratios to the low one the answer goes from yes
+// to no.
+constexpr double kLowQuantile = 0.1, kMoreQuantile = 0.25, kHighQuantile = 0.9;
 constexpr float kLowOfVariance = 0.6456f, kMoreOfVariance = 0.7886f;  // with 23 degrees of freedom
-constexpr float kAgree = 1.06f, kDisagree = 1.12f;
+constexpr float kHighOfVariance = 1.945f;                             // with 4
+constexpr float kMoreAgrees = 1.06f, kMoreDisagrees = 1.12f;
+constexpr float kHighAgrees = 1.2f, kHighDisagrees = 1.35f;
 // Of the samples that must be noisy for that.
 constexpr double kLeastNoisyShare = 0.75;
 // Noises, in spacings, from which on one noise everywhere is taken for it, in part and wholly. Of
@@ -143,15 +149,24 @@ Calibration Calibrate(const std::vector<Sample>& samples, double noisy_share) {
   calibration.factor = std::clamp(std::sqrt(variance), kLeastFactor, kMostFactor);
   if (noisy_share < kLeastNoisyShare) return calibration;
 
-  const auto length = [](const Sample& s) { return std::sqrt(s.residuals.back()) * s.noise; };
-  const float low = Quantile(samples, kLowQuantile, length) / std::sqrt(kLowOfVariance);
-  const float more = Quantile(samples, kMoreQuantile, length) / std::sqrt(kMoreOfVariance);
+  const auto noise_at = [&](double quantile, size_t size, float of_variance) {
+    return std::sqrt(
+        Quantile(samples, quantile,
+                 [&](const Sample& s) { return s.residuals[size] * s.noise * s.noise; }) /
+        of_variance);
+  };
+  const float low = noise_at(kLowQuantile, kFitPoints.size() - 1, kLowOfVariance);
+  const float more = noise_at(kMoreQuantile, kFitPoints.size() - 1, kMoreOfVariance);
+  const float high = noise_at(kHighQuantile, 0, kHighOfVariance);
   if (!(low > 0)) return calibration;
+  const float stated = Quantile(samples, 0.5, [](const Sample& s) { return s.noise; });
   const float ratio = Quantile(samples, 0.5, [](const Sample& s) { return s.ratio; });
-  calibration.share =
-      Between(ratio, kThinNoise, kThickNoise) * (1 - Between(more / low, kAgree, kDisagree));
+  calibration.share = Between(ratio, kThinNoise, kThickNoise) *
+                      (1 - Between(more / low, kMoreAgrees, kMoreDisagrees)) *
+                      (1 - Between(high / low, kHighAgrees, kHighDisagrees));
   const float without_detail = variance / std::max(variances.back(), variance);
-  calibration.everywhere = kCaution * low * std::max(kLeastFactor, std::sqrt(without_detail));
+  calibration.everywhere = std::clamp(kCaution * low * std::sqrt(without_detail),
+                                      kLeastFactor * stated, kMostFactor * stated);
   return calibration;
 }
 
@@ -178,7 +193,9 @@ absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
       const std::span<const QueuedPoint> around = queue.Sorted();
       if (around.size() < kFitPoints.back()) continue;
       const Residuals residuals = ResidualsAround(around, point);
-      if (std::ranges::min(residuals) < 0) continue;
+      // Written so that a residual that is not a number is no sample.
+      if (!std::ranges::all_of(residuals, [](float r) { return r >= 0 && std::isfinite(r); }))
+        continue;
       found[s] = {residuals, point.noise, point.noise / point.spacing};
     }
   }));

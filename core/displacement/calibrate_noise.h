@@ -16,9 +16,10 @@ namespace rilievo {
 // - The lower middle of their residuals, over the stated noise, is a factor for all points.
 //   Residuals that grow with the size of the neighbourhood are of detail that it spans: there the
 //   factor is what residuals of three sizes lead to where no size is left.
-// - A scanner's noise is often the same everywhere. Where low quantiles of the residuals agree with
-//   that, and the noise is thick, all points are given it: detail adds least to the lowest.
-// Scans without such points, clean ones, stay as they are.
+// - A scanner's noise is often the same everywhere. The more the quantiles of the residuals agree
+//   with that, and the thicker the noise, the more of it is given to all points: detail adds least
+//   to the lowest quantile.
+// Scans with fewer than some thirty such points, clean ones, stay as they are.
 absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
                             const RunContext& context, RayCloud* cloud);
 

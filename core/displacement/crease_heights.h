@@ -28,8 +28,9 @@ struct CreaseHeight {
 // distances do not (FitCreasePlanes): they are fitted once at each vertex in `wanted`, which is on
 // a crease of two sides, and tell its height and those of the vertices around it, within 0.4 of the
 // reach of the fit, that face as one of them. One height a vertex, ascending; those for which the
-// points show no two sides are left out, and those far off the height that was measured (`samples`)
-// where the points around deny the sides. `limit` and `rings` are of the finest level, `sectors` of
+// points show no two sides are left out. So are heights that were not measured (`samples`), or
+// depart from the measured one by half the noise and more, where the nearest points are off both
+// sides in the mean or none is within a spacing. `limit` and `rings` are of the finest level, `sectors` of
 // the same. CANCELLED when stopped.
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,

@@ -30,7 +30,7 @@ constexpr int MonomialOfProduct(int a, int b) {
   return degree * (degree + 1) / 2 + kPowerOfV[a] + kPowerOfV[b];
 }
 
-// The same bits on every machine.
+// The same bits on every x86-64 machine.
 FitSums SumForPlane(const FitPoints& points);
 FitSums SumForQuadric(const FitPoints& points);
 

@@ -62,7 +62,9 @@ Lanes Where(LaneMask mask, const Lanes& values) {
   return kept;
 }
 
-int Padded(int count) { return (count + kLaneCount - 1) / kLaneCount * kLaneCount; }
+// All that the kernels read of `count` points.
+static_assert(kFitLanes == kPatchLanes && kFitLanes % kLaneCount == 0);
+int Padded(int count) { return (count + kFitLanes - 1) / kFitLanes * kFitLanes; }
 
 Lanes At(const std::vector<float>& values, int i) {
   return Eigen::Map<const Lanes>(values.data() + i);

@@ -92,6 +92,25 @@ TEST(CalibrateNoiseTest, ThickNoiseThatIsTheSameEverywhereIsStatedSo) {
   EXPECT_NEAR(spread(0.001f), 1.3f, 0.01f) << "thin noise is told by the points around";
 }
 
+TEST(CalibrateNoiseTest, TwoNoisesStayTwo) {
+  Random random(1);
+  Points points = SpherePoints(0.3, 20000);
+  const auto noise_at = [](const Eigen::Vector3d& at) { return at.z() > 0.12 ? 0.006f : 0.002f; };
+  std::vector<float> noise;
+  for (size_t i = 0; i < points.at.size(); ++i) {
+    noise.push_back(noise_at(points.at[i]));
+    points.at[i] += noise[i] * Gauss(&random) * points.normal[i];
+  }
+  Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
+  scan.cloud.noise = noise;
+  RayCloud cloud = *PrepareRayCloud(scan.cloud, scan.graph, Threads(2));
+  ASSERT_TRUE(CalibrateNoise(scan.graph, kLeastRatio, Threads(2), &cloud).ok());
+  for (size_t i = 0; i < noise.size(); ++i) {
+    if (std::abs(points.normal[i].z() - 0.4) < 0.1) continue;  // between the two
+    ASSERT_NEAR(cloud.points[i].noise, noise[i], 0.25f * noise[i]) << i;
+  }
+}
+
 TEST(CalibrateNoiseTest, NoiseThatDiffersFromPlaceToPlaceStaysSo) {
   for (const float ratio : Calibrate({.noise_growth = 2})) ASSERT_NEAR(ratio, 1, 0.1);
 }

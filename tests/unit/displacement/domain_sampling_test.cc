@@ -90,6 +90,7 @@ TEST_F(NoisySphere, ASpikeBetweenTwoSpikesIsMeasuredAgainAsWell) {
   ASSERT_TRUE(sampling.RefineNoisy().ok());
   HeightSamples& samples = sampling.samples();
   const VertexRings rings = BuildVertexRings(domain.refinement.levels.back());
+  int tried = 0, kept = 0;
   for (int v = 500; v < domain.size(); v += 400) {
     const int first = rings.neighbor_begin[v], valence = rings.neighbor_begin[v + 1] - first;
     ASSERT_EQ(valence, 6);
@@ -98,11 +99,14 @@ TEST_F(NoisySphere, ASpikeBetweenTwoSpikesIsMeasuredAgainAsWell) {
       samples.height[spike] += 0.03f;
     }
     ASSERT_TRUE(sampling.Despike().ok());
+    ++tried;
     if (samples.measured[v]) {
+      ++kept;
       EXPECT_NEAR(samples.height[v], before.height[v], 2 * kNoise);
     }
     samples = before;
   }
+  EXPECT_GT(kept, 0.8 * tried);
 }
 
 TEST_F(NoisySphere, WhatThePointsDenyIsMeasuredAgainThoughItsRingIsUnsure) {
