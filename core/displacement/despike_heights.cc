@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t kBlock = 4096;
 constexpr int kMostRing = 64;
-// Fewer pairs of opposite neighbours say nothing.
+// Fewer pairs of opposite neighbours say nothing unless the points deny the height.
 constexpr int kLeastPairs = 2;
 constexpr float kRingDepartures = 4.0f;
 constexpr float kDeviations = 4.0f;
