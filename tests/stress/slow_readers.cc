@@ -19,7 +19,7 @@ absl::StatusOr<v1::Job> LargeSurface(const JobsClient& jobs) {
   options.set_max_level(6);
   options.mutable_encode()->set_height_step_ratio(1e-9);
   options.set_measure(false);
-  auto job = jobs.Submit(PackScan(Simulated("torus", 5'000, 0.002)), options, "large");
+  auto job = jobs.Submit(PackScan(Simulated("torus", 7'000, 0.002)), options, "large");
   if (!job.ok()) return job;
   return jobs.Watch(job->job_id(), {}, Within(seconds(120)));
 }
