@@ -7,10 +7,8 @@
 namespace rilievo {
 namespace {
 
-using Lanes = float __attribute__((vector_size(kFitLanes * sizeof(float))));
-// Anywhere in an array. A copy would pass the wide registers by.
-using Stretch = float
-    __attribute__((vector_size(kFitLanes * sizeof(float)), aligned(alignof(float)), may_alias));
+using Lanes = WideLanes;
+using Stretch = WideStretch;
 using Quad = float __attribute__((vector_size(4 * sizeof(float))));
 
 // The sums of the lanes of four.
@@ -30,7 +28,7 @@ using Quad = float __attribute__((vector_size(4 * sizeof(float))));
 template <bool kQuadric>
 [[gnu::always_inline]] inline FitSums Sum(const FitPoints& points) {
   Lanes monomials[kQuadric ? 16 : 8] = {}, heights[kQuadric ? 8 : 4] = {};
-  for (int i = 0; i < points.count; i += kFitLanes) {
+  for (int i = 0; i < points.count; i += kWideLanes) {
     const Lanes u = *reinterpret_cast<const Stretch*>(points.u + i) * points.scale,
                 v = *reinterpret_cast<const Stretch*>(points.v + i) * points.scale;
     const Lanes height = *reinterpret_cast<const Stretch*>(points.height + i);

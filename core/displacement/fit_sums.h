@@ -5,11 +5,8 @@
 
 namespace rilievo {
 
-// So many points are taken at once.
-inline constexpr int kFitLanes = 8;
-
 // The first `count` points of arrays that go on, with numbers that a weight of 0 makes harmless,
-// to the next multiple of kFitLanes.
+// to the next multiple of kWideLanes.
 struct FitPoints {
   const float *u, *v, *height, *weight;
   int count;

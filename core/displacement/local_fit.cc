@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/wide_registers.h"
 #include "core/displacement/fit_sums.h"
 #include "core/displacement/normal_equations.h"
 #include "core/displacement/project_patch.h"
@@ -63,8 +64,8 @@ Lanes Where(LaneMask mask, const Lanes& values) {
 }
 
 // All that the kernels read of `count` points.
-static_assert(kFitLanes == kPatchLanes && kFitLanes % kLaneCount == 0);
-int Padded(int count) { return (count + kFitLanes - 1) / kFitLanes * kFitLanes; }
+static_assert(kWideLanes % kLaneCount == 0);
+int Padded(int count) { return (count + kWideLanes - 1) / kWideLanes * kWideLanes; }
 
 Lanes At(const std::vector<float>& values, int i) {
   return Eigen::Map<const Lanes>(values.data() + i);
@@ -91,7 +92,7 @@ void Basis(const Lanes& u, const Lanes& v, Lanes* basis) {
 void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& cloud) {
   patch_size_ = static_cast<int>(points.size());
   for (std::vector<float>& component : patch_) {
-    component.assign(patch_size_ + kPatchLanes, 0.0f);
+    component.assign(patch_size_ + kWideLanes, 0.0f);
   }
   for (int i = 0; i < patch_size_; ++i) {
     const RayPoint& point = cloud.points[points[i].point];
@@ -104,8 +105,8 @@ void LocalFitter::SetPatch(std::span<const QueuedPoint> points, const RayCloud& 
   std::vector<float>* const scratch[] = {&far_u_,      &far_v_,      &far_height_, &far_weight_,
                                          &far_square_, &u_,          &v_,          &height_,
                                          &weight_,     &kept_weight_};
-  for (std::vector<float>* array : scratch) array->resize(padded + kPatchLanes);
-  far_window_.resize(padded + kPatchLanes);
+  for (std::vector<float>* array : scratch) array->resize(padded + kWideLanes);
+  far_window_.resize(padded + kWideLanes);
   inside_.resize(kWindowCount);
 }
 
@@ -140,7 +141,7 @@ void LocalFitter::Project(const Ray& ray, const LocalFitRequest& request) {
     height_[place] = far_height_[i];
     weight_[place] = far_weight_[i];
   }
-  for (int i = inside_.back(); i < inside_.back() + kFitLanes; ++i) {
+  for (int i = inside_.back(); i < inside_.back() + kWideLanes; ++i) {
     u_[i] = v_[i] = height_[i] = weight_[i] = kept_weight_[i] = 0;
   }
 }

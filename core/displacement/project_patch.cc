@@ -5,11 +5,9 @@
 namespace rilievo {
 namespace {
 
-using Lanes = float __attribute__((vector_size(kPatchLanes * sizeof(float))));
-// Anywhere in an array. A copy would pass the wide registers by.
-using Stretch = float
-    __attribute__((vector_size(kPatchLanes * sizeof(float)), aligned(alignof(float)), may_alias));
-using Mask = int __attribute__((vector_size(kPatchLanes * sizeof(int))));
+using Lanes = WideLanes;
+using Stretch = WideStretch;
+using Mask = int __attribute__((vector_size(kWideLanes * sizeof(int))));
 
 // A normal at 60 degrees to the foot's has no weight.
 constexpr float kNormalCutoff = 0.5f;
@@ -17,7 +15,7 @@ constexpr float kNormalCutoff = 0.5f;
 constexpr float kSteepest = 1.5f;
 
 using MaskStretch =
-    int __attribute__((vector_size(kPatchLanes * sizeof(int)), aligned(alignof(int)), may_alias));
+    int __attribute__((vector_size(kWideLanes * sizeof(int)), aligned(alignof(int)), may_alias));
 
 }  // namespace
 
@@ -27,10 +25,11 @@ RILIEVO_WIDE void ProjectPatch(const PatchPoints& points, const PatchView& view,
                      *const from_z = points.position[2];
   const float *const from_normal_x = points.normal[0], *const from_normal_y = points.normal[1],
                      *const from_normal_z = points.normal[2];
+  // Copies: what is written through may_alias might else change them at every turn.
   const PatchView ray = view;
   const SeenPoints to = seen;
   Mask inside_lanes[kWindowCount] = {};
-  for (int i = 0; i < points.count; i += kPatchLanes) {
+  for (int i = 0; i < points.count; i += kWideLanes) {
     const Lanes x = (*reinterpret_cast<const Stretch*>(from_x + i) - ray.origin[0]) * ray.scale;
     const Lanes y = (*reinterpret_cast<const Stretch*>(from_y + i) - ray.origin[1]) * ray.scale;
     const Lanes z = (*reinterpret_cast<const Stretch*>(from_z + i) - ray.origin[2]) * ray.scale;
@@ -65,7 +64,7 @@ RILIEVO_WIDE void ProjectPatch(const PatchPoints& points, const PatchView& view,
   }
   for (int w = 0; w < kWindowCount; ++w) {
     inside[w] = 0;
-    for (int lane = 0; lane < kPatchLanes; ++lane) inside[w] += inside_lanes[w][lane];
+    for (int lane = 0; lane < kWideLanes; ++lane) inside[w] += inside_lanes[w][lane];
   }
 }
 

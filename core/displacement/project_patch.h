@@ -5,11 +5,8 @@
 
 namespace rilievo {
 
-// So many points are taken at once.
-inline constexpr int kPatchLanes = 8;
-
 // Arrays of `count` points that go on, with points of any kind whose normals are zero, to the next
-// multiple of kPatchLanes.
+// multiple of kWideLanes.
 struct PatchPoints {
   const float *position[3], *normal[3];
   int count;

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "core/base/wide_registers.h"
+
 namespace rilievo {
 namespace {
 
@@ -18,7 +20,7 @@ struct Window {
   explicit Window(int points) : count(points) {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> within(-2, 2);
-    for (int i = 0; i < count + kFitLanes; ++i) {
+    for (int i = 0; i < count + kWideLanes; ++i) {
       u.push_back(within(random));
       v.push_back(within(random));
       height.push_back(within(random));
@@ -67,9 +69,9 @@ TEST(FitSumsTest, EachIsThatOfOnePointAfterTheOther) {
 #if defined(__x86_64__)
 // Lane by lane, then the lanes: the order that every version keeps, whatever its registers.
 float SumInLanes(const Window& window, float scale, int monomial) {
-  float lanes[kFitLanes] = {};
-  for (int i = 0; i < window.count; i += kFitLanes) {
-    for (int lane = 0; lane < kFitLanes; ++lane) {
+  float lanes[kWideLanes] = {};
+  for (int i = 0; i < window.count; i += kWideLanes) {
+    for (int lane = 0; lane < kWideLanes; ++lane) {
       const float u = window.u[i + lane] * scale, v = window.v[i + lane] * scale;
       const float weight = window.weight[i + lane] * std::max(0.0f, 1 - u * u - v * v);
       const float wu = weight * u, wv = weight * v;
@@ -77,7 +79,7 @@ float SumInLanes(const Window& window, float scale, int monomial) {
       lanes[lane] += terms[monomial];
     }
   }
-  float parts[kFitLanes / 2];
+  float parts[kWideLanes / 2];
   for (int k = 0; k < 4; ++k) parts[k] = lanes[k] + lanes[k + 4];
   return (parts[0] + parts[2]) + (parts[1] + parts[3]);
 }

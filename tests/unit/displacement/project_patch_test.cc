@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "core/base/wide_registers.h"
+
 namespace rilievo {
 namespace {
 
@@ -28,7 +30,7 @@ struct Patch {
   explicit Patch(int points) : count(points) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> within(-0.6f, 0.6f), one(-1, 1);
-    for (int i = 0; i < count + kPatchLanes; ++i) {
+    for (int i = 0; i < count + kWideLanes; ++i) {
       const float slope = one(random), rise = i % 5 == 0 ? one(random) : 0.1f * one(random);
       const std::array<float, 3> facing = {0, slope, i % 7 == 0 ? -1.0f : 1.0f};
       const float length = std::hypot(facing[1], facing[2]);
@@ -46,7 +48,7 @@ struct Seen {
   std::array<int, kWindowCount> inside;
 
   explicit Seen(const Patch& patch) {
-    const int padded = patch.count + kPatchLanes;
+    const int padded = patch.count + kWideLanes;
     for (std::vector<float>* array : {&u, &v, &height, &square, &weight}) array->resize(padded);
     window.resize(padded);
     const auto data = [](const std::array<std::vector<float>, 3>& of, int axis) {
