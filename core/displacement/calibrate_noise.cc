@@ -50,7 +50,7 @@ constexpr double kLeastNoisyShare = 0.75;
 // Noises, in spacings, from which on one noise everywhere is taken for it, in part and wholly. Of
 // thinner noise, what the points around a place say also holds what bare triangles leave out.
 constexpr float kThinNoise = 0.15f, kThickNoise = 0.25f;
-// Over the low quantile: fits to fewer points than there are do not show all of it.
+// Over the low quantile: too little noise costs flat faces more than as much too much costs detail.
 constexpr float kCaution = 1.04f;
 
 // Squared residual per degree of freedom of the quadric through the queue, or -1.
@@ -175,12 +175,12 @@ Calibration Calibrate(const std::vector<Sample>& samples, double noisy_share) {
 absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
                             const RunContext& context, RayCloud* cloud) {
   const int64_t count = static_cast<int64_t>(cloud->points.size());
-  const int64_t most = std::min<int64_t>(count, kMostSamples);
-  std::vector<std::optional<Sample>> found(most);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(most, kBlock, context, [&](int64_t begin, int64_t end) {
+  const int64_t tries = std::min<int64_t>(count, kMostSamples);
+  std::vector<std::optional<Sample>> found(tries);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(tries, kBlock, context, [&](int64_t begin, int64_t end) {
     NeighborQueue queue(*cloud, graph);
     for (int64_t s = begin; s < end; ++s) {
-      const int index = static_cast<int>(s * count / most);
+      const int index = static_cast<int>(s * count / tries);
       const RayPoint& point = cloud->points[index];
       const Eigen::Map<const Eigen::Vector3f> position(point.position), normal(point.normal);
       if (!(point.noise > least_ratio * point.spacing) || !normal.allFinite()) continue;
@@ -205,7 +205,7 @@ absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
   }
   if (samples.size() < kLeastSamples) return absl::OkStatus();
   const Calibration calibration =
-      Calibrate(samples, static_cast<double>(samples.size()) / static_cast<double>(most));
+      Calibrate(samples, static_cast<double>(samples.size()) / static_cast<double>(tries));
   for (RayPoint& point : cloud->points) point.noise = calibration(point.noise);
   return absl::OkStatus();
 }
