@@ -14,9 +14,9 @@ std::array<float, 4096> MakeCosts() {
 
 }  // namespace
 
-double BitCost(bool bit, int one_probability) {
+const std::array<float, 4096>& BitCosts() {
   static const std::array<float, 4096> costs = MakeCosts();
-  return costs[(bit ? one_probability : 65535 - one_probability) >> 4];
+  return costs;
 }
 
 }  // namespace rilievo

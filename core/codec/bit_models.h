@@ -76,8 +76,13 @@ class LogisticTables {
 inline constexpr LogisticTables kLogisticTables;
 constexpr const LogisticTables& LogisticTables::Get() { return kLogisticTables; }
 
-// Bits that coding `bit` takes when a 1 has this probability in 1/65536.
-double BitCost(bool bit, int one_probability);
+// Bits that coding a bit takes, by 1/4096 of its probability.
+const std::array<float, 4096>& BitCosts();
+
+// The same when a 1 has this probability in 1/65536.
+inline double BitCost(const std::array<float, 4096>& costs, bool bit, int one_probability) {
+  return costs[static_cast<size_t>((bit ? one_probability : 65535 - one_probability) >> 4)];
+}
 
 // Weights of `kInputs` predictions, in 1/65536.
 template <int kInputs>
@@ -86,7 +91,7 @@ class BitMixer {
   BitMixer() { weights_.fill(kFirstWeight); }
 
   // Probability of a 1 in 1/65536, as Code would use it.
-  int Probability(const std::array<BitModel*, kInputs>& models) const {
+  int Probability(const std::array<const BitModel*, kInputs>& models) const {
     int stretched[kInputs];
     return Mix(models, stretched);
   }
@@ -98,8 +103,8 @@ class BitMixer {
     const int probability = Mix(models, stretched);
     bit = coder.Code(bit, static_cast<uint32_t>(probability));
     const int64_t error = (bit ? 65536 : 0) - probability;
-    const int rate = kLastRate + kExtraRate / ++count_;
-    if (count_ == kMaxCount) --count_;
+    const int rate = kRates[static_cast<size_t>(count_)];
+    if (count_ + 1 < kMaxCount) ++count_;
     for (int i = 0; i < kInputs; ++i) {
       weights_[i] += static_cast<int32_t>((stretched[i] * error * rate + (1 << 17)) >> 18);
       models[i]->Update(bit, limit);
@@ -109,7 +114,8 @@ class BitMixer {
 
  private:
   static constexpr int32_t kFirstWeight = 65536 * 5 / (4 * kInputs);
-  int Mix(const std::array<BitModel*, kInputs>& models, int* stretched) const {
+  template <typename Models>
+  int Mix(const Models& models, int* stretched) const {
     const LogisticTables& tables = LogisticTables::Get();
     int64_t sum = 0;
     for (int i = 0; i < kInputs; ++i) {
@@ -119,7 +125,13 @@ class BitMixer {
     return tables.Squash(sum >> 16);
   }
 
+  // By the bits seen before.
   static constexpr int kLastRate = 2, kExtraRate = 64, kMaxCount = 255;
+  static constexpr std::array<int, kMaxCount> kRates = [] {
+    std::array<int, kMaxCount> rates{};
+    for (int n = 0; n < kMaxCount; ++n) rates[n] = kLastRate + kExtraRate / (n + 1);
+    return rates;
+  }();
   std::array<int32_t, kInputs> weights_;
   int count_ = 0;
 };

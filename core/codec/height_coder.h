@@ -283,32 +283,42 @@ class LevelCoder {
   // ---- coefficients
   void CodeEdge(int edge) {
     const int v = topology_.vertex_count + edge;
-    const EdgeStencil stencil = StencilOfEdge(topology_, edge);
     const std::vector<int32_t>& q = state_.coefficients;
+    const std::array<int, 2> ends = {topology_.edge_vertices(0, edge),
+                                     topology_.edge_vertices(1, edge)};
+    std::array<int, 2> opposite = {-1, -1};
     int64_t near_sum = 0, lean_sum = 0;
     int known = 0;
-    ForCodedSiblings(edge, [&](int u) {
-      near_sum += std::abs(q[u]);
-      lean_sum += q[u];
-      ++known;
-    });
-    const int64_t ends_sum = int64_t{q[stencil.ends[0]]} + q[stencil.ends[1]];
+    for (int side = 0; side < 2; ++side) {
+      const int face = topology_.edge_faces(side, edge);
+      if (face < 0) break;
+      const int corner = CornerOfEdge(topology_, face, edge);
+      opposite[side] = topology_.faces((corner + 2) % 3, face);
+      for (int k = 1; k <= 2; ++k) {
+        const int sibling = topology_.face_edges((corner + k) % 3, face);
+        const int u = topology_.vertex_count + sibling;
+        if (sibling >= edge || !Own(u)) continue;
+        near_sum += std::abs(q[u]);
+        lean_sum += q[u];
+        ++known;
+      }
+    }
+    const int64_t ends_sum = int64_t{q[ends[0]]} + q[ends[1]];
     int64_t opposite_sum = 0;
-    int64_t coarse_sum = 2 * (int64_t{std::abs(q[stencil.ends[0]])} + std::abs(q[stencil.ends[1]]));
+    int64_t coarse_sum = 2 * (int64_t{std::abs(q[ends[0]])} + std::abs(q[ends[1]]));
     int64_t rough = 0;
-    if (stencil.interior()) {
-      coarse_sum += int64_t{std::abs(q[stencil.opposite[0]])} + std::abs(q[stencil.opposite[1]]);
-      opposite_sum = int64_t{q[stencil.opposite[0]]} + q[stencil.opposite[1]];
+    if (opposite[1] >= 0) {
+      coarse_sum += int64_t{std::abs(q[opposite[0]])} + std::abs(q[opposite[1]]);
+      opposite_sum = int64_t{q[opposite[0]]} + q[opposite[1]];
       const std::vector<int32_t>& h = state_.heights;
-      rough = int64_t{h[stencil.ends[0]]} + h[stencil.ends[1]] - h[stencil.opposite[0]] -
-              h[stencil.opposite[1]];
+      rough = int64_t{h[ends[0]]} + h[ends[1]] - h[opposite[0]] - h[opposite[1]];
     }
     const int coarse = MagnitudeClass(coarse_sum, 15);
     const int near = known > 0 ? MagnitudeClass(4 * near_sum / known, 15) : coarse;
     const int lean = Sign(lean_sum);
     const int coarser_count =
         level_ > 1 ? refinement_.levels[level_ - 2].vertex_count : topology_.vertex_count;
-    const int inner = stencil.ends[0] >= coarser_count ? 1 : 0;
+    const int inner = ends[0] >= coarser_count ? 1 : 0;
     const int bend = MagnitudeClass(4 * std::abs(rough) / step_, 15);
     const int recent = MagnitudeClass(recent_ >> 4, 15);
     Contexts contexts = {(near * 3 + lean) * 2 + inner, coarse * 16 + near,
@@ -354,7 +364,7 @@ class LevelCoder {
 // A decoder's chooser.
 struct NoChoice {
   bool Active(int /*j*/, int /*f*/) const { return false; }
-  int32_t Choose(int /*v*/, HeightModels::Coefficients& /*model*/,
+  int32_t Choose(int /*v*/, const HeightModels::Coefficients& /*model*/,
                  const HeightModels::Coefficients::Contexts& /*contexts*/) const {
     return 0;
   }

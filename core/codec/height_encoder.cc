@@ -171,15 +171,16 @@ std::vector<double> HeightEncoder::StepsOfLevels(double step) const {
   return steps;
 }
 
+template <typename Coder>
 void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_units,
                               HeightModels& models, Pass& pass) const {
   Dequantizer& dequantizer = pass.dequantizers[level];
   const int begin = lifting_.begin(level), end = lifting_.end(level);
-  RangeEncoder coder;
+  Coder coder;
   RateDistortionChooser chooser(refinement_, level, dequantizer, kLambda, targets_in_units,
                                 gains_.of_vertex, mean_gains_[level]);
-  LevelCoder<RangeEncoder, RateDistortionChooser> coded(
-      coder, chooser, refinement_, level, dequantizer.step, has_filled_, models, pass.state);
+  LevelCoder<Coder, RateDistortionChooser> coded(coder, chooser, refinement_, level,
+                                                 dequantizer.step, has_filled_, models, pass.state);
   HeightLayout layout;
   layout.empty = chooser.Empty(begin, end);
   coded.Run(layout.empty);
@@ -202,6 +203,7 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
 }
 
 // Writes at places of the pass that are this group's own.
+template <typename Coder>
 void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
                               const HeightModels& shared_models, Pass& pass) const {
   const GroupMesh& mesh = group.mesh;
@@ -229,7 +231,7 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
     dequantizer.draw = draw;
     const int begin = mesh.refinement.vertex_count(level - 1);
     const int end = mesh.refinement.vertex_count(level);
-    RangeEncoder coder;
+    Coder coder;
     RateDistortionChooser chooser(mesh.refinement, level, dequantizer, kLambda, targets, gains,
                                   mean_gains_[level]);
     PieceLayout layout;
@@ -241,9 +243,9 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
       state.coefficients.resize(end, 0);
       state.active = NoneActive(mesh.refinement, level);
     } else {
-      LevelCoder<RangeEncoder, RateDistortionChooser> coded(coder, chooser, mesh.refinement, level,
-                                                            dequantizer.step, has_filled_, *models,
-                                                            state, mesh.foreign.data());
+      LevelCoder<Coder, RateDistortionChooser> coded(coder, chooser, mesh.refinement, level,
+                                                     dequantizer.step, has_filled_, *models, state,
+                                                     mesh.foreign.data());
       coded.Run(layout.empty);
       draw = MeanDraw(targets, state.coefficients, begin, end, dequantizer.step);
       layout.draw = dequantizer.draw = draw;
@@ -265,6 +267,7 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
   }
 }
 
+template <typename Coder>
 absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_units,
                                        const HeightModels& models, const RunContext& context,
                                        Pass& pass) const {
@@ -276,7 +279,7 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(group_meshes_.size()), 1, context, [&](int64_t begin, int64_t end) {
         for (int64_t g = begin; g < end; ++g) {
-          CodeGroup(group_meshes_[g], targets_in_units, models, pass);
+          CodeGroup<Coder>(group_meshes_[g], targets_in_units, models, pass);
         }
       }));
   std::vector<int32_t>& heights = pass.state.heights;
@@ -296,6 +299,7 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
   return absl::OkStatus();
 }
 
+template <typename Coder>
 absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targets,
                                     const RunContext& context, Pass& pass) const {
   const std::vector<double> steps = StepsOfLevels(step);
@@ -315,9 +319,9 @@ absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targ
   for (int l = 0; l <= max_level_; ++l) {
     const double units = std::clamp(std::round(steps[l] / pass.unit), 1.0, double{kMaxHeightStep});
     pass.dequantizers[l].step = static_cast<int32_t>(units);
-    if (!grouped() || l < kFirstGroupedLevel) CodeLevel(l, in_units, *models, pass);
+    if (!grouped() || l < kFirstGroupedLevel) CodeLevel<Coder>(l, in_units, *models, pass);
   }
-  return grouped() ? CodeGroups(in_units, *models, context, pass) : absl::OkStatus();
+  return grouped() ? CodeGroups<Coder>(in_units, *models, context, pass) : absl::OkStatus();
 }
 
 // What is still wrong is told by the basis functions of each coefficient: they are not quite
@@ -356,18 +360,22 @@ EncodedHeights HeightEncoder::Finish(double step, const Pass& pass) const {
 }
 
 // `pass`: as the round before left it.
+template <typename Coder>
 absl::Status HeightEncoder::RunRound(int round, double step, const RunContext& context,
                                      Pass& pass) const {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  return RunPass(step, round > 0 ? CorrectedTargets(pass) : targets_, context, pass);
+  return RunPass<Coder>(step, round > 0 ? CorrectedTargets(pass) : targets_, context, pass);
 }
 
 absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunContext& context) const {
   Pass pass;
   EncodedHeights encoded;
   for (int round = 0; round < kMostRounds; ++round) {
-    RILIEVO_RETURN_IF_ERROR(RunRound(round, step, context, pass));
-    if (round + 1 < kRounds) continue;
+    if (round + 1 < kRounds) {
+      RILIEVO_RETURN_IF_ERROR(RunRound<NoBytes>(round, step, context, pass));
+      continue;
+    }
+    RILIEVO_RETURN_IF_ERROR(RunRound<RangeEncoder>(round, step, context, pass));
     EncodedHeights next = Finish(step, pass);
     if (round + 1 > kRounds && next.rms >= encoded.rms) break;
     encoded = std::move(next);
@@ -381,7 +389,7 @@ absl::StatusOr<std::vector<double>> HeightEncoder::RmsOfRounds(double step, int 
   Pass pass;
   std::vector<double> rms;
   for (int round = 0; round < rounds; ++round) {
-    RILIEVO_RETURN_IF_ERROR(RunRound(round, step, context, pass));
+    RILIEVO_RETURN_IF_ERROR(RunRound<NoBytes>(round, step, context, pass));
     rms.push_back(Finish(step, pass).rms);
   }
   return rms;

@@ -61,17 +61,23 @@ class HeightEncoder {
   struct Group;
   bool grouped() const { return groups_ != nullptr && max_level_ >= kFirstGroupedLevel; }
   absl::Status BuildGroups(const FaceGroups& groups, const RunContext& context);
+  // `Coder`: RangeEncoder, or NoBytes where the bytes are not asked for.
+  template <typename Coder>
   void CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
                  const HeightModels& models, Pass& pass) const;
+  template <typename Coder>
   absl::Status CodeGroups(const std::vector<double>& targets_in_units, const HeightModels& models,
                           const RunContext& context, Pass& pass) const;
   void FreeFilledHeights();
   std::vector<double> StepsOfLevels(double step) const;
+  template <typename Coder>
   absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
                        Pass& pass) const;
+  template <typename Coder>
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;
+  template <typename Coder>
   absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
   EncodedHeights Finish(double step, const Pass& pass) const;
 

@@ -50,6 +50,14 @@ class RangeEncoder {
   std::vector<uint8_t> bytes_;
 };
 
+// In the place of an encoder whose bytes nobody asks for.
+class NoBytes {
+ public:
+  static constexpr bool kDecodes = false;
+  bool Code(bool bit, uint32_t /*one_probability*/) { return bit; }
+  std::vector<uint8_t> Finish() { return {}; }
+};
+
 class RangeDecoder {
  public:
   static constexpr bool kDecodes = true;

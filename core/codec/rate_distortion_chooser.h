@@ -41,18 +41,19 @@ class RateDistortionChooser {
 
   bool Active(int j, int f) const { return active_[j][f] != 0; }
 
-  int32_t Choose(int v, HeightModels::Coefficients& model,
+  int32_t Choose(int v, const HeightModels::Coefficients& model,
                  const HeightModels::Coefficients::Contexts& contexts) {
     const double y = std::abs(targets_[v]) / dequantizer_.step;
     const int32_t low = static_cast<int32_t>(std::min<double>(y, kMaxCoefficient - 1));
     const bool rounds_up = y - low >= kLeastRest;
     if (low == 0 && !rounds_up) return 0;
+    HeightModels::Coefficients::Prices prices(model, contexts);
     double best_cost = std::numeric_limits<double>::infinity();
     int32_t best = 0;
     const auto consider = [&](int32_t candidate) {
-      const double cost = Error(v, y, candidate) +
-                          lambda_ * (model.Bits(static_cast<uint32_t>(candidate), contexts) +
-                                     (candidate != 0 ? 1 : 0));
+      const double cost =
+          Error(v, y, candidate) +
+          lambda_ * (prices.Bits(static_cast<uint32_t>(candidate)) + (candidate != 0 ? 1 : 0));
       if (cost < best_cost) {
         best_cost = cost;
         best = candidate;

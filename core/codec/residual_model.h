@@ -53,41 +53,60 @@ class ResidualModel {
     return negative ? -static_cast<int32_t>(magnitude) : static_cast<int32_t>(magnitude);
   }
 
-  // What the magnitude would take, in bits.
-  double Bits(uint32_t magnitude, const Contexts& contexts) {
-    double sum = NodeBits(magnitude != 0, kNonZero, contexts);
-    if (magnitude == 0) return sum;
-    const int bits = std::bit_width(magnitude);
-    for (int b = 1; b <= bits && b < kMaxBits; ++b) {
-      sum += NodeBits(bits > b, kLength + b, contexts);
+  // What magnitudes would take in the same place, in bits. The model must not learn meanwhile.
+  class Prices {
+   public:
+    Prices(const ResidualModel& model, const Contexts& contexts)
+        : model_(model), contexts_(contexts) {}
+
+    double Bits(uint32_t magnitude) {
+      double sum = NodeBits(magnitude != 0, kNonZero);
+      if (magnitude == 0) return sum;
+      const int bits = std::bit_width(magnitude);
+      for (int b = 1; b <= bits && b < kMaxBits; ++b) sum += NodeBits(bits > b, kLength + b);
+      const auto bit_at = [&](int place) { return ((magnitude >> place) & 1) != 0; };
+      if (bits > 1) sum += NodeBits(bit_at(bits - 2), kFirst + bits);
+      if (bits > 2) {
+        sum += NodeBits(bit_at(bits - 3), kSecond + 2 * bits + (bit_at(bits - 2) ? 1 : 0));
+      }
+      return sum + (bits > 3 ? bits - 3 : 0);
     }
-    const auto bit_at = [&](int place) { return ((magnitude >> place) & 1) != 0; };
-    if (bits > 1) sum += NodeBits(bit_at(bits - 2), kFirst + bits, contexts);
-    if (bits > 2) {
-      sum += NodeBits(bit_at(bits - 3), kSecond + 2 * bits + (bit_at(bits - 2) ? 1 : 0), contexts);
+
+   private:
+    static constexpr int kShared = 8;  // nodes that most magnitudes have in common
+
+    double NodeBits(bool bit, int node) {
+      if (node >= kShared) return BitCost(costs_, bit, model_.NodeProbability(node, contexts_));
+      int& probability = shared_[static_cast<size_t>(node)];
+      if (probability == 0) probability = model_.NodeProbability(node, contexts_);
+      return BitCost(costs_, bit, probability);
     }
-    return sum + (bits > 3 ? bits - 3 : 0);
-  }
+
+    const ResidualModel& model_;
+    const Contexts& contexts_;
+    const std::array<float, 4096>& costs_ = BitCosts();
+    std::array<int, kShared> shared_{};  // their probabilities; 0: not asked for yet
+  };
 
  private:
   static constexpr int kNonZero = 0, kSign = 1, kLength = 1, kFirst = kLength + kMaxBits,
                        kSecond = kFirst + kMaxBits + 1, kNodes = kSecond + 2 * kMaxBits + 2;
 
-  std::array<BitModel*, kInputs> InputsOf(int node, const Contexts& contexts) {
-    std::array<BitModel*, kInputs> inputs;
-    for (int i = 0; i < kInputs; ++i) {
-      inputs[i] = &models_[i][static_cast<size_t>(contexts[i]) * kNodes + node];
-    }
-    return inputs;
+  size_t PlaceOf(int input, int node, const Contexts& contexts) const {
+    return static_cast<size_t>(contexts[input]) * kNodes + node;
   }
 
   template <typename Coder>
   bool CodeNode(Coder& coder, bool bit, int node, const Contexts& contexts) {
-    return mixers_[node].Code(coder, bit, InputsOf(node, contexts), limit_);
+    std::array<BitModel*, kInputs> inputs;
+    for (int i = 0; i < kInputs; ++i) inputs[i] = &models_[i][PlaceOf(i, node, contexts)];
+    return mixers_[node].Code(coder, bit, inputs, limit_);
   }
 
-  double NodeBits(bool bit, int node, const Contexts& contexts) {
-    return BitCost(bit, mixers_[node].Probability(InputsOf(node, contexts)));
+  int NodeProbability(int node, const Contexts& contexts) const {
+    std::array<const BitModel*, kInputs> inputs;
+    for (int i = 0; i < kInputs; ++i) inputs[i] = &models_[i][PlaceOf(i, node, contexts)];
+    return mixers_[node].Probability(inputs);
   }
 
   std::array<std::vector<BitModel>, kInputs> models_;

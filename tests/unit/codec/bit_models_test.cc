@@ -58,8 +58,9 @@ TEST(BitMixerTest, TrustsTheContextThatKnows) {
 
 TEST(BitModelsTest, CostIsTheLogOfTheProbability) {
   for (int probability : {100, 5000, 32768, 60000}) {
-    EXPECT_NEAR(BitCost(true, probability), -std::log2(probability / 65536.0), 0.12);
-    EXPECT_NEAR(BitCost(false, probability), -std::log2(1 - probability / 65536.0), 0.02);
+    EXPECT_NEAR(BitCost(BitCosts(), true, probability), -std::log2(probability / 65536.0), 0.12);
+    EXPECT_NEAR(BitCost(BitCosts(), false, probability), -std::log2(1 - probability / 65536.0),
+                0.02);
   }
 }
 

@@ -40,7 +40,10 @@ TEST(ResidualModelTest, KnowsWhatItWillTake) {
   constexpr int kCount = 4000;
   for (int i = 0; i < kCount; ++i) {
     const int32_t value = static_cast<int32_t>(MixedBits(i) % (i % 2 == 0 ? 3 : 40));
-    predicted += model.Bits(static_cast<uint32_t>(value), {i % 2, i % 3});
+    const ResidualModel<2>::Contexts contexts = {i % 2, i % 3};
+    ResidualModel<2>::Prices prices(model, contexts);
+    EXPECT_GT(prices.Bits(static_cast<uint32_t>(value) + 1), 0);  // changes no other price
+    predicted += prices.Bits(static_cast<uint32_t>(value));
     // A sign that is always known costs nothing.
     model.CodeWithSign(encoder, value, {i % 2, i % 3}, [](bool negative) { return negative; });
   }
