@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
+#include "core/scan/nearby_points.h"
 
 namespace rilievo {
 namespace {
@@ -90,12 +91,10 @@ absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud
   const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
   const int64_t count = mesh.vertices.cols();
   Support support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
+  const int n = std::min(kSupportNeighbors, index.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 2048, context, [&](int64_t begin, int64_t end) {
-    int found[kSupportNeighbors];
-    double squared[kSupportNeighbors];
-    for (int64_t v = begin; v < end; ++v) {
-      const int n = index.Nearest(mesh.vertices.col(v), std::min(kSupportNeighbors, index.size()),
-                                  found, squared);
+    NearbyPoints nearby(index, cloud.points, n);
+    const auto judge = [&](int64_t v, const int* found, const double* squared) {
       support.spacing[v] = cloud.spacing[found[0]];
       SupportSum sum(mesh.vertices.col(v), normals.col(v));
       for (int i = 0; i < n; ++i) {
@@ -107,7 +106,8 @@ absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud
         }
       }
       support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
-    }
+    };
+    nearby.OfEach(mesh.vertices, begin, end, judge);
   }));
   return support;
 }

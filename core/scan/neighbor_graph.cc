@@ -15,6 +15,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/morton_order.h"
+#include "core/scan/nearby_points.h"
 
 namespace rilievo {
 namespace {
@@ -123,6 +124,28 @@ class NearestSet final : public flann::ResultSet<double> {
   std::vector<Candidate> pool_;
 };
 
+// All points within a radius. More than `most` end the search.
+class BallSet final : public flann::ResultSet<double> {
+ public:
+  BallSet(double radius, size_t most, std::vector<int>* points)
+      : limit_(radius * radius), most_(most), points_(*points) {}
+
+  bool full() const override { return true; }
+  double worstDist() const override { return is_too_many() ? -1 : limit_; }
+  void addPoint(double, size_t index) override {
+    points_.push_back(first_point_ + static_cast<int>(index));
+  }
+
+  void StartTree(int first_point) { first_point_ = first_point; }
+  bool is_too_many() const { return points_.size() > most_; }
+
+ private:
+  double limit_;
+  size_t most_;
+  int first_point_ = 0;
+  std::vector<int>& points_;
+};
+
 // A tree over a stretch of points.
 class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
   using Base = flann::NNIndex<flann::L2_Simple<double>>;
@@ -198,9 +221,10 @@ struct PointIndex::Impl {
     }
   }
 
-  void Ask(size_t tree, const Eigen::Vector3d& position, NearestSet* nearest) const {
-    nearest->StartTree(first_points[tree]);
-    trees[tree]->findNeighbors(*nearest, position.data(), exact);
+  template <typename Set>
+  void Ask(size_t tree, const Eigen::Vector3d& position, Set* set) const {
+    set->StartTree(first_points[tree]);
+    trees[tree]->findNeighbors(*set, position.data(), exact);
   }
 
   int size = 0;
@@ -253,6 +277,17 @@ int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* in
   return nearest.count();
 }
 
+bool PointIndex::Within(const Eigen::Vector3d& position, double radius, int most,
+                        std::vector<int>* points) const {
+  points->clear();
+  BallSet ball(radius, static_cast<size_t>(most), points);
+  for (size_t t = 0; t < impl_->trees.size(); ++t) {
+    if (impl_->boxes[t].squaredExteriorDistance(position) > ball.worstDist()) continue;
+    impl_->Ask(t, position, &ball);
+  }
+  return !ball.is_too_many();
+}
+
 absl::StatusOr<std::vector<int>> PointIndex::NearestOfEach(const Eigen::Matrix3Xd& positions,
                                                            const RunContext& context) const {
   std::vector<int> nearest(static_cast<size_t>(positions.cols()));
@@ -272,14 +307,23 @@ absl::Status NeighborOptions::Validate() const {
       absl::StrCat("k: ", k, " is outside [6, ", kMostNeighbors, "]"));
 }
 
+namespace {
+
+// The first `k` of the `nearest` but the point itself.
+void CopyOthers(const int* nearest, int point, int k, int* neighbors) {
+  for (int from = 0, to = 0; to < k; ++from) {
+    if (nearest[from] != point) neighbors[to++] = nearest[from];
+  }
+}
+
+}  // namespace
+
 void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int point, int k,
                    int* neighbors) {
   std::array<int, kMostNeighbors + 1> nearest;
   std::array<double, kMostNeighbors + 1> squared;
   index.Nearest(points.col(point), k + 1, nearest.data(), squared.data());
-  for (int from = 0, to = 0; to < k; ++from) {
-    if (nearest[from] != point) neighbors[to++] = nearest[from];
-  }
+  CopyOthers(nearest.data(), point, k, neighbors);
 }
 
 void NeighborGraph::Pack() {
@@ -336,9 +380,10 @@ absl::StatusOr<NeighborGraph> BuildNeighborGraph(const PointIndex& index,
   graph.indices.resize(static_cast<size_t>(points.cols()) * k);
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          ListNeighbors(index, points, static_cast<int>(i), k, &graph.indices[i * k]);
-        }
+        NearbyPoints nearby(index, points, k + 1);
+        nearby.OfEach(points, begin, end, [&](int64_t i, const int* nearest, const double*) {
+          CopyOthers(nearest, static_cast<int>(i), k, &graph.indices[i * k]);
+        });
       }));
   return graph;
 }

@@ -49,6 +49,11 @@ class PointIndex {
   int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
                        double* squared_distances) const;
 
+  // All points within `radius` of a position, in an order of their own. False when they are more
+  // than `most`.
+  bool Within(const Eigen::Vector3d& position, double radius, int most,
+              std::vector<int>* points) const;
+
   // The nearest point of each column of `positions`, on all threads.
   absl::StatusOr<std::vector<int>> NearestOfEach(const Eigen::Matrix3Xd& positions,
                                                  const RunContext& context) const;

@@ -137,19 +137,18 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   kept.new_index = std::vector<int>();
   RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
                            SeparateSheets(kept.points, *index, context, &graph));
-  index.reset();  // nothing asks for it before it is made again below, and normals need the room
+  const bool is_large = count >= kManyPoints;
+  if (is_large) index.reset();  // made again below; normals need the room
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
                            EstimateNormals(std::move(kept.points), graph, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
   JoinSheets(replaced, &graph);
-  if (count >= kManyPoints) {
+  if (is_large) {
     graph.Pack();
     RILIEVO_ASSIGN_OR_RETURN(
         index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
-  } else {
-    RILIEVO_ASSIGN_OR_RETURN(index, build_index(cloud.points, kept.frame));
   }
   RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);

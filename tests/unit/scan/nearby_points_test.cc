@@ -1,0 +1,103 @@
+#include "core/scan/nearby_points.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/scan/morton_order.h"
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+Eigen::Matrix3Xd AlongCurve(const Eigen::Matrix3Xd& points) {
+  const MortonOrder curve = ComputeMortonOrder(0.3 * points, RunContext{}).value();
+  return points(Eigen::all, curve.order);
+}
+
+// Bit for bit what the index itself finds.
+void ExpectAsOfIndex(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& places, int k) {
+  const PointIndex index(points);
+  NearbyPoints nearby(index, points, k);
+  std::vector<int> expected(static_cast<size_t>(k));
+  std::vector<double> squared(expected.size());
+  const int64_t begin = std::min<int64_t>(3, places.cols());
+  int64_t next = begin;
+  nearby.OfEach(places, begin, places.cols(),
+                [&](int64_t i, const int* found, const double* found_squared) {
+                  ASSERT_EQ(i, next++);
+                  index.Nearest(places.col(i), k, expected.data(), squared.data());
+                  for (int j = 0; j < k; ++j) {
+                    ASSERT_EQ(found[j], expected[j]) << i << " " << j;
+                    ASSERT_EQ(found_squared[j], squared[j]) << i << " " << j;
+                  }
+                });
+  EXPECT_EQ(next, places.cols());
+}
+
+TEST(NearbyPointsTest, TheCloudItself) {
+  const Eigen::Matrix3Xd points = AlongCurve(TorusCloud(6000, 1).cloud.points);
+  for (const int k : {1, 8, 17, 65, 300}) ExpectAsOfIndex(points, points, k);
+}
+
+TEST(NearbyPointsTest, PlacesOfAnotherDensity) {
+  const Eigen::Matrix3Xd points = AlongCurve(TorusCloud(2000, 1).cloud.points);
+  for (const int count : {2, 300, 20000}) {
+    ExpectAsOfIndex(points, AlongCurve(TorusCloud(count, 2).cloud.points), 9);
+  }
+}
+
+TEST(NearbyPointsTest, PlacesInNoOrder) {
+  const Eigen::Matrix3Xd points = TorusCloud(2000, 1).cloud.points;
+  ExpectAsOfIndex(points, points, 17);
+  ExpectAsOfIndex(points, 40 * TorusCloud(300, 4).cloud.points, 5);
+}
+
+TEST(NearbyPointsTest, FewPoints) {
+  const Eigen::Matrix3Xd points = SphereCloud(12, 1).cloud.points;
+  for (const int k : {1, 12}) ExpectAsOfIndex(points, points, k);
+}
+
+// Lattice distances are equal by the dozen, and many points lie in the same place.
+TEST(NearbyPointsTest, EquallyFarPoints) {
+  Eigen::Matrix3Xd points(3, 4096);
+  for (int i = 0; i < 4096; ++i) {
+    points.col(i) = 0.0625 * Eigen::Vector3d(i % 64 / 2, i / 64, 0);
+  }
+  points = AlongCurve(points - 2 * Eigen::Vector3d(1, 1, 0).replicate(1, 4096));
+  for (const int k : {2, 17, 40}) ExpectAsOfIndex(points, points, k);
+}
+
+// One place far from all others must not gather what lies close together.
+TEST(NearbyPointsTest, AStrayPlaceBetweenDensePoints) {
+  Eigen::Matrix3Xd points = AlongCurve(SphereCloud(5000, 1).cloud.points);
+  Eigen::Matrix3Xd places = points.leftCols(600);
+  for (int i = 0; i < 600; i += 97) places.col(i) *= 30;
+  ExpectAsOfIndex(points, places, 17);
+}
+
+TEST(PointIndexTest, WithinMatchesBruteForce) {
+  const Eigen::Matrix3Xd points = TorusCloud(3000, 5).cloud.points;
+  const PointIndex index(points);
+  Random random(6);
+  for (int query = 0; query < 100; ++query) {
+    const Eigen::Vector3d position = 1.5 * RandomDirection(&random);
+    const double radius = random.Uniform(0, 0.8);
+    std::vector<int> expected, found;
+    for (int i = 0; i < 3000; ++i) {
+      if ((points.col(i) - position).norm() < radius) expected.push_back(i);
+    }
+    const int count = static_cast<int>(expected.size());
+    ASSERT_TRUE(index.Within(position, radius, count, &found));
+    std::sort(found.begin(), found.end());
+    EXPECT_EQ(found, expected);
+    if (count > 0) {
+      EXPECT_FALSE(index.Within(position, radius, count - 1, &found));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rilievo
