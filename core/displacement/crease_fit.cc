@@ -29,10 +29,27 @@ struct Plane {
   float offset;
 };
 
+using Values = std::array<float, kMostCreasePoints>;  // one a point
+
+// Three coordinates of each point. Products with a vector run over the points, so on registers as
+// wide as there are; their terms are added up as Eigen's dot() does.
+struct Vectors {
+  alignas(16) std::array<Values, 3> axes;
+  Vector3 operator[](int i) const { return {axes[0][i], axes[1][i], axes[2][i]}; }
+  void Set(int i, const Vector3& value) {
+    for (int k = 0; k < 3; ++k) axes[k][i] = value[k];
+  }
+  void Dot(const Vector3& with, int count, Values* products) const {
+    for (int i = 0; i < count; ++i) {
+      (*products)[i] = axes[0][i] * with[0] + (axes[1][i] * with[1] + axes[2][i] * with[2]);
+    }
+  }
+};
+
 // The points in the frame of the ray, in units of the local spacing.
 struct Sample {
   int count = 0;
-  std::array<Vector3, kMostCreasePoints> at, normal;
+  Vectors at, normal;
   std::array<int, kMostCreasePoints> plane;
 };
 
@@ -41,24 +58,28 @@ Sample InRayFrame(std::span<const QueuedPoint> queue, const RayCloud& cloud, con
   Sample sample;
   sample.count = std::min(kMostCreasePoints, static_cast<int>(queue.size()));
   for (int i = 0; i < sample.count; ++i) {
-    sample.at[i] = Vector3(queue[i].u, queue[i].v, queue[i].height) * scale;
+    sample.at.Set(i, Vector3(queue[i].u, queue[i].v, queue[i].height) * scale);
     const Eigen::Map<const Vector3> normal(cloud.points[queue[i].point].normal);
-    sample.normal[i] = {normal.dot(ray.u), normal.dot(ray.v), normal.dot(ray.direction)};
+    sample.normal.Set(i, {normal.dot(ray.u), normal.dot(ray.v), normal.dot(ray.direction)});
   }
   return sample;
 }
 
 // Seeds far apart among the normals, then means of the points nearest to each.
 bool PartByNormals(int planes, Sample* sample) {
+  const int count = sample->count;
   std::array<Vector3, kMostPlanes> seeds;
+  std::array<Values, kMostPlanes> agreement;  // with each seed
   seeds[0] = sample->normal[0];
   for (int k = 0; k < planes; ++k) {
+    const int others = std::max(k, 1);
+    sample->normal.Dot(seeds[others - 1], count, &agreement[others - 1]);
     float farthest = 2;
     int seed = 0;
-    for (int i = 0; i < sample->count; ++i) {
+    for (int i = 0; i < count; ++i) {
       float nearest = -2;
-      for (int other = 0; other < std::max(k, 1); ++other) {
-        nearest = std::max(nearest, sample->normal[i].dot(seeds[other]));
+      for (int other = 0; other < others; ++other) {
+        nearest = std::max(nearest, agreement[other][i]);
       }
       if (nearest < farthest) {
         farthest = nearest;
@@ -69,16 +90,20 @@ bool PartByNormals(int planes, Sample* sample) {
     seeds[k] = sample->normal[seed];
   }
   for (int round = 0; round < kRounds; ++round) {
+    for (int k = 0; k < planes; ++k) sample->normal.Dot(seeds[k], count, &agreement[k]);
     std::array<Vector3, kMostPlanes> sums;
     sums.fill(Vector3::Zero());
-    for (int i = 0; i < sample->count; ++i) {
+    bool changed = round == 0;
+    for (int i = 0; i < count; ++i) {
       int best = 0;
       for (int k = 1; k < planes; ++k) {
-        if (sample->normal[i].dot(seeds[k]) > sample->normal[i].dot(seeds[best])) best = k;
+        if (agreement[k][i] > agreement[best][i]) best = k;
       }
+      changed |= sample->plane[i] != best;
       sample->plane[i] = best;
       sums[best] += sample->normal[i];
     }
+    if (!changed) break;
     for (int k = 0; k < planes; ++k) {
       if (sums[k].squaredNorm() > 0) seeds[k] = sums[k].normalized();
     }
@@ -88,20 +113,22 @@ bool PartByNormals(int planes, Sample* sample) {
 
 // Total least squares over the points of one plane, outward as their normals say.
 bool FitPlane(const Sample& sample, int which, Plane* plane) {
-  Vector3 mean = Vector3::Zero(), outward = Vector3::Zero();
+  std::array<int, kMostCreasePoints> members;
   int count = 0;
   for (int i = 0; i < sample.count; ++i) {
-    if (sample.plane[i] != which) continue;
-    mean += sample.at[i];
-    outward += sample.normal[i];
-    ++count;
+    members[count] = i;
+    count += sample.plane[i] == which ? 1 : 0;
   }
   if (count < kLeastPlanePoints) return false;
+  Vector3 mean = Vector3::Zero(), outward = Vector3::Zero();
+  for (int m = 0; m < count; ++m) {
+    mean += sample.at[members[m]];
+    outward += sample.normal[members[m]];
+  }
   mean /= static_cast<float>(count);
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
-  for (int i = 0; i < sample.count; ++i) {
-    if (sample.plane[i] != which) continue;
-    const Vector3 off = sample.at[i] - mean;
+  for (int m = 0; m < count; ++m) {
+    const Vector3 off = sample.at[members[m]] - mean;
     covariance += off * off.transpose();
   }
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver;
@@ -114,22 +141,18 @@ bool FitPlane(const Sample& sample, int which, Plane* plane) {
   return true;
 }
 
-// Distance off the solid that the planes bound: their intersection or their union.
-float Distance(const std::array<Plane, kMostPlanes>& planes, int count, bool convex,
-               const Vector3& at) {
-  float distance = planes[0].normal.dot(at) - planes[0].offset;
-  for (int k = 1; k < count; ++k) {
-    const float next = planes[k].normal.dot(at) - planes[k].offset;
-    distance = convex ? std::max(distance, next) : std::min(distance, next);
-  }
-  return distance;
-}
+// Of the distances to each plane.
+using Distances = std::array<Values, kMostPlanes>;
 
-float SumSquares(const std::array<Plane, kMostPlanes>& planes, int count, bool convex,
-                 const Sample& sample) {
+// Sum over the points of the squared distance off the solid that the planes bound: their
+// intersection or their union.
+float SumSquares(const Distances& distances, int planes, bool convex, int count) {
   float sum = 0;
-  for (int i = 0; i < sample.count; ++i) {
-    const float distance = Distance(planes, count, convex, sample.at[i]);
+  for (int i = 0; i < count; ++i) {
+    float distance = distances[0][i];
+    for (int k = 1; k < planes; ++k) {
+      distance = convex ? std::max(distance, distances[k][i]) : std::min(distance, distances[k][i]);
+    }
     sum += distance * distance;
   }
   return sum;
@@ -182,32 +205,37 @@ std::optional<float> Exit(const std::array<Plane, kMostPlanes>& planes, int coun
 
 std::optional<float> FitPlanes(int planes, Sample* sample, float most_squares, float* squares) {
   if (!PartByNormals(planes, sample)) return std::nullopt;
+  const int count = sample->count;
   std::array<Plane, kMostPlanes> fitted;
+  Distances distances;
+  std::array<bool, kMostPlanes> changed;  // the points of each plane
+  changed.fill(true);
   for (int round = 0; round < kRounds; ++round) {
     for (int k = 0; k < planes; ++k) {
+      if (!changed[k]) continue;
       if (!FitPlane(*sample, k, &fitted[k])) return std::nullopt;
+      sample->at.Dot(fitted[k].normal, count, &distances[k]);
+      for (int i = 0; i < count; ++i) distances[k][i] -= fitted[k].offset;
     }
-    bool changed = false;
-    for (int i = 0; i < sample->count; ++i) {
+    changed.fill(false);
+    bool any = false;
+    for (int i = 0; i < count; ++i) {
       int best = 0;
-      float least = std::abs(fitted[0].normal.dot(sample->at[i]) - fitted[0].offset);
       for (int k = 1; k < planes; ++k) {
-        const float distance = std::abs(fitted[k].normal.dot(sample->at[i]) - fitted[k].offset);
-        if (distance < least) {
-          least = distance;
-          best = k;
-        }
+        if (std::abs(distances[k][i]) < std::abs(distances[best][i])) best = k;
       }
-      changed |= sample->plane[i] != best;
+      const int before = sample->plane[i];
+      if (before == best) continue;
+      changed[before] = changed[best] = any = true;
       sample->plane[i] = best;
     }
-    if (!changed) break;
+    if (!any) break;
   }
   for (int k = 1; k < planes; ++k) {
     if (1 - fitted[k].normal.dot(fitted[k - 1].normal) < kLeastTurn) return std::nullopt;
   }
-  const float convex_squares = SumSquares(fitted, planes, true, *sample);
-  const float concave_squares = SumSquares(fitted, planes, false, *sample);
+  const float convex_squares = SumSquares(distances, planes, true, count);
+  const float concave_squares = SumSquares(distances, planes, false, count);
   const bool convex = convex_squares < concave_squares;
   *squares = convex ? convex_squares : concave_squares;
   if (!(*squares < most_squares)) return std::nullopt;
