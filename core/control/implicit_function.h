@@ -26,7 +26,7 @@ struct ImplicitOptions {
   double cell_thicknesses = 0.45;
   double thin_cell_spacings = 0.65;
   // No cell is asked for that is smaller than so many times the median noise. [0, 16].
-  double cell_noises = 2.5;
+  double cell_noises = 1.5;
   // Weight of f(p_i) = 0 against the gradient, dimensionless. [0, 100].
   double screening = 2.0;
   // A point lies this deep in cells of its own level. [2, 8].

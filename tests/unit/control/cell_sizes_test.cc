@@ -68,7 +68,8 @@ TEST(CellSizesTest, AreFinerAlongAnEdgeThanOnTheFacesBesideIt) {
 
 TEST(CellSizesTest, NoCellIsSmallerThanTheNoiseAllows) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 50000, kTorusArea, 0.02);
-  for (const float cell : CellsOf(shape)) EXPECT_GE(cell, static_cast<float>(2.5 * 0.02));
+  const double least = ImplicitOptions().cell_noises * 0.02;
+  for (const float cell : CellsOf(shape)) EXPECT_GE(cell, static_cast<float>(least));
 }
 
 // Whether neighbours lie on the other sheet (half a spacing) or hardly one does (two and a half).
