@@ -17,8 +17,8 @@
 namespace rilievo {
 namespace {
 
-// A handle narrower than four spacings is noise; a loop of edges zigzags, and is longer than the
-// circle it follows by about 15 %.
+// A handle narrower than four spacings is noise unless points line it; a loop of edges zigzags, and
+// is longer than the circle it follows by about 15 %.
 constexpr double kSmallestHandleSpacings = 1.15 * 4;
 
 constexpr double kHandleSearchShare = 1.5;
@@ -80,8 +80,10 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(trimmed, to_points, context));
   }
-  RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
-                           RemoveSmallHandles(std::move(trimmed), smallest_loop, context));
+  const LoopWitness witness(cloud, index);
+  RILIEVO_ASSIGN_OR_RETURN(
+      SmallHandleResult clean,
+      RemoveSmallHandles(std::move(trimmed), smallest_loop, &witness, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   ControlMesh control = std::move(clean.mesh);
   if (creases == CreaseRule::kAuto) {

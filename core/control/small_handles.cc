@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/local_loop.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
@@ -83,11 +84,9 @@ absl::Status ClearWhereFlat(double radius, const RunContext& context, LocalLoopF
 // Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
 // around the vertices flagged in `search`; out: flagged where the next search has to look, near the
 // loops, as two handles may lie side by side.
-absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topology,
-                                                        const Eigen::Matrix3Xd& vertices,
-                                                        double max_length,
-                                                        const RunContext& context,
-                                                        std::vector<uint8_t>* search) {
+absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
+    const MeshTopology& topology, const Eigen::Matrix3Xd& vertices, double max_length,
+    const LoopWitness* witness, const RunContext& context, std::vector<uint8_t>* search) {
   const LocalLoopFinder prototype(topology, vertices);
   LocalLoopFinder finder = prototype;
   // A loop within `step` of a seed lies in the seed's disc whole.
@@ -115,11 +114,17 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(const MeshTopology& topo
              return taken[v] != 0 || topology.boundary_vertex[v] != 0;
            });
   };
+  Eigen::Matrix3Xd normals;
+  const auto lined = [&](const std::vector<int>& loop) {
+    if (witness == nullptr) return false;
+    if (normals.cols() == 0) normals = VertexNormals(vertices, topology.faces);
+    return witness->Lines(loop, vertices, normals);
+  };
   std::vector<std::vector<int>> loops;
   for (std::vector<int>& loop : found) {
     if (blocked(loop)) continue;
     loop = Tighten(std::move(loop), radius, &finder);
-    if (blocked(loop)) continue;
+    if (blocked(loop) || lined(loop)) continue;
     // The whole neighbourhood is spoken for: another loop there may be the same handle's.
     for (const int v : finder.Disc(loop[0], radius)) taken[v] = 1;
     for (const int v : loop) taken[v] = 1;
@@ -205,6 +210,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
 }  // namespace
 
 absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
+                                                     const LoopWitness* witness,
                                                      const RunContext& context) {
   SmallHandleResult result{std::move(mesh), 0};
   const auto topology_of = [](const ControlMesh& of) {
@@ -218,7 +224,7 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double ma
     search.resize(topology.vertex_count, 1);
     RILIEVO_ASSIGN_OR_RETURN(
         const std::vector<std::vector<int>> loops,
-        FindLoops(topology, result.mesh.vertices, max_loop_length, context, &search));
+        FindLoops(topology, result.mesh.vertices, max_loop_length, witness, context, &search));
     if (loops.empty()) break;
     ControlMesh cut = CutAndCap(result.mesh, topology, loops);
     auto cut_topology = topology_of(cut);

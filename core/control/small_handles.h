@@ -3,6 +3,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/control/loop_witness.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
@@ -14,8 +15,10 @@ struct SmallHandleResult {
 
 // Cuts every handle that has a non-separating loop of edges no longer than `max_loop_length` (unit
 // of the mesh) along such a loop, and closes both sides with a fan of triangles. `mesh`: an
-// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone.
+// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone, and so are
+// those that the points of `witness` line, unless it is null.
 absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
+                                                     const LoopWitness* witness,
                                                      const RunContext& context);
 
 }  // namespace rilievo

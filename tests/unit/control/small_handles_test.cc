@@ -7,6 +7,7 @@
 #include "core/control/iso_surface.h"
 #include "core/control/local_loop.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
@@ -37,7 +38,7 @@ TopologySummary Topology(const ControlMesh& mesh) {
 TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
   const ControlMesh wall = WallWithHole(0.05);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, 0.6, RunContext{});
+  const auto result = RemoveSmallHandles(wall, 0.6, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 1);
   const TopologySummary topology = Topology(result->mesh);
@@ -51,10 +52,50 @@ TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
 TEST(SmallHandlesTest, AWideHoleStays) {
   const ControlMesh wall = WallWithHole(0.2);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, 0.35, RunContext{});
+  const auto result = RemoveSmallHandles(wall, 0.35, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 0);
   EXPECT_EQ(result->mesh.faces, wall.faces);
+}
+
+// Vertices of a mesh as points with the normals there; without the wall of a hole, the points of
+// the flat sides only.
+OrientedCloud PointsOn(const ControlMesh& mesh, bool hole_wall) {
+  const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
+  std::vector<int> kept;
+  for (int v = 0; v < mesh.vertices.cols(); ++v) {
+    if (hole_wall || std::abs(normals(2, v)) > 0.95) kept.push_back(v);
+  }
+  OrientedCloud cloud;
+  cloud.points = mesh.vertices(Eigen::all, kept);
+  cloud.normals = normals(Eigen::all, kept);
+  cloud.spacing.assign(kept.size(), 1.0f / 48);
+  cloud.noise.assign(kept.size(), 0.0f);
+  return cloud;
+}
+
+TEST(SmallHandlesTest, ANarrowHoleStaysWherePointsLineItAndIsClosedWhereNoneDo) {
+  const ControlMesh wall = WallWithHole(0.05);
+  for (const bool lined : {true, false}) {
+    const OrientedCloud cloud = PointsOn(wall, lined);
+    const PointIndex index(cloud.points);
+    const LoopWitness witness(cloud, index);
+    const auto result = RemoveSmallHandles(wall, 0.6, &witness, RunContext{});
+    ASSERT_TRUE(result.ok());
+    EXPECT_EQ(result->removed, lined ? 0 : 1);
+    EXPECT_EQ(Topology(result->mesh).genus, lined ? 1 : 0);
+  }
+}
+
+TEST(SmallHandlesTest, PointsTooFarApartDoNotLineAHole) {
+  const ControlMesh wall = WallWithHole(0.05);
+  OrientedCloud cloud = PointsOn(wall, true);
+  cloud.spacing.assign(cloud.spacing.size(), 0.1f);  // three around the hole
+  const PointIndex index(cloud.points);
+  const LoopWitness witness(cloud, index);
+  const auto result = RemoveSmallHandles(wall, 0.6, &witness, RunContext{});
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->removed, 1);
 }
 
 TEST(SmallHandlesTest, StopsWhenAsked) {
@@ -62,7 +103,7 @@ TEST(SmallHandlesTest, StopsWhenAsked) {
   stop.request_stop();
   RunContext context;
   context.stop = stop.get_token();
-  EXPECT_EQ(RemoveSmallHandles(WallWithHole(0.1), 0.5, context).status().code(),
+  EXPECT_EQ(RemoveSmallHandles(WallWithHole(0.1), 0.5, nullptr, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 

@@ -1,0 +1,29 @@
+// What the points of a scan say of a loop on a mesh: a surface that they lie on, or a bridge.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+// Refers to a cloud and the index of its points, which have to outlive it.
+class LoopWitness {
+ public:
+  LoopWitness(const OrientedCloud& cloud, const PointIndex& index) : cloud_(cloud), index_(index) {}
+
+  // Whether points line the loop of vertices: at least six of them go around it, and their normals
+  // agree with those of the mesh to 25 degrees in the mean. So it is around a true rod or hole;
+  // around a bridge between two sheets, or a hole through a thin one, normals of points stand
+  // across those of the mesh. `vertices`, `normals`: of the mesh, unit frame.
+  bool Lines(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
+             const Eigen::Matrix3Xd& normals) const;
+
+ private:
+  const OrientedCloud& cloud_;
+  const PointIndex& index_;
+};
+
+}  // namespace rilievo
