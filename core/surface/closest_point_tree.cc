@@ -94,7 +94,9 @@ class ClosestPointTree::Builder {
   Builder(const ClosestPointTree& tree, const BoxOfItem& box_of, int brood,
           const RunContext& context, std::vector<Center>& centers)
       : tree_(tree), box_of_(box_of), brood_(brood), context_(context), centers_(centers) {
-    for (int count = brood; count > 1; count /= kWidth) nodes_of_brood_ += brood / count;
+    for (int count = brood; count > tree.most_in_run(); count /= kWidth) {
+      nodes_of_brood_ += brood / count;
+    }
   }
 
   // How many nodes Split makes over `count` centers.
@@ -195,13 +197,14 @@ class ClosestPointTree::Builder {
   // `child` says where they are; returns their box.
   Box Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* next,
             int32_t* child) const {
-    if (count == 1) {
-      *child = tree_.ChildOf({place, 1});
-      return box_of_(item);
+    Box all;
+    if (count <= tree_.most_in_run()) {
+      *child = tree_.ChildOf({place, count});
+      for (int i = item; i < item + count; ++i) all.Add(box_of_(i));
+      return all;
     }
     const int at = *child = (*next)++;
     nodes[at] = EmptyNode();
-    Box all;
     const int quarter = count / kWidth;
     for (int slot = 0; slot < kWidth; ++slot) {
       int32_t below = 0;
