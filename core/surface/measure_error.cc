@@ -53,6 +53,10 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<ClosestPointTree> TreeOf(const Shape& shape, const RunContext& context) {
+  return ClosestPointTree::Build(shape.vertices, shape.triangles, context, shape.brood);
+}
+
 // The vertices in the order in which the triangles of `order` first name them, so that neighbours
 // in the list are neighbours in space.
 std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& order) {
@@ -282,17 +286,14 @@ absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
   RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
   RILIEVO_RETURN_IF_ERROR(CheckShape(b, "b"));
   context.Report(Stage::kMeasure, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
-                           ClosestPointTree::Build(a.vertices, a.triangles, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_b,
-                           ClosestPointTree::Build(b.vertices, b.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a, TreeOf(a, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_b, TreeOf(b, context));
   return MeasureBothWays(a, tree_a, b, tree_b, options, context);
 }
 
 absl::StatusOr<SearchableShape> MakeSearchable(Shape shape, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckShape(shape, "b"));
-  RILIEVO_ASSIGN_OR_RETURN(ClosestPointTree tree,
-                           ClosestPointTree::Build(shape.vertices, shape.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(ClosestPointTree tree, TreeOf(shape, context));
   return SearchableShape{std::move(shape), std::move(tree)};
 }
 
@@ -302,19 +303,17 @@ absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableSha
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckShape(a, "a"));
   context.Report(Stage::kMeasure, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a,
-                           ClosestPointTree::Build(a.vertices, a.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree_a, TreeOf(a, context));
   return MeasureBothWays(a, tree_a, b.shape, b.tree, options, context);
 }
 
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
                                                 const MeasureOptions& options,
-                                                const RunContext& context, int brood) {
+                                                const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(CheckShape(from, "from"));
   RILIEVO_RETURN_IF_ERROR(CheckShape(to, "to"));
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree,
-                           ClosestPointTree::Build(to.vertices, to.triangles, context, brood));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree to_tree, TreeOf(to, context));
   std::vector<int> order(from.triangles.cols() > 0 ? from.triangles.cols() : from.vertices.cols());
   std::iota(order.begin(), order.end(), 0);
   RILIEVO_ASSIGN_OR_RETURN(const OneWay way,

@@ -43,6 +43,7 @@ struct Shape {
   // Of a point set: how far from each point a surface through it counts as seen. Empty: not known.
   std::vector<float> gaps = {};
   Eigen::Matrix3Xd normals = {};  // of a point set: unit, of either sign, one a point or none
+  int brood = 1;  // of the triangles, as for ClosestPointTree: makes a search quicker
 };
 
 struct MeasureOptions {
@@ -71,10 +72,9 @@ absl::StatusOr<TwoSidedError> MeasureAgainst(const Shape& a, const SearchableSha
                                              const RunContext& context);
 
 // One direction of it: from samples and vertices of `from`, or its points, to `to`. Quickest where
-// neighbours in the numbering of `from` are neighbours in space. `brood`: of the triangles of `to`,
-// as for ClosestPointTree.
+// neighbours in the numbering of `from` are neighbours in space.
 absl::StatusOr<DistanceSummary> MeasureOneSided(const Shape& from, const Shape& to,
                                                 const MeasureOptions& options,
-                                                const RunContext& context, int brood = 1);
+                                                const RunContext& context);
 
 }  // namespace rilievo
