@@ -12,14 +12,23 @@ struct Trilinear {
   Eigen::Vector3i base;
   std::array<float, 8> weight;
   explicit Trilinear(const Eigen::Vector3d& position) {
-    const Eigen::Vector3d floor = position.array().floor();
-    base = floor.cast<int>();
-    const Eigen::Vector3d t = position - floor;
-    for (int corner = 0; corner < 8; ++corner) {
-      double w = 1;
-      for (int axis = 0; axis < 3; ++axis) w *= ((corner >> axis) & 1) ? t[axis] : 1 - t[axis];
-      weight[corner] = static_cast<float>(w);
+    Eigen::Vector3d t;
+    for (int axis = 0; axis < 3; ++axis) {
+      base[axis] = Floor(position[axis]);
+      t[axis] = position[axis] - base[axis];
     }
+    const Eigen::Vector3d s = 1 - t.array();
+    const std::array<double, 4> across{s.x() * s.y(), t.x() * s.y(), s.x() * t.y(), t.x() * t.y()};
+    for (int k = 0; k < 4; ++k) {
+      weight[k] = static_cast<float>(across[k] * s.z());
+      weight[k + 4] = static_cast<float>(across[k] * t.z());
+    }
+  }
+
+  // std::floor calls a library routine on plain x86-64. For values of an int.
+  static int Floor(double value) {
+    const int toward_zero = static_cast<int>(value);
+    return toward_zero - (value < toward_zero ? 1 : 0);
   }
 };
 
@@ -30,7 +39,14 @@ struct NodesAround {
 
   // `at`: in lattice units.
   static Eigen::Vector3i LowFor(const Eigen::Vector3d& at) {
-    return (at.array() - 0.5).floor().cast<int>();
+    return {Trilinear::Floor(at.x() - 0.5), Trilinear::Floor(at.y() - 0.5),
+            Trilinear::Floor(at.z() - 0.5)};
+  }
+
+  // Whether they are all corners of the cell with this lower corner.
+  bool Holds(const Eigen::Vector3i& base) const {
+    const Eigen::Vector3i from = base - low;
+    return ((from.x() | from.y() | from.z()) & ~1) == 0;
   }
 
   // The corners of the cell that a position, moved half a cell down one axis at most, lies in.

@@ -10,12 +10,13 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/grid_footprint.h"
+#include "core/control/spread_discs.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1 << 14;   // nodes a task; sums are formed block by block
-constexpr double kDiscRadius = 0.75;  // of a point's spacing: discs overlap about twice
+constexpr int64_t kBlock = 1 << 14;  // nodes a task; sums are formed block by block
+constexpr size_t kSpeakers = 4096;   // whose discs are held at a time
 constexpr int kNoNode = -1;
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
 
@@ -130,12 +131,12 @@ class PoissonOperator {
     Fields spread;
     for (std::vector<float>& field : spread) field.assign(size_, 0.0f);
     const size_t count = system.speakers.points.size();
-    std::vector<NodesAround> around;
-    for (size_t begin = 0; begin < count; begin += kBlock) {
-      if (!FindNodes(system, begin, &around)) break;
+    SpreadDiscs discs(system);
+    for (size_t begin = 0; begin < count; begin += kSpeakers) {
+      if (!discs.Take(begin, std::min(kSpeakers, count - begin), context_).ok()) break;
       ParallelFor(4, 1, context_, [&](int64_t first, int64_t last) {
         for (int64_t part = first; part < last; ++part) {
-          Spread(system, begin, around, static_cast<int>(part), &spread[part]);
+          discs.Add(static_cast<int>(part), &spread[part]);
         }
       }).IgnoreError();
     }
@@ -234,37 +235,6 @@ class PoissonOperator {
     if (sum[3] <= 0) return 0;
     const double ratio = std::min(1.0, sum.head<3>().norm() / sum[3]);
     return static_cast<float>(ratio * ratio);
-  }
-
-  // Adds a block of speakers. part 0, 1, 2: one component of the normals, weighted by area, on the
-  // edges that run along that axis, each kept with the node it starts from. part 3: the area
-  // itself, on the nodes.
-  void Spread(const ScreenedPoisson& system, size_t begin, const std::vector<NodesAround>& around,
-              int part, std::vector<float>* field) const {
-    std::array<int, 8> nodes;
-    std::vector<Eigen::Vector3d> disc;
-    ImplicitGridReader grid(system.grid);
-    for (size_t m = 0; m < around.size(); ++m) {
-      const int i = system.speakers.points[begin + m];
-      Eigen::Vector3d at = LatticePoint(system, begin + m);
-      if (part < 3) at[part] -= 0.5;
-      const double spacing = system.speakers.spacing[begin + m] / system.cell;
-      TangentDisc(system.cloud.normals.col(i), kDiscRadius * spacing, &disc);
-      const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
-      const double share = part < 3 ? system.sides[i] * system.cloud.normals(part, i) : 1.0;
-      const auto amount = static_cast<float>(area * share / static_cast<double>(disc.size()));
-      for (const Eigen::Vector3d& offset : disc) {
-        const Trilinear weights(at + offset);
-        if (disc.size() == 1) {
-          nodes = around[m].Cell(weights.base);
-        } else {
-          grid.FindCell(weights.base, &nodes);
-        }
-        for (int corner = 0; corner < 8; ++corner) {
-          if (nodes[corner] >= 0) (*field)[nodes[corner]] += weights.weight[corner] * amount;
-        }
-      }
-    }
   }
 
   struct ScreeningRow {
