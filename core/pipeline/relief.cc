@@ -260,8 +260,6 @@ absl::StatusOr<CodedRelief> CodeRelief(const OrientedCloud& cloud, SampledRelief
   coded.surface = std::move(sampled.surface);
   // The encoder keeps one thread busy.
   const auto encode = [&]() -> absl::Status {
-    for (int k = getenv("RENC") ? atoi(getenv("RENC")) : 0; k > 0; --k)
-      (void)Encode(coded, CodingErrorFor(options, *report), options, context, report);
     RILIEVO_ASSIGN_OR_RETURN(
         coded.encoded, Encode(coded, CodingErrorFor(options, *report), options, context, report));
     return absl::OkStatus();
