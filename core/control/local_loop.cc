@@ -18,18 +18,30 @@ void Provide(int size, std::vector<int>* scratch) {
 
 LocalLoopFinder::LocalLoopFinder(const MeshTopology& topology, const Eigen::Matrix3Xd& vertices)
     : topology_(topology), vertices_(vertices) {
-  VertexEdges table;
-  table.begin.assign(topology.vertex_count + 1, 0);
+  VertexTables tables;
+  tables.edge_begin.assign(topology.vertex_count + 1, 0);
+  tables.face_begin.assign(topology.vertex_count + 1, 0);
   for (int e = 0; e < topology.edge_count(); ++e) {
-    for (int k = 0; k < 2; ++k) ++table.begin[topology.edge_vertices(k, e) + 1];
+    for (int k = 0; k < 2; ++k) ++tables.edge_begin[topology.edge_vertices(k, e) + 1];
   }
-  std::partial_sum(table.begin.begin(), table.begin.end(), table.begin.begin());
-  table.edges.resize(table.begin.back());
-  std::vector<int> next(table.begin.begin(), table.begin.end() - 1);
+  for (int f = 0; f < topology.face_count(); ++f) ++tables.face_begin[topology.faces(0, f) + 1];
+  for (std::vector<int>* begin : {&tables.edge_begin, &tables.face_begin}) {
+    std::partial_sum(begin->begin(), begin->end(), begin->begin());
+  }
+  tables.edges.resize(tables.edge_begin.back());
+  tables.neighbors.resize(tables.edges.size());
+  std::vector<int> next(tables.edge_begin.begin(), tables.edge_begin.end() - 1);
   for (int e = 0; e < topology.edge_count(); ++e) {
-    for (int k = 0; k < 2; ++k) table.edges[next[topology.edge_vertices(k, e)]++] = e;
+    for (int k = 0; k < 2; ++k) {
+      const int place = next[topology.edge_vertices(k, e)]++;
+      tables.edges[place] = e;
+      tables.neighbors[place] = topology.edge_vertices(1 - k, e);
+    }
   }
-  vertex_edges_ = std::make_shared<const VertexEdges>(std::move(table));
+  tables.faces.resize(tables.face_begin.back());
+  next.assign(tables.face_begin.begin(), tables.face_begin.end() - 1);
+  for (int f = 0; f < topology.face_count(); ++f) tables.faces[next[topology.faces(0, f)]++] = f;
+  tables_ = std::make_shared<const VertexTables>(std::move(tables));
 }
 
 std::vector<int> LocalLoopFinder::LoopAround(int root, double radius) {
@@ -88,8 +100,7 @@ const std::vector<int>& LocalLoopFinder::Patch(int root, double radius) {
   vertex_stamp_[root] = stamp_;
   for (size_t next = 0; next < disc_vertices_.size(); ++next) {
     const int v = disc_vertices_[next];
-    for (const int e : EdgesAt(v)) {
-      const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
+    for (const int w : NeighborsOf(v)) {
       if (vertex_stamp_[w] == stamp_) continue;
       if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) continue;
       vertex_stamp_[w] = stamp_;
@@ -105,37 +116,49 @@ bool LocalLoopFinder::PatchIsFlat(int root, double radius) {
   return disc_faces_.empty() || Handles(CapBoundary()) <= 0;
 }
 
-// Faces whose three corners were reached, connected through edges to the root's; and their edges.
+// Faces whose three corners were reached, and their edges.
 void LocalLoopFinder::CollectFaces() {
-  Provide(topology_.vertex_count, &counted_stamp_);
   Provide(topology_.face_count(), &face_slot_);
   Provide(topology_.face_count(), &face_stamp_);
-  Provide(topology_.edge_count(), &edge_stamp_);
-  Provide(topology_.edge_count(), &boundary_set_);
   disc_faces_.clear();
-  disc_edges_.clear();
   for (const int v : disc_vertices_) {
-    for (const int e : EdgesAt(v)) {
-      for (int side = 0; side < 2; ++side) {
-        const int f = topology_.edge_faces(side, e);
-        if (f < 0 || face_stamp_[f] == stamp_) continue;
-        bool inside = true;
-        for (int k = 0; k < 3; ++k) {
-          inside = inside && vertex_stamp_[topology_.faces(k, f)] == stamp_;
-        }
-        if (!inside) continue;
-        face_stamp_[f] = stamp_;
-        face_slot_[f] = static_cast<int>(disc_faces_.size());
-        disc_faces_.push_back(f);
-      }
+    for (const int f : FacesOf(v)) {
+      if (vertex_stamp_[topology_.faces(1, f)] != stamp_) continue;
+      if (vertex_stamp_[topology_.faces(2, f)] != stamp_) continue;
+      face_stamp_[f] = stamp_;
+      face_slot_[f] = static_cast<int>(disc_faces_.size());
+      disc_faces_.push_back(f);
     }
   }
-  for (const int f : disc_faces_) {
-    for (int k = 0; k < 3; ++k) {
-      const int e = topology_.face_edges(k, f);
-      if (edge_stamp_[e] == stamp_) continue;
-      edge_stamp_[e] = stamp_;
+  CollectEdges();
+}
+
+void LocalLoopFinder::CollectEdges() {
+  Provide(topology_.vertex_count, &counted_stamp_);
+  Provide(topology_.edge_count(), &boundary_set_);
+  disc_edges_.clear();
+  border_.clear();
+  used_vertices_ = 0;
+  const auto use = [&](int v) {
+    used_vertices_ += counted_stamp_[v] != stamp_;
+    counted_stamp_[v] = stamp_;
+  };
+  for (const int v : disc_vertices_) {
+    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
+    for (size_t i = 0; i < edges.size(); ++i) {
+      const int e = edges[i], w = neighbors[i];
+      if (w < v || vertex_stamp_[w] != stamp_) continue;
+      int inside = 0;
+      for (int side = 0; side < 2; ++side) {
+        const int f = topology_.edge_faces(side, e);
+        inside += f >= 0 && face_stamp_[f] == stamp_;
+      }
+      if (inside == 0) continue;
+      use(v);
+      use(w);
       disc_edges_.push_back(e);
+      boundary_set_[e] = -1;
+      if (inside == 1) border_.push_back(e);
     }
   }
 }
@@ -148,25 +171,12 @@ int LocalLoopFinder::FindSet(int element) {
 // Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
 // pinched there: it then has fewer handles than it may have, never more.
 int LocalLoopFinder::CapBoundary() {
-  std::vector<int> border;
-  for (const int e : disc_edges_) {
-    int inside = 0;
-    for (int side = 0; side < 2; ++side) {
-      const int f = topology_.edge_faces(side, e);
-      inside += f >= 0 && face_stamp_[f] == stamp_;
-    }
-    boundary_set_[e] = -1;
-    if (inside == 1) {
-      boundary_set_[e] = static_cast<int>(border.size());
-      border.push_back(e);
-    }
-  }
-  sets_.resize(border.size());
+  sets_.resize(border_.size());
   std::iota(sets_.begin(), sets_.end(), 0);
   std::vector<std::pair<int, int>> ends;
-  for (size_t i = 0; i < border.size(); ++i) {
+  for (size_t i = 0; i < border_.size(); ++i) {
     for (int k = 0; k < 2; ++k) {
-      ends.push_back({topology_.edge_vertices(k, border[i]), static_cast<int>(i)});
+      ends.push_back({topology_.edge_vertices(k, border_[i]), static_cast<int>(i)});
     }
   }
   std::sort(ends.begin(), ends.end());
@@ -174,27 +184,19 @@ int LocalLoopFinder::CapBoundary() {
     if (ends[i].first == ends[i - 1].first)
       sets_[FindSet(ends[i].second)] = FindSet(ends[i - 1].second);
   }
-  std::vector<int> number(border.size(), -1);
+  std::vector<int> number(border_.size(), -1);
   int loops = 0;
-  for (size_t i = 0; i < border.size(); ++i) {
+  for (size_t i = 0; i < border_.size(); ++i) {
     int& set = number[FindSet(static_cast<int>(i))];
     if (set < 0) set = loops++;
-    boundary_set_[border[i]] = set;
+    boundary_set_[border_[i]] = set;
   }
   return loops;
 }
 
-int LocalLoopFinder::Handles(int boundary_loops) {
-  int vertices = 0;
-  for (const int f : disc_faces_) {
-    for (int k = 0; k < 3; ++k) {
-      int& stamp = counted_stamp_[topology_.faces(k, f)];
-      vertices += stamp != stamp_;
-      stamp = stamp_;
-    }
-  }
+int LocalLoopFinder::Handles(int boundary_loops) const {
   const int euler =
-      vertices - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
+      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
   return (2 - boundary_loops - euler) / 2;
 }
 

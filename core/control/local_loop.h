@@ -35,28 +35,40 @@ class LocalLoopFinder {
   double Length(const std::vector<int>& loop) const;
 
  private:
-  struct VertexEdges {
-    std::vector<int> begin, edges;
+  // What meets at each vertex, in lists one after the other. The lists hold edges, the vertices at
+  // their other ends, and the faces whose first corner the vertex is.
+  struct VertexTables {
+    std::vector<int> edge_begin, edges, neighbors;
+    std::vector<int> face_begin, faces;
   };
+  static std::span<const int> ListOf(int vertex, const std::vector<int>& begin,
+                                     const std::vector<int>& lists) {
+    return {lists.data() + begin[vertex], lists.data() + begin[vertex + 1]};
+  }
   std::span<const int> EdgesAt(int vertex) const {
-    const int begin = vertex_edges_->begin[vertex];
-    return {vertex_edges_->edges.data() + begin,
-            static_cast<size_t>(vertex_edges_->begin[vertex + 1] - begin)};
+    return ListOf(vertex, tables_->edge_begin, tables_->edges);
+  }
+  std::span<const int> NeighborsOf(int vertex) const {
+    return ListOf(vertex, tables_->edge_begin, tables_->neighbors);
+  }
+  std::span<const int> FacesOf(int vertex) const {
+    return ListOf(vertex, tables_->face_begin, tables_->faces);
   }
   void CollectFaces();
+  void CollectEdges();
   int CapBoundary();  // numbers the boundary loops; returns how many
-  int Handles(int boundary_loops);
+  int Handles(int boundary_loops) const;
   std::vector<int> ShortestTreeLoop();
   int FindSet(int element);
 
   const MeshTopology& topology_;
   const Eigen::Matrix3Xd& vertices_;
-  std::shared_ptr<const VertexEdges> vertex_edges_;
+  std::shared_ptr<const VertexTables> tables_;
   std::vector<double> distance_;  // per vertex, valid where stamped
   std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
   std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
-  std::vector<int> edge_stamp_;
-  std::vector<int> disc_vertices_, disc_faces_, disc_edges_;
+  std::vector<int> disc_vertices_, disc_faces_, disc_edges_, border_;  // of edges with one face
+  int used_vertices_ = 0;                                              // those of the disc's edges
   std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it
   std::vector<int> sets_;          // union-find over faces, then boundary loops
   int stamp_ = 0;
