@@ -23,7 +23,6 @@ constexpr int kLeastWitnesses = 2;
 // Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
 // surface one point in 200 sees so much by chance.
 constexpr double kFreeCosine = -0.8660254037844386;  // of 150 degrees
-constexpr int kMostDirections = 64;
 // Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
 // arc of the radius of two of its cells.
 constexpr double kSmoothCosine = 0.9;
@@ -96,16 +95,31 @@ Direction DirectionOf(double x, double y) {
   return {y >= 0 ? 1 - x / length : 3 + x / length, x, y};
 }
 
+// The eighth of a turn that a direction lies in, counted as the turn grows.
+int EighthOf(double x, double y) {
+  constexpr std::array<int, 8> kEighths = {0, 1, 3, 2, 7, 6, 4, 5};
+  const int signs = (y < 0 ? 4 : 0) | (x < 0 ? 2 : 0);
+  return kEighths[signs | (std::abs(y) > std::abs(x) ? 1 : 0)];
+}
+
 // Whether the neighbours of a point leave a wide angle free, seen along its normal.
 bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
   const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-  std::array<Direction, kMostDirections> directions;
+  std::array<Eigen::Vector2d, kMostNeighbors> chords;
   int count = 0;
+  unsigned taken = 0;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d chord = cloud.points.col(j) - point;
-    if (count < kMostDirections) directions[count++] = DirectionOf(u.dot(chord), v.dot(chord));
+    const Eigen::Vector2d along(u.dot(chord), v.dot(chord));
+    chords[count++] = along;
+    taken |= 1u << EighthOf(along.x(), along.y());
   }
+  // An angle so wide leaves two eighths of a turn free that follow each other.
+  const unsigned free = ~(taken | taken << 8);
+  if ((free & free >> 1 & 0xff) == 0) return false;
+  std::array<Direction, kMostNeighbors> directions;
+  for (int k = 0; k < count; ++k) directions[k] = DirectionOf(chords[k].x(), chords[k].y());
   std::sort(directions.begin(), directions.begin() + count,
             [](const Direction& a, const Direction& b) { return a.turn < b.turn; });
   for (int k = 0; k < count; ++k) {
