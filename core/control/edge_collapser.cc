@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "core/base/parallel_for.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
+#include "core/control/faces_around.h"
 
 namespace rilievo {
 namespace {
@@ -19,18 +21,8 @@ constexpr int kClosedFloor = 20;  // faces a closed component keeps
 constexpr int kOpenFloor = 8;     // faces an open component keeps
 constexpr int kLastGrade = 2;
 constexpr float kGradeCost = 4;
-// Faces flatter than this have no normal to speak of: only their turn in all is checked.
-constexpr double kSliverRoundness = 0.02;
-// Least cosine between the normals of a face before and after one collapse.
-constexpr double kMinStepCosine = 0.2;
 constexpr int kCollapsesPerStopCheck = 4096;
 constexpr int kEdgesPerTask = 4096;
-
-// 1 for an equilateral triangle, 0 for a degenerate one; `cross` spans twice the area.
-double Roundness(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& cross) {
-  const double edges = (b - a).squaredNorm() + (c - b).squaredNorm() + (a - c).squaredNorm();
-  return edges > 0 ? 2 * std::numbers::sqrt3 * cross.norm() / edges : 0;
-}
 
 // A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
 // grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
@@ -54,7 +46,8 @@ constexpr EdgeCollapser::Guards EdgeCollapser::kGrades[] = {
 constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
 
 EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
-                             const SimplifyOptions& options, const FacePlanes* planes)
+                             const SimplifyOptions& options, const FacePlanes* planes,
+                             const RunContext& context)
     : mesh_(std::move(mesh)), options_(options), creases_(mesh_, input) {
   whole_.faces_left = mesh_.face_slots();
   positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
@@ -62,8 +55,17 @@ EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
   vertices_.resize(positions_.size());
   edges_.resize(static_cast<size_t>(mesh_.edge_slots()));
   least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
-  FindComponents();
-  BuildQuadrics(input, planes);
+  std::vector<Vector3d> across;
+  const auto find_components = [&] {
+    FindComponents();
+    return absl::OkStatus();
+  };
+  const auto build_quadrics = [&] {
+    across = BuildQuadrics(input, planes);
+    return absl::OkStatus();
+  };
+  SideBySide(context, build_quadrics, find_components).IgnoreError();
+  FindReferenceNormals(context, std::move(across));
 }
 
 void EdgeCollapser::FindComponents() {
@@ -91,9 +93,9 @@ void EdgeCollapser::FindComponents() {
   }
 }
 
-void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* planes) {
-  reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
-  std::vector<Vector3d> vertex_normal(positions_.size(), Vector3d::Zero());
+std::vector<Vector3d> EdgeCollapser::BuildQuadrics(const ControlMesh& input,
+                                                   const FacePlanes* planes) {
+  std::vector<Vector3d> across(positions_.size(), Vector3d::Zero());
   const auto cross_of = [&](int f) -> Vector3d {
     const Eigen::Vector3i corner = input.faces.col(f);
     const Vector3d& a = positions_[corner[0]];
@@ -120,20 +122,29 @@ void EdgeCollapser::BuildQuadrics(const ControlMesh& input, const FacePlanes* pl
     for (int k = 0; k < 3; ++k) {
       vertices_[corner[k]].quadric += plane;
       vertices_[corner[k]].quadric.AddPoint(positions_[corner[k]], options_.evenness * area / 3);
-      vertex_normal[corner[k]] += cross;
+      across[corner[k]] += cross;
     }
-  }
-  // A marching-cubes sliver points anywhere; its corners' mean normal does not.
-  for (int f = 0; f < mesh_.face_slots(); ++f) {
-    Vector3d mean = Vector3d::Zero();
-    for (int k = 0; k < 3; ++k) mean += vertex_normal[mesh_.From(3 * f + k)].normalized();
-    reference_normal_[f] = mean.normalized().cast<float>();
   }
   const double target_edge =
       std::sqrt(area_sum / std::max(1, options_.target_faces) * 4 / std::numbers::sqrt3);
   for (int h = 0; h < 3 * mesh_.face_slots(); ++h) {
     if (mesh_.Twin(h) < 0) AddBoundaryQuadrics(h, normal_of(cross_of(h / 3)), target_edge);
   }
+  return across;
+}
+
+// A marching-cubes sliver points anywhere; its corners' mean normal does not.
+void EdgeCollapser::FindReferenceNormals(const RunContext& context, std::vector<Vector3d> across) {
+  for (Vector3d& normal : across) normal.normalize();
+  reference_normal_.resize(static_cast<size_t>(mesh_.face_slots()));
+  const auto find = [&](int64_t begin, int64_t end) {
+    for (int f = static_cast<int>(begin); f < end; ++f) {
+      Vector3d mean = Vector3d::Zero();
+      for (int k = 0; k < 3; ++k) mean += across[mesh_.From(3 * f + k)];
+      reference_normal_[f] = mean.normalized().cast<float>();
+    }
+  };
+  ParallelFor(mesh_.face_slots(), kEdgesPerTask, context, find).IgnoreError();
 }
 
 // A boundary edge counts as a wall of the height of a final edge, upright on its face: then the
@@ -314,9 +325,10 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
   if (!creases_.Allow(mesh_, h) || !mesh_.CanCollapse(h, guards.least_valence)) return false;
   Quadric sum = vertices_[a].quadric;
   sum += vertices_[b].quadric;
+  const FacesAround faces{mesh_, positions_, reference_normal_, least_turn_cosine_};
   const auto fits = [&](const Vector3d& place) {
     return creases_.KeepTurns(mesh_, positions_, h, place) &&
-           KeepsShape(a, b, place, guards.roundness);
+           faces.KeepShape(a, b, place, guards.roundness);
   };
   Vector3d position = Meeting(a, b, sum);
   if (!fits(position)) {
@@ -342,36 +354,6 @@ bool EdgeCollapser::TryCollapse(int edge, Front* front) {
     Push(around, front);
   });
   return true;
-}
-
-// Whether the faces that stay around edge a-b keep upright when both ends move to `position`, and
-// the worst of them is as round as asked or as it was.
-bool EdgeCollapser::KeepsShape(int a, int b, const Vector3d& position, double roundness) const {
-  Worst worst;
-  Inspect(a, b, position, &worst);
-  if (worst.upright) Inspect(b, a, position, &worst);
-  return worst.upright && worst.after >= std::min(roundness, worst.before);
-}
-
-void EdgeCollapser::Inspect(int vertex, int other, const Vector3d& position, Worst* worst) const {
-  const Vector3d& a = positions_[vertex];
-  mesh_.ForEachOutgoing(vertex, [&](int h) {
-    if (!worst->upright) return;
-    const int to = mesh_.To(h), apex = mesh_.From(HalfEdgeMesh::Previous(h));
-    const Vector3d &b = positions_[to], &c = positions_[apex];
-    const Vector3d old_cross = (b - a).cross(c - a);
-    const double old_roundness = Roundness(a, b, c, old_cross);
-    worst->before = std::min(worst->before, old_roundness);
-    if (to == other || apex == other) return;
-    const Vector3d cross = (b - position).cross(c - position);
-    worst->after = std::min(worst->after, Roundness(position, b, c, cross));
-    const double length = cross.norm();
-    const bool turned =
-        !(cross.dot(reference_normal_[h / 3].cast<double>()) >= least_turn_cosine_ * length);
-    const bool jumped = old_roundness > kSliverRoundness &&
-                        cross.dot(old_cross) < kMinStepCosine * length * old_cross.norm();
-    if (turned || jumped) worst->upright = false;
-  });
 }
 
 ControlMesh EdgeCollapser::Compact() const {

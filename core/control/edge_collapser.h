@@ -21,9 +21,10 @@ namespace rilievo {
 // A mesh under collapses, and what they need to know of it.
 class EdgeCollapser {
  public:
-  // `planes` of the faces, where not their own, as for SimplifyMesh.
+  // `planes` of the faces, where not their own, as for SimplifyMesh. A stop request leaves it half
+  // done; the caller asks context.CheckStop() after.
   EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options,
-                const FacePlanes* planes = nullptr);
+                const FacePlanes* planes = nullptr, const RunContext& context = {});
 
   // Collapses on all threads, in every block down to about `share`, (0, 1), of the faces between
   // its inner vertices. The rims stay. The result does not depend on the number of threads.
@@ -67,16 +68,14 @@ class EdgeCollapser {
     bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }
   };
   struct Guards;
-  struct Worst {
-    double before = 1, after = 1;  // roundness
-    bool upright = true;
-  };
 
   static const Guards kGrades[];
   static const Guards kCoarseGuards;
 
   void FindComponents();
-  void BuildQuadrics(const ControlMesh& input, const FacePlanes* planes);
+  // Returns twice the area, across, of the faces around each vertex.
+  std::vector<Eigen::Vector3d> BuildQuadrics(const ControlMesh& input, const FacePlanes* planes);
+  void FindReferenceNormals(const RunContext& context, std::vector<Eigen::Vector3d> across);
   void AddBoundaryQuadrics(int h, const Eigen::Vector3d& face_normal, double target_edge);
   std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;
   void Seed(int edge, Front* front);
@@ -89,8 +88,6 @@ class EdgeCollapser {
   // Where the two ends of an edge would meet, by the sum of their quadrics.
   Eigen::Vector3d Meeting(int a, int b, const Quadric& sum) const;
   bool TryCollapse(int edge, Front* front);
-  bool KeepsShape(int a, int b, const Eigen::Vector3d& position, double roundness) const;
-  void Inspect(int vertex, int other, const Eigen::Vector3d& position, Worst* worst) const;
 
   HalfEdgeMesh mesh_;
   const SimplifyOptions& options_;

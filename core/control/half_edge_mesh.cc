@@ -1,19 +1,46 @@
 #include "core/control/half_edge_mesh.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 
-absl::StatusOr<HalfEdgeMesh> HalfEdgeMesh::Build(const Eigen::Matrix3Xi& faces, int vertex_count) {
+namespace {
+
+constexpr int64_t kBlock = 8192;
+
+// The first index in [0, count) that `is_fault` holds for, -1 where none is. What else it does must
+// concern its index alone.
+template <typename IsFault>
+absl::StatusOr<int64_t> FirstFault(int64_t count, const RunContext& context,
+                                   const IsFault& is_fault) {
+  std::vector<int64_t> first(static_cast<size_t>((count + kBlock - 1) / kBlock), -1);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      int64_t& found = first[begin / kBlock];
+      if (is_fault(static_cast<int>(i)) && found < 0) found = i;
+    }
+  }));
+  const auto found = std::find_if(first.begin(), first.end(), [](int64_t i) { return i >= 0; });
+  return found == first.end() ? -1 : *found;
+}
+
+}  // namespace
+
+absl::StatusOr<HalfEdgeMesh> HalfEdgeMesh::Build(const Eigen::Matrix3Xi& faces, int vertex_count,
+                                                 const RunContext& context) {
   HalfEdgeMesh mesh;
-  RILIEVO_RETURN_IF_ERROR(mesh.Link(faces, vertex_count));
-  RILIEVO_RETURN_IF_ERROR(mesh.CheckFans());
+  RILIEVO_RETURN_IF_ERROR(mesh.Link(faces, vertex_count, context));
+  RILIEVO_RETURN_IF_ERROR(mesh.CheckFans(context));
   mesh.NumberEdges();
   return mesh;
 }
 
-absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count) {
+absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count,
+                                const RunContext& context) {
   const int half_count = static_cast<int>(faces.size());
   half_.resize(static_cast<size_t>(half_count));
   // The edges are read, not used, by CheckFans().
@@ -35,17 +62,22 @@ absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count)
   std::vector<int> fill(begin.begin(), begin.end() - 1);
   for (int h = 0; h < half_count; ++h) leaving[fill[half_[h].from]++] = h;
 
-  for (int h = 0; h < half_count; ++h) {
+  // Finds the other half of each edge.
+  const auto is_double = [&](int h) {
     const int from = half_[h].from, to = To(h);
-    for (int i = begin[from]; i < begin[from + 1]; ++i) {
-      if (leaving[i] != h && To(leaving[i]) == to) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("edge ", from, "-", to, " is used twice in the same direction"));
-      }
-    }
     for (int i = begin[to]; i < begin[to + 1]; ++i) {
       if (To(leaving[i]) == from) half_[h].twin = leaving[i];
     }
+    for (int i = begin[from]; i < begin[from + 1]; ++i) {
+      if (leaving[i] != h && To(leaving[i]) == to) return true;
+    }
+    return false;
+  };
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t fault, FirstFault(half_count, context, is_double));
+  if (fault >= 0) {
+    const auto h = static_cast<int>(fault);
+    return absl::InvalidArgumentError(
+        absl::StrCat("edge ", half_[h].from, "-", To(h), " is used twice in the same direction"));
   }
 
   vertex_.assign(static_cast<size_t>(vertex_count), Vertex());
@@ -58,16 +90,16 @@ absl::Status HalfEdgeMesh::Link(const Eigen::Matrix3Xi& faces, int vertex_count)
   return absl::OkStatus();
 }
 
-absl::Status HalfEdgeMesh::CheckFans() const {
-  for (int v = 0; v < vertex_slots(); ++v) {
-    if (vertex_[v].outgoing < 0) continue;
+absl::Status HalfEdgeMesh::CheckFans(const RunContext& context) const {
+  const auto joins_fans = [&](int v) {
+    if (vertex_[v].outgoing < 0) return false;
     int reached = 0;
     ForEachNeighbor(v, [&](int, int) { ++reached; });
-    if (reached != vertex_[v].valence) {
-      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " joins more than one fan"));
-    }
-  }
-  return absl::OkStatus();
+    return reached != vertex_[v].valence;
+  };
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t fault, FirstFault(vertex_slots(), context, joins_fans));
+  if (fault < 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("vertex ", fault, " joins more than one fan"));
 }
 
 void HalfEdgeMesh::NumberEdges() {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/base/run_context.h"
 
 namespace rilievo {
 
@@ -18,7 +19,9 @@ class HalfEdgeMesh {
  public:
   // INVALID_ARGUMENT with the first fault unless `faces` (indices below `vertex_count`) is an
   // orientable 2-manifold with or without boundary. Vertices without a face are allowed.
-  static absl::StatusOr<HalfEdgeMesh> Build(const Eigen::Matrix3Xi& faces, int vertex_count);
+  // CANCELLED when stopped.
+  static absl::StatusOr<HalfEdgeMesh> Build(const Eigen::Matrix3Xi& faces, int vertex_count,
+                                            const RunContext& context = {});
 
   static int Next(int h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static int Previous(int h) { return h % 3 == 0 ? h + 2 : h - 1; }
@@ -84,8 +87,8 @@ class HalfEdgeMesh {
   void Collapse(int h);
 
  private:
-  absl::Status Link(const Eigen::Matrix3Xi& faces, int vertex_count);
-  absl::Status CheckFans() const;
+  absl::Status Link(const Eigen::Matrix3Xi& faces, int vertex_count, const RunContext& context);
+  absl::Status CheckFans(const RunContext& context) const;
   void NumberEdges();
   void RemoveFace(int h);
 

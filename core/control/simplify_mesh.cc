@@ -64,10 +64,12 @@ absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const Simplify
   if (!mesh.vertices.allFinite()) {
     return absl::InvalidArgumentError("the mesh to simplify has a vertex that is not finite");
   }
-  RILIEVO_ASSIGN_OR_RETURN(HalfEdgeMesh half_edges,
-                           HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_ASSIGN_OR_RETURN(
+      HalfEdgeMesh half_edges,
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), context));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  EdgeCollapser collapser(std::move(half_edges), mesh, options, planes);
+  EdgeCollapser collapser(std::move(half_edges), mesh, options, planes, context);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_RETURN_IF_ERROR(CollapseBlocks(mesh, options.target_faces, context, &collapser));
   for (const double milestone : kMilestones) {
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);
