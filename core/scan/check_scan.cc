@@ -109,7 +109,10 @@ absl::StatusOr<std::vector<int>> DistinctPlaces(const Eigen::Matrix3Xd& points,
   std::vector<int> kept;
   std::vector<uint64_t> kept_cells;
   const auto duplicates_kept_in = [&](uint64_t cell, const Eigen::Vector3d& point) {
-    auto place = std::upper_bound(kept_cells.begin(), kept_cells.end(), cell);
+    // Mostly the cell of the curve's own place: the last one, or one that no kept point is in.
+    auto place = kept_cells.empty() || cell >= kept_cells.back()
+                     ? kept_cells.end()
+                     : std::upper_bound(kept_cells.begin(), kept_cells.end(), cell);
     while (place != kept_cells.begin() && *--place == cell) {
       const int other = morton.order[kept[place - kept_cells.begin()]];
       const double separation = (points.col(other) - point).norm();

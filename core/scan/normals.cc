@@ -1,6 +1,7 @@
 #include "core/scan/normals.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -43,24 +44,34 @@ double Quantile(std::vector<float> values, double share) {
 // because residuals near edges, creases and thin walls measure the shape and not the scanner.
 // Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
 // noise over 11 degrees of freedom is 0.91 of its deviation.
-std::vector<float> MeasurementNoise(const std::vector<float>& residuals) {
+absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& residuals,
+                                                    const RunContext& context) {
   constexpr double kShare = 0.35;
   constexpr double kQuantileOfGaussian = 0.91;
+  const auto count = static_cast<int64_t>(residuals.size());
   struct Stretch {
     int64_t points;
     double bound;  // noise varies by no more than this within the stretch
   };
-  const auto count = static_cast<int64_t>(residuals.size());
-  std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
-  for (const Stretch& stretch :
-       {Stretch{256, 1.0}, Stretch{2048, 1.5}, Stretch{16384, 2.0}, Stretch{count, 3.0}}) {
-    for (int64_t begin = 0; begin < count; begin += stretch.points) {
-      const int64_t end = std::min(count, begin + stretch.points);
-      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
-      const float bound = static_cast<float>(stretch.bound * level / kQuantileOfGaussian);
-      for (int64_t i = begin; i < end; ++i) noise[i] = std::min(noise[i], bound);
+  const std::array<Stretch, 4> stretches = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
+  std::array<std::vector<float>, 4> bounds;  // of the stretches of each length
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(4, 1, context, [&](int64_t first, int64_t last) {
+    for (int64_t s = first; s < last; ++s) {
+      for (int64_t begin = 0; begin < count; begin += stretches[s].points) {
+        const int64_t end = std::min(count, begin + stretches[s].points);
+        const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+        bounds[s].push_back(static_cast<float>(stretches[s].bound * level / kQuantileOfGaussian));
+      }
     }
-  }
+  }));
+  std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      for (size_t s = 0; s < stretches.size(); ++s) {
+        noise[i] = std::min(noise[i], bounds[s][i / stretches[s].points]);
+      }
+    }
+  }));
   return noise;
 }
 
@@ -115,8 +126,9 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
                                                           distances.back(), planes[i].normal));
     }
   }));
-  RILIEVO_RETURN_IF_ERROR(WidenPatches(points, graph, MeasurementNoise(cloud.noise), cloud.spacing,
-                                       context, &patches, &planes));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
+  RILIEVO_RETURN_IF_ERROR(
+      WidenPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       // Where patches had to be widened, the nearest neighbours are the nearest in height too and
@@ -126,7 +138,7 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
     }
   }));
   first_spread = std::vector<double>();
-  const std::vector<float> noise = MeasurementNoise(cloud.noise);
+  RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
   cloud.normals.resize(3, count);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {

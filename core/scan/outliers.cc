@@ -280,16 +280,20 @@ absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
         MarkOutliers(points, graph, options.distance_factor, context, &result.keep));
   }
   result.outliers = std::count(result.keep.begin(), result.keep.end(), 0);
+  const double smallest =
+      std::min<double>(kLargestIsland, options.min_component_share * graph.size());
   ParitySets sets(graph.size());
+  // Of sets known to be no island: two such need not be joined.
+  std::vector<uint8_t> is_ashore(static_cast<size_t>(graph.size()), 0);
   RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t index) {
     const int i = static_cast<int>(index);
     if (!result.keep[i]) return;
     for (const int j : graph.neighbors(i)) {
-      if (result.keep[j]) sets.Join(i, j, 0);
+      if (!result.keep[j] || (is_ashore[i] & is_ashore[j]) != 0) continue;
+      sets.Join(i, j, 0);
+      if (sets.size(sets.Find(i)) >= smallest) is_ashore[i] = is_ashore[j] = 1;
     }
   }));
-  const double smallest =
-      std::min<double>(kLargestIsland, options.min_component_share * graph.size());
   for (int i = 0; i < graph.size(); ++i) {
     if (!result.keep[i] || sets.size(sets.Find(i)) >= smallest) continue;
     result.keep[i] = 0;
