@@ -17,9 +17,9 @@ std::span<const int> OwnedSamples(const DomainSamples& samples, int face) {
 
 class FaceResidual final : public ceres::CostFunction {
  public:
-  FaceResidual(const DomainSamples& samples, int face, const SampleTargets& targets)
+  FaceResidual(const DomainSamples& samples, int face, const std::vector<int>& points,
+               const SampleTargets& targets)
       : samples_(OwnedSamples(samples, face)), stencils_(samples.stencils), targets_(targets) {
-    const std::vector<int> points = ControlPointsOfFace(samples, face);
     size_t entries = 0;
     int rows = 0;
     for (const int sample : samples_) {
@@ -96,9 +96,10 @@ std::vector<int> ControlPointsOfFace(const DomainSamples& samples, int face) {
 }
 
 std::unique_ptr<ceres::CostFunction> MakeFaceResidual(const DomainSamples& samples, int face,
+                                                      const std::vector<int>& points,
                                                       const SampleTargets& targets) {
   if (OwnedSamples(samples, face).empty()) return nullptr;
-  return std::make_unique<FaceResidual>(samples, face, targets);
+  return std::make_unique<FaceResidual>(samples, face, points, targets);
 }
 
 }  // namespace rilievo

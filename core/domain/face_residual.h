@@ -20,9 +20,10 @@ std::vector<int> ControlPointsOfFace(const DomainSamples& samples, int face);
 
 // Residuals d_r . (S(u_i) - q_i) for each sample i that the face owns and each of its directions,
 // with S(u_i) = sum_j a_ij c_j. Parameter blocks of size 3: the columns of the control points named
-// by ControlPointsOfFace(). `targets` is read at every evaluation and must outlive the cost: a new
-// round changes it in place. Null for a face that owns no sample.
+// by ControlPointsOfFace(), `points`. `targets` is read at every evaluation and must outlive the
+// cost: a new round changes it in place. Null for a face that owns no sample.
 std::unique_ptr<ceres::CostFunction> MakeFaceResidual(const DomainSamples& samples, int face,
+                                                      const std::vector<int>& points,
                                                       const SampleTargets& targets);
 
 }  // namespace rilievo

@@ -6,8 +6,10 @@
 #include <ceres/solver.h>
 
 #include <algorithm>
+#include <memory>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/domain/face_residual.h"
 #include "core/domain/fairness.h"
@@ -26,6 +28,7 @@ constexpr double kUnboundedRadius = 1e16;
 // and its overall shape kept.
 constexpr double kForcing = 0.1;
 constexpr int kMaxConjugateGradients = 30;
+constexpr int64_t kFacesPerTask = 256;
 // Of the progress: what came before.
 constexpr double kLeastSquaresBegin = 0.2;
 // A round after which the cloud is farther off than this many times the distance before it is
@@ -46,20 +49,30 @@ class StopCallback final : public ceres::IterationCallback {
   const RunContext& context_;
 };
 
-void AddResiduals(const DomainSamples& samples, const SampleTargets& targets,
-                  const AreaShares& areas, const double* fairness, Eigen::Matrix3Xd* control_points,
-                  ceres::Problem* problem) {
+absl::Status AddResiduals(const DomainSamples& samples, const SampleTargets& targets,
+                          const AreaShares& areas, const double* fairness,
+                          const RunContext& context, Eigen::Matrix3Xd* control_points,
+                          ceres::Problem* problem) {
+  const int faces = samples.control_face_count();
+  std::vector<std::vector<int>> points(static_cast<size_t>(faces));
+  std::vector<std::unique_ptr<ceres::CostFunction>> costs(points.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(faces, kFacesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int64_t face = begin; face < end; ++face) {
+          const int f = static_cast<int>(face);
+          points[face] = ControlPointsOfFace(samples, f);
+          costs[face] = MakeFaceResidual(samples, f, points[face], targets);
+        }
+      }));
   std::vector<double*> blocks;
   const auto blocks_of = [&](const std::vector<int>& vertices) {
     blocks.clear();
     for (int vertex : vertices) blocks.push_back(control_points->col(vertex).data());
     return blocks;
   };
-  for (int face = 0; face < samples.control_face_count(); ++face) {
-    auto cost = MakeFaceResidual(samples, face, targets);
-    if (cost == nullptr) continue;
-    problem->AddResidualBlock(cost.release(), nullptr,
-                              blocks_of(ControlPointsOfFace(samples, face)));
+  for (size_t face = 0; face < costs.size(); ++face) {
+    if (costs[face] == nullptr) continue;
+    problem->AddResidualBlock(costs[face].release(), nullptr, blocks_of(points[face]));
   }
   for (int vertex = 0; vertex < samples.control_vertex_count(); ++vertex) {
     const Umbrella umbrella = UmbrellaOf(samples, vertex);
@@ -69,6 +82,7 @@ void AddResiduals(const DomainSamples& samples, const SampleTargets& targets,
     problem->AddResidualBlock(MakeFairnessResidual(neighbors, share, fairness).release(), nullptr,
                               blocks_of(umbrella.vertices));
   }
+  return absl::OkStatus();
 }
 
 ceres::Solver::Options SolverOptions(StopCallback* stop) {
@@ -103,7 +117,8 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
   problem_options.disable_all_safety_checks = true;
   ceres::Problem problem(problem_options);
   // The problem keeps the addresses of the control points: rounds change them in place.
-  AddResiduals(samples, targets, areas, &fairness, &state->control_points, &problem);
+  RILIEVO_RETURN_IF_ERROR(
+      AddResiduals(samples, targets, areas, &fairness, context, &state->control_points, &problem));
   StopCallback stop(context);
   const ceres::Solver::Options solver_options = SolverOptions(&stop);
   double tangential_weight = options.tangential_weight;

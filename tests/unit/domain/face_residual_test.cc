@@ -40,9 +40,10 @@ class FaceResidualOf : public testing::TestWithParam<bool> {
 TEST_P(FaceResidualOf, HasTheJacobianOfItsResiduals) {
   int checked = 0;
   for (int face = 0; face < samples_.control_face_count(); ++face) {
-    const auto cost = MakeFaceResidual(samples_, face, targets_);
+    const std::vector<int> points = ControlPointsOfFace(samples_, face);
+    const auto cost = MakeFaceResidual(samples_, face, points, targets_);
     if (cost == nullptr) continue;
-    const auto blocks = BlocksOf(mesh_.vertices, ControlPointsOfFace(samples_, face));
+    const auto blocks = BlocksOf(mesh_.vertices, points);
     const std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
     ceres::GradientChecker checker(cost.get(), &manifolds, ceres::NumericDiffOptions());
     ceres::GradientChecker::ProbeResults results;
@@ -66,9 +67,10 @@ TEST_P(FaceResidualOf, CountsEachSampleOnce) {
   }
   double found = 0;
   for (int face = 0; face < samples_.control_face_count(); ++face) {
-    const auto cost = MakeFaceResidual(samples_, face, targets_);
+    const std::vector<int> points = ControlPointsOfFace(samples_, face);
+    const auto cost = MakeFaceResidual(samples_, face, points, targets_);
     if (cost == nullptr) continue;
-    const auto blocks = BlocksOf(mesh_.vertices, ControlPointsOfFace(samples_, face));
+    const auto blocks = BlocksOf(mesh_.vertices, points);
     Eigen::VectorXd residuals(cost->num_residuals());
     ASSERT_TRUE(cost->Evaluate(blocks.data(), residuals.data(), nullptr));
     found += residuals.squaredNorm();
