@@ -31,11 +31,13 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vect
                  Vector3d* face_normal, Vector3d* face_point) {
   std::array<int, kMostPoints> found;
   std::array<double, kMostPoints> squared;
-  index.Nearest(center, 1, found.data(), squared.data());
+  const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
+  int count = index.Nearest(center, most(kFewestPoints), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-  const int wanted = PointsWanted(kFewestPoints, kMostPoints, noise, spacing);
-  const int count =
-      index.NearestUnordered(center, std::min(wanted, index.size()), found.data(), squared.data());
+  const int wanted = most(PointsWanted(kFewestPoints, kMostPoints, noise, spacing));
+  if (wanted > count) {
+    count = index.NearestUnordered(center, wanted, found.data(), squared.data());
+  }
   // The nearest of the face's side.
   int seed = count;
   for (int i = 0; i < count; ++i) {
