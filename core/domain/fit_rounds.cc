@@ -25,13 +25,13 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken) {
   const Eigen::Matrix3Xd before = state->control_points;
-  std::vector<uint8_t> folded_before;
+  std::vector<double> folded_before;
   const auto move_points = [&] {
     move();
     return absl::OkStatus();
   };
   const auto find_folds = [&] {
-    folded_before = FoldedFaces(samples, state->surface);
+    folded_before = FoldedAreas(samples, state->surface);
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(SideBySide(context, move_points, find_folds));

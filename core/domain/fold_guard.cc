@@ -8,6 +8,8 @@ namespace rilievo {
 namespace {
 
 constexpr int kPasses = 5;
+// An old fold may grow by so much while it passes from face to face.
+constexpr double kMostGrowth = 1.5;
 
 // The control points on which the limit surface over a control face depends: the rings of its
 // corners.
@@ -21,34 +23,55 @@ void MarkSupport(const DomainSamples& samples, Eigen::Index face, std::vector<ui
   }
 }
 
+// Per control face: the sum over the faces around its corners.
+std::vector<double> SumAround(const DomainSamples& samples, const std::vector<double>& of_face) {
+  const auto& faces = samples.refinement.levels.front().faces;
+  std::vector<double> at_vertex(static_cast<size_t>(samples.control_vertex_count()), 0);
+  std::vector<double> sums(of_face.size(), 0);
+  for (size_t face = 0; face < of_face.size(); ++face) {
+    for (int k = 0; k < 3; ++k) {
+      at_vertex[static_cast<size_t>(faces(k, static_cast<Eigen::Index>(face)))] += of_face[face];
+    }
+  }
+  for (size_t face = 0; face < of_face.size(); ++face) {
+    for (int k = 0; k < 3; ++k) {
+      sums[face] += at_vertex[static_cast<size_t>(faces(k, static_cast<Eigen::Index>(face)))];
+    }
+  }
+  return sums;
+}
+
 }  // namespace
 
-std::vector<uint8_t> FoldedFaces(const DomainSamples& samples, const SampledSurface& surface) {
+std::vector<double> FoldedAreas(const DomainSamples& samples, const SampledSurface& surface) {
   const MeshTopology& fine = samples.finest();
   const int descendants = fine.face_count() / samples.control_face_count();
-  std::vector<uint8_t> folded(static_cast<size_t>(samples.control_face_count()), 0);
+  std::vector<double> folded(static_cast<size_t>(samples.control_face_count()), 0);
   for (int face = 0; face < fine.face_count(); ++face) {
     const auto corner = [&](int k) { return surface.positions.col(fine.faces(k, face)); };
     const Eigen::Vector3d side = corner(1) - corner(0);
     const Eigen::Vector3d normal = side.cross(corner(2) - corner(0));
-    for (int k = 0; k < 3; ++k) {
-      if (normal.dot(surface.normals.col(fine.faces(k, face))) <= 0) {
-        folded[static_cast<size_t>(face / descendants)] = 1;
-      }
-    }
+    bool turned = false;
+    for (int k = 0; k < 3; ++k) turned |= normal.dot(surface.normals.col(fine.faces(k, face))) <= 0;
+    if (turned) folded[static_cast<size_t>(face / descendants)] += normal.norm() / 2;
   }
   return folded;
 }
 
 absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
-                       const std::vector<uint8_t>& folded_before, const RunContext& context,
+                       const std::vector<double>& folded_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
+  const std::vector<double> around_before = SumAround(samples, folded_before);
   for (int pass = 1; pass <= kPasses; ++pass) {
-    const std::vector<uint8_t> folded = FoldedFaces(samples, *surface);
+    const std::vector<double> folded = FoldedAreas(samples, *surface);
     std::vector<uint8_t> undo(static_cast<size_t>(samples.control_vertex_count()), 0);
+    const std::vector<double> around = SumAround(samples, folded);
     bool any = false;
     for (size_t face = 0; face < folded.size(); ++face) {
-      if (!folded[face] || folded_before[face]) continue;
+      const bool old = folded_before[face] > 0;
+      if (!(folded[face] > 0) || (old && around[face] <= kMostGrowth * around_before[face])) {
+        continue;
+      }
       any = true;
       MarkSupport(samples, static_cast<Eigen::Index>(face), &undo);
     }

@@ -11,15 +11,16 @@
 
 namespace rilievo {
 
-// One entry a control face: 1 where a triangle of its samples turns away from the limit normal at
-// one of its corners by 90 degrees or more.
-std::vector<uint8_t> FoldedFaces(const DomainSamples& samples, const SampledSurface& surface);
+// One entry a control face: the area, unit frame, of the triangles of its samples that turn away
+// from the limit normal at one of their corners by 90 degrees or more.
+std::vector<double> FoldedAreas(const DomainSamples& samples, const SampledSurface& surface);
 
 // Takes back the moves of the control points from `before` to `*control_points` around those faces
-// that were not folded before and are now: by half, again by half, at last wholly. `surface` is
-// that of `*control_points`, on entry and on return.
+// that were not folded before and are now, and those around which half as much again is folded as
+// before: by half, again by half, at last wholly. `surface` is that of `*control_points`, on entry
+// and on return.
 absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
-                       const std::vector<uint8_t>& folded_before, const RunContext& context,
+                       const std::vector<double>& folded_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface);
 
 }  // namespace rilievo

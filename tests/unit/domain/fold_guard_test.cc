@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "tests/unit/domain/analytic_scenes.h"
@@ -17,14 +18,15 @@ struct Folding {
   void Sample(const Eigen::Matrix3Xd& points) {
     EXPECT_TRUE(SampleSurface(samples, points, RunContext(), &surface).ok());
   }
+  // Faces with a fold.
   int Folded() const {
-    const std::vector<uint8_t> folded = FoldedFaces(samples, surface);
-    return std::accumulate(folded.begin(), folded.end(), 0);
+    const std::vector<double> folded = FoldedAreas(samples, surface);
+    return static_cast<int>(folded.size() - std::count(folded.begin(), folded.end(), 0));
   }
   // Vertex 30 pulled along the surface, over its neighbours and beyond.
-  Eigen::Matrix3Xd Pulled() const {
+  Eigen::Matrix3Xd Pulled(double rows = 3) const {
     Eigen::Matrix3Xd points = mesh.vertices;
-    points.col(30) += 3 * (mesh.vertices.col(42) - mesh.vertices.col(30));
+    points.col(30) += rows * (mesh.vertices.col(42) - mesh.vertices.col(30));
     return points;
   }
 };
@@ -45,7 +47,7 @@ TEST(FoldGuard, TakesBackAsMuchAsNeeded) {
   points.col(200).z() += 1e-3;
   folding.Sample(points);
   ASSERT_TRUE(UndoFolds(folding.samples, folding.mesh.vertices,
-                        std::vector<uint8_t>(folding.mesh.faces.cols(), 0), RunContext(), &points,
+                        std::vector<double>(folding.mesh.faces.cols(), 0), RunContext(), &points,
                         &folding.surface)
                   .ok());
   EXPECT_EQ(folding.Folded(), 0);
@@ -61,7 +63,7 @@ TEST(FoldGuard, LeavesOldFoldsToTheFit) {
   Folding folding;
   const Eigen::Matrix3Xd folded_start = folding.Pulled();
   folding.Sample(folded_start);
-  const std::vector<uint8_t> folded_before = FoldedFaces(folding.samples, folding.surface);
+  const std::vector<double> folded_before = FoldedAreas(folding.samples, folding.surface);
   Eigen::Matrix3Xd points = folded_start;
   points.col(30) += 0.1 * (folding.mesh.vertices.col(30) - points.col(30));
   const Eigen::Matrix3Xd moved = points;
@@ -70,6 +72,24 @@ TEST(FoldGuard, LeavesOldFoldsToTheFit) {
                         &folding.surface)
                   .ok());
   EXPECT_EQ(points, moved);
+}
+
+TEST(FoldGuard, NoOldFoldGrows) {
+  Folding folding;
+  const Eigen::Matrix3Xd folded_start = folding.Pulled(2);
+  folding.Sample(folded_start);
+  const std::vector<double> folded_before = FoldedAreas(folding.samples, folding.surface);
+  ASSERT_GT(folding.Folded(), 0);
+  const auto total = [](const std::vector<double>& areas) {
+    return std::accumulate(areas.begin(), areas.end(), 0.0);
+  };
+  Eigen::Matrix3Xd points = folding.Pulled(3);
+  folding.Sample(points);
+  ASSERT_GT(total(FoldedAreas(folding.samples, folding.surface)), 4 * total(folded_before));
+  ASSERT_TRUE(UndoFolds(folding.samples, folded_start, folded_before, RunContext(), &points,
+                        &folding.surface)
+                  .ok());
+  EXPECT_LE(total(FoldedAreas(folding.samples, folding.surface)), 1.5 * total(folded_before));
 }
 
 }  // namespace
