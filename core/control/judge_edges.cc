@@ -20,6 +20,9 @@ constexpr double kSharpCosine = 0.866;
 // Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
 constexpr double kStrongEvidence = 20;
 constexpr double kWeakEvidence = 8;
+// Standard errors that the points by an edge lie inside its corner from which it is rounded, and
+// counts less: only where it leads on from a sure one.
+constexpr double kBlunt = 1.5;
 // Least cosine of an edge and the line along which its sides meet.
 constexpr double kAligned = 0.85;
 // Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
@@ -46,8 +49,9 @@ Verdict VerdictOf(const CreasePlanes& planes, const EdgePlace& place, double len
       off > std::min(kOffLength * length + planes.spacing, kOffSpacings * planes.spacing)) {
     return Verdict::kSmooth;
   }
-  if (planes.evidence > kStrongEvidence) return Verdict::kStrong;
-  return planes.evidence > kWeakEvidence ? Verdict::kWeak : Verdict::kSmooth;
+  const bool blunt = planes.bluntness > kBlunt;
+  if (planes.evidence > kStrongEvidence) return blunt ? Verdict::kWeak : Verdict::kStrong;
+  return planes.evidence > kWeakEvidence && !blunt ? Verdict::kWeak : Verdict::kSmooth;
 }
 
 // Whether the points would say the same of both places.

@@ -39,6 +39,10 @@ constexpr double kLeastScatter = 0.05;
 // shapes that bend within a few spacings do that.
 constexpr double kNoises = 1.25;
 
+// Points by the edge lie no farther than a spacing and their noise off either side; the noise
+// counts as this many spacings at least.
+constexpr double kLeastNoiseByEdge = 0.1;
+
 // Evidence beyond doubt: no other neighbourhood is asked.
 constexpr double kEnough = 40;
 
@@ -206,6 +210,24 @@ SolidSquares PlaneSquares(const Neighborhood& around, const std::array<SidePlane
   return squares;
 }
 
+// How far inside the corner of the sides the points by the edge are in the mean, in standard
+// errors. A point's distance to the solid is the larger one of two, so noise about a true corner
+// carries the mean outward.
+double Bluntness(const Neighborhood& around, const std::array<SidePlane, 2>& sides, bool convex,
+                 double spacing, double noise) {
+  noise = std::max(noise, kLeastNoiseByEdge * spacing);
+  double inside = 0;
+  int count = 0;
+  for (int i = 0; i < around.count; ++i) {
+    if (around.side[i] == kNeither) continue;
+    const double a = Off(sides[0], around, i), b = Off(sides[1], around, i);
+    if (std::max(std::abs(a), std::abs(b)) > spacing + noise) continue;
+    inside += convex ? -std::max(a, b) : std::min(a, b);
+    ++count;
+  }
+  return count > 0 ? inside / (noise * std::sqrt(count)) : 0;
+}
+
 // The nearer plane takes points beside the edge whose noise is larger than their way to it, and
 // both lean: in the end the sides part at the edge, and points nearer to it than noise carries them
 // are left out. Sides that then fit the points worse are not taken.
@@ -270,11 +292,14 @@ std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& fo
   const auto used = static_cast<double>(
       around.count - std::count(around.side.begin(), around.side.begin() + around.count, kNeither));
   const double floor = used * least * least;
-  const double planes = PlaneSquares(around, fit.sides).best();
+  const SolidSquares solid = PlaneSquares(around, fit.sides);
+  const double planes = solid.best();
   // Two unknowns more than the quadric has (Schwarz 1978).
   const double roughness = kNoises * cloud.noise[nearest] + kLeastScatter * fit.spacing;
   if (planes > used * roughness * roughness) return std::nullopt;
   fit.evidence = used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
+  fit.bluntness =
+      Bluntness(around, fit.sides, solid.convex < solid.concave, fit.spacing, cloud.noise[nearest]);
   // Where little speaks for two sides, those that explain the points best are the safer ones.
   if (bias == SideBias::kRemoved && fit.evidence > kEnough &&
       cloud.noise[nearest] > kClean * fit.spacing) {

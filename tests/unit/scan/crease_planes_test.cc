@@ -28,14 +28,19 @@ EdgePlace PlaceAtOrigin(double off = 0) {
   return place;
 }
 
-// Points of the roof |x| < 0.5, |y| < 0.5 whose sides fall by `slope` from the ridge along y.
-OrientedCloud Roof(double slope, double noise) {
+// Points of the roof |x| < 0.5, |y| < 0.5 whose sides fall by `slope` from the ridge along y,
+// rounded to an arc of the given radius.
+OrientedCloud Roof(double slope, double noise, double radius = 0) {
   Random random(7);
   const double area = std::hypot(1.0, slope);
   return CloudOf(kPoints, area, [&] {
     const double x = random.Uniform(-0.5, 0.5), y = random.Uniform(-0.5, 0.5);
-    const Vector3d normal = Vector3d(x < 0 ? -slope : slope, 0, 1).normalized();
-    const Vector3d at(x, y, -slope * std::abs(x));
+    Vector3d normal = Vector3d(x < 0 ? -slope : slope, 0, 1).normalized();
+    Vector3d at(x, y, -slope * std::abs(x));
+    if (std::abs(x) < radius * slope / area) {
+      normal = Vector3d(x, 0, std::sqrt(radius * radius - x * x)) / radius;
+      at.z() = radius * (normal.z() - area);
+    }
     return std::pair<Vector3d, Vector3d>(at + noise * random.Normal() * normal, normal);
   });
 }
@@ -79,6 +84,27 @@ TEST(CreasePlanesTest, FindsTheRidgeUnderNoise) {
   }
   // One place may say little, the run of them says enough.
   EXPECT_GT(evidence / count, 16);
+}
+
+TEST(CreasePlanesTest, RoundedRidgesAreBluntAndSharpOnesAreNot) {
+  const double spacing = Roof(1.0, 0).median_spacing;
+  const double noise = 0.3 * spacing;
+  for (const double radius : {0.0, 2 * spacing}) {
+    OrientedCloud cloud = Roof(1.0, noise, radius);
+    cloud.noise.assign(cloud.noise.size(), static_cast<float>(noise));
+    const PointIndex index(cloud.points);
+    double bluntness = 0;
+    int count = 0;
+    for (double y = -0.35; y <= 0.35; y += 0.05, ++count) {
+      EdgePlace place = PlaceAtOrigin();
+      place.middle.y() = y;
+      const auto fit = FitCreasePlanes(cloud, index, place);
+      ASSERT_TRUE(fit.has_value());
+      bluntness += fit->bluntness;
+      EXPECT_TRUE(radius > 0 || fit->bluntness < 1.5) << y;
+    }
+    EXPECT_EQ(bluntness > 1.5 * count, radius > 0) << radius;
+  }
 }
 
 TEST(CreasePlanesTest, BentSurfacesAreBetterExplainedByAQuadric) {
