@@ -25,13 +25,13 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken) {
   const Eigen::Matrix3Xd before = state->control_points;
-  std::vector<double> folded_before;
+  FoldedAreas folds_before;
   const auto move_points = [&] {
     move();
     return absl::OkStatus();
   };
   const auto find_folds = [&] {
-    folded_before = FoldedAreas(samples, state->surface);
+    folds_before = FindFolds(samples, state->surface);
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(SideBySide(context, move_points, find_folds));
@@ -46,7 +46,7 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
     RILIEVO_RETURN_IF_ERROR(
         UndoStrays(samples, before, state->gaps_at_start, gaps, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(
-        UndoFolds(samples, before, folded_before, context, &points, &state->surface));
+        UndoFolds(samples, before, folds_before, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));
     *taken = worst_ratio <= 0 || search->cloud_rms() <= worst_ratio * state->rms.back();
   }

@@ -1,6 +1,8 @@
 #include "core/domain/fold_guard.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
 
 #include "core/base/status_macros.h"
 
@@ -8,8 +10,10 @@ namespace rilievo {
 namespace {
 
 constexpr int kPasses = 5;
-// An old fold may grow by so much while it passes from face to face.
+// An old fold may grow by so much in a move, as it passes from face to face, and up to this share
+// of its face: scans with many folds would hardly be fitted otherwise.
 constexpr double kMostGrowth = 1.5;
+constexpr double kSmallShare = 0.1;
 
 // The control points on which the limit surface over a control face depends: the rings of its
 // corners.
@@ -43,35 +47,41 @@ std::vector<double> SumAround(const DomainSamples& samples, const std::vector<do
 
 }  // namespace
 
-std::vector<double> FoldedAreas(const DomainSamples& samples, const SampledSurface& surface) {
+FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface) {
   const MeshTopology& fine = samples.finest();
   const int descendants = fine.face_count() / samples.control_face_count();
-  std::vector<double> folded(static_cast<size_t>(samples.control_face_count()), 0);
+  const auto count = static_cast<size_t>(samples.control_face_count());
+  FoldedAreas areas{std::vector<double>(count, 0), std::vector<double>(count, 0)};
   for (int face = 0; face < fine.face_count(); ++face) {
     const auto corner = [&](int k) { return surface.positions.col(fine.faces(k, face)); };
     const Eigen::Vector3d side = corner(1) - corner(0);
     const Eigen::Vector3d normal = side.cross(corner(2) - corner(0));
     bool turned = false;
     for (int k = 0; k < 3; ++k) turned |= normal.dot(surface.normals.col(fine.faces(k, face))) <= 0;
-    if (turned) folded[static_cast<size_t>(face / descendants)] += normal.norm() / 2;
+    // A triangle without area is folded, too.
+    const double area = std::max(normal.norm() / 2, std::numeric_limits<double>::min());
+    const auto control_face = static_cast<size_t>(face / descendants);
+    areas.whole[control_face] += area;
+    if (turned) areas.folded[control_face] += area;
   }
-  return folded;
+  return areas;
 }
 
 absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
-                       const std::vector<double>& folded_before, const RunContext& context,
+                       const FoldedAreas& folds_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
-  const std::vector<double> around_before = SumAround(samples, folded_before);
+  const std::vector<double> around_before = SumAround(samples, folds_before.folded);
   for (int pass = 1; pass <= kPasses; ++pass) {
-    const std::vector<double> folded = FoldedAreas(samples, *surface);
+    const FoldedAreas folds = FindFolds(samples, *surface);
+    const std::vector<double> around = SumAround(samples, folds.folded);
     std::vector<uint8_t> undo(static_cast<size_t>(samples.control_vertex_count()), 0);
-    const std::vector<double> around = SumAround(samples, folded);
     bool any = false;
-    for (size_t face = 0; face < folded.size(); ++face) {
-      const bool old = folded_before[face] > 0;
-      if (!(folded[face] > 0) || (old && around[face] <= kMostGrowth * around_before[face])) {
-        continue;
-      }
+    for (size_t face = 0; face < around.size(); ++face) {
+      if (!(folds.folded[face] > 0)) continue;
+      const bool old = folds_before.folded[face] > 0;
+      const bool bearable = around[face] <= kMostGrowth * around_before[face] ||
+                            folds.folded[face] <= kSmallShare * folds.whole[face];
+      if (old && bearable) continue;
       any = true;
       MarkSupport(samples, static_cast<Eigen::Index>(face), &undo);
     }

@@ -11,16 +11,20 @@
 
 namespace rilievo {
 
-// One entry a control face: the area, unit frame, of the triangles of its samples that turn away
-// from the limit normal at one of their corners by 90 degrees or more.
-std::vector<double> FoldedAreas(const DomainSamples& samples, const SampledSurface& surface);
+// One entry a control face: the area, unit frame, of the triangles of its samples, and of those
+// that turn away from the limit normal at one of their corners by 90 degrees or more.
+struct FoldedAreas {
+  std::vector<double> whole, folded;
+};
+
+FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface);
 
 // Takes back the moves of the control points from `before` to `*control_points` around those faces
-// that were not folded before and are now, and those around which half as much again is folded as
-// before: by half, again by half, at last wholly. `surface` is that of `*control_points`, on entry
-// and on return.
+// that were not folded before and are now, and around old folds that the move made half as large
+// again and larger than a tenth of their face: by half, again by half, at last wholly.
+// `surface` is that of `*control_points`, on entry and on return.
 absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
-                       const std::vector<double>& folded_before, const RunContext& context,
+                       const FoldedAreas& folds_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface);
 
 }  // namespace rilievo
