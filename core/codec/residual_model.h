@@ -53,7 +53,8 @@ class ResidualModel {
     return negative ? -static_cast<int32_t>(magnitude) : static_cast<int32_t>(magnitude);
   }
 
-  // What magnitudes would take in the same place, in bits. The model must not learn meanwhile.
+  // What magnitudes would take in the same place, in bits. Refers to the model and the contexts;
+  // the model must not learn meanwhile.
   class Prices {
    public:
     Prices(const ResidualModel& model, const Contexts& contexts)

@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-// Refers to a cloud and the index of its points, which have to outlive it.
+// Refers to a cloud of a point or more and the index of its points, which have to outlive it.
 class LoopWitness {
  public:
   LoopWitness(const OrientedCloud& cloud, const PointIndex& index) : cloud_(cloud), index_(index) {}

@@ -88,7 +88,10 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
 }  // namespace
 
 void RelaxTangentially(ControlMesh* mesh, int rounds) {
-  const auto half_edges = HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  RunContext alone;
+  alone.threads = 1;
+  const auto half_edges =
+      HalfEdgeMesh::Build(mesh->faces, static_cast<int>(mesh->vertices.cols()), alone);
   if (!half_edges.ok()) return;
   const CarriedCreases creases(*half_edges, *mesh);
   const auto moves = [&](int v) {

@@ -97,8 +97,8 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
     ScratchPool<LocalLoopFinder> finders(prototype);
     RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
     const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
-    // Of two loops of one handle the first blocks the second, so those short as they are found need
-    // no tightening yet.
+    // Of two loops of one handle the first decides, so those short as they are found need no
+    // tightening yet.
     found.resize(seeds.size());
     RILIEVO_RETURN_IF_ERROR(ParallelFor(
         static_cast<int64_t>(seeds.size()), kSeedBlock, context, [&](int64_t begin, int64_t end) {
@@ -109,10 +109,20 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
         }));
   }
   std::vector<uint8_t> taken(topology.vertex_count, 0);
+  std::vector<uint8_t> kept(taken), again(taken);
+  // Marks what has to wait for the next search.
   const auto blocked = [&](const std::vector<int>& loop) {
-    return loop.size() < 3 || std::any_of(loop.begin(), loop.end(), [&](int v) {
-             return taken[v] != 0 || topology.boundary_vertex[v] != 0;
-           });
+    const auto flagged = [](const auto& flags) {
+      return [&flags](int v) { return flags[v] != 0; };
+    };
+    if (loop.size() < 3 ||
+        std::any_of(loop.begin(), loop.end(), flagged(topology.boundary_vertex)) ||
+        std::all_of(loop.begin(), loop.end(), flagged(kept))) {
+      return true;
+    }
+    if (std::none_of(loop.begin(), loop.end(), flagged(taken))) return false;
+    for (const int v : loop) again[v] = 1;
+    return true;
   };
   Eigen::Matrix3Xd normals;
   const auto lined = [&](const std::vector<int>& loop) {
@@ -124,13 +134,20 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
   for (std::vector<int>& loop : found) {
     if (blocked(loop)) continue;
     loop = Tighten(std::move(loop), radius, &finder);
-    if (blocked(loop) || lined(loop)) continue;
+    if (blocked(loop)) continue;
+    if (lined(loop)) {
+      // Loops in so small a disc are the same handle's.
+      for (const int v : finder.Disc(loop[0], finder.Length(loop) / 2)) kept[v] = 1;
+      for (const int v : loop) kept[v] = 1;
+      continue;
+    }
     // The whole neighbourhood is spoken for: another loop there may be the same handle's.
     for (const int v : finder.Disc(loop[0], radius)) taken[v] = 1;
     for (const int v : loop) taken[v] = 1;
     loops.push_back(std::move(loop));
   }
-  *search = std::move(taken);
+  for (size_t v = 0; v < taken.size(); ++v) again[v] |= taken[v];
+  *search = std::move(again);
   return loops;
 }
 

@@ -50,7 +50,7 @@ struct Vectors {
 struct Sample {
   int count = 0;
   Vectors at, normal;
-  std::array<int, kMostCreasePoints> plane;
+  std::array<int, kMostCreasePoints> plane{};
 };
 
 Sample InRayFrame(std::span<const QueuedPoint> queue, const RayCloud& cloud, const Ray& ray,

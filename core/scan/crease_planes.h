@@ -28,8 +28,8 @@ struct CreasePlanes {
   // Twice the logarithm of how much likelier the points are off two sides than off a quadric, less
   // what the sides' two curvatures cost (Schwarz 1978).
   double evidence = 0;
-  // How far inside their corner the points by the edge lie in the mean, in standard errors: about 0
-  // or less at a sharp edge, more at a rounded one.
+  // How far inside their corner, before any bias is removed, the points by the edge lie in the
+  // mean, in standard errors: about 0 or less at a sharp edge, more at a rounded one.
   double bluntness = 0;
   double spacing = 0;  // of the points
   double reach = 0;    // farthest of the points from the middle

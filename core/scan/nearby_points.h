@@ -13,8 +13,8 @@ namespace rilievo {
 // those before them. One for each thread.
 class NearbyPoints {
  public:
-  // `points`: those of the index; both are kept by reference. `k`: of each place, at most
-  // index.size().
+  // `points`: those of the index; both are kept by reference. `k`: of each place, from 1
+  // to index.size().
   NearbyPoints(const PointIndex& index, const Eigen::Matrix3Xd& points, int k);
 
   // Calls found(i, indices, squared_distances) for each of the columns [begin, end) of `places` in

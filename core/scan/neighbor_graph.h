@@ -49,8 +49,8 @@ class PointIndex {
   int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
                        double* squared_distances) const;
 
-  // All points within `radius` of a position, in an order of their own. False when they are more
-  // than `most`.
+  // All points nearer to a position than `radius`, in an order of their own. False when they are
+  // more than `most`; `points` are some of them then.
   bool Within(const Eigen::Vector3d& position, double radius, int most,
               std::vector<int>* points) const;
 

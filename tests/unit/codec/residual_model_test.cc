@@ -42,8 +42,10 @@ TEST(ResidualModelTest, KnowsWhatItWillTake) {
     const int32_t value = static_cast<int32_t>(MixedBits(i) % (i % 2 == 0 ? 3 : 40));
     const ResidualModel<2>::Contexts contexts = {i % 2, i % 3};
     ResidualModel<2>::Prices prices(model, contexts);
-    EXPECT_GT(prices.Bits(static_cast<uint32_t>(value) + 1), 0);  // changes no other price
-    predicted += prices.Bits(static_cast<uint32_t>(value));
+    const double price = prices.Bits(static_cast<uint32_t>(value));
+    prices.Bits(static_cast<uint32_t>(value) + 1);  // changes no other price
+    ASSERT_EQ(prices.Bits(static_cast<uint32_t>(value)), price);
+    predicted += price;
     // A sign that is always known costs nothing.
     model.CodeWithSign(encoder, value, {i % 2, i % 3}, [](bool negative) { return negative; });
   }

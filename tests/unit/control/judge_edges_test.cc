@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/scans/random.h"
 #include "tests/unit/domain/analytic_scenes.h"
 
 namespace rilievo {
@@ -50,6 +51,36 @@ TEST_F(JudgedBox, ItsEdgesAreSharpAndItsSidesAreNotEvenLookedAt) {
   }
   EXPECT_GT(sharp, 80);
   EXPECT_GT(strong, sharp * 95 / 100);
+}
+
+// The same box with edges rounded to arcs of two spacings, under noise.
+TEST_F(JudgedBox, RoundedEdgesSpeakLessForThemselves) {
+  const double radius = 2 * cloud.median_spacing, noise = 0.3 * cloud.median_spacing;
+  Random random(3);
+  const auto count_strong = [&](bool rounded) {
+    OrientedCloud noisy = cloud;
+    for (int64_t i = 0; i < noisy.points.cols(); ++i) {
+      Vector3d at = noisy.points.col(i), normal = noisy.normals.col(i);
+      if (rounded) {
+        const Vector3d most = kHalf - Vector3d::Constant(radius);
+        const Vector3d inner = at.cwiseMin(most).cwiseMax(-most);
+        normal = (at - inner).normalized();
+        at = inner + radius * normal;
+      }
+      noisy.points.col(i) = at + noise * random.Normal() * normal;
+      noisy.normals.col(i) = normal;
+    }
+    noisy.noise.assign(noisy.noise.size(), static_cast<float>(noise));
+    const PointIndex noisy_index(noisy.points);
+    const auto judged = JudgeEdges(noisy, noisy_index, mesh, topology, {}, RunContext());
+    EXPECT_TRUE(judged.ok());
+    return std::count_if(judged->begin(), judged->end(), [](const EdgeJudgement& judgement) {
+      return judgement.verdict == Verdict::kStrong;
+    });
+  };
+  const auto sharp = count_strong(false), rounded = count_strong(true);
+  EXPECT_GT(sharp, 60);
+  EXPECT_LT(rounded, 2 * sharp / 3);
 }
 
 // What was said stays where the edge did, and is asked anew where it moved.

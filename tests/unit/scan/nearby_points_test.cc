@@ -70,6 +70,19 @@ TEST(NearbyPointsTest, EquallyFarPoints) {
   for (const int k : {2, 17, 40}) ExpectAsOfIndex(points, points, k);
 }
 
+// The k-th nearest point of the place before may be where that place is.
+TEST(NearbyPointsTest, PlacesOnPoints) {
+  Eigen::Matrix3Xd points(3, 200), places(3, 40);
+  for (int i = 0; i < 200; ++i) points.col(i) = Eigen::Vector3d(0.01 * i, 0, 0);
+  for (int i = 0; i < 40; ++i) {
+    places.col(i) = Eigen::Vector3d(0.01 * i + 0.003, i % 10 == 9 ? 0 : 0.002, 0);
+    if (i % 10 == 9) places.col(i) = points.col(i);
+  }
+  ExpectAsOfIndex(points, places, 1);
+  points.middleCols(15, 9) = points.col(19).replicate(1, 9);
+  ExpectAsOfIndex(points, places, 9);
+}
+
 // One place far from all others must not gather what lies close together.
 TEST(NearbyPointsTest, AStrayPlaceBetweenDensePoints) {
   Eigen::Matrix3Xd points = AlongCurve(SphereCloud(5000, 1).cloud.points);
