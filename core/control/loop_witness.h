@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
+#include "core/scan/point_index.h"
 
 namespace rilievo {
 

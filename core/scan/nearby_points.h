@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/scan/neighbor_graph.h"
+#include "core/scan/point_index.h"
 
 namespace rilievo {
 

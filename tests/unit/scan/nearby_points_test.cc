@@ -91,26 +91,5 @@ TEST(NearbyPointsTest, AStrayPlaceBetweenDensePoints) {
   ExpectAsOfIndex(points, places, 17);
 }
 
-TEST(PointIndexTest, WithinMatchesBruteForce) {
-  const Eigen::Matrix3Xd points = TorusCloud(3000, 5).cloud.points;
-  const PointIndex index(points);
-  Random random(6);
-  for (int query = 0; query < 100; ++query) {
-    const Eigen::Vector3d position = 1.5 * RandomDirection(&random);
-    const double radius = random.Uniform(0, 0.8);
-    std::vector<int> expected, found;
-    for (int i = 0; i < 3000; ++i) {
-      if ((points.col(i) - position).norm() < radius) expected.push_back(i);
-    }
-    const int count = static_cast<int>(expected.size());
-    ASSERT_TRUE(index.Within(position, radius, count, &found));
-    std::sort(found.begin(), found.end());
-    EXPECT_EQ(found, expected);
-    if (count > 0) {
-      EXPECT_FALSE(index.Within(position, radius, count - 1, &found));
-    }
-  }
-}
-
 }  // namespace
 }  // namespace rilievo
