@@ -1,14 +1,9 @@
 // Fairness: a thin-plate energy of the control mesh.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "core/domain/domain_samples.h"
-
-namespace ceres {
-class CostFunction;
-}
 
 namespace rilievo {
 
@@ -21,11 +16,6 @@ struct Umbrella {
   std::vector<int> vertices;  // the vertex itself, then its neighbours
 };
 Umbrella UmbrellaOf(const DomainSamples& samples, int control_vertex);
-
-// Residual sqrt(*weight * area_share) * (mean(c_1 .. c_n) - c_0), three rows; parameter blocks of
-// size 3 in the order of the umbrella. `weight` is read at every evaluation and must outlive it.
-std::unique_ptr<ceres::CostFunction> MakeFairnessResidual(int neighbors, double area_share,
-                                                          const double* weight);
 
 // Weight of round `round` of `rounds`: from `start` to `end` in equal ratios (in equal steps when
 // one of them is zero); `end` when there is only one round.

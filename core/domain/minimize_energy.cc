@@ -1,0 +1,121 @@
+#include "core/domain/minimize_energy.h"
+
+#include <ceres/first_order_function.h>
+#include <ceres/gradient_problem.h>
+#include <ceres/gradient_problem_solver.h>
+#include <ceres/iteration_callback.h>
+
+#include <Eigen/Cholesky>
+
+namespace rilievo {
+namespace {
+
+constexpr double kForcing = 0.1;
+constexpr int kMaxConjugateGradients = 30;
+// Of the energy at the start, by the square root of it in the coordinates below: what could still
+// be gained is next to nothing. Ceres complains of slopes below 1e-12.
+constexpr double kLeastGradient = 2e-6;
+// Of the slope of a line at its start: a parabola is met exactly by the second trial at the latest.
+constexpr double kLineEnd = 1e-2;
+
+using Points = Eigen::Map<const Eigen::Matrix3Xd>;
+
+// The energy E in units of that at the start, E_0, by y_v = U_v (c_v - start_v) / sqrt(E_0), with
+// U_v^T U_v the second derivatives of E by control point v.
+class ScaledEnergy final : public ceres::FirstOrderFunction {
+ public:
+  ScaledEnergy(const FitEnergy& energy, const Eigen::Matrix3Xd& start, double start_energy,
+               const Eigen::Matrix3Xd& blocks, const RunContext& context)
+      : energy_(energy),
+        context_(context),
+        start_(start),
+        start_energy_(start_energy),
+        from_scaled_(3, blocks.cols()) {
+    for (Eigen::Index v = 0; v < start.cols(); ++v) {
+      const Eigen::LLT<Eigen::Matrix3d> factors(blocks.middleCols<3>(3 * v) / start_energy);
+      Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
+      if (factors.info() == Eigen::Success) factors.matrixU().solveInPlace(inverse);
+      from_scaled_.middleCols<3>(3 * v) = inverse;
+    }
+  }
+
+  int NumParameters() const override { return static_cast<int>(start_.size()); }
+
+  Eigen::Matrix3Xd PointsAt(const double* scaled) const {
+    const Points y(scaled, 3, start_.cols());
+    Eigen::Matrix3Xd points = start_;
+    for (Eigen::Index v = 0; v < points.cols(); ++v) {
+      points.col(v) += from_scaled_.middleCols<3>(3 * v) * y.col(v);
+    }
+    return points;
+  }
+
+  bool Evaluate(const double* scaled, double* cost, double* gradient) const override {
+    Eigen::Matrix3Xd by_point;
+    if (!energy_.Evaluate(PointsAt(scaled), context_, cost, gradient ? &by_point : nullptr).ok()) {
+      return false;
+    }
+    *cost /= start_energy_;
+    if (gradient == nullptr) return true;
+    Eigen::Map<Eigen::Matrix3Xd> by_scaled(gradient, 3, start_.cols());
+    for (Eigen::Index v = 0; v < start_.cols(); ++v) {
+      by_scaled.col(v) =
+          from_scaled_.middleCols<3>(3 * v).transpose() * by_point.col(v) / start_energy_;
+    }
+    return true;
+  }
+
+ private:
+  const FitEnergy& energy_;
+  const RunContext& context_;
+  const Eigen::Matrix3Xd start_;
+  const double start_energy_;
+  Eigen::Matrix3Xd from_scaled_;
+};
+
+class SlowedDown final : public ceres::IterationCallback {
+ public:
+  explicit SlowedDown(const RunContext& context) : context_(context) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (!context_.CheckStop().ok()) return ceres::SOLVER_ABORT;
+    if (summary.iteration == 0) {
+      start_ = summary.cost;
+      return ceres::SOLVER_CONTINUE;
+    }
+    const double mean = (start_ - summary.cost) / summary.iteration;
+    return summary.cost_change < kForcing * mean ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+                                                 : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const RunContext& context_;
+  double start_ = 0;
+};
+
+}  // namespace
+
+void MinimizeEnergy(const FitEnergy& energy, const RunContext& context,
+                    Eigen::Matrix3Xd* control_points) {
+  double start_energy = 0;
+  Eigen::Matrix3Xd blocks;
+  if (!energy.Evaluate(*control_points, context, &start_energy, nullptr).ok()) return;
+  if (!(start_energy > 0) || !energy.DiagonalBlocks(context, &blocks).ok()) return;
+  auto* const function = new ScaledEnergy(energy, *control_points, start_energy, blocks, context);
+  const ceres::GradientProblem problem(function);  // takes ownership
+  SlowedDown slowed_down(context);
+  ceres::GradientProblemSolver::Options options;
+  options.line_search_direction_type = ceres::NONLINEAR_CONJUGATE_GRADIENT;
+  options.line_search_sufficient_curvature_decrease = kLineEnd;
+  options.max_num_iterations = kMaxConjugateGradients;
+  options.function_tolerance = 0;
+  options.gradient_tolerance = kLeastGradient;
+  options.parameter_tolerance = 0;
+  options.logging_type = ceres::SILENT;
+  options.callbacks.push_back(&slowed_down);
+  Eigen::VectorXd scaled = Eigen::VectorXd::Zero(function->NumParameters());
+  ceres::GradientProblemSolver::Summary summary;
+  ceres::Solve(options, problem, scaled.data(), &summary);
+  *control_points = function->PointsAt(scaled.data());
+}
+
+}  // namespace rilievo
