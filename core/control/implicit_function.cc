@@ -83,9 +83,11 @@ LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
 // Turns the normals that point down the function: their neighbours outvoted them (in the spirit of
 // Hou et al. 2022, iterative Poisson reconstruction). Contested normals, which have had no say yet,
 // take the side the function gives them. Asked are the points of the finest level there is so far.
-// Returns how many changed.
-absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud, const LevelPlan& plan,
-                                            const RunContext& context, ImplicitFunction* function) {
+// Returns those that changed.
+absl::StatusOr<std::vector<int>> TurnOutvotedNormals(const OrientedCloud& cloud,
+                                                     const LevelPlan& plan,
+                                                     const RunContext& context,
+                                                     ImplicitFunction* function) {
   const ImplicitLevel& level = function->levels.back();
   const Eigen::Vector3d& origin = function->origin;
   std::vector<int8_t>& sides = function->sides;
@@ -104,7 +106,11 @@ absl::StatusOr<int64_t> TurnOutvotedNormals(const OrientedCloud& cloud, const Le
       changed[i] = turn || silent;
     }
   }));
-  return std::count(changed.begin(), changed.end(), 1);
+  std::vector<int> turned;
+  for (int i = 0; i < count; ++i) {
+    if (changed[i] != 0) turned.push_back(i);
+  }
+  return turned;
 }
 
 // Contested normals have no say from the start.
@@ -182,13 +188,14 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
                                .screening = options.screening,
                                .border_free = coarsest && !options.closed,
                                .iterations = coarsest ? 80 : 24};
-  RILIEVO_RETURN_IF_ERROR(SolveScreenedPoisson(system, context, &level.values));
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t turned,
+  PoissonSolver solver(system, context);
+  RILIEVO_RETURN_IF_ERROR(solver.Solve(&level.values));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned,
                            TurnOutvotedNormals(cloud, plan, context, function));
-  if (static_cast<double>(turned) < kFewTurned * static_cast<double>(cloud.points.cols())) {
+  if (static_cast<double>(turned.size()) < kFewTurned * static_cast<double>(cloud.points.cols())) {
     return absl::OkStatus();
   }
-  return SolveScreenedPoisson(system, context, &level.values);
+  return solver.SolveAgain(turned, &level.values);
 }
 
 }  // namespace

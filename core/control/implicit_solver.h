@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -31,8 +32,27 @@ struct ScreenedPoisson {
   int iterations;    // of the conjugate gradients, at most
 };
 
-// `values`: per node, first guess in, solution out.
-absl::Status SolveScreenedPoisson(const ScreenedPoisson& system, const RunContext& context,
-                                  std::vector<float>* values);
+class PoissonOperator;
+
+class PoissonSolver {
+ public:
+  // What `system` refers to must outlive it.
+  PoissonSolver(const ScreenedPoisson& system, const RunContext& context);
+  ~PoissonSolver();
+  PoissonSolver(const PoissonSolver&) = delete;
+  PoissonSolver& operator=(const PoissonSolver&) = delete;
+
+  // `values`: per node, first guess in, solution out. CANCELLED when stopped.
+  absl::Status Solve(std::vector<float>* values);
+
+  // The same after the sides of these points, ascending, have changed: as a new solver would, in
+  // the time that few of them take.
+  absl::Status SolveAgain(const std::vector<int>& turned_points, std::vector<float>* values);
+
+ private:
+  const ScreenedPoisson system_;
+  const RunContext& context_;
+  std::unique_ptr<PoissonOperator> matrix_;
+};
 
 }  // namespace rilievo

@@ -14,6 +14,8 @@ constexpr double kDiscRadius = 0.75;  // of a point's spacing: discs overlap abo
 
 }  // namespace
 
+double SpreadDiscs::Reach(double spacing) { return kDiscRadius * spacing; }
+
 absl::Status SpreadDiscs::Take(size_t begin, size_t count, const RunContext& context) {
   begin_ = begin;
   group_count_ = (count + kGroupSize - 1) / kGroupSize;
@@ -50,7 +52,7 @@ void SpreadDiscs::Find(size_t begin, size_t end, ImplicitGridReader* grid, Group
   std::vector<Eigen::Vector3d> disc;
   for (size_t speaker = begin; speaker < end; ++speaker) {
     const int point = system_.speakers.points[speaker];
-    TangentDisc(system_.cloud.normals.col(point), kDiscRadius * SpacingInCells(speaker), &disc);
+    TangentDisc(system_.cloud.normals.col(point), Reach(SpacingInCells(speaker)), &disc);
     group->sizes.push_back(static_cast<int>(disc.size()));
     const Eigen::Vector3d at = LatticePoint(speaker);
     for (const Eigen::Vector3d& offset : disc) {

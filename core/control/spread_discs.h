@@ -18,6 +18,9 @@ class SpreadDiscs {
  public:
   explicit SpreadDiscs(const ScreenedPoisson& system) : system_(system) {}
 
+  // How far from its point a disc reaches, in cells, for a spacing in cells.
+  static double Reach(double spacing);
+
   // Takes the `count` speakers from `begin` on. CANCELLED when stopped.
   absl::Status Take(size_t begin, size_t count, const RunContext& context);
 
