@@ -21,7 +21,7 @@ class HalfEdgeMesh {
   // orientable 2-manifold with or without boundary. Vertices without a face are allowed.
   // CANCELLED when stopped.
   static absl::StatusOr<HalfEdgeMesh> Build(const Eigen::Matrix3Xi& faces, int vertex_count,
-                                            const RunContext& context = {});
+                                            const RunContext& context);
 
   static int Next(int h) { return h % 3 == 2 ? h - 2 : h + 1; }
   static int Previous(int h) { return h % 3 == 0 ? h + 2 : h - 1; }

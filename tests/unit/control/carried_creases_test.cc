@@ -212,7 +212,7 @@ TEST(CarriedCreasesTest, WhatTheTagsLeaveAVertexToDo) {
   SortTags(&drum);
   drum.corners = {5 * kAround};
   const HalfEdgeMesh mesh =
-      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols())).value();
+      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols()), RunContext{}).value();
   const CarriedCreases creases(mesh, drum);
   EXPECT_EQ(creases.FreedomOf(0), Freedom::kHeld);
   EXPECT_EQ(creases.FreedomOf(1), Freedom::kAlongCrease);
@@ -239,7 +239,7 @@ TEST(CarriedCreasesTest, NoTwoCreasesMergeAndNoTwoEndsMeet) {
   TagRim(3, 7, 8, &drum);  // one edge: both of its vertices are ends
   SortTags(&drum);
   const HalfEdgeMesh mesh =
-      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols())).value();
+      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols()), RunContext{}).value();
   const CarriedCreases creases(mesh, drum);
   mesh.ForEachOutgoing(5, [&](int h) {
     EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) / kAround != 1);
@@ -255,7 +255,7 @@ TEST(CarriedCreasesTest, WhereTheSharpnessChangesAVertexIsHeld) {
   for (int i = 0; i < kAround / 2; ++i) drum.creases[i].sharpness = 2;
   SortTags(&drum);
   const HalfEdgeMesh mesh =
-      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols())).value();
+      HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols()), RunContext{}).value();
   const CarriedCreases creases(mesh, drum);
   for (int v = 0; v < kAround; ++v) {
     const bool held = v == 0 || v == kAround / 2;

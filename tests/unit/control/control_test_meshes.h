@@ -152,7 +152,8 @@ inline TopologySummary Summary(const ControlMesh& mesh) {
 }
 
 inline std::vector<int> Valences(const ControlMesh& mesh) {
-  const auto half_edges = HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  const auto half_edges =
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{});
   std::vector<int> valences;
   for (int v = 0; half_edges.ok() && v < half_edges->vertex_slots(); ++v) {
     valences.push_back(half_edges->Valence(v));

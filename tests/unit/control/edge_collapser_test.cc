@@ -13,8 +13,10 @@ Field Torus() {
 
 struct Collapse {
   explicit Collapse(const ControlMesh& mesh)
-      : collapser(HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())).value(),
-                  mesh, options) {}
+      : collapser(
+            HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{})
+                .value(),
+            mesh, options, nullptr, RunContext{}) {}
   SimplifyOptions options;
   EdgeCollapser collapser;
 };

@@ -18,7 +18,8 @@ using Eigen::Vector3d;
 struct Shape {
   explicit Shape(const ControlMesh& mesh)
       : half_edges(
-            HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())).value()) {
+            HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{})
+                .value()) {
     for (const auto& vertex : mesh.vertices.colwise()) positions.push_back(vertex);
     for (const auto& face : mesh.faces.colwise()) {
       const Vector3d &a = positions[face[0]], &b = positions[face[1]], &c = positions[face[2]];

@@ -31,7 +31,8 @@ ControlMesh AsMesh(const HalfEdgeMesh& half_edges) {
 // Collapses what may be collapsed, in edge order, and checks the structure against one built anew.
 void CollapseAndCompare(const ControlMesh& mesh, int least_valence) {
   const TopologySummary before = Summary(mesh);
-  auto half_edges = HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  auto half_edges =
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{});
   ASSERT_TRUE(half_edges.ok()) << half_edges.status();
   int collapsed = 0;
   for (int pass = 0; pass < 3; ++pass) {
@@ -91,7 +92,7 @@ TEST(HalfEdgeMesh, NoEdgeOfATetrahedronCollapses) {
   faces << 0, 0, 0, 1,  //
       1, 2, 3, 3,       //
       2, 3, 1, 2;
-  auto half_edges = HalfEdgeMesh::Build(faces, 4);
+  auto half_edges = HalfEdgeMesh::Build(faces, 4, RunContext{});
   ASSERT_TRUE(half_edges.ok()) << half_edges.status();
   for (int h = 0; h < 12; ++h) EXPECT_FALSE(half_edges->CanCollapse(h, 3));
 }
@@ -101,7 +102,7 @@ TEST(HalfEdgeMesh, AnInnerEdgeBetweenBoundaryVerticesStays) {
   strip << 0, 1, 2, 3,  //
       1, 3, 3, 5,       //
       2, 2, 4, 4;
-  auto half_edges = HalfEdgeMesh::Build(strip, 6);
+  auto half_edges = HalfEdgeMesh::Build(strip, 6, RunContext{});
   ASSERT_TRUE(half_edges.ok()) << half_edges.status();
   for (int h = 0; h < 12; ++h) {
     if (half_edges->Twin(h) < 0) continue;
@@ -112,7 +113,7 @@ TEST(HalfEdgeMesh, AnInnerEdgeBetweenBoundaryVerticesStays) {
 TEST(HalfEdgeMesh, RefusesWhatIsNoManifold) {
   Eigen::Matrix3Xi faces(3, 2);
   const auto message = [&](int vertices) {
-    return std::string(HalfEdgeMesh::Build(faces, vertices).status().message());
+    return std::string(HalfEdgeMesh::Build(faces, vertices, RunContext{}).status().message());
   };
   faces << 0, 0, 1, 1, 2, 3;
   EXPECT_NE(message(4).find("twice in the same direction"), std::string::npos);

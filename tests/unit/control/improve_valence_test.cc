@@ -9,7 +9,8 @@ namespace {
 using Eigen::Vector3d;
 
 int ValenceError(const ControlMesh& mesh) {
-  const auto half_edges = HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  const auto half_edges =
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{});
   int error = 0;
   for (int v = 0; v < mesh.vertices.cols(); ++v) {
     const int off = half_edges->Valence(v) - (half_edges->OnBoundary(v) ? 4 : 6);

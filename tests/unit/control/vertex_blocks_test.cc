@@ -12,7 +12,7 @@ namespace {
 TEST(VertexBlocksTest, EveryVertexLiesInOneBlockAndInnerOnesKnowNoOther) {
   const ControlMesh mesh = MarchTetrahedra(SphereField, 24);
   const int count = static_cast<int>(mesh.vertices.cols());
-  const HalfEdgeMesh half_edges = HalfEdgeMesh::Build(mesh.faces, count).value();
+  const HalfEdgeMesh half_edges = HalfEdgeMesh::Build(mesh.faces, count, RunContext{}).value();
   const VertexBlocks blocks = CutIntoBlocks(half_edges, mesh.vertices, 500, RunContext()).value();
   EXPECT_EQ(blocks.count(), (count + 499) / 500);
   std::vector<int> order = blocks.order;
@@ -38,7 +38,7 @@ TEST(VertexBlocksTest, AVertexWithoutAFaceIsNotInner) {
   const int count = static_cast<int>(mesh.vertices.cols());
   mesh.vertices.conservativeResize(3, count + 1);
   mesh.vertices.col(count).setZero();
-  const HalfEdgeMesh half_edges = HalfEdgeMesh::Build(mesh.faces, count + 1).value();
+  const HalfEdgeMesh half_edges = HalfEdgeMesh::Build(mesh.faces, count + 1, RunContext{}).value();
   const VertexBlocks blocks = CutIntoBlocks(half_edges, mesh.vertices, 1000, RunContext()).value();
   EXPECT_EQ(blocks.inner[count], 0);
   EXPECT_EQ(std::count(blocks.inner.begin(), blocks.inner.end(), 1), count);
@@ -47,7 +47,7 @@ TEST(VertexBlocksTest, AVertexWithoutAFaceIsNotInner) {
 TEST(VertexBlocksTest, StopsWhenAsked) {
   const ControlMesh mesh = OpenCylinder(12, 5);
   const HalfEdgeMesh half_edges =
-      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols())).value();
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), RunContext{}).value();
   EXPECT_EQ(CutIntoBlocks(half_edges, mesh.vertices, 10, Stopped()).status().code(),
             absl::StatusCode::kCancelled);
 }
