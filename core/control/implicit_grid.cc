@@ -222,14 +222,4 @@ void ImplicitGrid::LinkBlock(int block, int* neighbors) const {
   }
 }
 
-void ImplicitGrid::Filter(const std::vector<uint8_t>& keep) {
-  int node = 0;
-  for (uint64_t& mask : masks_) {
-    for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
-      if (keep[node++] == 0) mask &= ~(rest & (~rest + 1));
-    }
-  }
-  Seal();
-}
-
 }  // namespace rilievo

@@ -39,9 +39,6 @@ class ImplicitGrid {
   // A stop request leaves them half done; the caller asks context.CheckStop() after.
   std::vector<int> Neighbors(const RunContext& context) const;
 
-  // Drops the nodes whose flag is 0 and numbers the rest anew, in the same order.
-  void Filter(const std::vector<uint8_t>& keep);
-
   // Coordinates of every node, in order of their numbers.
   std::vector<Eigen::Vector3i> Nodes() const;
 
