@@ -3,9 +3,19 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
 #include <vector>
 
+#include "core/control/implicit_grid.h"
+
 namespace rilievo {
+
+// The largest integer not above `value`, which an int must hold. std::floor calls a library routine
+// on plain x86-64.
+inline int FloorToInt(double value) {
+  const int toward_zero = static_cast<int>(value);
+  return toward_zero - (value < toward_zero ? 1 : 0);
+}
 
 // Trilinear weights of the 8 lattice points around a position given in lattice units.
 struct Trilinear {
@@ -14,7 +24,7 @@ struct Trilinear {
   explicit Trilinear(const Eigen::Vector3d& position) {
     Eigen::Vector3d t;
     for (int axis = 0; axis < 3; ++axis) {
-      base[axis] = Floor(position[axis]);
+      base[axis] = FloorToInt(position[axis]);
       t[axis] = position[axis] - base[axis];
     }
     const Eigen::Vector3d s = 1 - t.array();
@@ -24,26 +34,28 @@ struct Trilinear {
       weight[k + 4] = static_cast<float>(across[k] * t.z());
     }
   }
-
-  // std::floor calls a library routine on plain x86-64. For values of an int.
-  static int Floor(double value) {
-    const int toward_zero = static_cast<int>(value);
-    return toward_zero - (value < toward_zero ? 1 : 0);
-  }
 };
 
 // The nodes around a point, found at once: all that its own value and its flux touch.
 struct NodesAround {
-  Eigen::Vector3i low;
+  Eigen::Vector3i low = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());  // of none yet
   std::array<int, 27> nodes;
+
+  // To those around `at`, in lattice units. Places that follow each other along a Morton curve
+  // often have the same, which are not looked up again.
+  void MoveTo(const Eigen::Vector3d& at, ImplicitGridReader* grid) {
+    const Eigen::Vector3i low_there = LowFor(at);
+    if (low_there == low) return;
+    low = low_there;
+    grid->FindThreeCubed(low, &nodes);
+  }
 
   // `at`: in lattice units.
   static Eigen::Vector3i LowFor(const Eigen::Vector3d& at) {
-    return {Trilinear::Floor(at.x() - 0.5), Trilinear::Floor(at.y() - 0.5),
-            Trilinear::Floor(at.z() - 0.5)};
+    return {FloorToInt(at.x() - 0.5), FloorToInt(at.y() - 0.5), FloorToInt(at.z() - 0.5)};
   }
 
-  // Whether they are all corners of the cell with this lower corner.
+  // Whether all corners of the cell with this lower corner are among them.
   bool Holds(const Eigen::Vector3i& base) const {
     const Eigen::Vector3i from = base - low;
     return ((from.x() | from.y() | from.z()) & ~1) == 0;

@@ -30,6 +30,12 @@ struct ScreenedPoisson {
   double screening;        // dimensionless weight of f(p_i) = 0
   bool border_free;  // true: natural border; false: nodes that miss a neighbour keep their value
   int iterations;    // of the conjugate gradients, at most
+
+  // Where a speaker lies, and its spacing, in cells.
+  Eigen::Vector3d LatticePoint(size_t speaker) const {
+    return (cloud.points.col(speakers.points[speaker]) - origin) / cell;
+  }
+  double SpacingInCells(size_t speaker) const { return speakers.spacing[speaker] / cell; }
 };
 
 class PoissonOperator;

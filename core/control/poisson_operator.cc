@@ -22,10 +22,6 @@ constexpr int kNoNode = -1;
 // How far around a place, in cells, its value and its flux touch nodes, with room for rounding.
 constexpr double kTouched = 2;
 
-Vector3d LatticePoint(const ScreenedPoisson& system, size_t speaker) {
-  return (system.cloud.points.col(system.speakers.points[speaker]) - system.origin) / system.cell;
-}
-
 // How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
 // cells of this level their fluxes cancel; the points must not hold the function at 0 there, or a
 // finer level, which can tell the sheets apart, would start from a border without a side.
@@ -62,7 +58,7 @@ ImplicitGrid ZoneAround(const ScreenedPoisson& system, const std::vector<int>& p
 std::vector<size_t> SpeakersIn(const ScreenedPoisson& system, const ImplicitGrid& zone) {
   std::vector<size_t> places;
   for (size_t m = 0; m < system.speakers.points.size(); ++m) {
-    const Vector3i cell = LatticePoint(system, m).array().floor().cast<int>();
+    const Vector3i cell = system.LatticePoint(m).array().floor().cast<int>();
     if (zone.Find(cell) >= 0) places.push_back(m);
   }
   return places;
@@ -207,14 +203,14 @@ absl::Status PoissonOperator::MakeScreeningRows(const ScreenedPoisson& system, s
                                                 const Fields& spread,
                                                 std::vector<ScreeningRow>* rows) const {
   const auto make = [&](size_t speaker, const NodesAround& around) {
-    const Vector3d at = LatticePoint(system, speaker);
+    const Vector3d at = system.LatticePoint(speaker);
     const Trilinear weights(at);
     ScreeningRow row{around.Cell(weights.base), weights.weight};
     if (*std::min_element(row.nodes.begin(), row.nodes.end()) < 0) {
       row.nodes[0] = kNoNode;
       return row;
     }
-    const double spacing = system.speakers.spacing[speaker] / system.cell;
+    const double spacing = system.SpacingInCells(speaker);
     const auto root =
         static_cast<float>(std::sqrt(system.screening * Coherence(spread, at, around) *
                                      std::numbers::pi / 4 * spacing * spacing));
@@ -226,12 +222,7 @@ absl::Status PoissonOperator::MakeScreeningRows(const ScreenedPoisson& system, s
                        ImplicitGridReader grid(system.grid);
                        NodesAround around;
                        for (int64_t m = first; m < last; ++m) {
-                         const Vector3i low = NodesAround::LowFor(LatticePoint(system, begin + m));
-                         // Points are in Morton order: the one before often has the same nodes.
-                         if (m == first || low != around.low) {
-                           around.low = low;
-                           grid.FindThreeCubed(low, &around.nodes);
-                         }
+                         around.MoveTo(system.LatticePoint(begin + m), &grid);
                          (*rows)[m] = make(begin + m, around);
                        }
                      });

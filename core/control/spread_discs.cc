@@ -36,36 +36,21 @@ void SpreadDiscs::Add(int part, std::vector<float>* field) const {
   }
 }
 
-Eigen::Vector3d SpreadDiscs::LatticePoint(size_t speaker) const {
-  const int point = system_.speakers.points[speaker];
-  return (system_.cloud.points.col(point) - system_.origin) / system_.cell;
-}
-
-double SpreadDiscs::SpacingInCells(size_t speaker) const {
-  return system_.speakers.spacing[speaker] / system_.cell;
-}
-
 void SpreadDiscs::Find(size_t begin, size_t end, ImplicitGridReader* grid, Group* group) const {
   group->sizes.clear();
   group->offsets.clear();
   group->around.clear();
   std::vector<Eigen::Vector3d> disc;
+  NodesAround around;
   for (size_t speaker = begin; speaker < end; ++speaker) {
     const int point = system_.speakers.points[speaker];
-    TangentDisc(system_.cloud.normals.col(point), Reach(SpacingInCells(speaker)), &disc);
+    TangentDisc(system_.cloud.normals.col(point), Reach(system_.SpacingInCells(speaker)), &disc);
     group->sizes.push_back(static_cast<int>(disc.size()));
-    const Eigen::Vector3d at = LatticePoint(speaker);
+    const Eigen::Vector3d at = system_.LatticePoint(speaker);
     for (const Eigen::Vector3d& offset : disc) {
       group->offsets.push_back(offset);
-      NodesAround nodes;
-      nodes.low = NodesAround::LowFor(at + offset);
-      // Points are in Morton order: the one before often has the same nodes.
-      if (!group->around.empty() && nodes.low == group->around.back().low) {
-        nodes.nodes = group->around.back().nodes;
-      } else {
-        grid->FindThreeCubed(nodes.low, &nodes.nodes);
-      }
-      group->around.push_back(nodes);
+      around.MoveTo(at + offset, grid);
+      group->around.push_back(around);
     }
   }
 }
@@ -76,9 +61,9 @@ void SpreadDiscs::AddGroup(const Group& group, size_t begin, int part,
   size_t entry = 0;
   for (size_t m = 0; m < group.sizes.size(); ++m) {
     const int i = system_.speakers.points[begin + m];
-    Eigen::Vector3d at = LatticePoint(begin + m);
+    Eigen::Vector3d at = system_.LatticePoint(begin + m);
     if (part < 3) at[part] -= 0.5;
-    const double spacing = SpacingInCells(begin + m);
+    const double spacing = system_.SpacingInCells(begin + m);
     const double area = std::numbers::pi / 4 * spacing * spacing;  // in cell units
     const double share = part < 3 ? system_.sides[i] * system_.cloud.normals(part, i) : 1.0;
     const auto amount = static_cast<float>(area * share / group.sizes[m]);

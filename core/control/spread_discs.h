@@ -37,8 +37,6 @@ class SpreadDiscs {
     std::vector<NodesAround> around;       // of each offset
   };
 
-  Eigen::Vector3d LatticePoint(size_t speaker) const;
-  double SpacingInCells(size_t speaker) const;
   void Find(size_t begin, size_t end, ImplicitGridReader* grid, Group* group) const;
   void AddGroup(const Group& group, size_t begin, int part, std::vector<float>* field) const;
 

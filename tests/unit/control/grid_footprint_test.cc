@@ -29,9 +29,9 @@ TEST(GridFootprintTest, CellsAmongTheNodesAroundAreThoseOfTheGrid) {
   grid.AddBox({-5, -5, -5}, {5, 5, 5});
   grid.Seal();
   const Eigen::Vector3d at(0.7, -1.2, 2.4);
+  ImplicitGridReader reader(grid);
   NodesAround around;
-  around.low = NodesAround::LowFor(at);
-  ImplicitGridReader(grid).FindThreeCubed(around.low, &around.nodes);
+  around.MoveTo(at, &reader);
   for (int axis = 0; axis < 4; ++axis) {  // where it is, and half a cell down each axis
     Eigen::Vector3d moved = at;
     if (axis < 3) moved[axis] -= 0.5;
@@ -39,6 +39,32 @@ TEST(GridFootprintTest, CellsAmongTheNodesAroundAreThoseOfTheGrid) {
     std::array<int, 8> corners;
     ASSERT_TRUE(grid.FindCell(base, &corners));
     EXPECT_EQ(around.Cell(base), corners) << axis;
+  }
+}
+
+// Nodes that stand in for others tell whether they are looked up again.
+TEST(GridFootprintTest, NodesAreLookedUpWhereTheyAreOthers) {
+  ImplicitGrid grid;
+  grid.AddBox({-5, -5, -5}, {5, 5, 5});
+  grid.Seal();
+  ImplicitGridReader reader(grid);
+  NodesAround around;
+  around.MoveTo({0.7, -1.2, 2.4}, &reader);
+  EXPECT_EQ(around.low, Eigen::Vector3i(0, -2, 1));
+  EXPECT_EQ(around.nodes[1 + 3 * 2 + 9 * 1], grid.Find({1, 0, 2}));
+  const std::array<int, 27> looked_up = around.nodes;
+  around.nodes.fill(-7);
+  around.MoveTo({0.9, -1.4, 1.6}, &reader);
+  EXPECT_EQ(around.nodes[0], -7);
+  around.MoveTo({1.6, -1.4, 1.6}, &reader);
+  EXPECT_EQ(around.nodes[0], looked_up[1]);
+  around.MoveTo({0.9, -1.4, 1.6}, &reader);
+  EXPECT_EQ(around.nodes, looked_up);
+}
+
+TEST(GridFootprintTest, FloorsAreThoseOfTheLibrary) {
+  for (const double value : {-2.0, -1.5, -1e-9, -0.0, 0.0, 0.5, 1.0, 1 - 1e-16, 2.999}) {
+    EXPECT_EQ(FloorToInt(value), static_cast<int>(std::floor(value))) << value;
   }
 }
 
