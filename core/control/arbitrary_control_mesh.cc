@@ -7,6 +7,7 @@
 #include "core/control/control_roads.h"
 #include "core/control/implicit_function.h"
 #include "core/control/iso_surface.h"
+#include "core/control/mesh_part.h"
 #include "core/control/relax_mesh.h"
 #include "core/control/side_planes.h"
 #include "core/control/simplify_mesh.h"
@@ -61,7 +62,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set,
                            FindZeroSet(graph, index, implicit, context, oriented));
   context.Report(Stage::kControlMesh, 0.5);
-  zero_set.mesh = SplitPinchedVertices(zero_set.mesh);
+  zero_set.mesh = SplitFans(zero_set.mesh).mesh;
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed, TrimSurface(zero_set.mesh, cloud, index, boundary,
                                                             TrimOptions{}, context));
   zero_set.mesh = ControlMesh();
@@ -78,7 +79,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
   if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
-    RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(trimmed, to_points, context));
+    RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
   const LoopWitness witness(cloud, index);
   RILIEVO_ASSIGN_OR_RETURN(
@@ -89,11 +90,11 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (creases == CreaseRule::kAuto) {
     // Few enough faces to look at the points beside each that bends.
     const SimplifyOptions fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, fine, context));
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), fine, context));
     RILIEVO_ASSIGN_OR_RETURN(const FacePlanes planes, SidePlanes(cloud, index, control, context));
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, simplify, context, &planes));
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), simplify, context, &planes));
   } else {
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(control, simplify, context));
+    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), simplify, context));
   }
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&control, kFlatDihedralDegrees);

@@ -11,7 +11,7 @@ namespace rilievo {
 // Faces point from negative to positive values. The leaf cells of all levels are visited; the
 // surface ends where the coarsest grid ends. On a face of a cell whose corners alternate in sign
 // the negative corners are kept apart, on both sides alike: the result has no cracks and no edge
-// with more than two faces. A vertex may still join two fans (see SplitPinchedVertices).
+// with more than two faces. A vertex may still join two fans (see SplitFans).
 absl::StatusOr<ControlMesh> ExtractIsoSurface(const ImplicitFunction& function,
                                               const RunContext& context);
 

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/mesh_part.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/scan/nearby_points.h"
@@ -164,51 +165,14 @@ void MajorityFilter(const Adjacency& links, std::vector<uint8_t>* flags) {
   }
 }
 
-// A part of a mesh that knows which vertices it came from.
-struct Part {
-  ControlMesh mesh;
-  std::vector<int> source_vertex;
-};
-
-// Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
-Part SplitFans(const ControlMesh& mesh);
-
-// Drops unused vertices.
-Part DropUnused(const ControlMesh& mesh) {
-  Part part;
-  std::vector<int> renamed(mesh.vertices.cols(), -1);
-  part.mesh.faces.resize(3, mesh.faces.cols());
-  for (int64_t c = 0; c < mesh.faces.size(); ++c) {
-    int& vertex = renamed[mesh.faces.data()[c]];
-    if (vertex < 0) {
-      vertex = static_cast<int>(part.source_vertex.size());
-      part.source_vertex.push_back(mesh.faces.data()[c]);
-    }
-    part.mesh.faces.data()[c] = vertex;
-  }
-  part.mesh.vertices = mesh.vertices(Eigen::all, part.source_vertex);
-  return part;
-}
-
 bool AllOf(const std::vector<uint8_t>& flags) {
   return std::find(flags.begin(), flags.end(), 0) == flags.end();
 }
 
-Part KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face) {
-  ControlMesh kept;
-  kept.vertices = mesh.vertices;
-  kept.faces.resize(3, std::count(keep_face.begin(), keep_face.end(), 1));
-  int next = 0;
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    if (keep_face[f] != 0) kept.faces.col(next++) = mesh.faces.col(f);
-  }
-  return SplitFans(kept);
-}
-
 // Drops connected pieces with fewer supported faces than `min_faces`. `mesh`: no vertex unused, and
 // each fan with a vertex of its own.
-Part DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
-                     int min_faces) {
+MeshPart DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
+                         int min_faces) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -231,7 +195,7 @@ Part DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& suppor
     keep[f] = supported_faces[find(mesh.faces(0, f))] >= min_faces;
   }
   if (!AllOf(keep)) return KeepFaces(mesh, keep);
-  Part all{mesh, std::vector<int>(mesh.vertices.cols())};
+  MeshPart all{mesh, std::vector<int>(mesh.vertices.cols())};
   std::iota(all.source_vertex.begin(), all.source_vertex.end(), 0);
   return all;
 }
@@ -251,6 +215,7 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopolo
   return keep;
 }
 
+// Moves the vertices of each loop along the mean of their two neighbours on it.
 void SmoothLoops(const std::vector<std::vector<int>>& loops, int rounds, ControlMesh* mesh) {
   for (int round = 0; round < rounds; ++round) {
     for (const std::vector<int>& loop : loops) {
@@ -264,6 +229,12 @@ void SmoothLoops(const std::vector<std::vector<int>>& loops, int rounds, Control
       for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
     }
   }
+}
+
+void SmoothBoundary(int rounds, ControlMesh* mesh) {
+  const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  if (!topology.ok()) return;
+  SmoothLoops(BoundaryLoops(*topology), rounds, mesh);
 }
 
 Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
@@ -300,7 +271,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_ASSIGN_OR_RETURN(const Support support,
                            FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.
-  Part pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
+  MeshPart pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
     return std::move(pieces.mesh);
   }
@@ -320,77 +291,13 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
     SmoothLoops(BoundaryLoops(topology), kBoundaryRounds, &pieces.mesh);
     return std::move(pieces.mesh);
   }
-  const Part cut = KeepFaces(pieces.mesh, keep_face);
+  const MeshPart cut = KeepFaces(pieces.mesh, keep_face);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ControlMesh trimmed = DropSmallPieces(cut.mesh, std::vector<uint8_t>(cut.mesh.vertices.cols(), 1),
                                         options.min_piece_faces)
                             .mesh;
   SmoothBoundary(kBoundaryRounds, &trimmed);
   return trimmed;
-}
-
-namespace {
-
-Part SplitFans(const ControlMesh& mesh) {
-  // Nearly always there is nothing to split, and that is cheap to see.
-  Part whole = DropUnused(mesh);
-  if (BuildMeshTopology(whole.mesh.faces, static_cast<int>(whole.mesh.vertices.cols())).ok()) {
-    return whole;
-  }
-  const int64_t corner_count = 3 * mesh.faces.cols();
-  // Corners of one vertex that share an edge belong to one fan.
-  std::vector<int> parent(corner_count);
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto find = [&](int c) {
-    while (parent[c] != c) c = parent[c] = parent[parent[c]];
-    return c;
-  };
-  struct HalfEdge {
-    int low, high, corner_at_low, corner_at_high;
-  };
-  std::vector<HalfEdge> edges;
-  edges.reserve(corner_count);
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int a = 3 * f + k, b = 3 * f + (k + 1) % 3;
-      const int va = mesh.faces(k, f), vb = mesh.faces((k + 1) % 3, f);
-      edges.push_back(va < vb ? HalfEdge{va, vb, a, b} : HalfEdge{vb, va, b, a});
-    }
-  }
-  std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::array{a.low, a.high, a.corner_at_low} < std::array{b.low, b.high, b.corner_at_low};
-  });
-  for (size_t e = 1; e < edges.size(); ++e) {
-    if (edges[e].low != edges[e - 1].low || edges[e].high != edges[e - 1].high) continue;
-    parent[find(edges[e].corner_at_low)] = find(edges[e - 1].corner_at_low);
-    parent[find(edges[e].corner_at_high)] = find(edges[e - 1].corner_at_high);
-  }
-  Part part;
-  ControlMesh& split = part.mesh;
-  std::vector<int>& source = part.source_vertex;
-  split.faces.resize(3, mesh.faces.cols());
-  std::vector<int> vertex_of_fan(corner_count, -1);
-  for (int c = 0; c < corner_count; ++c) {
-    int& vertex = vertex_of_fan[find(c)];
-    if (vertex < 0) {
-      vertex = static_cast<int>(source.size());
-      source.push_back(mesh.faces(c % 3, c / 3));
-    }
-    split.faces(c % 3, c / 3) = vertex;
-  }
-  split.vertices.resize(3, static_cast<int64_t>(source.size()));
-  for (size_t v = 0; v < source.size(); ++v) split.vertices.col(v) = mesh.vertices.col(source[v]);
-  return part;
-}
-
-}  // namespace
-
-ControlMesh SplitPinchedVertices(const ControlMesh& mesh) { return SplitFans(mesh).mesh; }
-
-void SmoothBoundary(int rounds, ControlMesh* mesh) {
-  const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
-  if (!topology.ok()) return;
-  SmoothLoops(BoundaryLoops(*topology), rounds, mesh);
 }
 
 }  // namespace rilievo

@@ -22,17 +22,11 @@ struct TrimOptions {
   absl::Status Validate() const;
 };
 
-// `surface`: an orientable 2-manifold, all of its vertices used (see SplitPinchedVertices).
+// `surface`: an orientable 2-manifold, all of its vertices used (see SplitFans).
 // Result: an orientable 2-manifold, possibly with boundary, possibly of several components.
 // With BoundaryRule::kClose only pieces without any support are dropped.
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
                                         const PointIndex& index, BoundaryRule boundary,
                                         const TrimOptions& options, const RunContext& context);
-
-// Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
-ControlMesh SplitPinchedVertices(const ControlMesh& mesh);
-
-// Moves boundary vertices along the mean of their two neighbours on the boundary, `rounds` times.
-void SmoothBoundary(int rounds, ControlMesh* mesh);
 
 }  // namespace rilievo

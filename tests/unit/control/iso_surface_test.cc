@@ -7,7 +7,7 @@
 #include <map>
 #include <random>
 
-#include "core/control/trim_surface.h"
+#include "core/control/mesh_part.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
 
@@ -150,7 +150,7 @@ TEST(IsoSurfaceTest, NoiseGivesAManifold) {
   EXPECT_EQ(topology.nonmanifold_edges, 0);
   EXPECT_EQ(topology.boundary_edges, 0);
   EXPECT_TRUE(topology.oriented);
-  const ControlMesh split = SplitPinchedVertices(mesh);
+  const ControlMesh split = SplitFans(mesh).mesh;
   EXPECT_TRUE(BuildMeshTopology(split.faces, split.vertices.cols()).ok());
 }
 
@@ -183,7 +183,7 @@ TEST(IsoSurfaceTest, NoiseInCellsOfFourSizesGivesAManifold) {
   EXPECT_EQ(topology.nonmanifold_edges, 0);
   EXPECT_EQ(topology.boundary_edges, 0);
   EXPECT_TRUE(topology.oriented);
-  const ControlMesh split = SplitPinchedVertices(mesh);
+  const ControlMesh split = SplitFans(mesh).mesh;
   EXPECT_TRUE(BuildMeshTopology(split.faces, split.vertices.cols()).ok());
 }
 

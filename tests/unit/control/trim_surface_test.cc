@@ -4,6 +4,7 @@
 
 #include "core/control/implicit_function.h"
 #include "core/control/iso_surface.h"
+#include "core/control/mesh_part.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/control/oriented_shapes.h"
 
@@ -34,7 +35,7 @@ ControlMesh SurfaceOf(const OrientedShape& shape, BoundaryRule boundary) {
   options.closed = boundary == BoundaryRule::kClose;
   const ImplicitFunction function =
       FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{}).value();
-  const ControlMesh iso = SplitPinchedVertices(ExtractIsoSurface(function, RunContext{}).value());
+  const ControlMesh iso = SplitFans(ExtractIsoSurface(function, RunContext{}).value()).mesh;
   return TrimSurface(iso, shape.cloud, shape.index, boundary, TrimOptions{}, RunContext{}).value();
 }
 
@@ -88,21 +89,6 @@ TEST(TrimSurfaceTest, PiecesWithoutPointsGo) {
     const ControlMesh kept =
         TrimSurface(both, sphere.cloud, sphere.index, rule, TrimOptions{}, RunContext{}).value();
     EXPECT_EQ(kept.faces.cols(), near.faces.cols());
-  }
-}
-
-TEST(SplitPinchedVerticesTest, ABowTieBecomesTwoTriangles) {
-  ControlMesh mesh;
-  mesh.vertices = Eigen::Matrix3Xd::Random(3, 6);  // the sixth is unused
-  mesh.faces.resize(3, 2);
-  mesh.faces << 0, 0, 1, 3, 2, 4;
-  const ControlMesh split = SplitPinchedVertices(mesh);
-  EXPECT_EQ(split.vertices.cols(), 6);
-  EXPECT_TRUE(BuildMeshTopology(split.faces, 6).ok());
-  for (int f = 0; f < 2; ++f) {
-    for (int k = 0; k < 3; ++k) {
-      EXPECT_EQ(split.vertices.col(split.faces(k, f)), mesh.vertices.col(mesh.faces(k, f)));
-    }
   }
 }
 
