@@ -45,13 +45,13 @@ constexpr EdgeCollapser::Guards EdgeCollapser::kGrades[] = {
     {0.5, -1, 4}, {0.25, 0, 4}, {0.05, 0, 3}};
 constexpr EdgeCollapser::Guards EdgeCollapser::kCoarseGuards = {0.01, 3, 3};
 
-EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
-                             const SimplifyOptions& options, const FacePlanes* planes,
-                             const RunContext& context)
+EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, ControlMesh input, const SimplifyOptions& options,
+                             const FacePlanes* planes, const RunContext& context)
     : mesh_(std::move(mesh)), options_(options), creases_(mesh_, input) {
   whole_.faces_left = mesh_.face_slots();
   positions_.resize(static_cast<size_t>(mesh_.vertex_slots()));
   for (int v = 0; v < mesh_.vertex_slots(); ++v) positions_[v] = input.vertices.col(v);
+  input = ControlMesh();
   vertices_.resize(positions_.size());
   edges_.resize(static_cast<size_t>(mesh_.edge_slots()));
   least_turn_cosine_ = std::cos(options_.max_normal_turn_degrees * std::numbers::pi / 180);
@@ -61,7 +61,7 @@ EdgeCollapser::EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input,
     return absl::OkStatus();
   };
   const auto build_quadrics = [&] {
-    across = BuildQuadrics(input, planes);
+    across = BuildQuadrics(planes);
     return absl::OkStatus();
   };
   SideBySide(context, build_quadrics, find_components).IgnoreError();
@@ -93,11 +93,13 @@ void EdgeCollapser::FindComponents() {
   }
 }
 
-std::vector<Vector3d> EdgeCollapser::BuildQuadrics(const ControlMesh& input,
-                                                   const FacePlanes* planes) {
+std::vector<Vector3d> EdgeCollapser::BuildQuadrics(const FacePlanes* planes) {
   std::vector<Vector3d> across(positions_.size(), Vector3d::Zero());
+  const auto corners_of = [&](int f) -> Eigen::Vector3i {
+    return {mesh_.From(3 * f), mesh_.From(3 * f + 1), mesh_.From(3 * f + 2)};
+  };
   const auto cross_of = [&](int f) -> Vector3d {
-    const Eigen::Vector3i corner = input.faces.col(f);
+    const Eigen::Vector3i corner = corners_of(f);
     const Vector3d& a = positions_[corner[0]];
     return (positions_[corner[1]] - a).cross(positions_[corner[2]] - a);
   };
@@ -107,7 +109,7 @@ std::vector<Vector3d> EdgeCollapser::BuildQuadrics(const ControlMesh& input,
   };
   double area_sum = 0;
   for (int f = 0; f < mesh_.face_slots(); ++f) {
-    const Eigen::Vector3i corner = input.faces.col(f);
+    const Eigen::Vector3i corner = corners_of(f);
     const Vector3d &a = positions_[corner[0]], &b = positions_[corner[1]],
                    &c = positions_[corner[2]];
     const Vector3d cross = cross_of(f);

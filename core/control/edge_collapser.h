@@ -23,8 +23,8 @@ class EdgeCollapser {
  public:
   // `planes` of the faces, where not their own, as for SimplifyMesh. A stop request leaves it half
   // done; the caller asks context.CheckStop() after.
-  EdgeCollapser(HalfEdgeMesh mesh, const ControlMesh& input, const SimplifyOptions& options,
-                const FacePlanes* planes = nullptr, const RunContext& context = {});
+  EdgeCollapser(HalfEdgeMesh mesh, ControlMesh input, const SimplifyOptions& options,
+                const FacePlanes* planes, const RunContext& context);
 
   // Collapses on all threads, in every block down to about `share`, (0, 1), of the faces between
   // its inner vertices. The rims stay. The result does not depend on the number of threads.
@@ -74,7 +74,7 @@ class EdgeCollapser {
 
   void FindComponents();
   // Returns twice the area, across, of the faces around each vertex.
-  std::vector<Eigen::Vector3d> BuildQuadrics(const ControlMesh& input, const FacePlanes* planes);
+  std::vector<Eigen::Vector3d> BuildQuadrics(const FacePlanes* planes);
   void FindReferenceNormals(const RunContext& context, std::vector<Eigen::Vector3d> across);
   void AddBoundaryQuadrics(int h, const Eigen::Vector3d& face_normal, double target_edge);
   std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;

@@ -1,6 +1,7 @@
 #include "core/control/simplify_mesh.h"
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -20,15 +21,15 @@ constexpr double kMilestones[] = {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0};
 // Vertices of a block. A tenth of them, at its rim, wait for the whole mesh's turn.
 constexpr int kBlockSize = 8192;
 
+// The share of its faces that the first milestone leaves of a mesh.
+double FirstShare(const ControlMesh& mesh, int64_t target_faces) {
+  return kMilestones[0] * static_cast<double>(target_faces) / mesh.faces.cols();
+}
+
 // Most of a large mesh goes block by block: down to the first milestone it matters little which
 // vertex goes first.
-absl::Status CollapseBlocks(const ControlMesh& mesh, int64_t target_faces,
-                            const RunContext& context, EdgeCollapser* collapser) {
-  const double share = kMilestones[0] * static_cast<double>(target_faces) / mesh.faces.cols();
-  if (share >= 0.5 || mesh.vertices.cols() <= 2 * kBlockSize) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const VertexBlocks blocks,
-                           CutIntoBlocks(collapser->mesh(), mesh.vertices, kBlockSize, context));
-  return collapser->CollapseBlocks(blocks, share, context);
+bool GoesByBlocks(const ControlMesh& mesh, double first_share) {
+  return first_share < 0.5 && mesh.vertices.cols() > 2 * kBlockSize;
 }
 
 }  // namespace
@@ -57,7 +58,7 @@ absl::Status SimplifyOptions::Validate() const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const SimplifyOptions& options,
+absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions& options,
                                          const RunContext& context, const FacePlanes* planes) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -68,9 +69,17 @@ absl::StatusOr<ControlMesh> SimplifyMesh(const ControlMesh& mesh, const Simplify
       HalfEdgeMesh half_edges,
       HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), context));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  EdgeCollapser collapser(std::move(half_edges), mesh, options, planes, context);
+  const double share = FirstShare(mesh, options.target_faces);
+  std::optional<VertexBlocks> blocks;
+  if (GoesByBlocks(mesh, share)) {
+    RILIEVO_ASSIGN_OR_RETURN(blocks, CutIntoBlocks(half_edges, mesh.vertices, kBlockSize, context));
+  }
+  EdgeCollapser collapser(std::move(half_edges), std::move(mesh), options, planes, context);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  RILIEVO_RETURN_IF_ERROR(CollapseBlocks(mesh, options.target_faces, context, &collapser));
+  if (blocks) {
+    RILIEVO_RETURN_IF_ERROR(collapser.CollapseBlocks(*blocks, share, context));
+    blocks.reset();
+  }
   for (const double milestone : kMilestones) {
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);
     if (collapser.faces_left() <= faces) continue;

@@ -244,6 +244,7 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double ma
         FindLoops(topology, result.mesh.vertices, max_loop_length, witness, context, &search));
     if (loops.empty()) break;
     ControlMesh cut = CutAndCap(result.mesh, topology, loops);
+    topology = MeshTopology();  // makes room for the next
     auto cut_topology = topology_of(cut);
     if (!cut_topology.ok()) break;  // a handle too many is better than no surface
     result.mesh = std::move(cut);
