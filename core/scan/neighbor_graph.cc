@@ -5,9 +5,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
+#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/nearby_points.h"
 
@@ -39,26 +41,30 @@ void ListNeighbors(const PointIndex& index, const Eigen::Matrix3Xd& points, int 
   CopyOthers(nearest.data(), point, k, neighbors);
 }
 
-void NeighborGraph::Pack() {
+absl::Status NeighborGraph::Pack(const RunContext& context) {
   constexpr int kEntriesOfFar = 3;  // the mark and a number
-  if (k < kEntriesOfFar || indices.empty()) return;
-  const int count = size();
-  differences.resize(indices.size());
-  for (int i = 0; i < count; ++i) {
-    const int* const list = indices.data() + static_cast<size_t>(i) * k;
-    int16_t* const packed = differences.data() + static_cast<size_t>(i) * k;
+  if (k < kEntriesOfFar || indices.empty()) return absl::OkStatus();
+  std::vector<int16_t> packed(indices.size());
+  std::vector<int> far;
+  RILIEVO_RETURN_IF_ERROR(SerialFor(size(), context, [&](int64_t point) {
+    const auto i = static_cast<int>(point);
+    const int* const list = indices.data() + point * k;
+    int16_t* const entries = packed.data() + point * k;
     int farthest = 0;
     for (int j = 0; j < k; ++j) {
       farthest = std::max(farthest, std::abs(list[j] - i));
-      packed[j] = static_cast<int16_t>(list[j] - i);
+      entries[j] = static_cast<int16_t>(list[j] - i);
     }
-    if (farthest <= std::numeric_limits<int16_t>::max()) continue;
-    const auto number = static_cast<uint32_t>(far_lists.size() / static_cast<size_t>(k));
-    packed[0] = kFar;
-    std::memcpy(packed + 1, &number, sizeof(number));
-    far_lists.insert(far_lists.end(), list, list + k);
-  }
+    if (farthest <= std::numeric_limits<int16_t>::max()) return;
+    const auto number = static_cast<uint32_t>(far.size() / static_cast<size_t>(k));
+    entries[0] = kFar;
+    std::memcpy(entries + 1, &number, sizeof(number));
+    far.insert(far.end(), list, list + k);
+  }));
+  differences = std::move(packed);
+  far_lists = std::move(far);
   indices = std::vector<int>();
+  return absl::OkStatus();
 }
 
 int NeighborGraph::across(int point) const {

@@ -56,8 +56,8 @@ struct NeighborGraph {
   std::vector<FacingPair> facing;
 
   // The same lists, along a Morton curve in half the memory. Read them through neighbors() from
-  // then on.
-  void Pack();
+  // then on. CANCELLED when stopped, the lists then as they were.
+  absl::Status Pack(const RunContext& context);
 
   int size() const {
     return k == 0 ? 0 : static_cast<int>(std::max(indices.size(), differences.size()) / k);

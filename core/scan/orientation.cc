@@ -117,28 +117,38 @@ std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vecto
   return links;
 }
 
-// Share of edges whose relation the present normals contradict.
-double Disagreement(const NeighborGraph& graph, const std::vector<float>& relations,
+// 1 for each edge that wants its ends to be opposite: what is left of the relations, in a quarter
+// of their memory.
+std::vector<uint8_t> WantOpposite(const std::vector<float>& relations) {
+  std::vector<uint8_t> opposite(relations.size());
+  for (size_t edge = 0; edge < relations.size(); ++edge) opposite[edge] = relations[edge] < 0;
+  return opposite;
+}
+
+// Share of edges that the present normals contradict.
+double Disagreement(const NeighborGraph& graph, const std::vector<uint8_t>& want_opposite,
                     const std::vector<uint8_t>& turned) {
   int64_t disagree = 0;
-  for (size_t edge = 0; edge < relations.size(); ++edge) {
+  for (size_t edge = 0; edge < want_opposite.size(); ++edge) {
     const bool opposite = turned[edge / graph.k] != turned[graph.indices[edge]];
-    if (opposite != (relations[edge] < 0)) ++disagree;
+    disagree += opposite != (want_opposite[edge] != 0);
   }
-  return static_cast<double>(disagree) / static_cast<double>(std::max<size_t>(1, relations.size()));
+  return static_cast<double>(disagree) /
+         static_cast<double>(std::max<size_t>(1, want_opposite.size()));
 }
 
 }  // namespace
 
 absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
                                                 const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> relations,
-                           NormalRelations(graph, *cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, NormalRelations(graph, *cloud, context));
   const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
                            SurePatches(graph, relations, context));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<SignedLink> links,
                            LinksBetween(patches, graph, relations, *cloud, context));
+  const std::vector<uint8_t> want_opposite = WantOpposite(relations);
+  relations = std::vector<float>();
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
                            LabelSignedGraph(patches.count, links, context));
   std::vector<int> component(static_cast<size_t>(graph.size()));
@@ -166,7 +176,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
 
   OrientationResult result;
   result.components = labels.components;
-  result.disagreement = Disagreement(graph, relations, turned);
+  result.disagreement = Disagreement(graph, want_opposite, turned);
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/noise_scale.h"
@@ -138,7 +139,10 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
                            SeparateSheets(kept.points, *index, context, &graph));
   const bool is_large = count >= kManyPoints;
-  if (is_large) index.reset();  // made again below; normals need the room
+  if (is_large) {  // made again below; normals need the room
+    index.reset();
+    ReturnFreedMemory();
+  }
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
                            EstimateNormals(std::move(kept.points), graph, context));
   context.Report(Stage::kNormals, 0.6);
@@ -146,7 +150,7 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
                            OrientNormals(graph, &cloud, context));
   JoinSheets(replaced, &graph);
   if (is_large) {
-    graph.Pack();
+    RILIEVO_RETURN_IF_ERROR(graph.Pack(context));
     RILIEVO_ASSIGN_OR_RETURN(
         index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
   }

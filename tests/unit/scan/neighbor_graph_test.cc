@@ -64,7 +64,13 @@ TEST(NeighborGraphTest, PackedListsAreTheSame) {
     }
   }
   NeighborGraph packed = graph;
-  packed.Pack();
+  std::stop_source stop;
+  stop.request_stop();
+  RunContext stopped;
+  stopped.stop = stop.get_token();
+  EXPECT_EQ(packed.Pack(stopped).code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(packed.indices, graph.indices);
+  ASSERT_TRUE(packed.Pack(RunContext{}).ok());
   EXPECT_TRUE(packed.indices.empty());
   EXPECT_LT(packed.far_lists.size(), graph.indices.size() / 50);
   ASSERT_EQ(packed.size(), graph.size());
@@ -79,7 +85,7 @@ TEST(NeighborGraphTest, ShortListsStayAsTheyAre) {
   const Eigen::Matrix3Xd points = SphereCloud(3, 7).cloud.points;
   NeighborGraph graph =
       BuildNeighborGraph(PointIndex(points), points, NeighborOptions{}, RunContext{}).value();
-  graph.Pack();
+  ASSERT_TRUE(graph.Pack(RunContext{}).ok());
   EXPECT_EQ(graph.size(), 3);
   EXPECT_EQ(graph.indices.size(), 6u);
 }
