@@ -49,26 +49,43 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
   constexpr double kShare = 0.35;
   constexpr double kQuantileOfGaussian = 0.91;
   const auto count = static_cast<int64_t>(residuals.size());
-  struct Stretch {
+  struct Length {
     int64_t points;
-    double bound;  // noise varies by no more than this within the stretch
+    double bound;  // noise varies by no more than this within such a stretch
   };
-  const std::array<Stretch, 4> stretches = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
+  // From the second on a multiple of the one before, but for the last.
+  const std::array<Length, 4> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
   std::array<std::vector<float>, 4> bounds;  // of the stretches of each length
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(4, 1, context, [&](int64_t first, int64_t last) {
-    for (int64_t s = first; s < last; ++s) {
-      for (int64_t begin = 0; begin < count; begin += stretches[s].points) {
-        const int64_t end = std::min(count, begin + stretches[s].points);
-        const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
-        bounds[s].push_back(static_cast<float>(stretches[s].bound * level / kQuantileOfGaussian));
+  for (size_t l = 0; l < lengths.size(); ++l) {
+    bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
+  }
+  // Of the stretches of a length that lie between two ends of such.
+  const auto find_bounds = [&](size_t l, int64_t from, int64_t to) {
+    for (int64_t begin = from; begin < to; begin += lengths[l].points) {
+      const int64_t end = std::min(to, begin + lengths[l].points);
+      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+      bounds[l][begin / lengths[l].points] =
+          static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
+    }
+  };
+  // The longest task first: all points as one stretch, then all others within those of a length.
+  const auto tasks = static_cast<int64_t>(1 + bounds[2].size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(tasks, 1, context, [&](int64_t first, int64_t last) {
+    for (int64_t task = first; task < last; ++task) {
+      if (task == 0) {
+        find_bounds(3, 0, count);
+        continue;
       }
+      const int64_t from = (task - 1) * lengths[2].points;
+      const int64_t to = std::min(count, from + lengths[2].points);
+      for (size_t l = 0; l < 3; ++l) find_bounds(l, from, to);
     }
   }));
   std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      for (size_t s = 0; s < stretches.size(); ++s) {
-        noise[i] = std::min(noise[i], bounds[s][i / stretches[s].points]);
+      for (size_t l = 0; l < lengths.size(); ++l) {
+        noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
       }
     }
   }));
