@@ -56,7 +56,7 @@ class KeepSearch {
 
 }  // namespace
 
-absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions& options,
+absl::StatusOr<bool> KeepError(const OrientedCloud& cloud, const ReconstructOptions& options,
                                const RunContext& context, ReconstructReport* report,
                                CodedRelief* coded) {
   if (!options.encode.max_error || !options.measure) return true;
@@ -65,7 +65,7 @@ absl::StatusOr<bool> KeepError(const ScanSurface& scan, const ReconstructOptions
   RunContext silent = context;  // progress has passed these stages
   silent.progress = nullptr;
   RILIEVO_ASSIGN_OR_RETURN(const SearchableShape points,
-                           MakeSearchable(PointsToMeasure(scan.cloud), silent));
+                           MakeSearchable(PointsToMeasure(cloud), silent));
   KeepSearch search(limit, own);
   double coding = CodingErrorWithin(limit, *report, options.measure);
   std::optional<EncodedSurface> kept;

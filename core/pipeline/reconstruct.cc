@@ -177,7 +177,7 @@ absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata&
   const bool with_tree = options.measure;
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief, CodeRelief(scan.cloud, std::move(sampled), metadata,
                                                           options, context, report, with_tree));
-  RILIEVO_RETURN_IF_ERROR(KeepError(scan, options, context, report, &relief).status());
+  RILIEVO_RETURN_IF_ERROR(KeepError(scan.cloud, options, context, report, &relief).status());
   return relief;
 }
 

@@ -185,7 +185,7 @@ class Search {
   absl::StatusOr<bool> KeepBest() {
     SetReport(best_->report);
     RILIEVO_ASSIGN_OR_RETURN(const bool kept,
-                             KeepError(scan_, options_, context_, report_, &best_->relief));
+                             KeepError(scan_.cloud, options_, context_, report_, &best_->relief));
     best_->report = *report_;
     return kept;
   }

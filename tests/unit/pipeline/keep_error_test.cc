@@ -19,7 +19,9 @@ struct Made {
         FitDomain(prepared.scan, prepared.control, options, {}, &prepared.report).value();
     relief = MakeRelief(prepared.scan, domain, {}, options, {}, &prepared.report).value();
   }
-  bool Keep() { return KeepError(prepared.scan, options, {}, &prepared.report, &relief).value(); }
+  bool Keep() {
+    return KeepError(prepared.scan.cloud, options, {}, &prepared.report, &relief).value();
+  }
   double Error() const {
     const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), {}).value();
     return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
