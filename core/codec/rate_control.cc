@@ -108,8 +108,9 @@ class StepSearch {
   double closest_value_ = 0;
 };
 
-// A step whose error is about the one wanted, for a fraction of the time of encoding at several:
-// the rounds after the first take the same share off the error at all steps nearby, and two rounds
+}  // namespace
+
+// The rounds after the first take the same share off the error at all steps nearby, and two rounds
 // tell which. The usual first step where the error is no such power of the step.
 absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
                                 const RunContext& context) {
@@ -130,8 +131,6 @@ absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
   if (!(power >= kLeastPower && power <= kMostPower)) return first;
   return std::clamp(second * std::pow(wanted / error[0], 1 / power), kFinestStep, kCoarsestStep);
 }
-
-}  // namespace
 
 absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
                                                  double least_step, const RunContext& context) {

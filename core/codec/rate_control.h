@@ -9,6 +9,11 @@
 
 namespace rilievo {
 
+// A step whose encoding has an RMS error of about `rms`, told by a few of its first rounds for a
+// fraction of the time of encoding at several steps.
+absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
+                                const RunContext& context);
+
 // The coarsest quantiser found whose RMS error of the heights is at most `rms`: the search ends
 // within 3 % of it, or after a dozen trials where the error is no smooth function of the step. None
 // is finer than `least_step`, or 1e-8, or than what still helps: the error may then be larger.

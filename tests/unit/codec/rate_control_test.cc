@@ -1,5 +1,7 @@
 #include "core/codec/rate_control.h"
 
+#include <cmath>
+
 #include "gtest/gtest.h"
 #include "tests/unit/codec/test_surfaces.h"
 
@@ -31,6 +33,19 @@ TEST_F(RateControlTest, FirstRoundsAreThoseOfTheEncoding) {
   EXPECT_LT((*rounds)[1], (*rounds)[0]);
   EXPECT_EQ((*rounds)[2], encoder_.Encode(step, RunContext())->rms);
   EXPECT_EQ(encoder_.RmsOfRounds(step, 1, RunContext())->front(), rounds->front());
+}
+
+// Four times the error, the guess that is the same for all surfaces, is farther off.
+TEST_F(RateControlTest, TheStepFoundHasAboutTheErrorAskedFor) {
+  const auto off = [&](double step, double rms) {
+    return std::abs(encoder_.Encode(step, RunContext())->rms / rms - 0.985);
+  };
+  for (double rms : {1e-5, 2e-5, 3e-5}) {
+    const auto step = FindStep(encoder_, rms, RunContext());
+    ASSERT_TRUE(step.ok()) << step.status();
+    EXPECT_LT(off(*step, rms), 0.05) << rms;
+    EXPECT_GT(off(4 * rms, rms), off(*step, rms)) << rms;
+  }
 }
 
 // Heights vanish when the error allowed is larger than they are.
