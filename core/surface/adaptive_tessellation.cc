@@ -14,6 +14,7 @@
 #include "core/loop/refinement.h"
 #include "core/surface/closest_point_tree.h"
 #include "core/surface/red_green_forest.h"
+#include "core/surface/triangle_distance.h"
 
 namespace rilievo {
 namespace {

@@ -12,11 +12,6 @@
 
 namespace rilievo {
 
-// Squared distance from `point` to the triangle a, b, c, degenerate ones included (Ericson,
-// Real-Time Collision Detection, 5.1.5).
-double SquaredDistanceToTriangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
-                                 const Eigen::Vector3d& b, const Eigen::Vector3d& c);
-
 // A tree with four children a node, split at medians of the items' box centres. Boxes are float and
 // rounded outward; the items themselves are double and relative to the centre of them all. So a
 // distance is that of a search of all items, in double, wherever the shape lies.

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "core/surface/closest_point_tree.h"
+#include "core/surface/triangle_distance.h"
 
 namespace rilievo {
 

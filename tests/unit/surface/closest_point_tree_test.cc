@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/surface/triangle_distance.h"
 #include "gtest/gtest.h"
 #include "tests/unit/surface/test_shapes.h"
 
@@ -14,26 +15,6 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-TEST(SquaredDistanceToTriangleTest, EveryRegion) {
-  const Vector3d a(0, 0, 0), b(2, 0, 0), c(0, 2, 0);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({0.5, 0.5, 3}, a, b, c), 9);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({-1, -2, 2}, a, b, c), 9);  // corner a
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({4, -1, 0}, a, b, c), 5);   // corner b
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({0, 5, 0}, a, b, c), 9);    // corner c
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({1, -2, 1}, a, b, c), 5);   // edge ab
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({-3, 1, 0}, a, b, c), 9);   // edge ca
-  EXPECT_NEAR(SquaredDistanceToTriangle({2, 2, 1}, a, b, c), 3, 1e-12);  // edge bc
-}
-
-TEST(SquaredDistanceToTriangleTest, DegenerateTrianglesAreTheirEdges) {
-  const Vector3d a(0, 0, 0), b(1, 0, 0), c(3, 0, 0);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, a, b, c), 1);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, b, c, a), 1);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, c, a, b), 1);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({5, 0, 0}, a, b, c), 4);
-  EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({1, 1, 1}, a, a, a), 3);
-}
 
 // Many sizes of triangle in a cloud: slivers, points, overlaps, everything a tree can meet.
 Shape TriangleSoup(int count, double spread) {
