@@ -1,5 +1,5 @@
-// The heights of one level's new vertices as bytes, format version 1. Files are written in version
-// 2; the encoder here is what the decoder is tested against.
+// The heights of one level's new vertices as bytes, format version 1. Files are written in later
+// ones; the encoder here is what the decoder is tested against.
 #pragma once
 
 #include <cstdint>
