@@ -124,7 +124,7 @@ void PoissonOperator::Reread(const std::vector<int>& turned_points) {
   std::vector<ScreeningRow> rows(places.size());
   if (!MakeScreeningRows(WithSpeakers(system_, gatherers), 0, spread, &rows).ok()) return;
   for (size_t k = 0; k < places.size(); ++k) {
-    const int row = row_of_speaker_[places[k]];
+    const int64_t row = RowOf(places[k]);
     if (row >= 0) row_weights_[row] = rows[k].weights;
   }
   FindDiagonal();
@@ -178,24 +178,31 @@ void PoissonOperator::AddScreening(const Fields& spread) {
   const size_t count = system_.speakers.points.size();
   cells_.reserve(count);  // at most; pages not touched take no room
   row_weights_.reserve(count);
-  row_of_speaker_.reserve(count);
   std::vector<ScreeningRow> rows;
   for (size_t begin = 0; begin < count; begin += kBlock) {
     rows.resize(std::min<size_t>(kBlock, count - begin));
     if (!MakeScreeningRows(system_, begin, spread, &rows).ok()) break;
-    for (const ScreeningRow& row : rows) {
-      row_of_speaker_.push_back(-1);
-      if (row.nodes[0] == kNoNode) continue;
+    for (size_t m = 0; m < rows.size(); ++m) {
+      const ScreeningRow& row = rows[m];
+      if (row.nodes[0] == kNoNode) {
+        without_row_.push_back(static_cast<uint32_t>(begin + m));
+        continue;
+      }
       if (cells_.empty() || cells_.back()[0] != row.nodes[0]) {
         cells_.push_back(row.nodes);
         first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
       }
-      row_of_speaker_.back() = static_cast<int>(row_weights_.size());
       row_weights_.push_back(row.weights);
     }
   }
   first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
   at_cells_.resize(cells_.size());
+}
+
+int64_t PoissonOperator::RowOf(size_t speaker) const {
+  const auto place = std::lower_bound(without_row_.begin(), without_row_.end(), speaker);
+  if (place != without_row_.end() && *place == speaker) return -1;
+  return static_cast<int64_t>(speaker) - (place - without_row_.begin());
 }
 
 // Of as many speakers of `system` from `begin` on.

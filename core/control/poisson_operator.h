@@ -115,6 +115,7 @@ class PoissonOperator {
   void AddScreening(const Fields& spread);
   absl::Status MakeScreeningRows(const ScreenedPoisson& system, size_t begin, const Fields& spread,
                                  std::vector<ScreeningRow>* rows) const;
+  int64_t RowOf(size_t speaker) const;  // -1 where it has none
   void TransposeScreening();
   void FindDiagonal();
   Corners Squares(int64_t cell) const;
@@ -131,7 +132,7 @@ class PoissonOperator {
   std::vector<std::array<int, 8>> cells_;  // their corners
   std::vector<uint32_t> first_row_;
   std::vector<Corners> row_weights_;
-  std::vector<int> row_of_speaker_;    // -1 at the rim of the grid
+  std::vector<uint32_t> without_row_;  // speakers at the rim of the grid, ascending
   std::vector<Corners> at_cells_;      // what each has for its corners
   std::vector<uint32_t> entry_begin_;  // by node
   std::vector<uint32_t> entries_;      // its places in at_cells_, ascending
