@@ -7,6 +7,15 @@
 #endif
 
 namespace rilievo {
+namespace {
+
+constexpr int64_t kManyPoints = 200'000;
+
+}  // namespace
+
+void ReturnFreedMemoryOf(int64_t points) {
+  if (points >= kManyPoints) ReturnFreedMemory();
+}
 
 void ReturnFreedMemory() {
 #ifdef __GLIBC__

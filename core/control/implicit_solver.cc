@@ -38,7 +38,7 @@ absl::Status PoissonSolver::Solve(std::vector<float>* values) {
   PoissonOperator& matrix = *matrix_;
   const int size = matrix.size();
   std::vector<float>& x = *values;
-  std::vector<float> residual = matrix.right_side();
+  std::vector<float> residual = matrix.TakeRightSide();
   // Products of the residual with itself, and with what the preconditioner makes of it.
   const auto products = [&](const auto& update) {
     return matrix.BlockSums([&](int64_t begin, int64_t end) {

@@ -90,14 +90,28 @@ ScreenedPoisson WithSpeakers(const ScreenedPoisson& system, const Speakers& spea
 PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext& context)
     : system_(system), context_(context), size_(system.grid.size()) {
   LinkNeighbors();
-  const Fields spread = Spread(system);
-  right_side_.resize(size_);
-  Run(size_, [&](int64_t begin, int64_t end) {
-    for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
-  });
-  AddScreening(spread);
+  {
+    const Fields spread = Spread(system);
+    right_side_.resize(size_);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
+    });
+    AddScreening(spread);
+  }
   TransposeScreening();
   FindDiagonal();
+}
+
+std::vector<float> PoissonOperator::TakeRightSide() {
+  kept_.assign(size_, false);
+  kept_values_.clear();
+  kept_values_.reserve(size_ - std::count(right_side_.begin(), right_side_.end(), 0.0f));
+  for (int node = 0; node < size_; ++node) {
+    if (right_side_[node] == 0.0f) continue;
+    kept_[node] = true;
+    kept_values_.push_back(right_side_[node]);
+  }
+  return std::move(right_side_);
 }
 
 // The nodes to which the turned points spread are added up anew, in the order of all speakers.
@@ -114,7 +128,12 @@ void PoissonOperator::Reread(const std::vector<int>& turned_points) {
   const ImplicitGrid needed =
       ZoneAround(system_, turned_points, touched + 2 * kTouched + disc + kTouched);
   const Speakers near = SomeSpeakers(system_.speakers, SpeakersIn(system_, needed));
-  const Fields spread = Spread(WithSpeakers(system_, near));
+  at_cells_ = std::vector<Corners>();  // makes room for the fields
+  Fields spread = Spread(WithSpeakers(system_, near));
+  right_side_.assign(size_, 0.0f);
+  for (int node = 0, k = 0; node < size_; ++node) {
+    if (kept_[node]) right_side_[node] = kept_values_[k++];
+  }
   for (const Vector3i& at : changed.Nodes()) {
     const int node = system_.grid.Find(at);
     if (node >= 0) right_side_[node] = Divergence(spread, node);
@@ -122,7 +141,8 @@ void PoissonOperator::Reread(const std::vector<int>& turned_points) {
   const std::vector<size_t> places = SpeakersIn(system_, gathering);
   const Speakers gatherers = SomeSpeakers(system_.speakers, places);
   std::vector<ScreeningRow> rows(places.size());
-  if (!MakeScreeningRows(WithSpeakers(system_, gatherers), 0, spread, &rows).ok()) return;
+  MakeScreeningRows(WithSpeakers(system_, gatherers), 0, spread, &rows).IgnoreError();
+  spread = Fields();
   for (size_t k = 0; k < places.size(); ++k) {
     const int64_t row = RowOf(places[k]);
     if (row >= 0) row_weights_[row] = rows[k].weights;
@@ -196,7 +216,6 @@ void PoissonOperator::AddScreening(const Fields& spread) {
     }
   }
   first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
-  at_cells_.resize(cells_.size());
 }
 
 int64_t PoissonOperator::RowOf(size_t speaker) const {
@@ -256,6 +275,7 @@ void PoissonOperator::TransposeScreening() {
 // The neighbors there are, and what the rows add.
 void PoissonOperator::FindDiagonal() {
   diagonal_.resize(size_);
+  at_cells_.resize(cells_.size());
   Run(cell_count(), [&](int64_t begin, int64_t end) {
     for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Squares(cell);
   });

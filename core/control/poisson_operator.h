@@ -27,7 +27,8 @@ class PoissonOperator {
   void Reread(const std::vector<int>& turned_points);
 
   int size() const { return size_; }
-  const std::vector<float>& right_side() const { return right_side_; }
+  // Keeps of it what Reread() needs; till then there is none.
+  std::vector<float> TakeRightSide();
   bool is_free(int64_t node) const { return degree_[node] != 0; }
   float diagonal(int64_t node) const { return diagonal_[node]; }
 
@@ -127,6 +128,9 @@ class PoissonOperator {
   std::vector<int> neighbors_;   // 6 a node, size_ for none
   std::vector<uint8_t> degree_;  // 0: frozen
   std::vector<float> diagonal_, right_side_;
+  // Of the right-hand side taken: where it is not 0, and what it is there. It is 0 at most nodes.
+  std::vector<bool> kept_;
+  std::vector<float> kept_values_;
   // The screening: rows of 8 weights, those of cell c from first_row_[c] on. A cell that the
   // speakers come back to is there more than once.
   std::vector<std::array<int, 8>> cells_;  // their corners

@@ -151,7 +151,7 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
-  ReturnFreedMemory();
+  if (points != nullptr) ReturnFreedMemoryOf(points->shape.vertices.cols());
   if (points != nullptr) {
     RILIEVO_ASSIGN_OR_RETURN(error,
                              MeasureAgainst(triangles, *points, MeasureOptions{kSamples}, context));

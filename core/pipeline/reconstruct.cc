@@ -166,14 +166,14 @@ absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata&
   }
   const auto fit = given ? FitDomain : FitUnderNoise;
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(scan, start, options, context, report));
-  ReturnFreedMemory();
+  ReturnFreedMemoryOf(scan.cloud.points.cols());
   RILIEVO_ASSIGN_OR_RETURN(SampledRelief sampled,
                            SampleRelief(scan, std::move(domain), options, context, report));
   cleaned->graph = NeighborGraph();
   { const PointIndex done = std::move(cleaned->index); }
   cleaned->cloud.noise = std::vector<float>();
   cleaned->cloud.contested = std::vector<uint8_t>();
-  ReturnFreedMemory();
+  ReturnFreedMemoryOf(scan.cloud.points.cols());
   const bool with_tree = options.measure;
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief, CodeRelief(scan.cloud, std::move(sampled), metadata,
                                                           options, context, report, with_tree));
@@ -201,17 +201,18 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(SideBySide(context, check, hash));
+  const int64_t point_count = checked.points.cols();
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
                            Analyze(std::move(checked), options, context, report));
-  ReturnFreedMemory();
+  ReturnFreedMemoryOf(point_count);
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
-  ReturnFreedMemory();
+  ReturnFreedMemoryOf(point_count);
   const DssMetadata metadata = MetadataOf(std::move(input_hash), options, context.seed, *report);
   RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
                            Relieve(coarse, metadata, options, context, &cleaned, report));
   Shape points = PointsAlone(std::move(cleaned));
-  ReturnFreedMemory();
+  ReturnFreedMemoryOf(point_count);
   RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &relief, report));
   result.encoded = std::move(relief.encoded);
   result.surface = std::move(relief.surface);

@@ -250,7 +250,7 @@ absl::StatusOr<CodedRelief> CodeRelief(const OrientedCloud& cloud, SampledRelief
     const bool to_keep = options.encode.max_error.has_value();
     RILIEVO_RETURN_IF_ERROR(Measure(cloud, sampled.shape, to_keep, context, report));
     sampled.shape = Shape();
-    ReturnFreedMemory();
+    ReturnFreedMemoryOf(cloud.points.cols());
   }
   CodedRelief coded;
   coded.metadata = metadata;
