@@ -10,6 +10,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/clean_normal.h"
 #include "core/scan/patch_moments.h"
 #include "core/scan/quadric_residual.h"
 #include "core/scan/widen_patches.h"
@@ -20,6 +21,10 @@ namespace {
 constexpr int64_t kBlock = 1024;
 // Growth of the variance along the plane from which a patch counts as widened.
 constexpr double kWidened = 1.3;
+// Noise in spacings up to which each point is taken for a point of the surface.
+constexpr double kClean = 0.1;
+// Variance across a plane, in that of the noise, below which nothing bends.
+constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
 // pi d_j^2 / j = pi/4 spacing^2. Near neighbours on one scan line say little of the surface.
@@ -121,6 +126,7 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
 
 absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
                                               const NeighborGraph& graph,
+                                              const ReplacedLists& replaced,
                                               const RunContext& context) {
   OrientedCloud cloud;
   cloud.points = std::move(own_points);
@@ -157,13 +163,28 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
   first_spread = std::vector<double>();
   RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
   cloud.normals.resize(3, count);
+  const auto is_clean = [&](int64_t i) { return noise[i] <= kClean * cloud.spacing[i]; };
+  const auto clean_normal = [&](int i, std::span<const int> neighbors) {
+    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    return CleanNormal(points, i, neighbors, cloud.spacing[i], noise[i], planes[i].normal);
+  };
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      cloud.normals.col(i) =
-          SharpNormal(points, graph, patches, planes, noise[i], static_cast<int>(i));
+      const int center = static_cast<int>(i);
+      cloud.normals.col(i) = is_clean(i)
+                                 ? clean_normal(center, graph.neighbors(center))
+                                 : SharpNormal(points, graph, patches, planes, noise[i], center);
       cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
     }
   }));
+  const auto replaced_count = static_cast<int64_t>(replaced.points.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(replaced_count, kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t r = begin; r < end; ++r) {
+          const int i = replaced.points[r];
+          if (is_clean(i)) cloud.normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
+        }
+      }));
   cloud.median_spacing = Quantile(cloud.spacing, 0.5);
   cloud.median_noise = Quantile(cloud.noise, 0.5);
   return cloud;

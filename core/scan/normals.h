@@ -5,11 +5,15 @@
 #include "core/base/run_context.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
+#include "core/scan/separate_sheets.h"
 
 namespace rilievo {
 
 // Normals are unoriented (see OrientNormals). `points`: unit frame, the graph's own points.
+// `replaced`: the lists in whose place the graph has those of one sheet; where a scan is clean, all
+// around a point are told apart anyway (see CleanNormal).
 absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd points, const NeighborGraph& graph,
+                                              const ReplacedLists& replaced,
                                               const RunContext& context);
 
 }  // namespace rilievo

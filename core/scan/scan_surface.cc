@@ -144,7 +144,7 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
     ReturnFreedMemory();
   }
   RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
-                           EstimateNormals(std::move(kept.points), graph, context));
+                           EstimateNormals(std::move(kept.points), graph, replaced, context));
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));

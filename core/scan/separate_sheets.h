@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -14,6 +16,11 @@ namespace rilievo {
 struct ReplacedLists {
   std::vector<int> points;
   std::vector<int> lists;
+
+  // Of points[i], ascending by distance.
+  std::span<const int> list(int64_t i, int k) const {
+    return {lists.data() + i * k, static_cast<size_t>(k)};
+  }
 };
 
 // Where the 64 points nearest to a point stand in two layers with next to nothing between them, the

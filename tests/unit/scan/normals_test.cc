@@ -10,7 +10,7 @@ namespace rilievo {
 namespace {
 
 OrientedCloud Estimate(const PreparedCloud& prepared, const RunContext& context = RunContext{}) {
-  return EstimateNormals(prepared.scan.points, prepared.graph, context).value();
+  return EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value();
 }
 
 TEST(NormalsTest, AreThoseOfThePlane) {
@@ -126,7 +126,7 @@ TEST(NormalsTest, Stops) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  EXPECT_EQ(EstimateNormals(prepared.scan.points, prepared.graph, context).status().code(),
+  EXPECT_EQ(EstimateNormals(prepared.scan.points, prepared.graph, {}, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 
