@@ -31,7 +31,7 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
     return absl::OkStatus();
   };
   const auto find_folds = [&] {
-    folds_before = FindFolds(samples, state->surface);
+    folds_before = FindFolds(samples, state->surface, context);
     return absl::OkStatus();
   };
   RILIEVO_RETURN_IF_ERROR(SideBySide(context, move_points, find_folds));

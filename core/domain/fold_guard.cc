@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int kPasses = 5;
+constexpr int64_t kFacesPerTask = 256;
 // An old fold may grow by so much in a move, as it passes from face to face, and up to this share
 // of its face: scans with many folds would hardly be fitted otherwise.
 constexpr double kMostGrowth = 1.5;
@@ -47,12 +49,13 @@ std::vector<double> SumAround(const DomainSamples& samples, const std::vector<do
 
 }  // namespace
 
-FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface) {
+FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface,
+                      const RunContext& context) {
   const MeshTopology& fine = samples.finest();
   const int descendants = fine.face_count() / samples.control_face_count();
   const auto count = static_cast<size_t>(samples.control_face_count());
   FoldedAreas areas{std::vector<double>(count, 0), std::vector<double>(count, 0)};
-  for (int face = 0; face < fine.face_count(); ++face) {
+  const auto add = [&](int face, size_t control_face) {
     const auto corner = [&](int k) { return surface.positions.col(fine.faces(k, face)); };
     const Eigen::Vector3d side = corner(1) - corner(0);
     const Eigen::Vector3d normal = side.cross(corner(2) - corner(0));
@@ -60,10 +63,19 @@ FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surfac
     for (int k = 0; k < 3; ++k) turned |= normal.dot(surface.normals.col(fine.faces(k, face))) <= 0;
     // A triangle without area is folded, too.
     const double area = std::max(normal.norm() / 2, std::numeric_limits<double>::min());
-    const auto control_face = static_cast<size_t>(face / descendants);
     areas.whole[control_face] += area;
     if (turned) areas.folded[control_face] += area;
-  }
+  };
+  ParallelFor(samples.control_face_count(), kFacesPerTask, context,
+              [&](int64_t begin, int64_t end) {
+                for (int64_t control_face = begin; control_face < end; ++control_face) {
+                  for (int k = 0; k < descendants; ++k) {
+                    add(static_cast<int>(control_face * descendants + k),
+                        static_cast<size_t>(control_face));
+                  }
+                }
+              })
+      .IgnoreError();
   return areas;
 }
 
@@ -72,7 +84,8 @@ absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
   const std::vector<double> around_before = SumAround(samples, folds_before.folded);
   for (int pass = 1; pass <= kPasses; ++pass) {
-    const FoldedAreas folds = FindFolds(samples, *surface);
+    const FoldedAreas folds = FindFolds(samples, *surface, context);
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const std::vector<double> around = SumAround(samples, folds.folded);
     std::vector<uint8_t> undo(static_cast<size_t>(samples.control_vertex_count()), 0);
     bool any = false;

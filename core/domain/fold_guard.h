@@ -17,7 +17,9 @@ struct FoldedAreas {
   std::vector<double> whole, folded;
 };
 
-FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface);
+// A stop request leaves them half done; the caller asks context.CheckStop() after.
+FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surface,
+                      const RunContext& context);
 
 // Takes back the moves of the control points from `before` to `*control_points` around those faces
 // that were not folded before and are now, and around old folds that the move made half as large
