@@ -2,15 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/parallel_sort.h"
-#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/octahedron.h"
 #include "core/control/plane_frame.h"
@@ -25,6 +27,7 @@ constexpr int kCenterSamples = 4000;
 constexpr int kCenterSteps = 100;
 constexpr double kMargin = 0.3;        // wanted cosine between normal and ray
 constexpr double kRadialCosine = 0.6;  // 53 degrees
+constexpr int64_t kPointsPerTask = 8192;
 constexpr double kPointsPerCell = 20;  // of a direction cell, on average
 constexpr double kSheetGap = 2.0;      // cell widths between two sheets along a ray
 
@@ -76,17 +79,23 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
       6);
   const Octahedron grid(levels);
   std::vector<std::pair<int, double>> by_cell(static_cast<size_t>(count));  // cell, log radius
-  int64_t outward = 0, radial = 0;
-  RILIEVO_RETURN_IF_ERROR(SerialFor(count, context, [&](int64_t i) {
-    const Vector3d ray = cloud.points.col(i) - center;
-    const double radius = std::max(ray.norm(), 1e-9);
-    by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
-    const double cosine = cloud.normals.col(i).dot(ray) / radius;
-    outward += cosine > 0 ? 1 : 0;
-    radial += cosine > kRadialCosine ? 1 : 0;
-  }));
-  check.outward = static_cast<double>(outward) / count;
-  check.radial = static_cast<double>(radial) / count;
+  std::atomic<int64_t> outward = 0, radial = 0;
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+        int64_t outward_here = 0, radial_here = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          const Vector3d ray = cloud.points.col(i) - center;
+          const double radius = std::max(ray.norm(), 1e-9);
+          by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
+          const double cosine = cloud.normals.col(i).dot(ray) / radius;
+          outward_here += cosine > 0 ? 1 : 0;
+          radial_here += cosine > kRadialCosine ? 1 : 0;
+        }
+        outward += outward_here;
+        radial += radial_here;
+      }));
+  check.outward = static_cast<double>(outward.load()) / count;
+  check.radial = static_cast<double>(radial.load()) / count;
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &by_cell));
   const double width = std::sqrt(4 * std::numbers::pi / static_cast<double>(grid.faces().cols()));
   std::vector<double> radii(by_cell.size());  // logarithms

@@ -62,8 +62,9 @@ std::vector<uint8_t> Contested(const OrientationPatches& patches,
 absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedCloud* cloud,
                           const RunContext& context) {
   for (const std::vector<int>& group : groups) {
+    const int sign = OutwardSign(*cloud, group, context);
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (OutwardSign(*cloud, group) < 0) Flip(group, cloud);
+    if (sign < 0) Flip(group, cloud);
   }
   constexpr size_t kSamples = 16;
   constexpr double kInside = 0.75;

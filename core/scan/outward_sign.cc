@@ -1,12 +1,18 @@
 #include "core/scan/outward_sign.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <vector>
+
+#include "core/base/parallel_for.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int kDirections = 64;
+constexpr int64_t kReachesPerTask = 1 << 18;  // points times directions
 constexpr double kGoldenAngle = 2.399963229728653;
 
 // Evenly spread over the sphere, in opposite pairs.
@@ -22,19 +28,28 @@ Eigen::Vector3d Direction(int index) {
 
 // In [-1, 1]: the normals at the extreme points of all directions against those directions, the
 // sum over the sum of magnitudes.
-double ExtremeVote(const OrientedCloud& cloud, std::span<const int> members) {
+double ExtremeVote(const OrientedCloud& cloud, std::span<const int> members,
+                   const RunContext& context) {
+  std::array<double, kDirections> cosines{};
+  const int64_t directions = kReachesPerTask / static_cast<int64_t>(members.size());
+  ParallelFor(kDirections, std::max<int64_t>(1, directions), context,
+              [&](int64_t begin, int64_t end) {
+                for (int64_t d = begin; d < end; ++d) {
+                  const Eigen::Vector3d direction = Direction(static_cast<int>(d));
+                  int extreme = members.front();
+                  double furthest = direction.dot(cloud.points.col(extreme));
+                  for (const int i : members) {
+                    const double reach = direction.dot(cloud.points.col(i));
+                    if (reach <= furthest) continue;
+                    furthest = reach;
+                    extreme = i;
+                  }
+                  cosines[static_cast<size_t>(d)] = direction.dot(cloud.normals.col(extreme));
+                }
+              })
+      .IgnoreError();
   double vote = 0, total = 0;
-  for (int d = 0; d < kDirections; ++d) {
-    const Eigen::Vector3d direction = Direction(d);
-    int extreme = members.front();
-    double furthest = direction.dot(cloud.points.col(extreme));
-    for (const int i : members) {
-      const double reach = direction.dot(cloud.points.col(i));
-      if (reach <= furthest) continue;
-      furthest = reach;
-      extreme = i;
-    }
-    const double cosine = direction.dot(cloud.normals.col(extreme));
+  for (const double cosine : cosines) {
     vote += cosine;
     total += std::abs(cosine);
   }
@@ -43,10 +58,11 @@ double ExtremeVote(const OrientedCloud& cloud, std::span<const int> members) {
 
 }  // namespace
 
-int OutwardSign(const OrientedCloud& cloud, std::span<const int> members) {
+int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
+                const RunContext& context) {
   constexpr double kClosed = 0.35;
   constexpr double kConvex = 0.02;
-  const double vote = ExtremeVote(cloud, members);
+  const double vote = ExtremeVote(cloud, members, context);
   if (std::abs(vote) > kClosed) return vote < 0 ? -1 : 1;
 
   // Each point stands for spacing^2 of surface.

@@ -32,7 +32,7 @@ OrientedCloud HeightField(const std::function<double(double, double)>& height) {
 int SignOf(const OrientedCloud& cloud) {
   std::vector<int> members(static_cast<size_t>(cloud.points.cols()));
   std::iota(members.begin(), members.end(), 0);
-  return OutwardSign(cloud, members);
+  return OutwardSign(cloud, members, RunContext());
 }
 
 TEST(OutwardSignTest, ACapFacesAwayFromItsCentre) {
@@ -55,9 +55,9 @@ TEST(OutwardSignTest, OthersHaveNoSay) {
   cloud.normals.rightCols(cloud.normals.cols() / 2) *= -1;
   std::vector<int> first(static_cast<size_t>(cloud.points.cols() / 2));
   std::iota(first.begin(), first.end(), 0);
-  EXPECT_EQ(OutwardSign(cloud, first), 1);
+  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), 1);
   for (int& i : first) i += static_cast<int>(first.size());
-  EXPECT_EQ(OutwardSign(cloud, first), -1);
+  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), -1);
 }
 
 }  // namespace
