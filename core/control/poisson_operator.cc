@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/freed_memory.h"
 #include "core/control/implicit_grid.h"
 #include "core/control/spread_discs.h"
 
@@ -92,6 +93,8 @@ PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext
   LinkNeighbors();
   {
     const Fields spread = Spread(system);
+    // What the discs took would lie beneath all that follows.
+    ReturnFreedMemoryOf(system.cloud.points.cols());
     right_side_.resize(size_);
     Run(size_, [&](int64_t begin, int64_t end) {
       for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
