@@ -16,6 +16,7 @@ namespace rilievo {
 absl::Status WriteFileAtomically(const std::string& path,
                                  const std::function<absl::Status(std::ostream& out)>& write);
 
+// The same with bytes that are there already.
 absl::Status WriteBytesAtomically(const std::string& path, std::span<const unsigned char> bytes);
 
 // Whether a file could be written at `path`, asked before long work: its folder exists and takes
