@@ -18,9 +18,9 @@
 namespace rilievo {
 namespace {
 
-// A handle narrower than four spacings is noise unless points line it; a loop of edges zigzags, and
-// is longer than the circle it follows by about 15 %.
-constexpr double kSmallestHandleSpacings = 1.15 * 4;
+// A handle narrower than eight spacings may be noise, see RemoveSmallHandles; a loop of edges
+// zigzags, and is longer than the circle it follows by about 15 %.
+constexpr double kDoubtfulHandleSpacings = 1.15 * 8;
 
 constexpr double kHandleSearchShare = 1.5;
 
@@ -73,8 +73,8 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
-  const double smallest_loop = kSmallestHandleSpacings * std::numbers::pi *
-                               std::max(cloud.median_spacing, zero_set.finest_cell);
+  const double longest_loop = kDoubtfulHandleSpacings * std::numbers::pi *
+                              std::max(cloud.median_spacing, zero_set.finest_cell);
   // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
@@ -84,7 +84,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   const LoopWitness witness(cloud, index);
   RILIEVO_ASSIGN_OR_RETURN(
       SmallHandleResult clean,
-      RemoveSmallHandles(std::move(trimmed), smallest_loop, &witness, context));
+      RemoveSmallHandles(std::move(trimmed), longest_loop, &witness, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   ControlMesh control = std::move(clean.mesh);
   if (creases == CreaseRule::kAuto) {

@@ -1,6 +1,8 @@
 #include "core/control/loop_witness.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 namespace rilievo {
 namespace {
@@ -8,11 +10,14 @@ namespace {
 constexpr int kNearest = 8;
 constexpr double kLeastPointsAround = 6;
 constexpr double kAgreement = 0.9;  // mean cosine
+constexpr double kCoverSpacings = 1;
+constexpr double kFacing = 0.7;   // least cosine
+constexpr double kCovered = 0.7;  // share of the places within the loop
 
 }  // namespace
 
-bool LoopWitness::Lines(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
-                        const Eigen::Matrix3Xd& normals) const {
+bool LoopWitness::Line(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
+                       const Eigen::Matrix3Xd& normals) const {
   double points_around = 0, agreement = 0;
   for (size_t i = 0; i < loop.size(); ++i) {
     const int v = loop[i];
@@ -30,6 +35,29 @@ bool LoopWitness::Lines(std::span<const int> loop, const Eigen::Matrix3Xd& verti
   }
   return points_around >= kLeastPointsAround &&
          agreement >= kAgreement * static_cast<double>(loop.size());
+}
+
+bool LoopWitness::Span(std::span<const int> loop, const Eigen::Matrix3Xd& vertices) const {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const int v : loop) center += vertices.col(v);
+  center /= static_cast<double>(loop.size());
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::Vector3d a = vertices.col(loop[i]) - center;
+    const Eigen::Vector3d b = vertices.col(loop[(i + 1) % loop.size()]) - center;
+    axis += a.cross(b);
+  }
+  axis.stableNormalize();
+  const auto is_covered = [&](const Eigen::Vector3d& place) {
+    int found;
+    double squared;
+    if (index_.Nearest(place, 1, &found, &squared) < 1) return false;
+    return std::sqrt(squared) <= kCoverSpacings * cloud_.spacing[found] &&
+           std::abs(cloud_.normals.col(found).dot(axis)) >= kFacing;
+  };
+  int covered = 0;
+  for (const int v : loop) covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
+  return is_covered(center) && covered >= kCovered * static_cast<double>(loop.size());
 }
 
 }  // namespace rilievo

@@ -18,6 +18,8 @@ namespace {
 constexpr int kMaxSweeps = 8;
 constexpr int kTightenings = 3;
 constexpr int64_t kSeedBlock = 16;
+// Of the longest loops, up to which the points are too far apart to say that a loop is empty.
+constexpr double kTinyShare = 0.25;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* finder) {
@@ -125,17 +127,18 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
     return true;
   };
   Eigen::Matrix3Xd normals;
-  const auto lined = [&](const std::vector<int>& loop) {
+  const auto is_true = [&](const std::vector<int>& loop) {
     if (witness == nullptr) return false;
     if (normals.cols() == 0) normals = VertexNormals(vertices, topology.faces);
-    return witness->Lines(loop, vertices, normals);
+    const bool is_tiny = finder.Length(loop) <= kTinyShare * max_length;
+    return witness->Line(loop, vertices, normals) || (!is_tiny && !witness->Span(loop, vertices));
   };
   std::vector<std::vector<int>> loops;
   for (std::vector<int>& loop : found) {
     if (blocked(loop)) continue;
     loop = Tighten(std::move(loop), radius, &finder);
     if (blocked(loop)) continue;
-    if (lined(loop)) {
+    if (is_true(loop)) {
       // Loops in so small a disc are the same handle's.
       for (const int v : finder.Disc(loop[0], finder.Length(loop) / 2)) kept[v] = 1;
       for (const int v : loop) kept[v] = 1;

@@ -32,7 +32,11 @@ struct Ring {
   }
   bool Lined() const {
     const PointIndex index(cloud.points);
-    return LoopWitness(cloud, index).Lines(loop, vertices, normals);
+    return LoopWitness(cloud, index).Line(loop, vertices, normals);
+  }
+  bool Spanned() const {
+    const PointIndex index(cloud.points);
+    return LoopWitness(cloud, index).Span(loop, vertices);
   }
 };
 
@@ -68,6 +72,46 @@ TEST(LoopWitnessTest, ACloudOfOnePointLinesNothing) {
   ring.cloud.normals = ring.normals.leftCols(1).eval();
   ring.cloud.spacing.resize(1);
   EXPECT_FALSE(ring.Lined());
+}
+
+// Two sheets of points across the ring, one either side of its middle.
+void AddSheets(Ring* ring) {
+  constexpr int kAcross = 9;
+  const double step = 2 * kRadius / (kAcross - 1);
+  ring->cloud.points.resize(3, 2 * kAcross * kAcross);
+  ring->cloud.normals = Eigen::Matrix3Xd::Zero(3, 2 * kAcross * kAcross);
+  ring->cloud.spacing.assign(2 * kAcross * kAcross, static_cast<float>(step));
+  for (int i = 0; i < ring->cloud.points.cols(); ++i) {
+    const double side = i % 2 == 0 ? 1 : -1;
+    const int x = i / 2 % kAcross, y = i / 2 / kAcross;
+    ring->cloud.points.col(i) << x * step - kRadius, y * step - kRadius, 0.4 * side * step;
+    ring->cloud.normals(2, i) = side;
+  }
+}
+
+TEST(LoopWitnessTest, SheetsSpanALoopAroundABridgeBetweenThem) {
+  Ring ring;
+  AddSheets(&ring);
+  EXPECT_TRUE(ring.Spanned());
+  ring.cloud.points.row(2) *= 5;  // two spacings off, as above and below a hole
+  EXPECT_FALSE(ring.Spanned());
+}
+
+TEST(LoopWitnessTest, NothingSpansAHoleOrARod) {
+  Ring ring;
+  EXPECT_FALSE(ring.Spanned());
+  ring.cloud.spacing.assign(kAround, 2 * kRadius);  // near enough, but facing away from the axis
+  EXPECT_FALSE(ring.Spanned());
+}
+
+TEST(LoopWitnessTest, AnEmptyMiddleIsNotSpanned) {
+  Ring ring;
+  AddSheets(&ring);
+  for (auto point : ring.cloud.points.colwise()) {
+    const double off_axis = point.head<2>().norm();
+    if (off_axis < 0.6 * kRadius) point.head<2>() *= 2 * kRadius / std::max(off_axis, 1e-9);
+  }
+  EXPECT_FALSE(ring.Spanned());
 }
 
 }  // namespace

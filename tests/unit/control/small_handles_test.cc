@@ -12,8 +12,8 @@
 namespace rilievo {
 namespace {
 
-// A wall of 0.12 in [-0.5, 0.5]^3 with a round hole of the given radius through its middle.
-ControlMesh WallWithHole(double radius) {
+// A wall in [-0.5, 0.5]^3 with a round hole of the given radius through its middle.
+ControlMesh WallWithHole(double radius, double half_thickness = 0.06) {
   ImplicitFunction function;
   function.origin = Eigen::Vector3d::Constant(-0.5);
   function.levels.resize(1);
@@ -23,8 +23,8 @@ ControlMesh WallWithHole(double radius) {
   level.grid.Seal();
   for (const Eigen::Vector3i& node : level.grid.Nodes()) {
     const Eigen::Vector3d x = function.origin + level.cell * node.cast<double>();
-    const double slab =
-        std::max({std::abs(x.z()) - 0.06, std::abs(x.x()) - 0.41, std::abs(x.y()) - 0.41});
+    const double slab = std::max(
+        {std::abs(x.z()) - half_thickness, std::abs(x.x()) - 0.41, std::abs(x.y()) - 0.41});
     const double hole = radius - std::hypot(x.x() - 0.07, x.y());
     level.values.push_back(static_cast<float>(std::max(slab, hole) + 1e-4));
   }
@@ -74,28 +74,47 @@ OrientedCloud PointsOn(const ControlMesh& mesh, bool hole_wall) {
   return cloud;
 }
 
-TEST(SmallHandlesTest, ANarrowHoleStaysWherePointsLineItAndIsClosedWhereNoneDo) {
-  const ControlMesh wall = WallWithHole(0.05);
-  for (const bool lined : {true, false}) {
-    const OrientedCloud cloud = PointsOn(wall, lined);
-    const PointIndex index(cloud.points);
-    const LoopWitness witness(cloud, index);
-    const auto result = RemoveSmallHandles(wall, 0.6, &witness, RunContext{});
-    ASSERT_TRUE(result.ok());
-    EXPECT_EQ(result->removed, lined ? 0 : 1);
-    EXPECT_EQ(Topology(result->mesh).genus, lined ? 1 : 0);
-  }
-}
-
-TEST(SmallHandlesTest, PointsTooFarApartDoNotLineAHole) {
-  const ControlMesh wall = WallWithHole(0.05);
-  OrientedCloud cloud = PointsOn(wall, true);
-  cloud.spacing.assign(cloud.spacing.size(), 0.1f);  // three around the hole
+int RemovedWith(const ControlMesh& wall, const OrientedCloud& cloud, double longest) {
   const PointIndex index(cloud.points);
   const LoopWitness witness(cloud, index);
-  const auto result = RemoveSmallHandles(wall, 0.6, &witness, RunContext{});
-  ASSERT_TRUE(result.ok());
-  EXPECT_EQ(result->removed, 1);
+  const auto result = RemoveSmallHandles(wall, longest, &witness, RunContext{});
+  EXPECT_TRUE(result.ok());
+  EXPECT_EQ(Topology(result->mesh).genus, 1 - result->removed);
+  return result->removed;
+}
+
+// Points all over the hole, as of two sheets that it was torn through.
+void AddPointsWithin(double radius, OrientedCloud* cloud) {
+  constexpr int kAcross = 9;
+  const int64_t count = cloud->points.cols();
+  cloud->points.conservativeResize(3, count + kAcross * kAcross);
+  cloud->normals.conservativeResize(3, count + kAcross * kAcross);
+  for (int i = 0; i < kAcross * kAcross; ++i) {
+    const double x = i % kAcross * 2.0 / (kAcross - 1) - 1,
+                 y = i / kAcross * 2.0 / (kAcross - 1) - 1;
+    const double side = i % 2 == 0 ? 1 : -1;
+    cloud->points.col(count + i) << 0.07 + radius * x, radius * y, 0.004 * side;
+    cloud->normals.col(count + i) << 0, 0, side;
+  }
+  cloud->spacing.resize(static_cast<size_t>(cloud->points.cols()), 1.0f / 48);
+}
+
+TEST(SmallHandlesTest, AHoleIsClosedWherePointsSpanItAndNoneLineIt) {
+  const ControlMesh wall = WallWithHole(0.05, 0.02);
+  OrientedCloud cloud = PointsOn(wall, false);
+  EXPECT_EQ(RemovedWith(wall, cloud, 0.6), 0);  // an empty hole is a hole
+  AddPointsWithin(0.05, &cloud);
+  EXPECT_EQ(RemovedWith(wall, cloud, 0.6), 1);
+}
+
+// Around so small a hole the points are too far apart to say that it is empty.
+TEST(SmallHandlesTest, OfATinyHoleOnlyPointsAroundItSpeak) {
+  const ControlMesh wall = WallWithHole(0.05);
+  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, true), 2.0), 0);
+  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, false), 2.0), 1);
+  OrientedCloud sparse = PointsOn(wall, true);
+  sparse.spacing.assign(sparse.spacing.size(), 0.1f);  // three around the hole
+  EXPECT_EQ(RemovedWith(wall, sparse, 2.0), 1);
 }
 
 TEST(SmallHandlesTest, StopsWhenAsked) {
