@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
 // Of the speakers: where fewer turned, the operator is read again around them alone.
-constexpr double kFewTurned = 1.0 / 400;
+constexpr double kRereadShare = 1.0 / 400;
 
 }  // namespace
 
@@ -24,7 +24,7 @@ PoissonSolver::~PoissonSolver() = default;
 absl::Status PoissonSolver::SolveAgain(const std::vector<int>& turned_points,
                                        std::vector<float>* values) {
   RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
-  const auto few = kFewTurned * static_cast<double>(system_.speakers.points.size());
+  const auto few = kRereadShare * static_cast<double>(system_.speakers.points.size());
   if (static_cast<double>(turned_points.size()) < few) {
     matrix_->Reread(turned_points);
   } else {

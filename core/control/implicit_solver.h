@@ -40,6 +40,7 @@ struct ScreenedPoisson {
 
 class PoissonOperator;
 
+// Conjugate gradients on one level. Solve once, then SolveAgain as often as points turn.
 class PoissonSolver {
  public:
   // What `system` refers to must outlive it.
@@ -48,7 +49,8 @@ class PoissonSolver {
   PoissonSolver(const PoissonSolver&) = delete;
   PoissonSolver& operator=(const PoissonSolver&) = delete;
 
-  // `values`: per node, first guess in, solution out. CANCELLED when stopped.
+  // `values`: per node, first guess in, solution out. CANCELLED when stopped. Once: it takes the
+  // right-hand side with it.
   absl::Status Solve(std::vector<float>* values);
 
   // The same after the sides of these points, ascending, have changed: as a new solver would, in

@@ -11,13 +11,15 @@ constexpr int kNearest = 8;
 constexpr double kLeastPointsAround = 6;
 constexpr double kAgreement = 0.9;  // mean cosine
 constexpr double kCoverSpacings = 1;
+constexpr double kSeenSpacings = 2;
 constexpr double kFacing = 0.7;   // least cosine
+constexpr double kSeen = 0.5;     // share of the loop
 constexpr double kCovered = 0.7;  // share of the places within the loop
 
 }  // namespace
 
-bool LoopWitness::Line(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
-                       const Eigen::Matrix3Xd& normals) const {
+bool LoopWitness::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
+                             const Eigen::Matrix3Xd& normals) const {
   double points_around = 0, agreement = 0;
   for (size_t i = 0; i < loop.size(); ++i) {
     const int v = loop[i];
@@ -37,7 +39,8 @@ bool LoopWitness::Line(std::span<const int> loop, const Eigen::Matrix3Xd& vertic
          agreement >= kAgreement * static_cast<double>(loop.size());
 }
 
-bool LoopWitness::Span(std::span<const int> loop, const Eigen::Matrix3Xd& vertices) const {
+bool LoopWitness::PointsLeaveOpen(std::span<const int> loop,
+                                  const Eigen::Matrix3Xd& vertices) const {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const int v : loop) center += vertices.col(v);
   center /= static_cast<double>(loop.size());
@@ -48,16 +51,24 @@ bool LoopWitness::Span(std::span<const int> loop, const Eigen::Matrix3Xd& vertic
     axis += a.cross(b);
   }
   axis.stableNormalize();
-  const auto is_covered = [&](const Eigen::Vector3d& place) {
+  // The nearest point where it is no farther than so many of its spacings, else -1.
+  const auto point_within = [&](const Eigen::Vector3d& place, double spacings) {
     int found;
     double squared;
-    if (index_.Nearest(place, 1, &found, &squared) < 1) return false;
-    return std::sqrt(squared) <= kCoverSpacings * cloud_.spacing[found] &&
-           std::abs(cloud_.normals.col(found).dot(axis)) >= kFacing;
+    if (index_.Nearest(place, 1, &found, &squared) < 1) return -1;
+    return std::sqrt(squared) <= spacings * cloud_.spacing[found] ? found : -1;
   };
-  int covered = 0;
-  for (const int v : loop) covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
-  return is_covered(center) && covered >= kCovered * static_cast<double>(loop.size());
+  const auto is_covered = [&](const Eigen::Vector3d& place) {
+    const int point = point_within(place, kCoverSpacings);
+    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kFacing;
+  };
+  int covered = 0, seen = 0;
+  for (const int v : loop) {
+    covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
+    seen += point_within(vertices.col(v), kSeenSpacings) >= 0 ? 1 : 0;
+  }
+  const auto size = static_cast<double>(loop.size());
+  return seen >= kSeen * size && !(is_covered(center) && covered >= kCovered * size);
 }
 
 }  // namespace rilievo

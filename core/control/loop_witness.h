@@ -18,13 +18,14 @@ class LoopWitness {
   // agree with those of the mesh to 25 degrees in the mean. So it is around a true rod or hole;
   // around a bridge between two sheets, or a hole through a thin one, normals of points stand
   // across those of the mesh. `vertices`, `normals`: of the mesh, unit frame.
-  bool Line(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
-            const Eigen::Matrix3Xd& normals) const;
+  bool PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
+                  const Eigen::Matrix3Xd& normals) const;
 
-  // Whether points lie all over the inside of the loop and face along its axis: then it is around
-  // a bridge between two sheets, or a hole torn through a thin wall. The inside of a true hole is
-  // empty, and points on a true rod face away from its axis. `vertices`: unit frame.
-  bool Span(std::span<const int> loop, const Eigen::Matrix3Xd& vertices) const;
+  // Whether points lie by the loop, but not all over its inside and facing along its axis, as they
+  // do where it is around a bridge between two sheets, or a hole torn through a thin wall. The
+  // inside of a true hole is open, and points on a true rod face away from its axis; where there
+  // are no points at all they say nothing. `vertices`: unit frame.
+  bool PointsLeaveOpen(std::span<const int> loop, const Eigen::Matrix3Xd& vertices) const;
 
  private:
   const OrientedCloud& cloud_;

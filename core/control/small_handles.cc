@@ -15,7 +15,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int kMaxSweeps = 8;
+constexpr int kMaxSweeps = 16;
 constexpr int kTightenings = 3;
 constexpr int64_t kSeedBlock = 16;
 // Of the longest loops, up to which the points are too far apart to say that a loop is empty.
@@ -127,25 +127,27 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
     return true;
   };
   Eigen::Matrix3Xd normals;
-  const auto is_true = [&](const std::vector<int>& loop) {
+  const auto is_real = [&](const std::vector<int>& loop) {
     if (witness == nullptr) return false;
     if (normals.cols() == 0) normals = VertexNormals(vertices, topology.faces);
     const bool is_tiny = finder.Length(loop) <= kTinyShare * max_length;
-    return witness->Line(loop, vertices, normals) || (!is_tiny && !witness->Span(loop, vertices));
+    return witness->PointsLine(loop, vertices, normals) ||
+           (!is_tiny && witness->PointsLeaveOpen(loop, vertices));
   };
   std::vector<std::vector<int>> loops;
   for (std::vector<int>& loop : found) {
     if (blocked(loop)) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     loop = Tighten(std::move(loop), radius, &finder);
     if (blocked(loop)) continue;
-    if (is_true(loop)) {
+    if (is_real(loop)) {
       // Loops in so small a disc are the same handle's.
       for (const int v : finder.Disc(loop[0], finder.Length(loop) / 2)) kept[v] = 1;
       for (const int v : loop) kept[v] = 1;
       continue;
     }
-    // The whole neighbourhood is spoken for: another loop there may be the same handle's.
-    for (const int v : finder.Disc(loop[0], radius)) taken[v] = 1;
+    // The neighbourhood is spoken for: another loop there may be the same handle's.
+    for (const int v : finder.Disc(loop[0], finder.Length(loop) / 2 + step)) taken[v] = 1;
     for (const int v : loop) taken[v] = 1;
     loops.push_back(std::move(loop));
   }

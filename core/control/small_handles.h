@@ -15,9 +15,9 @@ struct SmallHandleResult {
 
 // Cuts every handle that has a non-separating loop of edges no longer than `max_loop_length` (unit
 // of the mesh) along such a loop, and closes both sides with a fan of triangles. `mesh`: an
-// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone, and,
-// unless `witness` is null, so are those that its points line, and those longer than a quarter of
-// the longest that its points do not span.
+// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone. So are
+// those that the points of `witness` line and, from a quarter of the longest on, those that they
+// leave open, unless it is null.
 absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
                                                      const LoopWitness* witness,
                                                      const RunContext& context);

@@ -17,6 +17,8 @@ constexpr int kMaxConjugateGradients = 30;
 constexpr double kLeastGradient = 2e-6;
 // Of the slope of a line at its start: a parabola is met exactly by the second trial at the latest.
 constexpr double kLineEnd = 1e-2;
+// Of the trace of a block: on a flat patch nothing but fairness may hold a point along it.
+constexpr double kRidge = 1e-9;
 
 using Points = Eigen::Map<const Eigen::Matrix3Xd>;
 
@@ -32,7 +34,9 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
         start_energy_(start_energy),
         from_scaled_(3, blocks.cols()) {
     for (Eigen::Index v = 0; v < start.cols(); ++v) {
-      const Eigen::LLT<Eigen::Matrix3d> factors(blocks.middleCols<3>(3 * v) / start_energy);
+      Eigen::Matrix3d block = blocks.middleCols<3>(3 * v) / start_energy;
+      block.diagonal().array() += kRidge * block.trace();
+      const Eigen::LLT<Eigen::Matrix3d> factors(block);
       Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
       if (factors.info() == Eigen::Success) factors.matrixU().solveInPlace(inverse);
       from_scaled_.middleCols<3>(3 * v) = inverse;
@@ -110,6 +114,7 @@ void MinimizeEnergy(const FitEnergy& energy, const RunContext& context,
   options.function_tolerance = 0;
   options.gradient_tolerance = kLeastGradient;
   options.parameter_tolerance = 0;
+  options.update_state_every_iteration = true;
   options.logging_type = ceres::SILENT;
   options.callbacks.push_back(&slowed_down);
   Eigen::VectorXd scaled = Eigen::VectorXd::Zero(function->NumParameters());

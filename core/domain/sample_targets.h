@@ -17,8 +17,8 @@ struct SampleTargets {
   // Rows 3 r .. 3 r + 2: direction r times the square root of its weight. Direction 0 is the
   // normal n_q; 1 and 2 are the tangents, of which a sample has all, some or none (row_count).
   Eigen::Matrix<double, 9, Eigen::Dynamic> weighted_directions;
-  // 3 at the samples of the control vertices, 2 at others on the boundary, 1 elsewhere: constant
-  // over the rounds, so that the residual blocks are.
+  // 3 at the samples of the control vertices, 2 at others on the boundary, 1 elsewhere; the
+  // same in all rounds.
   std::vector<int> row_count;
 };
 

@@ -10,9 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kMostPoints = 18;  // the point itself and its neighbours
-constexpr int kFewestNeighbors = 6;
-constexpr int kNearest = 9;  // neighbours of which pairs span planes
+constexpr int kMostPoints = 18;  // the point itself and 17 neighbours
+constexpr int kNearest = 9;      // neighbours of which pairs span planes
 
 using Heights = Eigen::Array<double, kMostPoints, 1>;
 
@@ -147,7 +146,7 @@ Vector3d BestPlane(const Patch& patch, const Misfit& misfit, const Vector3d& fal
 Vector3d CleanNormal(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                      double spacing, double noise, const Vector3d& normal) {
   constexpr int kMoreTerms = 3;  // of a quadric than of a plane; each could pass one point more
-  if (neighbors.size() < kFewestNeighbors) return normal;
+  if (neighbors.size() < kFewestCleanNeighbors) return normal;
   const Patch patch(points, center, neighbors);
   if (!(patch.radius > 0)) return normal;
   const Tolerance tolerance = ToleranceOf(spacing, noise);

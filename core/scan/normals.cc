@@ -54,6 +54,7 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
   constexpr double kShare = 0.35;
   constexpr double kQuantileOfGaussian = 0.91;
   const auto count = static_cast<int64_t>(residuals.size());
+  if (count == 0) return std::vector<float>();
   struct Length {
     int64_t points;
     double bound;  // noise varies by no more than this within such a stretch
@@ -122,6 +123,39 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
   return normal;
 }
 
+// `noise`: measurement noise at each point; `planes`: of the patches.
+absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& replaced,
+                           const std::vector<PatchMoments>& patches,
+                           const std::vector<PatchPlane>& planes, const std::vector<float>& noise,
+                           const RunContext& context, OrientedCloud* cloud) {
+  const Eigen::Matrix3Xd& points = cloud->points;
+  const int64_t count = points.cols();
+  cloud->normals.resize(3, count);
+  const auto is_clean = [&](int64_t i) {
+    return graph.k >= kFewestCleanNeighbors && noise[i] <= kClean * cloud->spacing[i];
+  };
+  const auto clean_normal = [&](int i, std::span<const int> neighbors) {
+    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    return CleanNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
+  };
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int center = static_cast<int>(i);
+      cloud->normals.col(i) = is_clean(i)
+                                  ? clean_normal(center, graph.neighbors(center))
+                                  : SharpNormal(points, graph, patches, planes, noise[i], center);
+    }
+  }));
+  // On the rim of a wall both layers are its neighbours.
+  const auto replaced_count = static_cast<int64_t>(replaced.points.size());
+  return ParallelFor(replaced_count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) {
+      const int i = replaced.points[r];
+      if (is_clean(i)) cloud->normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
+    }
+  });
+}
+
 }  // namespace
 
 absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
@@ -162,29 +196,10 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
   }));
   first_spread = std::vector<double>();
   RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
-  cloud.normals.resize(3, count);
-  const auto is_clean = [&](int64_t i) { return noise[i] <= kClean * cloud.spacing[i]; };
-  const auto clean_normal = [&](int i, std::span<const int> neighbors) {
-    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
-    return CleanNormal(points, i, neighbors, cloud.spacing[i], noise[i], planes[i].normal);
-  };
+  RILIEVO_RETURN_IF_ERROR(ChooseNormals(graph, replaced, patches, planes, noise, context, &cloud));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-    for (int64_t i = begin; i < end; ++i) {
-      const int center = static_cast<int>(i);
-      cloud.normals.col(i) = is_clean(i)
-                                 ? clean_normal(center, graph.neighbors(center))
-                                 : SharpNormal(points, graph, patches, planes, noise[i], center);
-      cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
-    }
+    for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
   }));
-  const auto replaced_count = static_cast<int64_t>(replaced.points.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(replaced_count, kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t r = begin; r < end; ++r) {
-          const int i = replaced.points[r];
-          if (is_clean(i)) cloud.normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
-        }
-      }));
   cloud.median_spacing = Quantile(cloud.spacing, 0.5);
   cloud.median_noise = Quantile(cloud.noise, 0.5);
   return cloud;

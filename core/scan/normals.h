@@ -1,4 +1,4 @@
-// Covariance normals, local spacing and noise from the neighbour lists.
+// Normals, local spacing and noise from the neighbour lists.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -10,8 +10,8 @@
 namespace rilievo {
 
 // Normals are unoriented (see OrientNormals). `points`: unit frame, the graph's own points.
-// `replaced`: the lists in whose place the graph has those of one sheet; where a scan is clean, all
-// around a point are told apart anyway (see CleanNormal).
+// `replaced`: the lists in whose place the graph has those of one sheet. Where a scan is clean (see
+// CleanNormal) those points take their normals from all around them, which matters at rims.
 absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd points, const NeighborGraph& graph,
                                               const ReplacedLists& replaced,
                                               const RunContext& context);

@@ -241,9 +241,8 @@ TEST(CarriedCreasesTest, NoTwoCreasesMergeAndNoTwoEndsMeet) {
   const HalfEdgeMesh mesh =
       HalfEdgeMesh::Build(drum.faces, static_cast<int>(drum.vertices.cols()), RunContext{}).value();
   const CarriedCreases creases(mesh, drum);
-  mesh.ForEachOutgoing(5, [&](int h) {
-    EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) / kAround != 1);
-  });
+  mesh.ForEachOutgoing(
+      5, [&](int h) { EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) / kAround != 1); });
   mesh.ForEachOutgoing(3 * kAround + 7, [&](int h) {
     EXPECT_EQ(creases.Allow(mesh, h), mesh.To(h) != 3 * kAround + 8);
   });

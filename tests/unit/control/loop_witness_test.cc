@@ -32,11 +32,11 @@ struct Ring {
   }
   bool Lined() const {
     const PointIndex index(cloud.points);
-    return LoopWitness(cloud, index).Line(loop, vertices, normals);
+    return LoopWitness(cloud, index).PointsLine(loop, vertices, normals);
   }
-  bool Spanned() const {
+  bool LeftOpen() const {
     const PointIndex index(cloud.points);
-    return LoopWitness(cloud, index).Span(loop, vertices);
+    return LoopWitness(cloud, index).PointsLeaveOpen(loop, vertices);
   }
 };
 
@@ -89,29 +89,35 @@ void AddSheets(Ring* ring) {
   }
 }
 
-TEST(LoopWitnessTest, SheetsSpanALoopAroundABridgeBetweenThem) {
+TEST(LoopWitnessTest, SheetsCloseALoopAroundABridgeBetweenThem) {
   Ring ring;
   AddSheets(&ring);
-  EXPECT_TRUE(ring.Spanned());
-  ring.cloud.points.row(2) *= 5;  // two spacings off, as above and below a hole
-  EXPECT_FALSE(ring.Spanned());
+  EXPECT_FALSE(ring.LeftOpen());
+  ring.cloud.points.row(2) *= 4;  // more than a spacing off, as above and below a hole
+  EXPECT_TRUE(ring.LeftOpen());
 }
 
-TEST(LoopWitnessTest, NothingSpansAHoleOrARod) {
+TEST(LoopWitnessTest, AHoleAndARodAreOpen) {
   Ring ring;
-  EXPECT_FALSE(ring.Spanned());
+  EXPECT_TRUE(ring.LeftOpen());
   ring.cloud.spacing.assign(kAround, 2 * kRadius);  // near enough, but facing away from the axis
-  EXPECT_FALSE(ring.Spanned());
+  EXPECT_TRUE(ring.LeftOpen());
 }
 
-TEST(LoopWitnessTest, AnEmptyMiddleIsNotSpanned) {
+TEST(LoopWitnessTest, SheetsWithAnEmptyMiddleLeaveItOpen) {
   Ring ring;
   AddSheets(&ring);
   for (auto point : ring.cloud.points.colwise()) {
     const double off_axis = point.head<2>().norm();
     if (off_axis < 0.6 * kRadius) point.head<2>() *= 2 * kRadius / std::max(off_axis, 1e-9);
   }
-  EXPECT_FALSE(ring.Spanned());
+  EXPECT_TRUE(ring.LeftOpen());
+}
+
+TEST(LoopWitnessTest, WhereThereAreNoPointsNothingIsSaid) {
+  Ring ring;
+  ring.cloud.points.row(2).array() += 3 * ring.cloud.spacing[0];
+  EXPECT_FALSE(ring.LeftOpen());
 }
 
 }  // namespace
