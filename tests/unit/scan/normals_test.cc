@@ -78,6 +78,23 @@ TEST(NormalsTest, KeepsEdgesSharp) {
   EXPECT_LT(tilted, 0.04);
 }
 
+// At the rim of a plate two spacings thick the lists of one layer leave out what the wall needs.
+TEST(NormalsTest, WallsOfAThinPlateAreFoundFromAllAroundThem) {
+  const PreparedCloud prepared = Prepare(BoxCloud(30000, 18, {1, 1, 0.02}));
+  const PointIndex index(prepared.scan.points);
+  NeighborGraph graph = prepared.graph;
+  const ReplacedLists replaced =
+      SeparateSheets(prepared.scan.points, index, RunContext{}, &graph).value();
+  const auto wrong = [&](const ReplacedLists& lists) {
+    const OrientedCloud cloud =
+        EstimateNormals(prepared.scan.points, graph, lists, RunContext{}).value();
+    const Eigen::ArrayXd cosines =
+        (cloud.normals.array() * prepared.normals.array()).colwise().sum().abs().transpose();
+    return (cosines < 0.9).count();
+  };
+  EXPECT_LT(static_cast<double>(wrong(replaced)), 0.9 * static_cast<double>(wrong({})));
+}
+
 TEST(NormalsTest, NoiseOfACleanBoxIsNotItsEdges) {
   const PreparedCloud prepared = Prepare(BoxCloud(30000, 10, {1, 1, 1}));
   const OrientedCloud cloud = Estimate(prepared);
