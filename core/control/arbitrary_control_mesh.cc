@@ -18,9 +18,13 @@
 namespace rilievo {
 namespace {
 
-// A handle narrower than eight spacings may be noise, see RemoveSmallHandles; a loop of edges
-// zigzags, and is longer than the circle it follows by about 15 %.
-constexpr double kDoubtfulHandleSpacings = 1.15 * 8;
+// Spacings that a handle is wide; a loop of edges zigzags, and is longer than the circle it follows
+// by about 15 %. First those are looked for that are small enough to be noise, then those that
+// bridge sheets or tear them.
+constexpr double kLoopOfCircle = 1.15 * std::numbers::pi;
+constexpr double kTinyHandle = 2 * kLoopOfCircle;
+constexpr double kSmallHandle = 4 * kLoopOfCircle;
+constexpr double kWideHandle = 8 * kLoopOfCircle;
 
 constexpr double kHandleSearchShare = 1.5;
 
@@ -73,8 +77,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
-  const double longest_loop = kDoubtfulHandleSpacings * std::numbers::pi *
-                              std::max(cloud.median_spacing, zero_set.finest_cell);
+  const double unit = std::max(cloud.median_spacing, zero_set.finest_cell);
   // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};
@@ -82,11 +85,16 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
   const LoopWitness witness(cloud, index);
-  RILIEVO_ASSIGN_OR_RETURN(
-      SmallHandleResult clean,
-      RemoveSmallHandles(std::move(trimmed), longest_loop, &witness, context));
+  for (const HandleLengths& in_spacings :
+       {HandleLengths{.longest = kSmallHandle, .tiny = kTinyHandle},
+        HandleLengths{.longest = kWideHandle, .tiny = 0}}) {
+    const HandleLengths lengths{unit * in_spacings.longest, unit * in_spacings.tiny};
+    RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
+                             RemoveSmallHandles(std::move(trimmed), lengths, &witness, context));
+    trimmed = std::move(clean.mesh);
+  }
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  ControlMesh control = std::move(clean.mesh);
+  ControlMesh control = std::move(trimmed);
   if (creases == CreaseRule::kAuto) {
     // Few enough faces to look at the points beside each that bends.
     const SimplifyOptions fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};

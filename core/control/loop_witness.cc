@@ -10,7 +10,7 @@ namespace {
 constexpr int kNearest = 8;
 constexpr double kLeastPointsAround = 6;
 constexpr double kAgreement = 0.9;  // mean cosine
-constexpr double kCoverSpacings = 1;
+constexpr double kCoverSpacings = 0.75;
 constexpr double kSeenSpacings = 2;
 constexpr double kFacing = 0.7;   // least cosine
 constexpr double kSeen = 0.5;     // share of the loop

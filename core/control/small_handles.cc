@@ -18,8 +18,6 @@ namespace {
 constexpr int kMaxSweeps = 16;
 constexpr int kTightenings = 3;
 constexpr int64_t kSeedBlock = 16;
-// Of the longest loops, up to which the points are too far apart to say that a loop is empty.
-constexpr double kTinyShare = 0.25;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* finder) {
@@ -87,8 +85,9 @@ absl::Status ClearWhereFlat(double radius, const RunContext& context, LocalLoopF
 // around the vertices flagged in `search`; out: flagged where the next search has to look, near the
 // loops, as two handles may lie side by side.
 absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
-    const MeshTopology& topology, const Eigen::Matrix3Xd& vertices, double max_length,
+    const MeshTopology& topology, const Eigen::Matrix3Xd& vertices, const HandleLengths& lengths,
     const LoopWitness* witness, const RunContext& context, std::vector<uint8_t>* search) {
+  const double max_length = lengths.longest;
   const LocalLoopFinder prototype(topology, vertices);
   LocalLoopFinder finder = prototype;
   // A loop within `step` of a seed lies in the seed's disc whole.
@@ -130,7 +129,7 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
   const auto is_real = [&](const std::vector<int>& loop) {
     if (witness == nullptr) return false;
     if (normals.cols() == 0) normals = VertexNormals(vertices, topology.faces);
-    const bool is_tiny = finder.Length(loop) <= kTinyShare * max_length;
+    const bool is_tiny = finder.Length(loop) <= lengths.tiny;
     return witness->PointsLine(loop, vertices, normals) ||
            (!is_tiny && witness->PointsLeaveOpen(loop, vertices));
   };
@@ -231,7 +230,7 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
 
 }  // namespace
 
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, const HandleLengths& lengths,
                                                      const LoopWitness* witness,
                                                      const RunContext& context) {
   SmallHandleResult result{std::move(mesh), 0};
@@ -246,7 +245,7 @@ absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double ma
     search.resize(topology.vertex_count, 1);
     RILIEVO_ASSIGN_OR_RETURN(
         const std::vector<std::vector<int>> loops,
-        FindLoops(topology, result.mesh.vertices, max_loop_length, witness, context, &search));
+        FindLoops(topology, result.mesh.vertices, lengths, witness, context, &search));
     if (loops.empty()) break;
     ControlMesh cut = CutAndCap(result.mesh, topology, loops);
     topology = MeshTopology();  // makes room for the next

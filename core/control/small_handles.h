@@ -13,12 +13,18 @@ struct SmallHandleResult {
   int removed = 0;  // each lowered the genus by one
 };
 
-// Cuts every handle that has a non-separating loop of edges no longer than `max_loop_length` (unit
-// of the mesh) along such a loop, and closes both sides with a fan of triangles. `mesh`: an
-// orientable 2-manifold; so is the result. Loops that touch the boundary are left alone. So are
-// those that the points of `witness` line and, from a quarter of the longest on, those that they
-// leave open, unless it is null.
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, double max_loop_length,
+// Of loops of edges, in the unit of the mesh.
+struct HandleLengths {
+  double longest = 0;
+  // Up to here the points are too far apart to say that a loop is open.
+  double tiny = 0;
+};
+
+// Cuts every handle that has a non-separating loop of edges no longer than the longest along such a
+// loop, and closes both sides with a fan of triangles. `mesh`: an orientable 2-manifold; so is the
+// result. Loops that touch the boundary are left alone. So are those that the points of `witness`
+// line and, where not tiny, those that they leave open, unless it is null.
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, const HandleLengths& lengths,
                                                      const LoopWitness* witness,
                                                      const RunContext& context);
 

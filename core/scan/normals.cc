@@ -22,7 +22,7 @@ constexpr int64_t kBlock = 1024;
 // Growth of the variance along the plane from which a patch counts as widened.
 constexpr double kWidened = 1.3;
 // Noise in spacings up to which each point is taken for a point of the surface.
-constexpr double kClean = 0.1;
+constexpr double kClean = 0.05;
 // Variance across a plane, in that of the noise, below which nothing bends.
 constexpr double kFlat = 2;
 

@@ -38,7 +38,7 @@ TopologySummary Topology(const ControlMesh& mesh) {
 TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
   const ControlMesh wall = WallWithHole(0.05);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, 0.6, nullptr, RunContext{});
+  const auto result = RemoveSmallHandles(wall, {.longest = 0.6}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 1);
   const TopologySummary topology = Topology(result->mesh);
@@ -52,7 +52,7 @@ TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
 TEST(SmallHandlesTest, AWideHoleStays) {
   const ControlMesh wall = WallWithHole(0.2);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, 0.35, nullptr, RunContext{});
+  const auto result = RemoveSmallHandles(wall, {.longest = 0.35}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 0);
   EXPECT_EQ(result->mesh.faces, wall.faces);
@@ -74,10 +74,10 @@ OrientedCloud PointsOn(const ControlMesh& mesh, bool hole_wall) {
   return cloud;
 }
 
-int RemovedWith(const ControlMesh& wall, const OrientedCloud& cloud, double longest) {
+int RemovedWith(const ControlMesh& wall, const OrientedCloud& cloud, const HandleLengths& lengths) {
   const PointIndex index(cloud.points);
   const LoopWitness witness(cloud, index);
-  const auto result = RemoveSmallHandles(wall, longest, &witness, RunContext{});
+  const auto result = RemoveSmallHandles(wall, lengths, &witness, RunContext{});
   EXPECT_TRUE(result.ok());
   EXPECT_EQ(Topology(result->mesh).genus, 1 - result->removed);
   return result->removed;
@@ -102,19 +102,19 @@ void AddPointsWithin(double radius, OrientedCloud* cloud) {
 TEST(SmallHandlesTest, AHoleIsClosedWherePointsSpanItAndNoneLineIt) {
   const ControlMesh wall = WallWithHole(0.05, 0.02);
   OrientedCloud cloud = PointsOn(wall, false);
-  EXPECT_EQ(RemovedWith(wall, cloud, 0.6), 0);  // an empty hole is a hole
+  EXPECT_EQ(RemovedWith(wall, cloud, {.longest = 0.6}), 0);  // an empty hole is a hole
   AddPointsWithin(0.05, &cloud);
-  EXPECT_EQ(RemovedWith(wall, cloud, 0.6), 1);
+  EXPECT_EQ(RemovedWith(wall, cloud, {.longest = 0.6}), 1);
 }
 
 // Around so small a hole the points are too far apart to say that it is empty.
 TEST(SmallHandlesTest, OfATinyHoleOnlyPointsAroundItSpeak) {
   const ControlMesh wall = WallWithHole(0.05);
-  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, true), 2.0), 0);
-  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, false), 2.0), 1);
+  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, true), {.longest = 0.6, .tiny = 0.5}), 0);
+  EXPECT_EQ(RemovedWith(wall, PointsOn(wall, false), {.longest = 0.6, .tiny = 0.5}), 1);
   OrientedCloud sparse = PointsOn(wall, true);
   sparse.spacing.assign(sparse.spacing.size(), 0.1f);  // three around the hole
-  EXPECT_EQ(RemovedWith(wall, sparse, 2.0), 1);
+  EXPECT_EQ(RemovedWith(wall, sparse, {.longest = 0.6, .tiny = 0.5}), 1);
 }
 
 TEST(SmallHandlesTest, StopsWhenAsked) {
@@ -122,8 +122,9 @@ TEST(SmallHandlesTest, StopsWhenAsked) {
   stop.request_stop();
   RunContext context;
   context.stop = stop.get_token();
-  EXPECT_EQ(RemoveSmallHandles(WallWithHole(0.1), 0.5, nullptr, context).status().code(),
-            absl::StatusCode::kCancelled);
+  EXPECT_EQ(
+      RemoveSmallHandles(WallWithHole(0.1), {.longest = 0.5}, nullptr, context).status().code(),
+      absl::StatusCode::kCancelled);
 }
 
 TEST(LocalLoopTest, TheLoopFoundGoesAroundTheHole) {
