@@ -1,6 +1,7 @@
 #include "core/scan/outliers.h"
 
 #include <pcl/filters/experimental/functor_filter.h>
+#include <pcl/filters/impl/filter_indices.hpp>  // else it comes from libpcl_filters
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
