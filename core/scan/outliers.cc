@@ -1,7 +1,6 @@
 #include "core/scan/outliers.h"
 
 #include <pcl/filters/experimental/functor_filter.h>
-#include <pcl/filters/impl/filter_indices.hpp>  // else it comes from libpcl_filters
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
@@ -9,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <pcl/filters/impl/filter_indices.hpp>  // else it comes from libpcl_filters
 #include <span>
 #include <utility>
 
