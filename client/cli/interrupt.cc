@@ -3,8 +3,6 @@
 #include <pthread.h>
 #include <unistd.h>
 
-#include <ctime>
-
 #include "client/cli/exit_code.h"
 
 namespace rilievo {
@@ -15,9 +13,8 @@ Interrupt::Interrupt() {
   sigaddset(&signals_, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals_, &mask_before_);
   watcher_ = std::jthread([this](std::stop_token end) {
-    const timespec wait{0, 100'000'000};
-    while (!end.stop_requested()) {
-      if (sigtimedwait(&signals_, nullptr, &wait) < 0) continue;
+    for (int signal = 0; !end.stop_requested();) {
+      if (sigwait(&signals_, &signal) != 0 || end.stop_requested()) continue;
       if (!stop_.request_stop()) _exit(static_cast<int>(ExitCode::kCancelled));
     }
   });
@@ -25,6 +22,7 @@ Interrupt::Interrupt() {
 
 Interrupt::~Interrupt() {
   watcher_.request_stop();
+  pthread_kill(watcher_.native_handle(), SIGTERM);  // no other thread sees it
   watcher_.join();
   pthread_sigmask(SIG_SETMASK, &mask_before_, nullptr);
 }
