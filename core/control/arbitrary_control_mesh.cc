@@ -85,16 +85,14 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
   const LoopWitness witness(cloud, index);
-  for (const HandleLengths& in_spacings :
-       {HandleLengths{.longest = kSmallHandle, .tiny = kTinyHandle},
-        HandleLengths{.longest = kWideHandle, .tiny = 0}}) {
-    const HandleLengths lengths{unit * in_spacings.longest, unit * in_spacings.tiny};
-    RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
-                             RemoveSmallHandles(std::move(trimmed), lengths, &witness, context));
-    trimmed = std::move(clean.mesh);
-  }
+  const HandleLengths searches[] = {
+      {.longest = unit * kSmallHandle, .tiny = unit * kTinyHandle},
+      {.longest = unit * kWideHandle, .tiny = 0},
+  };
+  RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
+                           RemoveSmallHandles(std::move(trimmed), searches, &witness, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  ControlMesh control = std::move(trimmed);
+  ControlMesh control = std::move(clean.mesh);
   if (creases == CreaseRule::kAuto) {
     // Few enough faces to look at the points beside each that bends.
     const SimplifyOptions fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};

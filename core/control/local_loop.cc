@@ -49,8 +49,10 @@ std::vector<int> LocalLoopFinder::LoopAround(int root, double radius) {
   CollectFaces();
   if (disc_faces_.empty()) return {};
   const int boundary_loops = CapBoundary();
-  if (Handles(boundary_loops) <= 0) return {};
-  return ShortestTreeLoop();
+  const int euler =
+      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
+  if (Handles(boundary_loops, euler) <= 0) return {};
+  return ShortestTreeLoop(boundary_loops);
 }
 
 double LocalLoopFinder::Length(const std::vector<int>& loop) const {
@@ -97,23 +99,54 @@ const std::vector<int>& LocalLoopFinder::Patch(int root, double radius) {
   Provide(topology_.vertex_count, &vertex_stamp_);
   ++stamp_;
   disc_vertices_.assign(1, root);
+  rim_.clear();
   vertex_stamp_[root] = stamp_;
   for (size_t next = 0; next < disc_vertices_.size(); ++next) {
     const int v = disc_vertices_[next];
+    bool on_rim = topology_.boundary_vertex[v] != 0;
     for (const int w : NeighborsOf(v)) {
       if (vertex_stamp_[w] == stamp_) continue;
-      if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) continue;
+      if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) {
+        on_rim = true;
+        continue;
+      }
       vertex_stamp_[w] = stamp_;
       disc_vertices_.push_back(w);
     }
+    if (on_rim) rim_.push_back(v);
   }
   return disc_vertices_;
 }
 
+// All faces around a vertex off the rim lie in the patch, so the rim alone is looked at: the other
+// edges have two faces of the patch each.
 bool LocalLoopFinder::PatchIsFlat(int root, double radius) {
   Patch(root, radius);
-  CollectFaces();
-  return disc_faces_.empty() || Handles(CapBoundary()) <= 0;
+  const auto in_patch = [&](int f) {
+    return f >= 0 && vertex_stamp_[topology_.faces(0, f)] == stamp_ &&
+           vertex_stamp_[topology_.faces(1, f)] == stamp_ &&
+           vertex_stamp_[topology_.faces(2, f)] == stamp_;
+  };
+  int faces = 0;
+  for (const int v : disc_vertices_) faces += static_cast<int>(FacesOf(v).size());
+  int vertices = static_cast<int>(disc_vertices_.size());
+  border_.clear();
+  for (const int v : rim_) {
+    for (const int f : FacesOf(v)) faces -= in_patch(f) ? 0 : 1;
+    bool used = false;
+    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
+    for (size_t i = 0; i < edges.size(); ++i) {
+      if (vertex_stamp_[neighbors[i]] != stamp_) continue;
+      const bool left = in_patch(topology_.edge_faces(0, edges[i]));
+      const bool right = in_patch(topology_.edge_faces(1, edges[i]));
+      used = used || left || right;
+      if (left != right && v < neighbors[i]) border_.push_back(edges[i]);
+    }
+    vertices -= used ? 0 : 1;
+  }
+  if (faces == 0) return true;
+  const int edges = (3 * faces + static_cast<int>(border_.size())) / 2;
+  return Handles(CapBoundary(), vertices - edges + faces) <= 0;
 }
 
 // Faces whose three corners were reached, and their edges.
@@ -135,7 +168,6 @@ void LocalLoopFinder::CollectFaces() {
 
 void LocalLoopFinder::CollectEdges() {
   Provide(topology_.vertex_count, &counted_stamp_);
-  Provide(topology_.edge_count(), &boundary_set_);
   disc_edges_.clear();
   border_.clear();
   used_vertices_ = 0;
@@ -157,7 +189,6 @@ void LocalLoopFinder::CollectEdges() {
       use(v);
       use(w);
       disc_edges_.push_back(e);
-      boundary_set_[e] = -1;
       if (inside == 1) border_.push_back(e);
     }
   }
@@ -171,6 +202,7 @@ int LocalLoopFinder::FindSet(int element) {
 // Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
 // pinched there: it then has fewer handles than it may have, never more.
 int LocalLoopFinder::CapBoundary() {
+  Provide(topology_.edge_count(), &boundary_set_);
   sets_.resize(border_.size());
   std::iota(sets_.begin(), sets_.end(), 0);
   std::vector<std::pair<int, int>> ends;
@@ -194,13 +226,11 @@ int LocalLoopFinder::CapBoundary() {
   return loops;
 }
 
-int LocalLoopFinder::Handles(int boundary_loops) const {
-  const int euler =
-      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
+int LocalLoopFinder::Handles(int boundary_loops, int euler) {
   return (2 - boundary_loops - euler) / 2;
 }
 
-std::vector<int> LocalLoopFinder::ShortestTreeLoop() {
+std::vector<int> LocalLoopFinder::ShortestTreeLoop(int boundary_loops) {
   // The cotree: faces and caps joined across edges off the shortest-path tree, farthest edges
   // first, so that what stays are the edges that close short loops.
   std::vector<std::pair<double, int>> candidates;
@@ -213,9 +243,7 @@ std::vector<int> LocalLoopFinder::ShortestTreeLoop() {
   }
   std::sort(candidates.begin(), candidates.end(), std::greater<>());
   const int face_count = static_cast<int>(disc_faces_.size());
-  int cap_count = 0;
-  for (const int e : disc_edges_) cap_count = std::max(cap_count, boundary_set_[e] + 1);
-  sets_.resize(face_count + cap_count);
+  sets_.resize(face_count + boundary_loops);
   std::iota(sets_.begin(), sets_.end(), 0);
   std::pair<double, int> best{std::numeric_limits<double>::infinity(), -1};
   for (const auto& candidate : candidates) {

@@ -57,8 +57,8 @@ class LocalLoopFinder {
   void CollectFaces();
   void CollectEdges();
   int CapBoundary();  // numbers the boundary loops; returns how many
-  int Handles(int boundary_loops) const;
-  std::vector<int> ShortestTreeLoop();
+  static int Handles(int boundary_loops, int euler);
+  std::vector<int> ShortestTreeLoop(int boundary_loops);
   int FindSet(int element);
 
   const MeshTopology& topology_;
@@ -67,6 +67,7 @@ class LocalLoopFinder {
   std::vector<double> distance_;  // per vertex, valid where stamped
   std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
   std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
+  std::vector<int> rim_;  // of a patch: vertices with a neighbor out of it, or on the boundary
   std::vector<int> disc_vertices_, disc_faces_, disc_edges_, border_;  // of edges with one face
   int used_vertices_ = 0;                                              // those of the disc's edges
   std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it

@@ -37,6 +37,7 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, LocalLoopFinder* 
 // through `root` is no longer than one that passes within `step` of it and the way there and back.
 std::vector<int> ShortLoop(int root, double max_length, double step, LocalLoopFinder* finder) {
   const double radius = max_length / 2 + step;
+  if (finder->PatchIsFlat(root, radius)) return {};
   std::vector<int> loop = finder->LoopAround(root, radius);
   if (loop.empty() || finder->Length(loop) > max_length + 2 * step) return {};
   if (finder->Length(loop) > max_length) loop = Tighten(std::move(loop), radius, finder);
@@ -228,34 +229,57 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
   return cut;
 }
 
-}  // namespace
+absl::StatusOr<MeshTopology> TopologyOf(const ControlMesh& mesh) {
+  return BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+}
 
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, const HandleLengths& lengths,
-                                                     const LoopWitness* witness,
-                                                     const RunContext& context) {
-  SmallHandleResult result{std::move(mesh), 0};
-  const auto topology_of = [](const ControlMesh& of) {
-    return BuildMeshTopology(of.faces, static_cast<int>(of.vertices.cols()));
-  };
-  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, topology_of(result.mesh));
-  if (SummarizeTopology(topology.faces, topology.vertex_count).genus == 0) return result;
+// A mesh and how it hangs together.
+struct Connected {
+  ControlMesh mesh;
+  MeshTopology topology;
+};
+
+// Cuts the handles of one search; returns how many.
+absl::StatusOr<int> CutHandles(const HandleLengths& lengths, const LoopWitness* witness,
+                               const RunContext& context, Connected* connected) {
+  int removed = 0;
   std::vector<uint8_t> search;
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    search.resize(topology.vertex_count, 1);
-    RILIEVO_ASSIGN_OR_RETURN(
-        const std::vector<std::vector<int>> loops,
-        FindLoops(topology, result.mesh.vertices, lengths, witness, context, &search));
+    search.resize(connected->topology.vertex_count, 1);
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::vector<int>> loops,
+                             FindLoops(connected->topology, connected->mesh.vertices, lengths,
+                                       witness, context, &search));
     if (loops.empty()) break;
-    ControlMesh cut = CutAndCap(result.mesh, topology, loops);
-    topology = MeshTopology();  // makes room for the next
-    auto cut_topology = topology_of(cut);
-    if (!cut_topology.ok()) break;  // a handle too many is better than no surface
-    result.mesh = std::move(cut);
-    topology = *std::move(cut_topology);
-    result.removed += static_cast<int>(loops.size());
+    ControlMesh cut = CutAndCap(connected->mesh, connected->topology, loops);
+    connected->topology = MeshTopology();  // makes room for the next
+    auto topology = TopologyOf(cut);
+    if (!topology.ok()) {  // a handle too many is better than no surface
+      RILIEVO_ASSIGN_OR_RETURN(connected->topology, TopologyOf(connected->mesh));
+      break;
+    }
+    *connected = {std::move(cut), *std::move(topology)};
+    removed += static_cast<int>(loops.size());
   }
-  return result;
+  return removed;
+}
+
+}  // namespace
+
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh,
+                                                     std::span<const HandleLengths> searches,
+                                                     const LoopWitness* witness,
+                                                     const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, TopologyOf(mesh));
+  const int64_t genus = Genus(topology);
+  Connected connected{std::move(mesh), std::move(topology)};
+  int removed = 0;
+  for (const HandleLengths& lengths : searches) {
+    if (removed == genus) break;
+    RILIEVO_ASSIGN_OR_RETURN(const int cut, CutHandles(lengths, witness, context, &connected));
+    removed += cut;
+  }
+  return SmallHandleResult{std::move(connected.mesh), removed};
 }
 
 }  // namespace rilievo

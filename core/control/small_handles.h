@@ -1,6 +1,8 @@
 // Topological noise: handles too small for the points to vouch for (Guskov and Wood 2001).
 #pragma once
 
+#include <span>
+
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/control/loop_witness.h"
@@ -21,10 +23,12 @@ struct HandleLengths {
 };
 
 // Cuts every handle that has a non-separating loop of edges no longer than the longest along such a
-// loop, and closes both sides with a fan of triangles. `mesh`: an orientable 2-manifold; so is the
-// result. Loops that touch the boundary are left alone. So are those that the points of `witness`
-// line and, where not tiny, those that they leave open, unless it is null.
-absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh, const HandleLengths& lengths,
+// loop, and closes both sides with a fan of triangles; so for each of `searches` in turn. `mesh`:
+// an orientable 2-manifold; so is the result. Loops that touch the boundary are left alone. So are
+// those that the points of `witness` line and, where not tiny, those that they leave open, unless
+// it is null.
+absl::StatusOr<SmallHandleResult> RemoveSmallHandles(ControlMesh mesh,
+                                                     std::span<const HandleLengths> searches,
                                                      const LoopWitness* witness,
                                                      const RunContext& context);
 

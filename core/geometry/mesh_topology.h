@@ -51,6 +51,9 @@ struct TopologySummary {
 };
 TopologySummary SummarizeTopology(const Eigen::Matrix3Xi& faces, int vertex_count);
 
+// Of a manifold: the sum over its components, as in its summary.
+int64_t Genus(const MeshTopology& topology);
+
 // Boundary loops, each a cycle of vertices in the direction of the faces' half-edges.
 std::vector<std::vector<int>> BoundaryLoops(const MeshTopology& topology);
 

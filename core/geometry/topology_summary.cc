@@ -126,4 +126,19 @@ TopologySummary SummarizeTopology(const Eigen::Matrix3Xi& faces, int vertex_coun
   return Summarize(faces, vertex_count);
 }
 
+int64_t Genus(const MeshTopology& topology) {
+  DisjointSets components(static_cast<size_t>(topology.vertex_count));
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    components.Unite(static_cast<uint32_t>(topology.edge_vertices(0, e)),
+                     static_cast<uint32_t>(topology.edge_vertices(1, e)));
+  }
+  int64_t component_count = 0;
+  for (uint32_t v = 0; v < static_cast<uint32_t>(topology.vertex_count); ++v) {
+    component_count += components.Find(v) == v;
+  }
+  const int64_t euler =
+      int64_t{topology.vertex_count} - topology.edge_count() + topology.face_count();
+  return (2 * component_count - static_cast<int64_t>(BoundaryLoops(topology).size()) - euler) / 2;
+}
+
 }  // namespace rilievo

@@ -44,5 +44,35 @@ TEST(LocalLoopTest, ASphereHasNone) {
   EXPECT_EQ(finder.Patch(0, 5).size(), static_cast<size_t>(topology.vertex_count));
 }
 
+// Handles of a patch that is one piece and pinched nowhere are those of its faces.
+TEST(LocalLoopTest, APatchIsFlatWhereItsFacesHaveNoHandle) {
+  ControlMesh mesh = MarchTetrahedra(TwoToriField, 24);
+  mesh.faces.conservativeResize(3, mesh.faces.cols() - 1);  // a boundary
+  const int vertex_count = static_cast<int>(mesh.vertices.cols());
+  const MeshTopology topology = BuildMeshTopology(mesh.faces, vertex_count).value();
+  LocalLoopFinder finder(topology, mesh.vertices);
+  int compared = 0, with_handles = 0;
+  for (int root = 0; root < vertex_count; root += 7) {
+    for (const double radius : {0.05, 0.1, 0.2, 0.3, 0.45, 2.0}) {
+      const std::vector<int>& patch = finder.Patch(root, radius);
+      std::vector<uint8_t> inside(static_cast<size_t>(vertex_count), 0);
+      for (const int v : patch) inside[v] = 1;
+      Eigen::Matrix3Xi faces(3, mesh.faces.cols());
+      int count = 0;
+      for (const auto face : mesh.faces.colwise()) {
+        if (inside[face[0]] && inside[face[1]] && inside[face[2]]) faces.col(count++) = face;
+      }
+      faces.conservativeResize(3, count);
+      const TopologySummary summary = SummarizeTopology(faces, vertex_count);
+      if (summary.components != 1 || summary.nonmanifold_vertices > 0) continue;
+      ++compared;
+      with_handles += summary.genus > 0 ? 1 : 0;
+      EXPECT_EQ(finder.PatchIsFlat(root, radius), summary.genus == 0) << root << " " << radius;
+    }
+  }
+  EXPECT_GT(with_handles, 50);
+  EXPECT_GT(compared - with_handles, 50);
+}
+
 }  // namespace
 }  // namespace rilievo

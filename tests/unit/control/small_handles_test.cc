@@ -31,6 +31,8 @@ ControlMesh WallWithHole(double radius, double half_thickness = 0.06) {
   return ExtractIsoSurface(function, RunContext{}).value();
 }
 
+using Searches = std::vector<HandleLengths>;
+
 TopologySummary Topology(const ControlMesh& mesh) {
   return SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
 }
@@ -38,7 +40,7 @@ TopologySummary Topology(const ControlMesh& mesh) {
 TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
   const ControlMesh wall = WallWithHole(0.05);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, {.longest = 0.6}, nullptr, RunContext{});
+  const auto result = RemoveSmallHandles(wall, Searches{{.longest = 0.6}}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 1);
   const TopologySummary topology = Topology(result->mesh);
@@ -52,7 +54,7 @@ TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
 TEST(SmallHandlesTest, AWideHoleStays) {
   const ControlMesh wall = WallWithHole(0.2);
   ASSERT_EQ(Topology(wall).genus, 1);
-  const auto result = RemoveSmallHandles(wall, {.longest = 0.35}, nullptr, RunContext{});
+  const auto result = RemoveSmallHandles(wall, Searches{{.longest = 0.35}}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 0);
   EXPECT_EQ(result->mesh.faces, wall.faces);
@@ -77,7 +79,7 @@ OrientedCloud PointsOn(const ControlMesh& mesh, bool hole_wall) {
 int RemovedWith(const ControlMesh& wall, const OrientedCloud& cloud, const HandleLengths& lengths) {
   const PointIndex index(cloud.points);
   const LoopWitness witness(cloud, index);
-  const auto result = RemoveSmallHandles(wall, lengths, &witness, RunContext{});
+  const auto result = RemoveSmallHandles(wall, Searches{lengths}, &witness, RunContext{});
   EXPECT_TRUE(result.ok());
   EXPECT_EQ(Topology(result->mesh).genus, 1 - result->removed);
   return result->removed;
@@ -122,9 +124,10 @@ TEST(SmallHandlesTest, StopsWhenAsked) {
   stop.request_stop();
   RunContext context;
   context.stop = stop.get_token();
-  EXPECT_EQ(
-      RemoveSmallHandles(WallWithHole(0.1), {.longest = 0.5}, nullptr, context).status().code(),
-      absl::StatusCode::kCancelled);
+  EXPECT_EQ(RemoveSmallHandles(WallWithHole(0.1), Searches{{.longest = 0.5}}, nullptr, context)
+                .status()
+                .code(),
+            absl::StatusCode::kCancelled);
 }
 
 TEST(LocalLoopTest, TheLoopFoundGoesAroundTheHole) {

@@ -15,6 +15,10 @@ TopologySummary SummaryOf(const ControlMesh& mesh) {
   return SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
 }
 
+int64_t GenusOf(const ControlMesh& mesh) {
+  return Genus(BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())).value());
+}
+
 TEST(SummarizeTopologyTest, ClosedSurfacesHaveTheirGenus) {
   const ControlMesh torus = testing::Torus(8, 5);
   const ControlMesh genus2 = testing::ConnectedSum(torus, torus);
@@ -29,6 +33,7 @@ TEST(SummarizeTopologyTest, ClosedSurfacesHaveTheirGenus) {
   for (const auto& [mesh, genus] : cases) {
     const TopologySummary summary = SummaryOf(mesh);
     EXPECT_EQ(summary.genus, genus);
+    EXPECT_EQ(GenusOf(mesh), genus);
     EXPECT_EQ(summary.euler, 2 - 2 * genus);
     EXPECT_EQ(2 * summary.edges, 3 * summary.faces);
     EXPECT_EQ(summary.components, 1);
@@ -40,10 +45,11 @@ TEST(SummarizeTopologyTest, ClosedSurfacesHaveTheirGenus) {
 
 TEST(SummarizeTopologyTest, GenusOfComponentsAddsUp) {
   const ControlMesh torus = testing::Torus(6, 4);
-  const TopologySummary summary =
-      SummaryOf(testing::Union(testing::Union(torus, testing::Grid(4, 3)), torus));
+  const ControlMesh mesh = testing::Union(testing::Union(torus, testing::Grid(4, 3)), torus);
+  const TopologySummary summary = SummaryOf(mesh);
   EXPECT_EQ(summary.components, 3);
   EXPECT_EQ(summary.genus, 2);
+  EXPECT_EQ(GenusOf(mesh), 2);
   EXPECT_EQ(summary.boundary_loops, 1);
   EXPECT_EQ(summary.boundary_edges, 10);
 }
@@ -58,6 +64,7 @@ TEST(SummarizeTopologyTest, HolesOfATorusLeaveItsGenus) {
   EXPECT_EQ(summary.boundary_loops, 2);
   EXPECT_EQ(summary.boundary_edges, 6);
   EXPECT_EQ(summary.genus, 1);
+  EXPECT_EQ(GenusOf(torus), 1);
   EXPECT_FALSE(summary.closed());
 }
 
