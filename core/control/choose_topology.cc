@@ -1,6 +1,7 @@
 #include "core/control/choose_topology.h"
 
 #include "absl/strings/str_format.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/control/plane_frame.h"
 #include "core/control/star_shape.h"
@@ -23,8 +24,18 @@ constexpr double kSphericalRadiusRatio = 2.0;
 
 absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
                                               const RunContext& context) {
-  const PlaneFrame frame = FitPlaneFrame(cloud);
-  RILIEVO_ASSIGN_OR_RETURN(const HeightFieldCheck plane, CheckHeightField(cloud, frame, context));
+  // Each keeps one thread busy.
+  HeightFieldCheck plane;
+  StarCheck star;
+  const auto check_plane = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(plane, CheckHeightField(cloud, FitPlaneFrame(cloud), context));
+    return absl::OkStatus();
+  };
+  const auto check_star = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(star, CheckStarShape(cloud, FindStarCenter(cloud), context));
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(SideBySide(context, check_plane, check_star));
   if (plane.single_sheet >= kPlanarSingleSheet && plane.facing >= kPlanarFacing) {
     return TopologyChoice{
         Topology::kPlanar,
@@ -32,8 +43,6 @@ absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
                         "of it, and %.1f %% of the area faces it",
                         100 * plane.single_sheet, 100 * plane.facing)};
   }
-  RILIEVO_ASSIGN_OR_RETURN(const StarCheck star,
-                           CheckStarShape(cloud, FindStarCenter(cloud), context));
   if (star.coverage >= kSphericalCertain && star.single_sheet >= kSphericalCertain &&
       star.outward >= kSphericalCertain && star.radial >= kSphericalRadial &&
       star.radius_ratio <= kSphericalRadiusRatio) {
