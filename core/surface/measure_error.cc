@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/surface/closest_point_tree.h"
 #include "core/surface/surface_samples.h"
@@ -247,11 +248,19 @@ absl::StatusOr<TwoSidedError> MeasureBothWays(const Shape& a, const ClosestPoint
                                               const MeasureOptions& options,
                                               const RunContext& context) {
   context.Report(Stage::kMeasure, 0.2);
-  RILIEVO_ASSIGN_OR_RETURN(OneWay a_to_b,
-                           MeasureOneWay(a, tree_a.source(), b, tree_b, options.samples, context));
-  context.Report(Stage::kMeasure, 0.6);
-  RILIEVO_ASSIGN_OR_RETURN(const OneWay b_to_a,
-                           MeasureOneWay(b, tree_b.source(), a, tree_a, options.samples, context));
+  // Samples are taken, and figures made of distances, on one thread.
+  OneWay a_to_b, b_to_a;
+  const auto there = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(
+        a_to_b, MeasureOneWay(a, tree_a.source(), b, tree_b, options.samples, context));
+    return absl::OkStatus();
+  };
+  const auto back = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(
+        b_to_a, MeasureOneWay(b, tree_b.source(), a, tree_a, options.samples, context));
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(SideBySide(context, there, back));
   TwoSidedError error;
   error.a_to_b = a_to_b.summary;
   error.b_to_a = b_to_a.summary;
