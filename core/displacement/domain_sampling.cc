@@ -19,6 +19,8 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 512;
+constexpr int64_t kRaysPerTask = 128;
+constexpr int64_t kSpikesPerTask = 16;  // few, and each is pierced and fitted anew
 // Vertices between two progress reports.
 constexpr int kChunk = 32768;
 // Nearest cloud points tried where no coarser vertex tells where to start.
@@ -69,14 +71,15 @@ absl::Status DomainSampling::PierceLevels(double progress_end) {
     const MeshTopology* coarser = level > 0 ? &refinement_.levels[level - 1] : nullptr;
     while (sampled < end) {
       const int count = std::min(end - sampled, kChunk);
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(
-          count, kBlock, context_, [&, first = sampled](int64_t block_begin, int64_t block_end) {
-            HeightSampler sampler(cloud_, graph_, options_);
-            for (int64_t i = block_begin; i < block_end; ++i) {
-              const int vertex = static_cast<int>(first + i);
-              Store(vertex, PierceVertex(vertex, coarser, &sampler));
-            }
-          }));
+      RILIEVO_RETURN_IF_ERROR(
+          ParallelFor(count, kRaysPerTask, context_,
+                      [&, first = sampled](int64_t block_begin, int64_t block_end) {
+                        HeightSampler sampler(cloud_, graph_, options_);
+                        for (int64_t i = block_begin; i < block_end; ++i) {
+                          const int vertex = static_cast<int>(first + i);
+                          Store(vertex, PierceVertex(vertex, coarser, &sampler));
+                        }
+                      }));
       sampled += count;
       context_.Report(Stage::kDisplacement, progress_end * sampled / samples_.size());
     }
@@ -157,24 +160,25 @@ absl::StatusOr<bool> DomainSampling::DespikeOnce() {
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<Spike> spikes,
       FindSpikes(refinement_.levels.back(), rings_, samples_, denied, context_));
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(spikes.size()), kBlock, context_, [&](int64_t begin, int64_t end) {
-        HeightSampler sampler(cloud_, graph_, options_);
-        for (int64_t i = begin; i < end; ++i) {
-          const auto [vertex, expected, tolerance] = spikes[i];
-          const Ray ray = RayOf(vertex);
-          auto again = sampler.Pierce(ray, samples_.foot[vertex], expected);
-          if (again) {
-            RaySample sample = {ray, *again};
-            sampler.Refine({&sample, 1});
-            again = sample.estimate;
-          }
-          const bool good = again && std::abs(again->height - expected) <= tolerance &&
-                            !IsDenied(vertex, again->height);
-          if (good) again->fitted = true;
-          Store(vertex, good ? again : std::nullopt);
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(spikes.size()), kSpikesPerTask, context_,
+                  [&](int64_t begin, int64_t end) {
+                    HeightSampler sampler(cloud_, graph_, options_);
+                    for (int64_t i = begin; i < end; ++i) {
+                      const auto [vertex, expected, tolerance] = spikes[i];
+                      const Ray ray = RayOf(vertex);
+                      auto again = sampler.Pierce(ray, samples_.foot[vertex], expected);
+                      if (again) {
+                        RaySample sample = {ray, *again};
+                        sampler.Refine({&sample, 1});
+                        again = sample.estimate;
+                      }
+                      const bool good = again && std::abs(again->height - expected) <= tolerance &&
+                                        !IsDenied(vertex, again->height);
+                      if (good) again->fitted = true;
+                      Store(vertex, good ? again : std::nullopt);
+                    }
+                  }));
   return !spikes.empty();
 }
 

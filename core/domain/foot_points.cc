@@ -14,7 +14,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kSamplesPerTask = 512;
+constexpr int64_t kSamplesPerTask = 128;
 // With fewer assigned points than this, a sample asks for its nearest ones too.
 constexpr size_t kEnoughAssigned = 3;
 // So many; and again so many where all the first lie on the other sheet of a thin wall.
