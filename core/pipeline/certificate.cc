@@ -11,6 +11,7 @@
 
 #include "core/base/freed_memory.h"
 #include "core/base/sha256.h"
+#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/options_text.h"
 #include "core/scan/check_scan.h"
@@ -151,10 +152,22 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
                                              const RunContext& context, DssMetadata* certificate) {
   TwoSidedError error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
-  if (points != nullptr) ReturnFreedMemoryOf(points->shape.vertices.cols());
-  if (points != nullptr) {
+  const auto count_folds = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(certificate->folds,
+                             CountFolds(decoded, triangles.vertices, triangles.triangles, context));
+    return absl::OkStatus();
+  };
+  const auto measure = [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(error,
                              MeasureAgainst(triangles, *points, MeasureOptions{kSamples}, context));
+    return absl::OkStatus();
+  };
+  if (points == nullptr) {
+    RILIEVO_RETURN_IF_ERROR(count_folds());
+  } else {
+    ReturnFreedMemoryOf(points->shape.vertices.cols());
+    // The domain is refined for the folds on one thread.
+    RILIEVO_RETURN_IF_ERROR(SideBySide(context, measure, count_folds));
     certificate->error_rms = error.rms;
     certificate->error_mean = error.mean;
     certificate->error_p95 = error.p95;
@@ -163,8 +176,6 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
     certificate->surface_to_scan = Distance(error.a_to_b);
     certificate->scan_to_surface = Distance(error.b_to_a);
   }
-  RILIEVO_ASSIGN_OR_RETURN(certificate->folds,
-                           CountFolds(decoded, triangles.vertices, triangles.triangles, context));
   certificate->filled_share = ShareOf(HeightSource::kFilled, decoded);
   // Few of them leave no flags in the file, and files written before there were any have none: then
   // the maker's word stands.
