@@ -6,6 +6,8 @@
 #include <ceres/iteration_callback.h>
 
 #include <Eigen/Cholesky>
+#include <optional>
+#include <utility>
 
 namespace rilievo {
 namespace {
@@ -23,11 +25,14 @@ constexpr double kRidge = 1e-9;
 using Points = Eigen::Map<const Eigen::Matrix3Xd>;
 
 // The energy E in units of that at the start, E_0, by y_v = U_v (c_v - start_v) / sqrt(E_0), with
-// U_v^T U_v the second derivatives of E by control point v.
+// U_v^T U_v the second derivatives of E by control point v. E is quadratic, so that what a line search
+// asks for after its first trial follows from what is known.
 class ScaledEnergy final : public ceres::FirstOrderFunction {
  public:
+  // `start_gradient`: by the control points.
   ScaledEnergy(const FitEnergy& energy, const Eigen::Matrix3Xd& start, double start_energy,
-               const Eigen::Matrix3Xd& blocks, const RunContext& context)
+               const Eigen::Matrix3Xd& start_gradient, const Eigen::Matrix3Xd& blocks,
+               const RunContext& context)
       : energy_(energy),
         context_(context),
         start_(start),
@@ -41,6 +46,7 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
       if (factors.info() == Eigen::Success) factors.matrixU().solveInPlace(inverse);
       from_scaled_.middleCols<3>(3 * v) = inverse;
     }
+    here_ = {Eigen::VectorXd::Zero(start.size()), 1, Scaled(start_gradient)};
   }
 
   int NumParameters() const override { return static_cast<int>(start_.size()); }
@@ -55,26 +61,63 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
   }
 
   bool Evaluate(const double* scaled, double* cost, double* gradient) const override {
-    Eigen::Matrix3Xd by_point;
-    if (!energy_.Evaluate(PointsAt(scaled), context_, cost, gradient ? &by_point : nullptr).ok()) {
-      return false;
+    const Eigen::Map<const Eigen::VectorXd> y(scaled, start_.size());
+    std::optional<Sample> sample = Between(y);
+    if (!sample) {
+      double energy = 0;
+      Eigen::Matrix3Xd by_point;
+      if (!energy_.Evaluate(PointsAt(scaled), context_, &energy, &by_point).ok()) return false;
+      sample = {y, energy / start_energy_, Scaled(by_point)};
+      before_ = std::move(here_);
     }
-    *cost /= start_energy_;
-    if (gradient == nullptr) return true;
-    Eigen::Map<Eigen::Matrix3Xd> by_scaled(gradient, 3, start_.cols());
-    for (Eigen::Index v = 0; v < start_.cols(); ++v) {
-      by_scaled.col(v) =
-          from_scaled_.middleCols<3>(3 * v).transpose() * by_point.col(v) / start_energy_;
+    here_ = *std::move(sample);
+    *cost = here_.value;
+    if (gradient != nullptr) {
+      Eigen::Map<Eigen::VectorXd>(gradient, start_.size()) = here_.gradient;
     }
     return true;
   }
 
  private:
+  struct Sample {
+    Eigen::VectorXd at;
+    double value = 0;
+    Eigen::VectorXd gradient;
+  };
+
+  Eigen::VectorXd Scaled(const Eigen::Matrix3Xd& by_point) const {
+    Eigen::VectorXd scaled(start_.size());
+    for (Eigen::Index v = 0; v < start_.cols(); ++v) {
+      scaled.segment<3>(3 * v) =
+          from_scaled_.middleCols<3>(3 * v).transpose() * by_point.col(v) / start_energy_;
+    }
+    return scaled;
+  }
+
+  // Of a quadratic function two samples tell all others on their line, where a line search goes
+  // after its first trial.
+  std::optional<Sample> Between(const Eigen::VectorXd& y) const {
+    constexpr double kOffLine = 1e-12;  // of the samples' distance
+    if (y == here_.at) return here_;
+    if (before_.at.size() == 0) return std::nullopt;
+    const Eigen::VectorXd way = here_.at - before_.at;
+    const double length = way.squaredNorm();
+    if (!(length > 0)) return std::nullopt;
+    const double part = way.dot(y - before_.at) / length;
+    if ((y - before_.at - part * way).squaredNorm() > kOffLine * kOffLine * length) {
+      return std::nullopt;
+    }
+    Sample sample = {y, 0, before_.gradient + part * (here_.gradient - before_.gradient)};
+    sample.value = before_.value + part * way.dot(before_.gradient + sample.gradient) / 2;
+    return sample;
+  }
+
   const FitEnergy& energy_;
   const RunContext& context_;
   const Eigen::Matrix3Xd start_;
   const double start_energy_;
   Eigen::Matrix3Xd from_scaled_;
+  mutable Sample before_, here_;  // the last two
 };
 
 class SlowedDown final : public ceres::IterationCallback {
@@ -101,10 +144,11 @@ class SlowedDown final : public ceres::IterationCallback {
 void MinimizeEnergy(const FitEnergy& energy, const RunContext& context,
                     Eigen::Matrix3Xd* control_points) {
   double start_energy = 0;
-  Eigen::Matrix3Xd blocks;
-  if (!energy.Evaluate(*control_points, context, &start_energy, nullptr).ok()) return;
+  Eigen::Matrix3Xd start_gradient, blocks;
+  if (!energy.Evaluate(*control_points, context, &start_energy, &start_gradient).ok()) return;
   if (!(start_energy > 0) || !energy.DiagonalBlocks(context, &blocks).ok()) return;
-  auto* const function = new ScaledEnergy(energy, *control_points, start_energy, blocks, context);
+  auto* const function =
+      new ScaledEnergy(energy, *control_points, start_energy, start_gradient, blocks, context);
   const ceres::GradientProblem problem(function);  // takes ownership
   SlowedDown slowed_down(context);
   ceres::GradientProblemSolver::Options options;
