@@ -25,8 +25,8 @@ constexpr double kRidge = 1e-9;
 using Points = Eigen::Map<const Eigen::Matrix3Xd>;
 
 // The energy E in units of that at the start, E_0, by y_v = U_v (c_v - start_v) / sqrt(E_0), with
-// U_v^T U_v the second derivatives of E by control point v. E is quadratic, so that what a line search
-// asks for after its first trial follows from what is known.
+// U_v^T U_v the second derivatives of E by control point v. E is quadratic, so that what a line
+// search asks for after its first trial follows from what is known.
 class ScaledEnergy final : public ceres::FirstOrderFunction {
  public:
   // `start_gradient`: by the control points.

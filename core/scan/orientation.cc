@@ -2,11 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/component_bridges.h"
 #include "core/scan/flipped_faces.h"
@@ -127,14 +129,23 @@ std::vector<uint8_t> WantOpposite(const std::vector<float>& relations) {
 }
 
 // Share of edges that the present normals contradict.
-double Disagreement(const NeighborGraph& graph, const std::vector<uint8_t>& want_opposite,
-                    const std::vector<uint8_t>& turned) {
-  int64_t disagree = 0;
-  for (size_t edge = 0; edge < want_opposite.size(); ++edge) {
-    const bool opposite = turned[edge / graph.k] != turned[graph.indices[edge]];
-    disagree += opposite != (want_opposite[edge] != 0);
-  }
-  return static_cast<double>(disagree) /
+absl::StatusOr<double> Disagreement(const NeighborGraph& graph,
+                                    const std::vector<uint8_t>& want_opposite,
+                                    const std::vector<uint8_t>& turned, const RunContext& context) {
+  constexpr int64_t kPointsPerTask = 8192;
+  std::atomic<int64_t> disagree = 0;
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+        int64_t here = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          for (int64_t edge = i * graph.k; edge < (i + 1) * graph.k; ++edge) {
+            const bool opposite = turned[i] != turned[graph.indices[edge]];
+            here += opposite != (want_opposite[edge] != 0);
+          }
+        }
+        disagree += here;
+      }));
+  return static_cast<double>(disagree.load()) /
          static_cast<double>(std::max<size_t>(1, want_opposite.size()));
 }
 
@@ -177,7 +188,8 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
 
   OrientationResult result;
   result.components = labels.components;
-  result.disagreement = Disagreement(graph, want_opposite, turned);
+  RILIEVO_ASSIGN_OR_RETURN(result.disagreement,
+                           Disagreement(graph, want_opposite, turned, context));
   return result;
 }
 

@@ -92,7 +92,6 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
   struct Edge {
     int a, b;  // ~b: opposite
   };
-  const auto edges = static_cast<int64_t>(levels.size());
   const int64_t most = 2 * int64_t{graph.size()};
   std::vector<int64_t> count(static_cast<size_t>(end) + 1, 0);
   for (const uint16_t level : levels) ++count[level];
@@ -102,9 +101,11 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
     int64_t total = count[last++];
     while (last < end && total + count[last] <= most) total += count[last++];
     if (total > most) {
-      RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {
-        if (levels[edge] != first) return;
-        join(static_cast<int>(edge / graph.k), graph.indices[edge], relations[edge] < 0 ? 1 : 0);
+      RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
+        for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
+          if (levels[edge] != first) continue;
+          join(static_cast<int>(a), graph.indices[edge], relations[edge] < 0 ? 1 : 0);
+        }
       }));
       continue;
     }
@@ -113,11 +114,12 @@ absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float
     if (list.capacity() < static_cast<size_t>(total)) list = std::vector<Edge>();
     list.resize(static_cast<size_t>(total));
     const auto width = static_cast<unsigned>(last - first);
-    RILIEVO_RETURN_IF_ERROR(SerialFor(edges, context, [&](int64_t edge) {
-      if (static_cast<unsigned>(levels[edge] - first) >= width) return;
-      const int b = graph.indices[edge];
-      list[next[levels[edge] - first]++] = {static_cast<int>(edge / graph.k),
-                                            relations[edge] < 0 ? ~b : b};
+    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
+      for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
+        if (static_cast<unsigned>(levels[edge] - first) >= width) continue;
+        const int b = graph.indices[edge];
+        list[next[levels[edge] - first]++] = {static_cast<int>(a), relations[edge] < 0 ? ~b : b};
+      }
     }));
     RILIEVO_RETURN_IF_ERROR(SerialFor(total, context, [&](int64_t i) {
       const auto [a, b] = list[i];
