@@ -13,6 +13,7 @@
 #include "core/displacement/fill_heights.h"
 #include "core/displacement/height_sampler.h"
 #include "core/displacement/input_laplacian.h"
+#include "core/displacement/keep_amid.h"
 #include "core/displacement/ray_cloud.h"
 
 namespace rilievo {
@@ -128,6 +129,8 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       SmoothHeights(refinement.levels.back(), rings, options.smoothing_rounds, context, &samples));
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
+  RILIEVO_RETURN_IF_ERROR(
+      KeepAmidPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
   RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
