@@ -30,7 +30,7 @@ constexpr float kSheetSpacings = 0.5f;
 // An edge: points within this many spacings of the ray whose normals turn from the foot's by more
 // than 40 degrees, at least so many and such a share of all there.
 constexpr float kEdgeSpacings = 2.0f;
-constexpr float kEdgeCosine = 0.77f;
+constexpr float kEdgeCosine = 0.6f;
 constexpr float kLeastEdgePoints = 4;
 constexpr float kLeastEdgeShare = 0.2f;
 // The edge is taken for one if its squared residuals are below this share of either side's.
@@ -228,7 +228,7 @@ std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
   return OtherSide{normals[1], opening > 0};
 }
 
-const FitWindow& LocalFitter::Choose(const FitWindow& side, const FitWindow& other, bool convex,
+const FitWindow* LocalFitter::Choose(const FitWindow& side, const FitWindow& other, bool convex,
                                      float noise) const {
   const float most = kSheetNoises * noise;
   float alone = 0, other_alone = 0, both = 0;
@@ -247,9 +247,9 @@ const FitWindow& LocalFitter::Choose(const FitWindow& side, const FitWindow& oth
     both += cost(met);
   }
   if (both > kEdgeCostShare * std::min(alone, other_alone)) {
-    return other_alone < kEdgeCostShare * alone ? other : side;
+    return other_alone < kEdgeCostShare * alone ? &other : nullptr;
   }
-  return (convex ? other.height < side.height : other.height > side.height) ? other : side;
+  return (convex ? other.height < side.height : other.height > side.height) ? &other : &side;
 }
 
 LocalFit Settle(const LocalView& view, const FitWindow& window) {
@@ -257,31 +257,44 @@ LocalFit Settle(const LocalView& view, const FitWindow& window) {
           view.ladder.noise * std::sqrt(window.variance_factor) * view.spacing};
 }
 
-LocalView LocalFitter::Look(const Ray& ray, const LocalFitRequest& request) {
-  Project(ray, request);
-  LocalView view = {{}, request.height, request.spacing};
-  const auto other_side = FindOtherSide(request);
-  if (!other_side) {
-    view.ladder = LookAtSide(ray, request, kPlaneCount, kWindowCount);
-    if (view.ladder.count == 0) view.ladder = LookAtSide(ray, request, 0, kPlaneCount);
-    return view;
-  }
-  // Beside an edge each ray stands for itself: it says nothing of the region.
+WindowLadder LocalFitter::LookAround(const Ray& ray, const LocalFitRequest& request) {
+  WindowLadder ladder = LookAtSide(ray, request, kPlaneCount, kWindowCount);
+  if (ladder.count == 0) ladder = LookAtSide(ray, request, 0, kPlaneCount);
+  return ladder;
+}
+
+std::optional<WindowLadder> LocalFitter::LookAtEdge(const Ray& ray, const LocalFitRequest& request,
+                                                    const OtherSide& other_side) {
   const WindowLadder ladder = LookAtSide(ray, request, 0, kWindowCount);
   LocalFitRequest other_request = request;
-  other_request.foot_normal = other_side->normal;
+  other_request.foot_normal = other_side.normal;
   other_request.deviation = 0;  // what was measured is of this side
   Project(ray, other_request);
   const WindowLadder other_ladder = LookAtSide(ray, other_request, 0, kWindowCount);
   const auto side = Climb(ladder), other = Climb(other_ladder);
-  view.ladder.noise = ladder.noise;
-  if (!side && !other) return view;
-  bool across = !side;
+  const FitWindow* met = side ? &*side : other ? &*other : nullptr;
   if (side && other) {
-    across = &Choose(*side, *other, other_side->convex, request.noise / request.spacing) == &*other;
+    met = Choose(*side, *other, other_side.convex, request.noise / request.spacing);
+    if (met == nullptr) return std::nullopt;
   }
-  if (across) view.ladder.noise = other_ladder.noise;
-  view.ladder.Add(0, across ? *other : *side);
+  // Each ray stands for itself: it says nothing of the region.
+  WindowLadder of_edge;
+  of_edge.noise = other && met == &*other ? other_ladder.noise : ladder.noise;
+  if (met != nullptr) of_edge.Add(0, *met);
+  return of_edge;
+}
+
+LocalView LocalFitter::Look(const Ray& ray, const LocalFitRequest& request) {
+  LocalView view = {{}, request.height, request.spacing};
+  Project(ray, request);
+  if (const auto other_side = FindOtherSide(request)) {
+    if (const auto of_edge = LookAtEdge(ray, request, *other_side)) {
+      view.ladder = *of_edge;
+      return view;
+    }
+    Project(ray, request);
+  }
+  view.ladder = LookAround(ray, request);
   return view;
 }
 

@@ -62,8 +62,15 @@ class LocalFitter {
   std::optional<OtherSide> FindOtherSide(const LocalFitRequest& request) const;
   // `first`, `last`: of the sizes of windows.
   WindowLadder LookAtSide(const Ray& ray, const LocalFitRequest& request, int first, int last);
-  // Of two sides and their meeting, the one that describes the points around the ray best.
-  const FitWindow& Choose(const FitWindow& side, const FitWindow& other, bool convex,
+  // Where normals turn away as at an edge: the one window of the side that is met, none where
+  // neither side stands. Nothing where the points do not bend as the normals do. Projected for the
+  // request before, and for another after.
+  std::optional<WindowLadder> LookAtEdge(const Ray& ray, const LocalFitRequest& request,
+                                         const OtherSide& other_side);
+  WindowLadder LookAround(const Ray& ray, const LocalFitRequest& request);
+  // Of two sides and their meeting, what the ray meets of the one that describes the points around
+  // it best; null where that is the first side, as if there were no other.
+  const FitWindow* Choose(const FitWindow& side, const FitWindow& other, bool convex,
                           float noise) const;
   // The patch in the frame of the ray, nearest windows first. Lengths in spacings.
   void Project(const Ray& ray, const LocalFitRequest& request);

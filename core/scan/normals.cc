@@ -123,6 +123,22 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
   return normal;
 }
 
+bool IsClean(float noise, float spacing) { return noise <= kClean * spacing; }
+
+// The noisy points whose patches are thicker than their noise makes them.
+std::vector<BentPoint> BentPoints(const std::vector<PatchPlane>& planes,
+                                  const std::vector<float>& noise,
+                                  const std::vector<float>& spacing) {
+  constexpr double kBent = 1.5;  // variance across a patch, in that of the noise
+  std::vector<BentPoint> bent;
+  for (size_t i = 0; i < planes.size(); ++i) {
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostCreaseNoise * spacing[i]) continue;
+    if (planes[i].thickness <= kBent * noise[i] * noise[i]) continue;
+    bent.push_back({static_cast<int>(i), noise[i]});
+  }
+  return bent;
+}
+
 // `noise`: measurement noise at each point; `planes`: of the patches.
 absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& replaced,
                            const std::vector<PatchMoments>& patches,
@@ -132,7 +148,7 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
   const int64_t count = points.cols();
   cloud->normals.resize(3, count);
   const auto is_clean = [&](int64_t i) {
-    return graph.k >= kFewestCleanNeighbors && noise[i] <= kClean * cloud->spacing[i];
+    return graph.k >= kFewestCleanNeighbors && IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
     if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
@@ -158,11 +174,12 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
 
 }  // namespace
 
-absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
-                                              const NeighborGraph& graph,
-                                              const ReplacedLists& replaced,
-                                              const RunContext& context) {
-  OrientedCloud cloud;
+absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
+                                                 const NeighborGraph& graph,
+                                                 const ReplacedLists& replaced,
+                                                 const RunContext& context) {
+  EstimatedNormals estimated;
+  OrientedCloud& cloud = estimated.cloud;
   cloud.points = std::move(own_points);
   const Eigen::Matrix3Xd& points = cloud.points;
   const int64_t count = points.cols();
@@ -197,12 +214,13 @@ absl::StatusOr<OrientedCloud> EstimateNormals(Eigen::Matrix3Xd own_points,
   first_spread = std::vector<double>();
   RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(ChooseNormals(graph, replaced, patches, planes, noise, context, &cloud));
+  estimated.bent = BentPoints(planes, noise, cloud.spacing);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
   }));
   cloud.median_spacing = Quantile(cloud.spacing, 0.5);
   cloud.median_noise = Quantile(cloud.noise, 0.5);
-  return cloud;
+  return estimated;
 }
 
 }  // namespace rilievo

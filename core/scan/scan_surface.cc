@@ -9,6 +9,7 @@
 #include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/crease_normals.h"
 #include "core/scan/noise_scale.h"
 #include "core/scan/normals.h"
 #include "core/scan/separate_sheets.h"
@@ -143,11 +144,13 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
     index.reset();
     ReturnFreedMemory();
   }
-  RILIEVO_ASSIGN_OR_RETURN(OrientedCloud cloud,
+  RILIEVO_ASSIGN_OR_RETURN(EstimatedNormals estimated,
                            EstimateNormals(std::move(kept.points), graph, replaced, context));
+  OrientedCloud cloud = std::move(estimated.cloud);
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
+  RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.bent, context, &cloud));
   JoinSheets(replaced, &graph);
   if (is_large) {
     RILIEVO_RETURN_IF_ERROR(graph.Pack(context));

@@ -68,7 +68,8 @@ void BM_EstimateNormals(benchmark::State& state) {
 BENCHMARK(BM_EstimateNormals)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void BM_OrientNormals(benchmark::State& state) {
-  const OrientedCloud cloud = EstimateNormals(Checked().points, Graph(), {}, RunContext{}).value();
+  const OrientedCloud cloud =
+      EstimateNormals(Checked().points, Graph(), {}, RunContext{}).value().cloud;
   for (auto _ : state) {
     OrientedCloud oriented = cloud;
     benchmark::DoNotOptimize(OrientNormals(Graph(), &oriented, RunContext{}));

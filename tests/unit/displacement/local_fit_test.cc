@@ -130,6 +130,23 @@ TEST(LocalFitTest, ARidgeKeepsItsCrest) {
   EXPECT_LT(std::abs(mean), 0.25 * kSpacing);
 }
 
+// Points on a plane whose normals say that it bends beside the ray: wider windows are looked at.
+TEST(LocalFitTest, NormalsAloneAreNoEdge) {
+  const double noise = 0.2 * kSpacing;
+  Relief relief([](double, double) { return 0.01; }, noise, 8);
+  for (RayPoint& point : relief.cloud.points) {
+    if (point.position[0] < 0.3 * kSpacing) continue;
+    point.normal[0] = std::sin(1.2f);
+    point.normal[2] = std::cos(1.2f);
+  }
+  LocalFitter fitter;
+  fitter.SetPatch(relief.queue, relief.cloud);
+  const LocalView view = fitter.Look(
+      MakeRay(Eigen::Vector3d::Zero(), {0, 0, 1}),
+      {Eigen::Vector3f::UnitZ(), 0.01f, static_cast<float>(noise), static_cast<float>(kSpacing)});
+  EXPECT_GE(view.ladder.count, 3);
+}
+
 TEST(LocalFitTest, TooFewPointsGiveNothing) {
   Relief relief([](double, double) { return 0.0; }, 0.001, 5);
   relief.queue.resize(3);

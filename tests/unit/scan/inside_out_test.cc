@@ -14,7 +14,8 @@ template <typename IsWrong>
 double WrongAfterTurning(const KnownCloud& known, const IsWrong& is_wrong) {
   const RunContext context;
   const PreparedCloud prepared = Prepare(known);
-  OrientedCloud cloud = EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value();
+  OrientedCloud cloud =
+      EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value().cloud;
   for (int i = 0; i < cloud.points.cols(); ++i) {
     const double sign = is_wrong(known.cloud.points.col(prepared.scan.source_index[i])) ? -1 : 1;
     cloud.normals.col(i) = sign * prepared.normals.col(i);

@@ -10,7 +10,7 @@ namespace rilievo {
 namespace {
 
 OrientedCloud Estimate(const PreparedCloud& prepared, const RunContext& context = RunContext{}) {
-  return EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value();
+  return EstimateNormals(prepared.scan.points, prepared.graph, {}, context).value().cloud;
 }
 
 TEST(NormalsTest, AreThoseOfThePlane) {
@@ -87,7 +87,7 @@ TEST(NormalsTest, WallsOfAThinPlateAreFoundFromAllAroundThem) {
       SeparateSheets(prepared.scan.points, index, RunContext{}, &graph).value();
   const auto wrong = [&](const ReplacedLists& lists) {
     const OrientedCloud cloud =
-        EstimateNormals(prepared.scan.points, graph, lists, RunContext{}).value();
+        EstimateNormals(prepared.scan.points, graph, lists, RunContext{}).value().cloud;
     const Eigen::ArrayXd cosines =
         (cloud.normals.array() * prepared.normals.array()).colwise().sum().abs().transpose();
     return (cosines < 0.9).count();

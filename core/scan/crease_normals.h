@@ -1,0 +1,32 @@
+// Normals of noisy points beside edges, each on its own side.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/base/run_context.h"
+#include "core/scan/neighbor_graph.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+// A point around which the points lie farther off a plane than their noise explains.
+struct BentPoint {
+  int point;
+  float noise;  // measurement noise there, unit frame, > 0
+};
+
+// Noise in spacings from which on as many points as are asked say nothing of an edge.
+inline constexpr double kMostCreaseNoise = 0.5;
+
+// Gives those of the points that stand by an edge the normals of their sides, with the signs they
+// had: a plane through all around such a point blends both. The 48 points nearest to it along the
+// graph, and the half of them, are described by a quadric and by two planes, each point on the one
+// that the edge leaves uncovered there (k-planes clustering, Bradley and Mangasarian 2000). The
+// planes are taken where they explain the points as well as their noise allows, and better than the
+// quadric by far: both have six unknowns, so their truncated squares in noises compare as they are.
+// Asked for after orientation, which wants normals that turn little from point to point.
+absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPoint>& bent,
+                            const RunContext& context, OrientedCloud* cloud);
+
+}  // namespace rilievo
