@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -126,7 +125,7 @@ std::optional<Sides> FitSides(const Patch& patch, const Quadric& quadric, double
   constexpr int kRounds = 3;
   constexpr double kFar = 0.02;  // weight of a point off both planes
   constexpr double kFewestOfSide = 4;
-  constexpr double kMostCosine = 0.9;  // between the sides' normals
+  constexpr double kMostCosine = 0.9;  // between the sides' normals: a turn of 26 degrees
   constexpr double kMostCost = 1.5;    // a point; of noise alone 1
   constexpr double kUnknowns = 6;
   const Eigen::Index count = patch.x.size();
@@ -137,7 +136,7 @@ std::optional<Sides> FitSides(const Patch& patch, const Quadric& quadric, double
     const Moments all(patch, weights), of_one(patch, weights * on_one);
     one = FitPlane(of_one, quadric.up);
     two = FitPlane(all - of_one, quadric.up);
-    // Of a ridge the points are by the higher plane's rim, of a valley by the lower one's.
+    // A ridge is the lower of its planes, a valley the higher.
     const Values off_one = one.Off(patch), off_two = two.Off(patch);
     on_one = (quadric.bends_up ? off_one < off_two : off_one > off_two).cast<double>();
     squares = (on_one * off_one + (1 - on_one) * off_two).square().min(kBeyond);
@@ -157,16 +156,18 @@ std::optional<Sides> FitSides(const Patch& patch, const Quadric& quadric, double
 struct Crease {
   double saved = 0;
   Vector3d normal = Vector3d::Zero();
+  Vector3d up = Vector3d::Zero();  // of the plane of all; the side of both normals
 };
 
 Crease FindCrease(const Patch& patch) {
   Crease best;
+  if (patch.x.size() < kFewestPoints) return best;
   const auto quadric = FitQuadric(patch);
   if (!quadric) return best;
   for (const double start : {-0.25, 0.25}) {
     const auto sides = FitSides(patch, *quadric, start);
     if (sides && quadric->cost - sides->cost > best.saved) {
-      best = {quadric->cost - sides->cost, sides->first_normal};
+      best = {quadric->cost - sides->cost, sides->first_normal, quadric->up};
     }
   }
   return best;
@@ -224,12 +225,12 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPo
           const auto [point, noise] = bent[i];
           const Patch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
-          if (count < kFewestPoints) continue;
           const Crease wide = FindCrease(patch), narrow = FindCrease(patch.First(count / 2));
           const Crease& best = narrow.saved > wide.saved ? narrow : wide;
           if (best.saved <= kClearly) continue;
+          // What it had may be the other side's, at a right angle to this one.
           auto normal = cloud->normals.col(point);
-          normal = normal.dot(best.normal) < 0 ? Vector3d(-best.normal) : best.normal;
+          normal = normal.dot(best.up) < 0 ? Vector3d(-best.normal) : best.normal;
         }
       });
 }

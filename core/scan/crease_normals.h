@@ -16,16 +16,13 @@ struct BentPoint {
   float noise;  // measurement noise there, unit frame, > 0
 };
 
-// Noise in spacings from which on as many points as are asked say nothing of an edge.
-inline constexpr double kMostCreaseNoise = 0.5;
-
 // Gives those of the points that stand by an edge the normals of their sides, with the signs they
-// had: a plane through all around such a point blends both. The 48 points nearest to it along the
-// graph, and the half of them, are described by a quadric and by two planes, each point on the one
-// that the edge leaves uncovered there (k-planes clustering, Bradley and Mangasarian 2000). The
-// planes are taken where they explain the points as well as their noise allows, and better than the
-// quadric by far: both have six unknowns, so their truncated squares in noises compare as they are.
-// Asked for after orientation, which wants normals that turn little from point to point.
+// had: a plane through all around such a point blends both. The nearest 48 of the points within
+// three steps along the graph, and the half of them, are described by a quadric and by two planes
+// that meet (a hinge, Breiman 1993), the points off both weighing little. The planes are taken
+// where they explain the points as well as their noise allows, and better than the quadric by far:
+// both have six unknowns, so their truncated squares in noises compare. Asked for after
+// orientation, which wants normals that turn little from point to point. `bent`: each point once.
 absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPoint>& bent,
                             const RunContext& context, OrientedCloud* cloud);
 

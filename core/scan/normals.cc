@@ -23,7 +23,7 @@ constexpr int64_t kBlock = 1024;
 constexpr double kWidened = 1.3;
 // Noise in spacings up to which each point is taken for a point of the surface.
 constexpr double kClean = 0.05;
-// Variance across a plane, in that of the noise, below which nothing bends.
+// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
 constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
@@ -129,10 +129,13 @@ bool IsClean(float noise, float spacing) { return noise <= kClean * spacing; }
 std::vector<BentPoint> BentPoints(const std::vector<PatchPlane>& planes,
                                   const std::vector<float>& noise,
                                   const std::vector<float>& spacing) {
-  constexpr double kBent = 1.5;  // variance across a patch, in that of the noise
+  // Variance across a patch in that of the noise: below, next to none of the points has two sides.
+  constexpr double kBent = 1.5;
+  // Noise in spacings from which on 48 points say nothing of an edge.
+  constexpr double kMostNoise = 0.5;
   std::vector<BentPoint> bent;
   for (size_t i = 0; i < planes.size(); ++i) {
-    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostCreaseNoise * spacing[i]) continue;
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostNoise * spacing[i]) continue;
     if (planes[i].thickness <= kBent * noise[i] * noise[i]) continue;
     bent.push_back({static_cast<int>(i), noise[i]});
   }
