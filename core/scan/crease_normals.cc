@@ -180,16 +180,15 @@ class Neighborhood {
   Patch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                double unit) {
     constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
-    constexpr int kMostRings = 3;
-    around_.assign(1, center);
-    for (int ring = 0; ring < kMostRings && around_.size() < kEnough; ++ring) {
+    constexpr size_t kMostRings = 3;
+    ++round_;
+    around_.clear();
+    Take(center);
+    for (size_t ring = 0, begin = 0; ring < kMostRings && around_.size() < kEnough; ++ring) {
       const size_t end = around_.size();
-      for (size_t i = 0; i < end; ++i) {
-        const NeighborList list = graph.neighbors(around_[i]);
-        around_.insert(around_.end(), list.begin(), list.end());
+      for (; begin < end; ++begin) {
+        for (const int j : graph.neighbors(around_[begin])) Take(j);
       }
-      std::sort(around_.begin(), around_.end());
-      around_.erase(std::unique(around_.begin(), around_.end()), around_.end());
     }
     const Vector3d at = points.col(center);
     nearest_.clear();
@@ -208,6 +207,25 @@ class Neighborhood {
   }
 
  private:
+  struct Mark {
+    int point = 0;
+    uint32_t round = 0;  // in which the point was taken; of older ones the slot is free
+  };
+  // kEnough points less one, each with kMostNeighbors, fill half of the slots.
+  static constexpr uint32_t kMarks = 1 << 13;
+
+  // A point that has not been taken for this place.
+  void Take(int point) {
+    uint32_t slot = static_cast<uint32_t>(point) * 2654435761u % kMarks;  // Knuth 1973
+    for (; marks_[slot].round == round_; slot = (slot + 1) % kMarks) {
+      if (marks_[slot].point == point) return;
+    }
+    marks_[slot] = {point, round_};
+    around_.push_back(point);
+  }
+
+  std::vector<Mark> marks_ = std::vector<Mark>(kMarks);
+  uint32_t round_ = 0;
   std::vector<int> around_;
   std::vector<std::pair<double, int>> nearest_;
 };
