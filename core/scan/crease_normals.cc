@@ -11,6 +11,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
+#include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
@@ -118,6 +119,7 @@ std::optional<Quadric> FitQuadric(const Patch& patch) {
 struct Sides {
   double cost = 0;        // as that of a quadric
   Vector3d first_normal;  // of the side on which the first point lies
+  Values on_side;         // 1: a point of that side, near its plane
 };
 
 // From the points beyond `start` across the bend and those before it.
@@ -149,14 +151,17 @@ std::optional<Sides> FitSides(const Patch& patch, const Quadric& quadric, double
       one.normal.dot(two.normal) > kMostCosine) {
     return std::nullopt;
   }
-  return Sides{cost, on_one[0] > 0 ? one.normal : two.normal};
+  const bool first_on_one = on_one[0] > 0;
+  const Values on_side = first_on_one ? on_one : Values(1 - on_one);
+  return Sides{cost, first_on_one ? one.normal : two.normal,
+               on_side * (squares < kBeyond).cast<double>()};
 }
 
-// What two planes save against a quadric, and the normal of the first point's.
+// What two planes save against a quadric, and the side of the first point.
 struct Crease {
   double saved = 0;
   Vector3d normal = Vector3d::Zero();
-  Vector3d up = Vector3d::Zero();  // of the plane of all; the side of both normals
+  Values on_side;
 };
 
 Crease FindCrease(const Patch& patch) {
@@ -167,7 +172,7 @@ Crease FindCrease(const Patch& patch) {
   for (const double start : {-0.25, 0.25}) {
     const auto sides = FitSides(patch, *quadric, start);
     if (sides && quadric->cost - sides->cost > best.saved) {
-      best = {quadric->cost - sides->cost, sides->first_normal, quadric->up};
+      best = {quadric->cost - sides->cost, sides->first_normal, sides->on_side};
     }
   }
   return best;
@@ -205,6 +210,14 @@ class Neighborhood {
     }
     return patch;
   }
+  // Of `vectors`, one a point, those of the last patch's first points, weighted.
+  Vector3d Sum(const Eigen::Matrix3Xd& vectors, const Values& weights) const {
+    Vector3d sum = Vector3d::Zero();
+    for (Eigen::Index i = 0; i < weights.size(); ++i) {
+      sum += weights[i] * vectors.col(nearest_[i].second);
+    }
+    return sum;
+  }
 
  private:
   struct Mark {
@@ -236,8 +249,10 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPo
                             const RunContext& context, OrientedCloud* cloud) {
   const Neighborhood prototype;
   ScratchPool<Neighborhood> pool(prototype);
-  return ParallelFor(
-      static_cast<int64_t>(bent.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+  // Zero: as it was. The old ones are read until all are found.
+  Eigen::Matrix3Xd sharp = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(bent.size()));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(sharp.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
         const auto neighborhood = pool.Take();
         for (int64_t i = begin; i < end; ++i) {
           const auto [point, noise] = bent[i];
@@ -246,11 +261,14 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPo
           const Crease wide = FindCrease(patch), narrow = FindCrease(patch.First(count / 2));
           const Crease& best = narrow.saved > wide.saved ? narrow : wide;
           if (best.saved <= kClearly) continue;
-          // What it had may be the other side's, at a right angle to this one.
-          auto normal = cloud->normals.col(point);
-          normal = normal.dot(best.up) < 0 ? Vector3d(-best.normal) : best.normal;
+          const Vector3d sum = neighborhood->Sum(cloud->normals, best.on_side);
+          sharp.col(i) = sum.dot(best.normal) < 0 ? Vector3d(-best.normal) : best.normal;
         }
-      });
+      }));
+  for (Eigen::Index i = 0; i < sharp.cols(); ++i) {
+    if (!sharp.col(i).isZero(0)) cloud->normals.col(bent[i].point) = sharp.col(i);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace rilievo
