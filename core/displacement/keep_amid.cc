@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "core/base/parallel_for.h"
+#include "core/base/scratch_pool.h"
+#include "core/scan/nearby_points.h"
 
 namespace rilievo {
 namespace {
@@ -20,31 +24,67 @@ constexpr double kMostSpacingsOfCreases = 0.9;
 // Other points are the nearest once a height has moved.
 constexpr int kRounds = 3;
 
+// Heights, some of which come back amid the points around them.
+class Amid {
+ public:
+  Amid(const OrientedCloud& cloud, const LimitSurface& limit, double least_noise,
+       HeightSamples* samples)
+      : cloud_(cloud), limit_(limit), least_noise_(least_noise), samples_(*samples) {}
+
+  bool Concerns(int64_t v) const { return !samples_.measured[v] || samples_.fitted[v]; }
+  Vector3d PlaceOf(int64_t v) const {
+    return limit_.positions.col(v) + samples_.height[v] * limit_.normals.col(v);
+  }
+
+  // `nearest`: of the place, ascending. False where the height stays.
+  bool Move(int64_t v, std::span<const int> nearest) const {
+    const double spacing = cloud_.spacing[nearest[0]], noise = cloud_.noise[nearest[0]];
+    if (!(noise > least_noise_ * spacing)) return false;
+    Vector3d mean = Vector3d::Zero();
+    for (const int point : nearest) {
+      mean += cloud_.points.col(point) / static_cast<double>(nearest.size());
+    }
+    const double off = limit_.normals.col(v).dot(mean - PlaceOf(v));
+    const double spacings = samples_.crease[v] ? kMostSpacingsOfCreases : kMostSpacings;
+    if (!(std::abs(off) > spacings * spacing + kMostNoises * noise)) return false;
+    samples_.height[v] += static_cast<float>(off);
+    return true;
+  }
+
+ private:
+  const OrientedCloud& cloud_;
+  const LimitSurface& limit_;
+  const double least_noise_;
+  HeightSamples& samples_;
+};
+
 }  // namespace
 
 absl::Status KeepAmidPoints(const OrientedCloud& cloud, const PointIndex& index,
                             const LimitSurface& limit, double least_noise,
                             const RunContext& context, HeightSamples* samples) {
+  const Amid amid(cloud, limit, least_noise, samples);
+  const auto count = static_cast<size_t>(std::min(kAmid, index.size()));
+  const NearbyPoints prototype(index, cloud.points, static_cast<int>(count));
+  ScratchPool<NearbyPoints> pool(prototype);
   return ParallelFor(samples->size(), kBlock, context, [&](int64_t begin, int64_t end) {
+    std::vector<int64_t> vertices;
+    Eigen::Matrix3Xd places(3, end - begin);
+    for (int64_t v = begin; v < end; ++v) {
+      if (!amid.Concerns(v)) continue;
+      places.col(static_cast<int64_t>(vertices.size())) = amid.PlaceOf(v);
+      vertices.push_back(v);
+    }
     std::array<int, kAmid> found;
     std::array<double, kAmid> squared;
-    for (int64_t v = begin; v < end; ++v) {
-      if (samples->measured[v] && !samples->fitted[v]) continue;
-      const double spacings = samples->crease[v] ? kMostSpacingsOfCreases : kMostSpacings;
-      const Vector3d origin = limit.positions.col(v), direction = limit.normals.col(v);
-      for (int round = 0; round < kRounds; ++round) {
-        const Vector3d place = origin + samples->height[v] * direction;
-        const int count =
-            index.Nearest(place, std::min(kAmid, index.size()), found.data(), squared.data());
-        const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
-        if (!(noise > least_noise * spacing)) break;
-        Vector3d mean = Vector3d::Zero();
-        for (int i = 0; i < count; ++i) mean += cloud.points.col(found[i]) / count;
-        const double off = direction.dot(mean - place);
-        if (!(std::abs(off) > spacings * spacing + kMostNoises * noise)) break;
-        samples->height[v] += static_cast<float>(off);
+    const auto move = [&](int64_t i, const int* nearest, const double*) {
+      bool moved = amid.Move(vertices[i], {nearest, count});
+      for (int round = 1; moved && round < kRounds; ++round) {
+        index.Nearest(amid.PlaceOf(vertices[i]), kAmid, found.data(), squared.data());
+        moved = amid.Move(vertices[i], {found.data(), count});
       }
-    }
+    };
+    pool.Take()->OfEach(places, 0, static_cast<int64_t>(vertices.size()), move);
   });
 }
 
