@@ -19,11 +19,10 @@ constexpr double kMostApart = 1.4;
 
 }  // namespace
 
-LayeredNeighborhood::LayeredNeighborhood(const Eigen::Matrix3Xd& points, const PointIndex& index,
-                                         int center) {
-  std::array<double, kLayeredPoints> squared;
-  count_ = index.Nearest(points.col(center), std::min(kLayeredPoints, index.size()), around_.data(),
-                         squared.data());
+LayeredNeighborhood::LayeredNeighborhood(const Eigen::Matrix3Xd& points,
+                                         std::span<const int> nearest, double radius)
+    : count_(static_cast<int>(nearest.size())) {
+  std::copy(nearest.begin(), nearest.end(), around_.begin());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (int i = 0; i < count_; ++i) mean += points.col(around_[i]) / count_;
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
@@ -31,7 +30,6 @@ LayeredNeighborhood::LayeredNeighborhood(const Eigen::Matrix3Xd& points, const P
     const Eigen::Vector3d offset = points.col(around_[i]) - mean;
     moments.selfadjointView<Eigen::Lower>().rankUpdate(offset);
   }
-  const double radius = std::sqrt(squared[count_ - 1]);
   if (!(radius > 0)) return;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
   axes.computeDirect(moments);

@@ -6,8 +6,6 @@
 #include <cstdint>
 #include <span>
 
-#include "core/scan/neighbor_graph.h"
-
 namespace rilievo {
 
 // Of a neighbourhood, with the point itself.
@@ -22,8 +20,9 @@ struct LayerGap {
 // The points nearest to one, in the frame of their plane.
 class LayeredNeighborhood {
  public:
-  // `index`: of `points`, at least kLayeredPoints of them.
-  LayeredNeighborhood(const Eigen::Matrix3Xd& points, const PointIndex& index, int center);
+  // `nearest`: to the one and with it, ascending by distance, at most kLayeredPoints; the last lies
+  // at `radius`.
+  LayeredNeighborhood(const Eigen::Matrix3Xd& points, std::span<const int> nearest, double radius);
 
   // The layer of each point, low or high, over the quadric through all of them; empty where there
   // are no two layers over the same place.

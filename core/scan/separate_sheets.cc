@@ -2,14 +2,17 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
+#include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
 #include "core/scan/layered_neighborhood.h"
+#include "core/scan/nearby_points.h"
 
 namespace rilievo {
 namespace {
@@ -45,14 +48,17 @@ Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
   return axes.eigenvalues();
 }
 
+// A point by which a second sheet may lie.
+struct Suspect {
+  int64_t place;     // among those looked at
+  double thickness;  // variance across its list
+};
+
 // The point across, where one stands in a layer, else -1; `own` takes the nearest of its layer, as
-// many as a list of the graph holds.
-int LookAcross(const Eigen::Matrix3Xd& points, const PointIndex& index, const NeighborGraph& graph,
-               const LayerGap& gap, int center, int* own) {
-  const NeighborList nearest = graph.neighbors(center);
-  const Eigen::Vector3d variances = Variances(points, center, nearest);
-  if (variances[0] < kThin * kThin * variances[1]) return -1;
-  LayeredNeighborhood neighborhood(points, index, center);
+// many as a list of the graph holds. `thickness`: the variance across its list.
+int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const LayerGap& gap,
+               int center, double thickness, LayeredNeighborhood* around, int* own) {
+  LayeredNeighborhood& neighborhood = *around;
   const std::span<const uint8_t> layers = neighborhood.FindLayers(gap);
   int self = 0;
   while (self < static_cast<int>(layers.size()) && neighborhood.point(self) != center) ++self;
@@ -63,8 +69,8 @@ int LookAcross(const Eigen::Matrix3Xd& points, const PointIndex& index, const Ne
   }
   if (found < graph.k) return -1;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
-  const bool changed = !std::equal(list.begin(), list.end(), nearest.begin());
-  if (changed && Variances(points, center, list)[0] > kThinner * variances[0]) return -1;
+  const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
+  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
   return neighborhood.Across(self);
 }
 
@@ -78,13 +84,27 @@ struct Layered {
 absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
                     const NeighborGraph& graph, const LayerGap& gap, const std::vector<int>& named,
                     const RunContext& context, Layered* layered) {
-  std::vector<int> across(named.size()), lists(named.size() * static_cast<size_t>(graph.k));
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(named.size()), kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          across[i] = LookAcross(points, index, graph, gap, named[i], &lists[i * graph.k]);
-        }
-      }));
+  std::vector<int> across(named.size(), -1), lists(named.size() * static_cast<size_t>(graph.k));
+  const NearbyPoints prototype(index, points, kLayeredPoints);
+  ScratchPool<NearbyPoints> pool(prototype);
+  const auto look = [&](int64_t begin, int64_t end) {
+    std::vector<Suspect> suspects;
+    Eigen::Matrix3Xd places(3, end - begin);
+    for (int64_t i = begin; i < end; ++i) {
+      const Eigen::Vector3d variances = Variances(points, named[i], graph.neighbors(named[i]));
+      if (variances[0] < kThin * kThin * variances[1]) continue;
+      places.col(static_cast<int64_t>(suspects.size())) = points.col(named[i]);
+      suspects.push_back({i, variances[0]});
+    }
+    const auto found = [&](int64_t suspect, const int* nearest, const double* squared) {
+      const auto [i, thickness] = suspects[suspect];
+      LayeredNeighborhood around(points, {nearest, kLayeredPoints},
+                                 std::sqrt(squared[kLayeredPoints - 1]));
+      across[i] = LookAcross(points, graph, gap, named[i], thickness, &around, &lists[i * graph.k]);
+    };
+    pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
+  };
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(named.size()), kBlock, context, look));
   for (size_t i = 0; i < named.size(); ++i) {
     if (across[i] < 0) continue;
     layered->pairs.push_back({named[i], across[i]});

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
 #include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
@@ -21,10 +24,17 @@ Eigen::Matrix3Xd TwoSheets(double wall) {
   return points;
 }
 
+LayeredNeighborhood Around(const Eigen::Matrix3Xd& points, const PointIndex& index, int center) {
+  std::array<int, kLayeredPoints> nearest;
+  std::array<double, kLayeredPoints> squared;
+  index.Nearest(points.col(center), kLayeredPoints, nearest.data(), squared.data());
+  return {points, nearest, std::sqrt(squared.back())};
+}
+
 TEST(LayeredNeighborhoodTest, LayersAreTheSheets) {
   const Eigen::Matrix3Xd points = TwoSheets(0.04);
   const PointIndex index(points);
-  LayeredNeighborhood neighborhood(points, index, kCount - 1);
+  LayeredNeighborhood neighborhood = Around(points, index, kCount - 1);
   const auto layers = neighborhood.FindLayers(kGap);
   ASSERT_EQ(layers.size(), static_cast<size_t>(neighborhood.count()));
   ASSERT_EQ(neighborhood.point(0), kCount - 1);
@@ -40,7 +50,7 @@ TEST(LayeredNeighborhoodTest, OneSheetHasNoLayers) {
   const Eigen::Matrix3Xd points = SphereCloud(kCount, 5).cloud.points;
   const PointIndex index(points);
   for (int i = 0; i < kCount; i += 400) {
-    EXPECT_TRUE(LayeredNeighborhood(points, index, i).FindLayers(kGap).empty());
+    EXPECT_TRUE(Around(points, index, i).FindLayers(kGap).empty());
   }
 }
 
@@ -48,7 +58,7 @@ TEST(LayeredNeighborhoodTest, PointsOnALineHaveNoLayers) {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, 100);
   for (int i = 0; i < 100; ++i) points(0, i) = i;
   const PointIndex index(points);
-  EXPECT_TRUE(LayeredNeighborhood(points, index, 50).FindLayers(kGap).empty());
+  EXPECT_TRUE(Around(points, index, 50).FindLayers(kGap).empty());
 }
 
 }  // namespace
