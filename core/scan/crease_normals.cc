@@ -164,16 +164,18 @@ struct Crease {
   Values on_side;
 };
 
-Crease FindCrease(const Patch& patch) {
-  Crease best;
-  if (patch.x.size() < kFewestPoints) return best;
+// None where no two planes save more than `least`: they save no more than the quadric costs.
+std::optional<Crease> FindCrease(const Patch& patch, double least) {
+  if (patch.x.size() < kFewestPoints) return std::nullopt;
   const auto quadric = FitQuadric(patch);
-  if (!quadric) return best;
+  if (!quadric || quadric->cost <= least) return std::nullopt;
+  std::optional<Crease> best;
   for (const double start : {-0.25, 0.25}) {
     const auto sides = FitSides(patch, *quadric, start);
-    if (sides && quadric->cost - sides->cost > best.saved) {
-      best = {quadric->cost - sides->cost, sides->first_normal, sides->on_side};
-    }
+    const double saved = sides ? quadric->cost - sides->cost : 0;
+    if (saved <= least) continue;
+    best = Crease{saved, sides->first_normal, sides->on_side};
+    least = saved;
   }
   return best;
 }
@@ -258,11 +260,12 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPo
           const auto [point, noise] = bent[i];
           const Patch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
-          const Crease wide = FindCrease(patch), narrow = FindCrease(patch.First(count / 2));
-          const Crease& best = narrow.saved > wide.saved ? narrow : wide;
-          if (best.saved <= kClearly) continue;
-          const Vector3d sum = neighborhood->Sum(cloud->normals, best.on_side);
-          sharp.col(i) = sum.dot(best.normal) < 0 ? Vector3d(-best.normal) : best.normal;
+          auto best = FindCrease(patch, kClearly);
+          const auto narrow = FindCrease(patch.First(count / 2), best ? best->saved : kClearly);
+          if (narrow) best = narrow;
+          if (!best) continue;
+          const Vector3d sum = neighborhood->Sum(cloud->normals, best->on_side);
+          sharp.col(i) = sum.dot(best->normal) < 0 ? Vector3d(-best->normal) : best->normal;
         }
       }));
   for (Eigen::Index i = 0; i < sharp.cols(); ++i) {
