@@ -26,13 +26,22 @@ constexpr int kLeastSidePoints = 6;
 // Least cosine of a side's normal and the normals of the face and of the points it is made of.
 constexpr double kSameSide = 0.3;
 
+// How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
+// searched for in vain.
+int FirstAsked(const OrientedCloud& cloud) {
+  const int typical =
+      PointsWanted(kFewestPoints, kMostPoints, cloud.median_noise, cloud.median_spacing);
+  return typical > kFewestPoints ? 1 : kFewestPoints;
+}
+
 // Replaces the plane of a face; leaves it where the points around show no side of their own.
-void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, const Vector3d& center,
-                 Vector3d* face_normal, Vector3d* face_point) {
+// `first`: asked for before it is known how many are wanted.
+void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
+                 const Vector3d& center, Vector3d* face_normal, Vector3d* face_point) {
   std::array<int, kMostPoints> found;
   std::array<double, kMostPoints> squared;
   const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
-  int count = index.Nearest(center, most(kFewestPoints), found.data(), squared.data());
+  int count = index.Nearest(center, most(first), found.data(), squared.data());
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
   const int wanted = most(PointsWanted(kFewestPoints, kMostPoints, noise, spacing));
   if (wanted > count) {
@@ -104,6 +113,7 @@ absl::StatusOr<FacePlanes> SidePlanes(const OrientedCloud& cloud, const PointInd
       if (vertex_normals.col(v).dot(planes.normals.col(f)) < kFlat) bent[v] = 1;
     }
   }
+  const int first = FirstAsked(cloud);
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(mesh.faces.cols(), kFacesPerTask, context, [&](int64_t begin, int64_t end) {
         for (int64_t f = begin; f < end; ++f) {
@@ -111,7 +121,7 @@ absl::StatusOr<FacePlanes> SidePlanes(const OrientedCloud& cloud, const PointInd
             continue;
           Vector3d normal = planes.normals.col(f), point = planes.points.col(f);
           if (normal.isZero()) continue;
-          ShiftToSide(cloud, index, planes.points.col(f), &normal, &point);
+          ShiftToSide(cloud, index, first, planes.points.col(f), &normal, &point);
           planes.normals.col(f) = normal;
           planes.points.col(f) = point;
         }
