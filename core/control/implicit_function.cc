@@ -29,6 +29,8 @@ constexpr double kMostStride = 1024;
 // cells behind the point to as many before it.
 constexpr double kProbeCells = 0.75;
 constexpr double kOutvotedDrop = 0.15;
+// From so many points on the memory of the speakers, 8 bytes each, serves the solution.
+constexpr int64_t kManyPoints = 200'000;
 constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
 
 ImplicitLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origin,
@@ -177,8 +179,10 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
                         ImplicitFunction* function) {
   ImplicitLevel& level = function->levels.back();
   const bool coarsest = function->levels.size() == 1;
-  RILIEVO_ASSIGN_OR_RETURN(const Speakers speakers,
-                           SpeakersFor(cloud, level, function->origin, coarsest, context));
+  const auto find_speakers = [&] {
+    return SpeakersFor(cloud, level, function->origin, coarsest, context);
+  };
+  RILIEVO_ASSIGN_OR_RETURN(Speakers speakers, find_speakers());
   const ScreenedPoisson system{.cloud = cloud,
                                .sides = function->sides,
                                .speakers = speakers,
@@ -189,13 +193,20 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
                                .border_free = coarsest && !options.closed,
                                .iterations = coarsest ? 80 : 24};
   PoissonSolver solver(system, context);
+  const bool lends_speakers = cloud.points.cols() >= kManyPoints;
+  if (lends_speakers) speakers = Speakers();
   RILIEVO_RETURN_IF_ERROR(solver.Solve(&level.values));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned,
                            TurnOutvotedNormals(cloud, plan, context, function));
   if (static_cast<double>(turned.size()) < kFewTurned * static_cast<double>(cloud.points.cols())) {
     return absl::OkStatus();
   }
-  return solver.SolveAgain(turned, &level.values);
+  if (lends_speakers) {
+    RILIEVO_ASSIGN_OR_RETURN(speakers, find_speakers());
+  }
+  RILIEVO_RETURN_IF_ERROR(solver.Turn(turned));
+  if (lends_speakers) speakers = Speakers();
+  return solver.Solve(&level.values);
 }
 
 }  // namespace

@@ -21,8 +21,7 @@ PoissonSolver::PoissonSolver(const ScreenedPoisson& system, const RunContext& co
 
 PoissonSolver::~PoissonSolver() = default;
 
-absl::Status PoissonSolver::SolveAgain(const std::vector<int>& turned_points,
-                                       std::vector<float>* values) {
+absl::Status PoissonSolver::Turn(const std::vector<int>& turned_points) {
   RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
   const auto few = kRereadShare * static_cast<double>(system_.speakers.points.size());
   if (static_cast<double>(turned_points.size()) < few) {
@@ -31,7 +30,7 @@ absl::Status PoissonSolver::SolveAgain(const std::vector<int>& turned_points,
     matrix_.reset();
     matrix_ = std::make_unique<PoissonOperator>(system_, context_);
   }
-  return Solve(values);
+  return context_.CheckStop();
 }
 
 absl::Status PoissonSolver::Solve(std::vector<float>* values) {

@@ -40,22 +40,23 @@ struct ScreenedPoisson {
 
 class PoissonOperator;
 
-// Conjugate gradients on one level. Solve once, then SolveAgain as often as points turn.
+// Conjugate gradients on one level: Solve once, and once more after each Turn.
 class PoissonSolver {
  public:
-  // What `system` refers to must outlive it.
+  // What `system` refers to must outlive it. The speakers are not read but here and by Turn: what
+  // they take may serve the solution, and be theirs again, the same, later.
   PoissonSolver(const ScreenedPoisson& system, const RunContext& context);
   ~PoissonSolver();
   PoissonSolver(const PoissonSolver&) = delete;
   PoissonSolver& operator=(const PoissonSolver&) = delete;
 
-  // `values`: per node, first guess in, solution out. CANCELLED when stopped. Once: it takes the
+  // `values`: per node, first guess in, solution out. CANCELLED when stopped. It takes the
   // right-hand side with it.
   absl::Status Solve(std::vector<float>* values);
 
-  // The same after the sides of these points, ascending, have changed: as a new solver would, in
-  // the time that few of them take.
-  absl::Status SolveAgain(const std::vector<int>& turned_points, std::vector<float>* values);
+  // The sides of these points, ascending, have changed: solves from then on as a new solver would,
+  // made ready in the time that few of them take. CANCELLED when stopped.
+  absl::Status Turn(const std::vector<int>& turned_points);
 
  private:
   const ScreenedPoisson system_;

@@ -104,7 +104,8 @@ TEST(ImplicitSolverTest, TurnedPointsAreReadAgainAsByANewSolver) {
     std::vector<float> anew = again;
     const std::vector<int> turned = {1200, 1201, 1204, 4000};
     for (const int point : turned) sides[point] = -1;
-    ASSERT_TRUE(solver.SolveAgain(turned, &again).ok());
+    ASSERT_TRUE(solver.Turn(turned).ok());
+    ASSERT_TRUE(solver.Solve(&again).ok());
     ASSERT_TRUE(PoissonSolver(system, RunContext{}).Solve(&anew).ok());
     EXPECT_EQ(again, anew);
     EXPECT_NE(again, before);
