@@ -28,7 +28,7 @@ LayeredNeighborhood::LayeredNeighborhood(const Eigen::Matrix3Xd& points,
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   for (int i = 0; i < count_; ++i) {
     const Eigen::Vector3d offset = points.col(around_[i]) - mean;
-    moments.selfadjointView<Eigen::Lower>().rankUpdate(offset);
+    moments.noalias() += offset * offset.transpose();
   }
   if (!(radius > 0)) return;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
@@ -116,7 +116,7 @@ void LayeredNeighborhood::Flatten(bool step, double* flat) const {
   for (int i = 0; i < count_; ++i) {
     Vector7 row;
     row << rows_[i], step ? layer_[i] - 0.5 : 0.0;
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(row);
+    gram.noalias() += row * row.transpose();
     right += heights_[i] * row;
   }
   gram.diagonal().array() += 1e-9;
