@@ -94,15 +94,16 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
     : refinement_(refinement),
       max_level_(surface.max_level),
       heights_(surface.heights.begin(), surface.heights.end()),
+      rings_(RingsIntoHoles(refinement, surface.max_level, kRimRings, FilledFlags(surface))),
       filled_(FilledFlags(surface)),
       lifting_(refinement, surface.max_level),
-      weights_(HeightWeights(surface.control_mesh, refinement, surface.max_level, filled_)) {
-  // Small holes cost no flags; their heights stay free all the same, they have no weight.
+      weights_(HeightWeights(surface.control_mesh, refinement, surface.max_level, rings_)) {
+  // Small holes cost no flags; their heights are filled ones all the same.
   DropSmallHoles(refinement, max_level_, smallest_hole, filled_);
   has_filled_ = std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
   targets_ = heights_;
   lifting_.AnalyzeAndChoose(weights_, targets_);
-  if (has_filled_) FreeFilledHeights();
+  if (*std::max_element(rings_.begin(), rings_.end()) > kRimRings) FreeInnerHeights();
   gains_ = GainsOf(lifting_, refinement_, weights_);
   for (int l = 0; l <= max_level_; ++l) {
     double sum = 0;
@@ -144,19 +145,19 @@ absl::Status HeightEncoder::BuildGroups(const FaceGroups& groups, const RunConte
   return absl::OkStatus();
 }
 
-// Filled heights are free: they take the values that need no coefficients, and the targets of the
-// others follow.
-void HeightEncoder::FreeFilledHeights() {
+// Filled heights far from told ones are free: they take the values that need no coefficients, and
+// the targets of the others follow.
+void HeightEncoder::FreeInnerHeights() {
   constexpr int kFreeRounds = 4;
   for (int round = 0; round < kFreeRounds; ++round) {
     for (int l = 1; l <= max_level_; ++l) {
       for (int v = lifting_.begin(l); v < lifting_.end(l); ++v) {
-        if (filled_[v] != 0) targets_[v] = 0;
+        if (IsFree(v)) targets_[v] = 0;
       }
     }
     lifting_.Synthesize(targets_);
     for (size_t v = 0; v < targets_.size(); ++v) {
-      if (filled_[v] == 0) targets_[v] = heights_[v];
+      if (!IsFree(v)) targets_[v] = heights_[v];
     }
     lifting_.Analyze(targets_);
   }
@@ -348,14 +349,15 @@ EncodedHeights HeightEncoder::Finish(double step, const Pass& pass) const {
   encoded.step = step;
   encoded.unit = pass.unit;
   encoded.layers = pass.layers;
-  double sum = 0;
+  double sum = 0, told = 0;
   for (size_t v = 0; v < heights_.size(); ++v) {
-    if (weights_[v] == 0) continue;
+    if (!IsTold(v)) continue;
     const double error = heights_[v] - pass.state.heights[v] * pass.unit;
     sum += weights_[v] * error * error;
+    told += weights_[v];
     encoded.max = std::max(encoded.max, std::abs(error));
   }
-  encoded.rms = std::sqrt(sum);
+  encoded.rms = told > 0 ? std::sqrt(sum / told) : 0;
   return encoded;
 }
 

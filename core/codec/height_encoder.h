@@ -68,7 +68,9 @@ class HeightEncoder {
   template <typename Coder>
   absl::Status CodeGroups(const std::vector<double>& targets_in_units, const HeightModels& models,
                           const RunContext& context, Pass& pass) const;
-  void FreeFilledHeights();
+  bool IsTold(size_t v) const { return rings_[v] == 0; }
+  bool IsFree(size_t v) const { return rings_[v] > kRimRings; }
+  void FreeInnerHeights();
   std::vector<double> StepsOfLevels(double step) const;
   template <typename Coder>
   absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
@@ -86,7 +88,8 @@ class HeightEncoder {
   std::vector<Group> group_meshes_;
   int max_level_;
   std::vector<double> heights_;
-  std::vector<uint8_t> filled_;
+  std::vector<uint8_t> rings_;   // from the nearest told height, up to kRimRings + 1; 0: told
+  std::vector<uint8_t> filled_;  // without small holes
   bool has_filled_ = false;
   HeightLifting lifting_;
   std::vector<double> weights_;  // of the heights, sum 1

@@ -51,7 +51,7 @@ void PoolWeights(const LoopRefinement& refinement, int max_level, std::vector<do
 }  // namespace
 
 std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement& refinement,
-                                  int max_level, const std::vector<uint8_t>& filled) {
+                                  int max_level, const std::vector<uint8_t>& rings) {
   const int last = std::max(0, max_level - 1);  // its faces, or their four children each
   const MeshTopology& topology = refinement.levels[last];
   std::vector<double> weights(refinement.vertex_count(max_level), 0);
@@ -67,7 +67,8 @@ std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement&
   double mean = 0, sum = 0;
   for (double weight : weights) mean += weight / static_cast<double>(weights.size());
   for (size_t v = 0; v < weights.size(); ++v) {
-    weights[v] = filled[v] != 0 ? 0 : std::max(weights[v], kLeastShare * mean);
+    const double share = rings[v] == 0 ? 1 : rings[v] <= kRimRings ? kRimShare : 0;
+    weights[v] = share * std::max(weights[v], kLeastShare * mean);
     sum += weights[v];
   }
   if (sum > 0) {

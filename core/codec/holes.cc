@@ -4,6 +4,43 @@
 #include <utility>
 
 namespace rilievo {
+namespace {
+
+// Calls visit(u, v) for the edges of level `max_level`, those within two faces twice.
+template <typename Visit>
+void ForEachEdge(const LoopRefinement& refinement, int max_level, Visit visit) {
+  const MeshTopology& topology = refinement.levels[std::max(0, max_level - 1)];
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const Eigen::Vector3i corner = topology.faces.col(f);
+    const Eigen::Vector3i middle = topology.face_edges.col(f).array() + topology.vertex_count;
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if (max_level == 0) {
+        visit(corner[k], corner[next]);
+        continue;
+      }
+      visit(corner[k], middle[k]);
+      visit(middle[k], corner[next]);
+      visit(middle[k], middle[next]);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<uint8_t> RingsIntoHoles(const LoopRefinement& refinement, int max_level, int most,
+                                    const std::vector<uint8_t>& filled) {
+  const auto farther = static_cast<uint8_t>(most + 1);
+  std::vector<uint8_t> rings(filled.size());
+  for (size_t v = 0; v < rings.size(); ++v) rings[v] = filled[v] != 0 ? farther : 0;
+  for (uint8_t ring = 1; ring < farther; ++ring) {
+    ForEachEdge(refinement, max_level, [&](int u, int v) {
+      if (rings[u] > ring && rings[v] == ring - 1) rings[u] = ring;
+      if (rings[v] > ring && rings[u] == ring - 1) rings[v] = ring;
+    });
+  }
+  return rings;
+}
 
 void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smallest,
                     std::vector<uint8_t>& filled) {
@@ -22,21 +59,7 @@ void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smalles
     parent[v] = u;
     count[u] += count[v];
   };
-  const MeshTopology& topology = refinement.levels[std::max(0, max_level - 1)];
-  for (int f = 0; f < topology.face_count(); ++f) {
-    const Eigen::Vector3i corner = topology.faces.col(f);
-    const Eigen::Vector3i middle = topology.face_edges.col(f).array() + topology.vertex_count;
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      if (max_level == 0) {
-        join(corner[k], corner[next]);
-        continue;
-      }
-      join(corner[k], middle[k]);
-      join(middle[k], corner[next]);
-      join(middle[k], middle[next]);
-    }
-  }
+  ForEachEdge(refinement, max_level, join);
   const std::vector<uint8_t> all = filled;
   for (size_t v = 0; v < filled.size(); ++v) {
     if (all[v] != 0 && count[root(static_cast<int>(v))] < smallest) filled[v] = 0;

@@ -13,6 +13,11 @@ namespace rilievo {
 void DropSmallHoles(const LoopRefinement& refinement, int max_level, int smallest,
                     std::vector<uint8_t>& filled);
 
+// Of each vertex of level `max_level`, how many of its edges lead to the nearest one that is not
+// filled: 0 there, most + 1 for all that are farther than `most`.
+std::vector<uint8_t> RingsIntoHoles(const LoopRefinement& refinement, int max_level, int most,
+                                    const std::vector<uint8_t>& filled);
+
 // Of the flags of smoothed heights, those of filled ones 0: patches of fewer than `smallest`
 // vertices, smoothed or measured, take on the flag around them.
 void DropSmallPatches(const LoopRefinement& refinement, int max_level, int smallest,

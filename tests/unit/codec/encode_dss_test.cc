@@ -231,7 +231,7 @@ TEST(EncodeDssTest, SmoothedHeightsComeBackAsSuch) {
 TEST(EncodeDssTest, PlainLevelsNeedNoChunk) {
   constexpr int kLevel = 5;
   EncodeOptions options;
-  options.height_step = 5e-3;
+  options.height_step = 1e-3;
   for (const bool smoothed : {false, true}) {
     SCOPED_TRACE(smoothed);
     DisplacedSurface surface = SurfaceOver(Torus(8, 6), kLevel, kPositionStep, 0);
@@ -251,10 +251,14 @@ TEST(EncodeDssTest, PlainLevelsNeedNoChunk) {
     const auto [rms, largest] = HeightErrors(decoded->surface, surface);
     EXPECT_LT(rms, 0.5 * options.height_step);
     EXPECT_LT(largest, 6 * options.height_step);
-    // A new vertex is filled where both ends of its edge are.
+    // Levels with a chunk tell what is filled; then a new vertex is where both ends of its edge
+    // are.
     const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kLevel, RunContext());
     const std::vector<HeightSource>& sources = decoded->surface.sources;
     const auto is_filled = [&](int v) { return sources[v] == HeightSource::kFilled; };
+    for (int v = 0; v < refinement.vertex_count(static_cast<int>(layers) - 1); ++v) {
+      EXPECT_EQ(is_filled(v), surface.sources[v] == HeightSource::kFilled);
+    }
     for (int level = static_cast<int>(layers); level <= kLevel; ++level) {
       const MeshTopology& topology = refinement.levels[level - 1];
       for (int e = 0; e < topology.edge_count(); ++e) {

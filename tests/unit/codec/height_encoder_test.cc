@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/codec/height_decoder.h"
+#include "core/codec/holes.h"
 #include "gtest/gtest.h"
 #include "tests/unit/codec/test_surfaces.h"
 
@@ -86,20 +87,83 @@ TEST(HeightEncoderTest, FlatSurfacesCostNothing) {
             std::vector<int32_t>(surface.heights.size(), 0));
 }
 
-// Noise among filled heights is no noise of the surface: it costs nothing, disturbs nothing, and
-// what is put in its place is smooth.
-TEST(HeightEncoderTest, FilledHeightsAreFree) {
+std::vector<uint8_t> Rings(const DisplacedSurface& surface, const LoopRefinement& refinement) {
+  std::vector<uint8_t> filled;
+  for (HeightSource source : surface.sources) filled.push_back(source == HeightSource::kFilled);
+  return RingsIntoHoles(refinement, surface.max_level, kRimRings, filled);
+}
+
+// What is said of an error is said of told heights alone.
+TEST(HeightEncoderTest, SaysTheErrorOfToldHeights) {
+  DisplacedSurface surface = SurfaceOver(Torus(14, 10), 4, 1e-4, 1e-4);
+  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 3, RunContext());
+  for (size_t v = 0; v < surface.heights.size(); ++v) {
+    if (surface.sources[v] != HeightSource::kFilled) continue;
+    surface.heights[v] += static_cast<float>(2e-3 * MixedUnit(v));
+  }
+  const std::vector<double> weights = HeightWeights(surface.control_mesh, refinement, 4,
+                                                    std::vector<uint8_t>(surface.heights.size()));
+  for (const int smallest_hole : {16, 1 << 20}) {
+    const HeightEncoder encoder(surface, refinement, smallest_hole);
+    ASSERT_EQ(encoder.has_filled(), smallest_hole == 16);
+    const EncodedHeights encoded = *encoder.Encode(1e-3, RunContext());
+    const DecodedHeights decoded = Decode(encoded, refinement, encoder.has_filled());
+    double sum = 0, told = 0, largest = 0;
+    for (size_t v = 0; v < surface.heights.size(); ++v) {
+      if (surface.sources[v] == HeightSource::kFilled) continue;
+      const double error = std::abs(decoded.heights[v] * encoded.unit - surface.heights[v]);
+      sum += weights[v] * error * error;
+      told += weights[v];
+      largest = std::max(largest, error);
+    }
+    EXPECT_NEAR(encoded.rms, std::sqrt(sum / told), 1e-9);
+    EXPECT_NEAR(encoded.max, largest, 1e-9);
+  }
+}
+
+// Points lie beside the rims of holes: what is filled in there comes back as it was given, bent off
+// the told heights too.
+TEST(HeightEncoderTest, RimsOfHolesComeBack) {
+  DisplacedSurface surface = SurfaceOver(Torus(14, 10), 4, 1e-4, 0);
+  const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 3, RunContext());
+  const std::vector<uint8_t> rings = Rings(surface, refinement);
+  for (size_t v = 0; v < rings.size(); ++v) {
+    surface.heights[v] += static_cast<float>(2e-3 * rings[v]);
+  }
+  for (const int smallest_hole : {16, 1 << 20}) {
+    const HeightEncoder encoder(surface, refinement, smallest_hole);
+    ASSERT_EQ(encoder.has_filled(), smallest_hole == 16);
+    for (const double step : {1e-3, 1e-4, 1e-5}) {
+      const EncodedHeights encoded = *encoder.Encode(step, RunContext());
+      const DecodedHeights decoded = Decode(encoded, refinement, encoder.has_filled());
+      for (int ring = 1; ring <= kRimRings; ++ring) {
+        double sum = 0;
+        int count = 0;
+        for (size_t v = 0; v < rings.size(); ++v) {
+          if (rings[v] != ring) continue;
+          sum += std::pow(decoded.heights[v] * encoded.unit - surface.heights[v], 2);
+          ++count;
+        }
+        ASSERT_GT(count, 50);
+        EXPECT_LT(std::sqrt(sum / count), step) << ring;
+      }
+    }
+  }
+}
+
+// Noise among filled heights far from told ones is no noise of the surface: it costs nothing,
+// disturbs nothing, and what is put in its place is smooth.
+TEST(HeightEncoderTest, FilledHeightsFarFromToldOnesAreFree) {
   DisplacedSurface surface = SurfaceOver(Torus(14, 10), 4, 1e-4, 0);
   const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 4, RunContext());
   const LoopRefinement lean = *RefineTopology(surface.control_mesh, 3, RunContext());
   for (HeightSource& source : surface.sources) {
     if (source != HeightSource::kFilled) source = HeightSource::kMeasured;
   }
+  const std::vector<uint8_t> rings = Rings(surface, lean);
   DisplacedSurface noisy = surface;
   for (size_t v = 0; v < noisy.heights.size(); ++v) {
-    if (noisy.sources[v] == HeightSource::kFilled) {
-      noisy.heights[v] += static_cast<float>(2e-3 * MixedUnit(v));
-    }
+    if (rings[v] > kRimRings) noisy.heights[v] += static_cast<float>(2e-3 * MixedUnit(v));
   }
   const HeightEncoder encoder(noisy, lean, 16);
   ASSERT_TRUE(encoder.has_filled());
@@ -113,7 +177,7 @@ TEST(HeightEncoderTest, FilledHeightsAreFree) {
   double roughest = 0, roughest_given = 0, roughest_smooth = 0;
   for (int e = 0; e < finest.edge_count(); ++e) {
     const int a = finest.edge_vertices(0, e), b = finest.edge_vertices(1, e);
-    if (decoded.filled[a] == 0 || decoded.filled[b] == 0) continue;
+    if (rings[a] <= kRimRings || rings[b] <= kRimRings) continue;
     roughest =
         std::max(roughest, std::abs(decoded.heights[a] - decoded.heights[b]) * with_noise.unit);
     roughest_given =

@@ -22,13 +22,21 @@ TEST(HeightWeightsTest, ShareTheArea) {
   EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1, 1e-12);
   EXPECT_GT(*std::min_element(weights.begin(), weights.end()), 0);
   std::vector<uint8_t> half(count, 0);
-  for (int v = 0; v < count; v += 2) half[v] = 1;
+  for (int v = 0; v < count; v += 2) half[v] = kRimRings + 1;
   const std::vector<double> left = HeightWeights(mesh, refinement, kLevels, half);
   EXPECT_NEAR(std::accumulate(left.begin(), left.end(), 0.0), 1, 1e-12);
   for (int v = 0; v < count; ++v) EXPECT_EQ(left[v] == 0, v % 2 == 0);
   const std::vector<double> nothing =
-      HeightWeights(mesh, refinement, kLevels, std::vector<uint8_t>(count, 1));
+      HeightWeights(mesh, refinement, kLevels, std::vector<uint8_t>(count, kRimRings + 1));
   EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);
+  // Rims of holes count less.
+  std::vector<uint8_t> rim(count, 0);
+  rim[0] = 1;
+  rim[1] = kRimRings;
+  const std::vector<double> less = HeightWeights(mesh, refinement, kLevels, rim);
+  for (int v : {0, 1}) {
+    EXPECT_NEAR(less[v] / less[2], kRimShare * weights[v] / weights[2], 1e-12);
+  }
 }
 
 // Two triangles: each vertex has a third of its faces, or a quarter of the mean.

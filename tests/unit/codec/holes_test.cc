@@ -34,6 +34,25 @@ TEST(HolesTest, KeepsPatchesOfTheGivenSize) {
   }
 }
 
+// Around the one vertex that is not filled, of six neighbours as those near it: 6, 12, 18.
+TEST(HolesTest, CountsRingsIntoHoles) {
+  constexpr int kLevel = 3;
+  const LoopRefinement refinement = *RefineTopology(Torus(8, 6), kLevel - 1, RunContext());
+  std::vector<uint8_t> filled(refinement.vertex_count(kLevel), 1);
+  filled.back() = 0;
+  const auto all = static_cast<std::ptrdiff_t>(filled.size());
+  const std::vector<uint8_t> rings = RingsIntoHoles(refinement, kLevel, 3, filled);
+  for (const auto& [ring, count] :
+       {std::pair<int, std::ptrdiff_t>(0, 1), {1, 6}, {2, 12}, {3, 18}, {4, all - 37}}) {
+    EXPECT_EQ(std::count(rings.begin(), rings.end(), ring), count) << ring;
+  }
+  filled.back() = 1;
+  EXPECT_EQ(RingsIntoHoles(refinement, kLevel, 1, filled), std::vector<uint8_t>(filled.size(), 2));
+  const LoopRefinement control = *RefineTopology(Octahedron(), 0, RunContext());
+  EXPECT_EQ(RingsIntoHoles(control, 0, 3, {1, 0, 1, 1, 1, 1}),
+            (std::vector<uint8_t>{2, 0, 1, 1, 1, 1}));
+}
+
 TEST(HolesTest, WorksOnTheControlMeshAlone) {
   const LoopRefinement refinement = *RefineTopology(Octahedron(), 0, RunContext());
   std::vector<uint8_t> flags = {1, 0, 0, 0, 1, 0};  // neighbours
