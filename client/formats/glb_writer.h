@@ -6,8 +6,8 @@
 
 #include "absl/status/status.h"
 #include "client/formats/point_layers.h"
-#include "core/displacement/height_source.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/surface/height_source.h"
 
 namespace rilievo {
 

@@ -9,8 +9,8 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/face_groups.h"
-#include "core/displacement/height_source.h"
 #include "core/loop/refinement.h"
+#include "core/surface/height_source.h"
 
 namespace rilievo {
 

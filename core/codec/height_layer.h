@@ -8,8 +8,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "core/displacement/height_source.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/surface/height_source.h"
 
 namespace rilievo {
 

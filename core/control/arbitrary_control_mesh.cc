@@ -10,6 +10,7 @@
 #include "core/control/mesh_part.h"
 #include "core/control/relax_mesh.h"
 #include "core/control/side_planes.h"
+#include "core/control/simplify_in_reach.h"
 #include "core/control/simplify_mesh.h"
 #include "core/control/small_handles.h"
 #include "core/control/tag_creases.h"
@@ -92,16 +93,16 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
                            RemoveSmallHandles(std::move(trimmed), searches, &witness, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  ControlMesh control = std::move(clean.mesh);
+  // Few enough faces to look at the points beside each that bends.
+  const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
+                           SimplifyMesh(std::move(clean.mesh), to_fine, context));
+  FacePlanes planes;
   if (creases == CreaseRule::kAuto) {
-    // Few enough faces to look at the points beside each that bends.
-    const SimplifyOptions fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), fine, context));
-    RILIEVO_ASSIGN_OR_RETURN(const FacePlanes planes, SidePlanes(cloud, index, control, context));
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), simplify, context, &planes));
-  } else {
-    RILIEVO_ASSIGN_OR_RETURN(control, SimplifyMesh(std::move(control), simplify, context));
+    RILIEVO_ASSIGN_OR_RETURN(planes, SidePlanes(cloud, index, fine, context));
   }
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control,
+                           SimplifyInReach(fine, simplify, cloud, context, std::move(planes)));
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&control, kFlatDihedralDegrees);
     RelaxTangentially(&control, 3);

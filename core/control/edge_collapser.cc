@@ -113,10 +113,11 @@ std::vector<Vector3d> EdgeCollapser::BuildQuadrics(const FacePlanes* planes) {
     const Vector3d &a = positions_[corner[0]], &b = positions_[corner[1]],
                    &c = positions_[corner[2]];
     const Vector3d cross = cross_of(f);
-    const double area = cross.norm() / 2;
+    double area = cross.norm() / 2;
     area_sum += area;
+    if (planes != nullptr && !planes->weights.empty()) area *= double{planes->weights[f]};
     Quadric plane;
-    if (planes != nullptr) {
+    if (planes != nullptr && planes->normals.cols() > 0) {
       plane.AddPlane(planes->normals.col(f), planes->points.col(f), area / 3);
     } else {
       plane.AddPlane(normal_of(cross), (a + b + c) / 3, area / 3);

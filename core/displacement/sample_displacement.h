@@ -6,11 +6,11 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/displacement/height_source.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
 #include "core/scan/neighbor_graph.h"
 #include "core/scan/oriented_cloud.h"
+#include "core/surface/height_source.h"
 
 namespace rilievo {
 

@@ -5,9 +5,9 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/displacement/height_source.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/surface/height_source.h"
 
 namespace rilievo {
 

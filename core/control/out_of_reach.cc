@@ -1,0 +1,101 @@
+#include "core/control/out_of_reach.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/loop/refinement.h"
+#include "core/surface/closest_point_tree.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kLevel = 2;
+constexpr int kInterpolationRounds = 3;
+constexpr double kSpacings = 1, kNoises = 4;
+// Least cosine of a point's normal and the surface's: that of the fit (kNormalAgreement).
+constexpr double kLeastCosine = 0.3;
+// More points than this a triangle find nothing new.
+constexpr int64_t kPointsPerTriangle = 2;
+
+// A triangulated surface; of each control face 4^kLevel triangles in a row.
+struct Triangles {
+  Eigen::Matrix3Xd vertices;
+  Eigen::Matrix3Xi faces;
+
+  Vector3d NormalOf(int face) const {
+    const Vector3d a = vertices.col(faces(0, face));
+    const Vector3d to_b = vertices.col(faces(1, face)) - a, to_c = vertices.col(faces(2, face)) - a;
+    return to_b.cross(to_c).normalized();
+  }
+};
+
+// The Loop surface whose limits at the control vertices are the vertices of `mesh`, nearly: a few
+// rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
+absl::StatusOr<Triangles> SurfaceThroughVertices(const ControlMesh& mesh,
+                                                 const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, kLevel, context));
+  Eigen::Matrix3Xd points = mesh.vertices;
+  for (int round = 0; round < kInterpolationRounds; ++round) {
+    RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
+                             EvaluateLimit(refinement, points, 0, context));
+    points += mesh.vertices - limit.positions;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, points, kLevel, context));
+  return Triangles{std::move(limit.positions), std::move(refinement.levels.back().faces)};
+}
+
+double ReachOf(const OrientedCloud& cloud, int64_t point) {
+  const double spacing = std::max<double>(cloud.spacing[point], cloud.median_spacing);
+  const double noise = std::max<double>(cloud.noise[point], cloud.median_noise);
+  return std::max(kSpacings * spacing, kNoises * noise);
+}
+
+}  // namespace
+
+absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
+                                          const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceThroughVertices(control, context));
+  constexpr int kBrood = 1 << (2 * kLevel);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ClosestPointTree tree,
+      ClosestPointTree::Build(surface.vertices, surface.faces, context, kBrood));
+  const int64_t most = kPointsPerTriangle * surface.faces.cols();
+  const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
+  constexpr int kReached = -1;
+  std::vector<int> face_of(static_cast<size_t>((cloud.points.cols() + stride - 1) / stride));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(face_of.size()), 4096, context, [&](int64_t begin, int64_t end) {
+        int hint = -1;
+        for (int64_t k = begin; k < end; ++k) {
+          face_of[k] = kReached;
+          const Vector3d point = cloud.points.col(k * stride);
+          const double reach = ReachOf(cloud, k * stride), squared = reach * reach;
+          if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= squared) continue;
+          const ClosestPointTree::Hit hit = tree.Closest(point, hint);
+          hint = hit.item;
+          if (hit.squared_distance <= squared) continue;
+          const int nearest = tree.source()[hit.item];
+          if (surface.NormalOf(nearest).dot(cloud.normals.col(k * stride)) < kLeastCosine) {
+            face_of[k] = nearest / kBrood;
+          }
+        }
+      }));
+  OutOfReach lost;
+  std::vector<int> faces;
+  for (size_t k = 0; k < face_of.size(); ++k) {
+    if (face_of[k] == kReached) continue;
+    lost.points.push_back(static_cast<int>(static_cast<int64_t>(k) * stride));
+    faces.push_back(face_of[k]);
+  }
+  std::sort(faces.begin(), faces.end());
+  lost.faces = static_cast<int>(std::unique(faces.begin(), faces.end()) - faces.begin());
+  return lost;
+}
+
+}  // namespace rilievo

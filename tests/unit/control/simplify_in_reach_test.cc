@@ -1,0 +1,39 @@
+#include "core/control/simplify_in_reach.h"
+
+#include <gtest/gtest.h>
+
+#include "core/control/out_of_reach.h"
+#include "tests/unit/control/pronged_ball.h"
+
+namespace rilievo {
+namespace {
+
+TEST(SimplifyInReachTest, WhereNothingIsLostItSimplifies) {
+  const ControlMesh fine = MarchTetrahedra(SphereField, 40);
+  const SimplifyOptions options{.target_faces = 200};
+  const auto plain = SimplifyMesh(fine, options, RunContext());
+  const auto kept = SimplifyInReach(fine, options, CloudOf(fine), RunContext(), {});
+  ASSERT_TRUE(kept.ok());
+  EXPECT_EQ(plain->vertices, kept->vertices);
+  EXPECT_EQ(plain->faces, kept->faces);
+}
+
+TEST(SimplifyInReachTest, ProngsThatSimplificationCutsOffComeBack) {
+  const ControlMesh fine = MarchTetrahedra(ProngedBallField, 80);
+  const OrientedCloud cloud = CloudOf(fine);
+  const SimplifyOptions options{.target_faces = 60};
+  const auto lost_of = [&](const absl::StatusOr<ControlMesh>& mesh) {
+    return FindOutOfReach(cloud, *mesh, RunContext()).value();
+  };
+  const auto plain = SimplifyMesh(fine, options, RunContext());
+  const OutOfReach before = lost_of(plain);
+  ASSERT_GT(before.points.size(), 20);
+  const auto kept = SimplifyInReach(fine, options, cloud, RunContext(), {});
+  ASSERT_TRUE(kept.ok());
+  EXPECT_LT(lost_of(kept).points.size(), before.points.size() / 3);
+  EXPECT_GT(kept->faces.cols(), plain->faces.cols());
+  EXPECT_LE(kept->faces.cols(), plain->faces.cols() + 3 * before.faces);
+}
+
+}  // namespace
+}  // namespace rilievo
