@@ -41,9 +41,13 @@ int RunProgram(int argc, const char* const* argv) {
   const Interrupt interrupt;
   for (const Command& command : commands) {
     if (!command.app->parsed()) continue;
-    const absl::Status status = command.run(interrupt.token());
-    if (status.ok()) return 0;
+    absl::Status status = command.run(interrupt.token());
     std::cout.flush();
+    if (status.ok() && !std::cout) {
+      status = WithExitCode(absl::DataLossError("standard output cannot be written, or not whole"),
+                            ExitCode::kOutput);
+    }
+    if (status.ok()) return 0;
     std::cerr << Wrap(absl::StrCat("rilievo ", command.app->get_name(), ": ",
                                    std::string(status.message())),
                       2)

@@ -21,6 +21,8 @@ constexpr int kAmid = 8;
 constexpr double kMostSpacings = 0.6, kMostNoises = 0.35;
 // Where the sides of an edge told the height, which may be a corner of three.
 constexpr double kMostSpacingsOfCreases = 0.9;
+// Beside the mean of the points that surround a place; at the rim of a hole all lie to one side.
+constexpr double kSurroundedSpacings = 1;
 // Other points are the nearest once a height has moved.
 constexpr int kRounds = 3;
 
@@ -44,7 +46,11 @@ class Amid {
     for (const int point : nearest) {
       mean += cloud_.points.col(point) / static_cast<double>(nearest.size());
     }
-    const double off = limit_.normals.col(v).dot(mean - PlaceOf(v));
+    const Vector3d way = mean - PlaceOf(v);
+    const double off = limit_.normals.col(v).dot(way);
+    const double aside = (way - off * limit_.normals.col(v)).norm();
+    const bool filled = !samples_.measured[v];
+    if (filled && aside > kSurroundedSpacings * spacing) return false;
     const double spacings = samples_.crease[v] ? kMostSpacingsOfCreases : kMostSpacings;
     if (!(std::abs(off) > spacings * spacing + kMostNoises * noise)) return false;
     samples_.height[v] += static_cast<float>(off);

@@ -14,7 +14,8 @@ namespace rilievo {
 // is half a spacing off, on the corner of a box .8 (more is let to heights of creases), and noise
 // moves it by a third of its deviation. Heights that were fitted or filled in and lie farther off
 // along their normal, by a plane taken on where the surface turns away or by a fill that ran on
-// from its rim, are moved level with the mean. Only where the noise is over `least_noise` spacings:
+// from its rim, are moved level with the mean; filled ones where points surround the place, for
+// within a hole the mean is that of a rim. Only where the noise is over `least_noise` spacings:
 // heights of thinner noise follow the points. `index` holds the points of `cloud`, `limit` the
 // vertices of `samples`; unit frame.
 absl::Status KeepAmidPoints(const OrientedCloud& cloud, const PointIndex& index,

@@ -28,9 +28,10 @@ constexpr float kSheetNoises = 5.0f;
 constexpr float kSheetSpacings = 0.5f;
 
 // An edge: points within this many spacings of the ray whose normals turn from the foot's by more
-// than 40 degrees, at least so many and such a share of all there.
+// than 53 degrees, at least so many and such a share of all there.
 constexpr float kEdgeSpacings = 2.0f;
 constexpr float kEdgeCosine = 0.6f;
+constexpr float kLeastConcord = 0.6f;  // length of the mean of their normals
 constexpr float kLeastEdgePoints = 4;
 constexpr float kLeastEdgeShare = 0.2f;
 // The edge is taken for one if its squared residuals are below this share of either side's.
@@ -219,7 +220,7 @@ std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
   const bool edge = counts[0] >= 1 && counts[1] >= kLeastEdgePoints &&
                     counts[1] >= kLeastEdgeShare * (counts[0] + counts[1]);
   // Normals that turn away in all directions are noise.
-  if (!edge || normals[1].norm() < kEdgeCosine * counts[1]) return std::nullopt;
+  if (!edge || normals[1].norm() < kLeastConcord * counts[1]) return std::nullopt;
   for (int side = 0; side < 2; ++side) {
     normals[side].normalize();
     centers[side] /= counts[side];

@@ -42,9 +42,9 @@ LocalFit Settle(const LocalView& view, const FitWindow& window);
 // Fits weighted planes and quadrics height(u, v) in nested windows of growing radius. Points whose
 // normal turns away from the ray's foot count less, so that a window does not reach around an edge;
 // points that stand off a window's fit by several times the noise are dropped and the window is
-// fitted again. Where many of the nearest normals turn away there is an edge: its other side is
-// fitted as well, and the ray meets the lower of the two where they meet convexly, the higher where
-// concavely. Planes are for the sides of edges, and for guesses where no quadric stands.
+// fitted again. Where many of the nearest normals turn away and the points bend as they do there is
+// an edge: its other side is fitted as well, and the ray meets the lower of the two where they meet
+// convexly, the higher where concavely. Planes are for guesses where no quadric stands.
 class LocalFitter {
  public:
   // The points that the next fits draw on: those within kWidestFitSpacings of their rays. Rays

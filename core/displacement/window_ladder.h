@@ -26,7 +26,8 @@ inline constexpr int kWindowCount = static_cast<int>(kWindowSizes.size());
 // Windows that hold more and more of the points around one ray, the narrowest first: each is made
 // of the points of those before it and more.
 struct WindowLadder {
-  // Rung 0 is what was measured before, rung w + 1 the window of size w.
+  // Rung 0 is what was measured before, or the one window of an edge, rung w + 1 the window of size
+  // w.
   static constexpr int kMostRungs = kWindowCount + 1;
 
   float noise = 0;  // standard deviation of the points along the ray, in spacings, > 0

@@ -62,7 +62,7 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
 
   bool Evaluate(const double* scaled, double* cost, double* gradient) const override {
     const Eigen::Map<const Eigen::VectorXd> y(scaled, start_.size());
-    std::optional<Sample> sample = Between(y);
+    std::optional<Sample> sample = OnTheirLine(y);
     if (!sample) {
       double energy = 0;
       Eigen::Matrix3Xd by_point;
@@ -96,7 +96,7 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
 
   // Of a quadratic function two samples tell all others on their line, where a line search goes
   // after its first trial.
-  std::optional<Sample> Between(const Eigen::VectorXd& y) const {
+  std::optional<Sample> OnTheirLine(const Eigen::VectorXd& y) const {
     constexpr double kOffLine = 1e-12;  // of the samples' distance
     if (y == here_.at) return here_;
     if (before_.at.size() == 0) return std::nullopt;
@@ -117,7 +117,7 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
   const Eigen::Matrix3Xd start_;
   const double start_energy_;
   Eigen::Matrix3Xd from_scaled_;
-  mutable Sample before_, here_;  // the last two
+  mutable Sample before_, here_;  // two on the line searched last
 };
 
 class SlowedDown final : public ceres::IterationCallback {

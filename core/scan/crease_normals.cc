@@ -227,11 +227,12 @@ class Neighborhood {
     uint32_t round = 0;  // in which the point was taken; of older ones the slot is free
   };
   // kEnough points less one, each with kMostNeighbors, fill half of the slots.
-  static constexpr uint32_t kMarks = 1 << 13;
+  static constexpr int kMarkBits = 13;
+  static constexpr uint32_t kMarks = 1 << kMarkBits;
 
   // A point that has not been taken for this place.
   void Take(int point) {
-    uint32_t slot = static_cast<uint32_t>(point) * 2654435761u % kMarks;  // Knuth 1973
+    uint32_t slot = static_cast<uint32_t>(point) * 2654435761u >> (32 - kMarkBits);  // Knuth 1973
     for (; marks_[slot].round == round_; slot = (slot + 1) % kMarks) {
       if (marks_[slot].point == point) return;
     }

@@ -19,11 +19,11 @@ struct BentPoint {
 // Gives those of the points that stand by an edge the normals of their sides, with the sign that
 // most of the side's normals had: a plane through all around such a point blends both. The nearest
 // 48 of the points within three steps along the graph, and the half of them, are described by a
-// quadric and by two planes that meet (a hinge, Breiman 1993), the points off both weighing little.
-// The planes are taken where they explain the points as well as their noise allows, and better than
-// the quadric by far: both have six unknowns, so their truncated squares in noises compare. Asked
-// for after orientation, which wants normals that turn little from point to point. `bent`: each
-// point once.
+// quadric and by two planes that meet (a hinge, Breiman 1993), points off both planes weighing
+// little in these. The planes are taken where they explain the points as well as their noise
+// allows, and better than the quadric by far: both have six unknowns, so their truncated squares in
+// noises compare. Asked for after orientation, which wants normals that turn little from point to
+// point. `bent`: each point once.
 absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<BentPoint>& bent,
                             const RunContext& context, OrientedCloud* cloud);
 

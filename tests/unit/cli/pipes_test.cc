@@ -69,6 +69,14 @@ TEST_F(PipesTest, TwoResultsDoNotShareTheStandardOutput) {
   EXPECT_EQ(Json::parse(report.out)["points_in"], 500);
 }
 
+TEST_F(PipesTest, AStandardOutputThatIsFullIsAnError) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("scan.ply"), "--points", "500"}).code, 0);
+  const std::string command = RILIEVO_PROGRAM " compare " + At("scan.ply") + " " + At("scan.ply");
+  const int full = std::system((command + " >/dev/full 2>" + At("said")).c_str());
+  EXPECT_EQ(WEXITSTATUS(full), 6);
+  EXPECT_THAT(Content(At("said")), HasSubstr("standard output"));
+}
+
 TEST_F(PipesTest, SeveralScansBecomeSeveralSurfaces) {
   for (const char* shape : {"sphere", "torus"}) {
     ASSERT_EQ(

@@ -42,14 +42,14 @@ struct NoisyScan {
 // The RMS over random places at x = `x` of heights that began `up` spacings above z = 0, in
 // spacings.
 double RmsAfterwards(const NoisyScan& noisy, const Vector3d& direction, double up, bool measured,
-                     bool fitted) {
+                     bool fitted, double x = 0) {
   Random random(3);
   LimitSurface limit;
   limit.positions.resize(3, kVertices);
   limit.normals = direction.normalized().replicate(1, kVertices);
   HeightSamples samples(kVertices);
   for (int v = 0; v < kVertices; ++v) {
-    limit.positions.col(v) = Vector3d(0, Uniform(&random, -0.25, 0.25), 0);
+    limit.positions.col(v) = Vector3d(x, Uniform(&random, -0.25, 0.25), 0);
     samples.height[v] = static_cast<float>(up * noisy.spacing);
     samples.measured[v] = measured;
     samples.fitted[v] = fitted;
@@ -73,6 +73,12 @@ TEST(KeepAmidTest, HeightsFarFromThePointsComeBack) {
 TEST(KeepAmidTest, PiercedTrianglesAndThinNoiseAreLeftAlone) {
   EXPECT_NEAR(RmsAfterwards(NoisyScan(false, 0.5), Vector3d::UnitZ(), 2, true, false), 2, 1e-5);
   EXPECT_NEAR(RmsAfterwards(NoisyScan(false, 0.04), Vector3d::UnitZ(), 2, true, true), 2, 1e-5);
+}
+
+TEST(KeepAmidTest, FillsOfAHoleStay) {
+  const NoisyScan sheet(false, 0.5);
+  const double beyond = kHalf + 3 * sheet.spacing;
+  EXPECT_NEAR(RmsAfterwards(sheet, Vector3d::UnitZ(), 2.5, false, false, beyond), 2.5, 1e-5);
 }
 
 TEST(KeepAmidTest, SheetsAndSharpEdgesStayWhereTheyAre) {

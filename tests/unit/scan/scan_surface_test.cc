@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
+#include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
 namespace {
@@ -95,6 +99,16 @@ TEST(ScanSurfaceTest, SpacingCoversTheArea) {
 }
 
 // Enough points for packed lists and an index over the cloud's own points.
+// Beside the edges of a noisy box: most normals there are those of one side, not the blend of two.
+TEST(ScanSurfaceTest, NormalsBesideNoisyEdgesAreThoseOfTheirSides) {
+  KnownCloud known = BoxCloud(30000, 9, {1, 1, 1});
+  AddNoise(0.004, 21, &known);
+  const CheckedScan checked = CheckScan(known.cloud, CheckOptions{}, RunContext{}).value();
+  const ScanSurface scan = AnalyzeScan(checked, ScanOptions{}, RunContext{}).value();
+  const auto upright = scan.cloud.normals.array().abs().colwise().maxCoeff();
+  EXPECT_LT((upright < std::cos(20 * std::numbers::pi / 180)).cast<double>().mean(), 0.02);
+}
+
 TEST(ScanSurfaceTest, ManyPointsAreTheSameForOneThreadAndFour) {
   ScannerOptions options;
   options.points = 210000;
