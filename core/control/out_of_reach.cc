@@ -15,18 +15,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kLevel = 2;
+// The surface is looked at in triangles of level 2, of level 1 where that has more than these: for
+// 500 000 points they would take 60 bytes a point.
+constexpr int64_t kMostTriangles = 120'000;
 constexpr int kInterpolationRounds = 3;
 constexpr double kSpacings = 1, kNoises = 4;
 // Least cosine of a point's normal and the surface's: that of the fit (kNormalAgreement).
 constexpr double kLeastCosine = 0.3;
-// More points than this a triangle find nothing new.
-constexpr int64_t kPointsPerTriangle = 2;
+// More points than this a control face find nothing new.
+constexpr int64_t kPointsPerFace = 32;
 
-// A triangulated surface; of each control face 4^kLevel triangles in a row.
+// A triangulated surface.
 struct Triangles {
   Eigen::Matrix3Xd vertices;
   Eigen::Matrix3Xi faces;
+  int brood = 0;  // triangles of a control face, which follow each other
 
   Vector3d NormalOf(int face) const {
     const Vector3d a = vertices.col(faces(0, face));
@@ -39,15 +42,18 @@ struct Triangles {
 // rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
 absl::StatusOr<Triangles> SurfaceThroughVertices(const ControlMesh& mesh,
                                                  const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, kLevel, context));
+  const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, level - 1, context));
+  Eigen::Matrix3Xi faces = RefineFaces(refinement.levels.back());
+  refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
   Eigen::Matrix3Xd points = mesh.vertices;
   for (int round = 0; round < kInterpolationRounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                              EvaluateLimit(refinement, points, 0, context));
     points += mesh.vertices - limit.positions;
   }
-  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, points, kLevel, context));
-  return Triangles{std::move(limit.positions), std::move(refinement.levels.back().faces)};
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, points, level, context));
+  return Triangles{std::move(limit.positions), std::move(faces), 1 << (2 * level)};
 }
 
 double ReachOf(const OrientedCloud& cloud, int64_t point) {
@@ -61,11 +67,10 @@ double ReachOf(const OrientedCloud& cloud, int64_t point) {
 absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
                                           const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceThroughVertices(control, context));
-  constexpr int kBrood = 1 << (2 * kLevel);
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
-      ClosestPointTree::Build(surface.vertices, surface.faces, context, kBrood));
-  const int64_t most = kPointsPerTriangle * surface.faces.cols();
+      ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.brood));
+  const int64_t most = kPointsPerFace * control.faces.cols();
   const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
   constexpr int kReached = -1;
   std::vector<int> face_of(static_cast<size_t>((cloud.points.cols() + stride - 1) / stride));
@@ -82,7 +87,7 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
           if (hit.squared_distance <= squared) continue;
           const int nearest = tree.source()[hit.item];
           if (surface.NormalOf(nearest).dot(cloud.normals.col(k * stride)) < kLeastCosine) {
-            face_of[k] = nearest / kBrood;
+            face_of[k] = nearest / surface.brood;
           }
         }
       }));
