@@ -73,8 +73,8 @@ def render(results):
         slowest(results["scans"] + results["resampled"]),
         "Seconds by stage, 100 000 points:",
         table(["cloud"] + STAGES, profile_rows(results["resampled"])),
-        "Memory, 500 000 points: the peak of the command alone, less that of an idle one and 24 "
-        "bytes for each point as it was read.",
+        "Memory, 500 000 points: the peak of the command alone (median of three), less that of an "
+        "idle one and 24 bytes for each point as it was read.",
         table(["cloud", "MB", "bytes a point"],
               [[r["cloud"], f"{r['megabytes']:.0f}", f"{r['bytes_a_point']:.0f}"]
                for r in results["memory"] if r["status"] == 0]),
