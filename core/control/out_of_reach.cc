@@ -15,8 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The surface is looked at in triangles of level 2, of level 1 where that has more than these: for
-// 500 000 points they would take 60 bytes a point.
+// The surface is looked at in triangles of level 2, of level 1 where that has more than these, for
+// their tree takes memory: as the fit does with its samples.
 constexpr int64_t kMostTriangles = 120'000;
 constexpr int kInterpolationRounds = 3;
 constexpr double kSpacings = 1, kNoises = 4;
