@@ -1,4 +1,4 @@
-// Limbs of a closed surface whose normals point inward though the rest points outward.
+// Limbs and bores of a closed surface whose normals point inward though the rest points outward.
 #pragma once
 
 #include <vector>
@@ -11,12 +11,14 @@
 
 namespace rilievo {
 
-// Votes between neighbours can hang a limb on its thin neck the wrong way round. The winding number
-// of the whole scan shows it: it is one half on a closed surface with outward normals and minus one
-// half on a limb that is inside out (orientation by winding numbers; Xu et al. 2023). Patches where
-// it is negative, as far as `links` connect them, are turned together if some of them come near
-// minus one half, and stay turned if it is near one half then. Nothing is turned where that of most
-// of the scan is not near one half: the scan is too open to tell.
+// Votes between neighbours can hang a limb on its thin neck the wrong way round, and a bore on the
+// thin wall beside it. The winding number of the whole scan shows it: what it is on most of the
+// scan, one half on a clean closed surface with outward normals, it is less by one on a limb that
+// is inside out, and more by one on the wall of a bore that is, for that bounds a pin within the
+// solid (orientation by winding numbers; Xu et al. 2023). Patches that are off by a half or more,
+// to one side, are parts as far as `links` connect them. Parts that are off by nearly one in the
+// mean are turned, and stay so if they are no longer off then. Nothing is turned where the winding
+// number is near zero on much of the scan, which is too open to tell.
 absl::Status TurnInsideOut(const OrientationPatches& patches, const std::vector<SignedLink>& links,
                            OrientedCloud* cloud, const RunContext& context);
 

@@ -40,6 +40,26 @@ KnownCloud BodyWithLimb() {
   return {{both.cloud.points(Eigen::all, kept)}, both.normals(Eigen::all, kept)};
 }
 
+const Eigen::Vector3d kHollow(0.65, 0, 0);
+
+// A sphere that another one has hollowed out, through an opening narrower than that.
+KnownCloud BodyWithHollow() {
+  KnownCloud hollow = SphereCloud(1500, 4, 0.4, kHollow);
+  hollow.normals *= -1;
+  const KnownCloud both = Concatenate(SphereCloud(9000, 3), hollow);
+  std::vector<int> kept;
+  for (int i = 0; i < both.cloud.points.cols(); ++i) {
+    const Eigen::Vector3d at = both.cloud.points.col(i);
+    const bool outer = (at - kHollow).norm() > 0.401;
+    if (outer || at.norm() < 0.999) kept.push_back(i);
+  }
+  return {{both.cloud.points(Eigen::all, kept)}, both.normals(Eigen::all, kept)};
+}
+
+bool InHollow(const Eigen::Vector3d& at) {
+  return (at - kHollow).norm() < 0.42 && at.norm() < 0.98;
+}
+
 bool InLimb(const Eigen::Vector3d& at) { return at.x() > 1; }
 
 // A tenth of all; patches at the neck may stay.
@@ -49,6 +69,14 @@ TEST(InsideOutTest, ALimbIsTurnedUnderNoise) {
   KnownCloud known = BodyWithLimb();
   AddNoise(0.03, 8, &known);
   EXPECT_LT(WrongAfterTurning(known, InLimb), 0.06);
+}
+
+TEST(InsideOutTest, AHollowIsTurned) {
+  EXPECT_LT(WrongAfterTurning(BodyWithHollow(), InHollow), 0.02);
+}
+
+TEST(InsideOutTest, AHollowThatIsRightStays) {
+  EXPECT_EQ(WrongAfterTurning(BodyWithHollow(), [](const Eigen::Vector3d&) { return false; }), 0);
 }
 
 TEST(InsideOutTest, AnOpenShellThatIsRightStays) {
