@@ -17,27 +17,6 @@ using Eigen::Vector3d;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-struct Box {
-  float lo[3] = {kInfinity, kInfinity, kInfinity};
-  float hi[3] = {-kInfinity, -kInfinity, -kInfinity};
-  void Add(const Box& other) {
-    for (int k = 0; k < 3; ++k) {
-      lo[k] = std::min(lo[k], other.lo[k]);
-      hi[k] = std::max(hi[k], other.hi[k]);
-    }
-  }
-};
-
-float RoundDown(double x) {
-  const float f = static_cast<float>(x);
-  return static_cast<double>(f) > x ? std::nextafter(f, -kInfinity) : f;
-}
-
-float RoundUp(double x) {
-  const float f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
-}
-
 }  // namespace
 
 // Splits `centers` in place, and makes the nodes over them in the caller's memory: how many there
@@ -74,17 +53,17 @@ class ClosestPointTree::Builder {
   // The nodes over centers [begin, end), at least one; the first is the root. `next`: where in
   // `nodes` they go; then where the next one goes. Returns the box of all. Unfinished once a stop
   // was requested.
-  Box Split(int begin, int end, std::vector<Node>& nodes, int32_t* next) const {
+  FloatBox Split(int begin, int end, std::vector<Node>& nodes, int32_t* next) const {
     const int at = (*next)++;
     nodes[at] = EmptyNode();
-    if (context_.stop.stop_requested()) return Box();
+    if (context_.stop.stop_requested()) return FloatBox();
     int part_begin[kWidth + 1];
     Cut(begin, end, part_begin);
-    Box all;
+    FloatBox all;
     for (int slot = 0; slot < kWidth; ++slot) {
       const int from = part_begin[slot], to = part_begin[slot + 1];
       if (from == to) continue;
-      Box part;
+      FloatBox part;
       if (to - from == 1) {
         int32_t child = 0;
         part = Place(from * brood_, centers_[from].brood * brood_, brood_, nodes, next, &child);
@@ -96,7 +75,7 @@ class ClosestPointTree::Builder {
         nodes[at].child[slot] = *next;
         part = Split(from, to, nodes, next);
       }
-      SetBox(part, slot, nodes[at]);
+      nodes[at].boxes.Set(slot, part);
       all.Add(part);
     }
     return all;
@@ -131,17 +110,10 @@ class ClosestPointTree::Builder {
     return begin + half;
   }
 
-  static void SetBox(const Box& box, int slot, Node& node) {
-    for (int k = 0; k < 3; ++k) {
-      node.lo[k][slot] = box.lo[k];
-      node.hi[k][slot] = box.hi[k];
-    }
-  }
-
   static Node EmptyNode() {
     Node node;
     for (int slot = 0; slot < kWidth; ++slot) {
-      SetBox(Box(), slot, node);
+      node.boxes.Set(slot, FloatBox());
       node.child[slot] = ~0;
     }
     return node;
@@ -150,9 +122,9 @@ class ClosestPointTree::Builder {
  private:
   // The `count` items from `item` on, a power of four, in the tree's places from `place` on.
   // `child` says where they are; returns their box.
-  Box Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* next,
-            int32_t* child) const {
-    Box all;
+  FloatBox Place(int place, int item, int count, std::vector<Node>& nodes, int32_t* next,
+                 int32_t* child) const {
+    FloatBox all;
     if (count <= tree_.most_in_run()) {
       *child = tree_.ChildOf({place, count});
       for (int i = item; i < item + count; ++i) all.Add(box_of_(i));
@@ -163,10 +135,10 @@ class ClosestPointTree::Builder {
     const int quarter = count / kWidth;
     for (int slot = 0; slot < kWidth; ++slot) {
       int32_t below = 0;
-      const Box part =
+      const FloatBox part =
           Place(place + slot * quarter, item + slot * quarter, quarter, nodes, next, &below);
       nodes[at].child[slot] = below;
-      SetBox(part, slot, nodes[at]);
+      nodes[at].boxes.Set(slot, part);
       all.Add(part);
     }
     return all;
@@ -240,7 +212,7 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
     size += builder.CountNodes(first[job + 1] - first[job]);
   }
   nodes_.resize(static_cast<size_t>(size));
-  std::array<Box, kJobs> boxes;
+  std::array<FloatBox, kJobs> boxes;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(kJobs, 1, context, [&](int64_t begin, int64_t end) {
     for (int64_t job = begin; job < end; ++job) {
       int32_t next = root[job];
@@ -250,15 +222,15 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::fill_n(nodes_.begin(), 1 + kWidth, builder.EmptyNode());
   for (int part = 0; part < kWidth; ++part) {
-    Box all;
+    FloatBox all;
     for (int slot = 0; slot < kWidth; ++slot) {
       const int job = part * kWidth + slot;
       nodes_[1 + part].child[slot] = root[job];
-      builder.SetBox(boxes[job], slot, nodes_[1 + part]);
+      nodes_[1 + part].boxes.Set(slot, boxes[job]);
       all.Add(boxes[job]);
     }
     nodes_[0].child[part] = 1 + part;
-    builder.SetBox(all, part, nodes_[0]);
+    nodes_[0].boxes.Set(part, all);
   }
   return absl::OkStatus();
 }
@@ -286,10 +258,10 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
       low = low.cwiseMin(at);
       high = high.cwiseMax(at);
     }
-    Box box;
+    FloatBox box;
     for (int k = 0; k < 3; ++k) {
-      box.lo[k] = RoundDown(low[k] * tree.box_scale_);
-      box.hi[k] = RoundUp(high[k] * tree.box_scale_);
+      box.lo[k] = FloatBox::RoundDown(low[k] * tree.box_scale_);
+      box.hi[k] = FloatBox::RoundUp(high[k] * tree.box_scale_);
     }
     return box;
   };
@@ -304,7 +276,7 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
                                         for (int i = static_cast<int>(begin); i < end; ++i) {
                                           // Of a brood, one of each quarter tells the middle well
                                           // enough.
-                                          Box box;
+                                          FloatBox box;
                                           const int quarter = std::max(1, brood / kWidth);
                                           for (int item = i * brood; item < (i + 1) * brood;
                                                item += quarter)

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/four_boxes.h"
 
 namespace rilievo {
 
@@ -50,12 +51,10 @@ class ClosestPointTree {
   const std::vector<int>& source() const { return items_; }
 
  private:
-  static constexpr int kWidth = 4;  // children of a node
-  // Box k: lo[axis][k] to hi[axis][k]. child >= 0: a node; < 0: a run of items, see RunOf(). An
-  // unused slot is an empty box, infinitely far from everything.
-  struct alignas(16) Node {
-    float lo[3][kWidth];
-    float hi[3][kWidth];
+  static constexpr int kWidth = FourBoxes::kBoxes;  // children of a node
+  // child >= 0: a node; < 0: a run of items, see RunOf(). The box of an unused slot is empty.
+  struct Node {
+    FourBoxes boxes;
     int32_t child[kWidth];
   };
   // The middle of a brood's box.

@@ -114,16 +114,7 @@ void ClosestPointTree::Search(const Vector3d& local, Best* best) const {
     const Entry entry = stack[--top];
     if (entry.distance > radius) continue;
     const Node& node = nodes_[entry.node];
-    float distance[kWidth];
-    for (int k = 0; k < kWidth; ++k) distance[k] = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int k = 0; k < kWidth; ++k) {
-        const float below = node.lo[axis][k] - p[axis], above = p[axis] - node.hi[axis][k];
-        float out = below > above ? below : above;
-        out = out > 0 ? out : 0;
-        distance[k] += out * out;
-      }
-    }
+    const FourBoxes::Lanes distance = node.boxes.SquaredDistances(p);
     // Farthest first, so that the nearest child is the next one popped.
     Entry near[kWidth];
     int near_count = 0;
