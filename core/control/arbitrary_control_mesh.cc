@@ -8,9 +8,10 @@
 #include "core/control/implicit_function.h"
 #include "core/control/iso_surface.h"
 #include "core/control/mesh_part.h"
+#include "core/control/out_of_reach.h"
 #include "core/control/relax_mesh.h"
 #include "core/control/side_planes.h"
-#include "core/control/simplify_in_reach.h"
+#include "core/control/simplify_around.h"
 #include "core/control/simplify_mesh.h"
 #include "core/control/small_handles.h"
 #include "core/control/tag_creases.h"
@@ -35,6 +36,9 @@ constexpr int kFinerThanControl = 8;
 // Flips and relaxation in turn, across edges flatter than this.
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
+
+// Where the control mesh is simplified once more.
+constexpr ReachLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
 
 // A zero set and the finest cell of its function, unit frame.
 struct ZeroSet {
@@ -101,14 +105,23 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (creases == CreaseRule::kAuto) {
     RILIEVO_ASSIGN_OR_RETURN(planes, SidePlanes(cloud, index, fine, context));
   }
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control,
-                           SimplifyInReach(fine, simplify, cloud, context, std::move(planes)));
-  for (int round = 0; round < kShapeRounds; ++round) {
-    ImproveValence(&control, kFlatDihedralDegrees);
-    RelaxTangentially(&control, 3);
-  }
-  if (creases == CreaseRule::kAuto) {
-    RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &control));
+  const auto simplified = [&](const OutOfReach& lost) -> absl::StatusOr<ControlMesh> {
+    RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
+                             SimplifyAround(lost, fine, simplify, context, planes));
+    for (int round = 0; round < kShapeRounds; ++round) {
+      ImproveValence(&mesh, kFlatDihedralDegrees);
+      RelaxTangentially(&mesh, 3);
+    }
+    if (creases == CreaseRule::kAuto) {
+      RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));
+    }
+    return mesh;
+  };
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, simplified({}));
+  RILIEVO_ASSIGN_OR_RETURN(const OutOfReach lost,
+                           FindOutOfReach(cloud, control, ControlStage::kTaken, kInReach, context));
+  if (!lost.points.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }
   return control;
 }

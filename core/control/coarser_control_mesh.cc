@@ -4,7 +4,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/relax_mesh.h"
-#include "core/control/simplify_mesh.h"
+#include "core/control/simplify_around.h"
 
 namespace rilievo {
 namespace {
@@ -18,9 +18,9 @@ constexpr double kEvenness = 1e-4;
 }  // namespace
 
 absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
-                                               const RunContext& context) {
+                                               const RunContext& context, const OutOfReach& lost) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4), .evenness = kEvenness};
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyMesh(mesh, simplify, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyAround(lost, mesh, simplify, context));
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&coarser, kFlatDihedralDegrees);
     RelaxTangentially(&coarser, kRelaxRounds);

@@ -19,9 +19,6 @@ using Eigen::Vector3d;
 // their tree takes memory: as the fit does with its samples.
 constexpr int64_t kMostTriangles = 120'000;
 constexpr int kInterpolationRounds = 3;
-constexpr double kSpacings = 1, kNoises = 4;
-// Least cosine of a point's normal and the surface's: that of the fit (kNormalAgreement).
-constexpr double kLeastCosine = 0.3;
 // More points than this a control face find nothing new.
 constexpr int64_t kPointsPerFace = 32;
 
@@ -38,16 +35,18 @@ struct Triangles {
   }
 };
 
-// The Loop surface whose limits at the control vertices are the vertices of `mesh`, nearly: a few
-// rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
-absl::StatusOr<Triangles> SurfaceThroughVertices(const ControlMesh& mesh,
-                                                 const RunContext& context) {
+// The Loop surface of `mesh`, or that whose limits at the control vertices are its vertices,
+// nearly: a few rounds of moving each control point by what its limit is off (Maekawa, Matsumoto,
+// Namiki 2007).
+absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
+                                    const RunContext& context) {
   const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
   RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, level - 1, context));
   Eigen::Matrix3Xi faces = RefineFaces(refinement.levels.back());
   refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
   Eigen::Matrix3Xd points = mesh.vertices;
-  for (int round = 0; round < kInterpolationRounds; ++round) {
+  const int rounds = stage == ControlStage::kTaken ? kInterpolationRounds : 0;
+  for (int round = 0; round < rounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                              EvaluateLimit(refinement, points, 0, context));
     points += mesh.vertices - limit.positions;
@@ -56,17 +55,18 @@ absl::StatusOr<Triangles> SurfaceThroughVertices(const ControlMesh& mesh,
   return Triangles{std::move(limit.positions), std::move(faces), 1 << (2 * level)};
 }
 
-double ReachOf(const OrientedCloud& cloud, int64_t point) {
+double ReachOf(const OrientedCloud& cloud, int64_t point, const ReachLimits& limits) {
   const double spacing = std::max<double>(cloud.spacing[point], cloud.median_spacing);
   const double noise = std::max<double>(cloud.noise[point], cloud.median_noise);
-  return std::max(kSpacings * spacing, kNoises * noise);
+  return std::max(limits.spacings * spacing, limits.noises * noise);
 }
 
 }  // namespace
 
 absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
+                                          ControlStage stage, const ReachLimits& limits,
                                           const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceThroughVertices(control, context));
+  RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceOf(control, stage, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
       ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.brood));
@@ -80,13 +80,13 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
         for (int64_t k = begin; k < end; ++k) {
           face_of[k] = kReached;
           const Vector3d point = cloud.points.col(k * stride);
-          const double reach = ReachOf(cloud, k * stride), squared = reach * reach;
+          const double reach = ReachOf(cloud, k * stride, limits), squared = reach * reach;
           if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= squared) continue;
           const ClosestPointTree::Hit hit = tree.Closest(point, hint);
           hint = hit.item;
           if (hit.squared_distance <= squared) continue;
           const int nearest = tree.source()[hit.item];
-          if (surface.NormalOf(nearest).dot(cloud.normals.col(k * stride)) < kLeastCosine) {
+          if (surface.NormalOf(nearest).dot(cloud.normals.col(k * stride)) < limits.cosine) {
             face_of[k] = nearest / surface.brood;
           }
         }
@@ -95,7 +95,7 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
   std::vector<int> faces;
   for (size_t k = 0; k < face_of.size(); ++k) {
     if (face_of[k] == kReached) continue;
-    lost.points.push_back(static_cast<int>(static_cast<int64_t>(k) * stride));
+    lost.points.push_back(cloud.points.col(static_cast<int64_t>(k) * stride));
     faces.push_back(face_of[k]);
   }
   std::sort(faces.begin(), faces.end());

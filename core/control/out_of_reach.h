@@ -11,16 +11,34 @@
 namespace rilievo {
 
 struct OutOfReach {
-  std::vector<int> points;  // of the cloud, ascending
-  int faces = 0;            // of the control mesh, those nearest to these points
+  std::vector<Eigen::Vector3d> points;  // some of the cloud's, unit frame
+  int faces = 0;                        // of the control mesh, those nearest to these points
+
+  void Add(const OutOfReach& other) {
+    points.insert(points.end(), other.points.begin(), other.points.end());
+    faces += other.faces;
+  }
 };
 
-// A point is out of reach of the Loop surface through the vertices of `control` where it lies more
-// than its spacing off it, and more than its noise explains, and faces another way: a tip that was
-// cut off, the sides of two prongs with a web between them. Heights along the surface's normals
-// come to none of them, and a fit gives such points to no sample. INVALID_ARGUMENT for a mesh that
-// is no manifold; CANCELLED when stopped.
+// Where a point counts as out of reach.
+struct ReachLimits {
+  // It lies farther off the surface than this many of its spacings and of its noises. > 0.
+  double spacings, noises;
+  double cosine;  // and the cosine of its normal and the surface's is less
+};
+
+// What the control mesh is like.
+enum class ControlStage {
+  kTaken,   // its vertices lie on the surface that it was taken from
+  kFitted,  // its Loop surface was fitted to the points
+};
+
+// Points out of reach of a Loop surface, creases included: a tip that was cut off, the sides of two
+// prongs with a web between them. Heights along the surface's normals come to none of them, and a
+// fit gives them to no sample. The surface is that of `control` where it is fitted, else one
+// through its vertices. INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
 absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
+                                          ControlStage stage, const ReachLimits& limits,
                                           const RunContext& context);
 
 }  // namespace rilievo

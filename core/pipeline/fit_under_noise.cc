@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/control/out_of_reach.h"
 #include "core/pipeline/fewer_faces.h"
 
 namespace rilievo {
@@ -17,6 +18,27 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (scan/noise_scale.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
+// Few faces cut tips off that the noise does not hide. What the fit then left out of reach, an edge
+// of more than 25 degrees too, gets faces, so many times: the second finds what the first lost.
+constexpr int kMends = 2;
+constexpr ReachLimits kInReach = {.spacings = 0.6, .noises = 2.5, .cosine = 0.9};
+
+// The fit of a mesh of fewer faces that keeps the points in reach.
+absl::StatusOr<Domain> MendDomain(const ScanSurface& scan, const ControlMesh& start, int faces,
+                                  Domain domain, const ReconstructOptions& options,
+                                  const RunContext& context, ReconstructReport* report) {
+  OutOfReach lost;
+  for (int mend = 0; mend < kMends; ++mend) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        const OutOfReach found,
+        FindOutOfReach(scan.cloud, domain.fitted, ControlStage::kFitted, kInReach, context));
+    if (found.points.empty()) break;
+    lost.Add(found);
+    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh mesh, FewerFaces(scan, start, faces, context, lost));
+    RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, mesh, options, context, report));
+  }
+  return domain;
+}
 
 }  // namespace
 
@@ -33,7 +55,9 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
   ReconstructOptions trial = options;
   trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context, report));
-  if (report->domain_rms <= trial.fit.wanted_rms) return domain;
+  if (report->domain_rms <= trial.fit.wanted_rms) {
+    return MendDomain(scan, start, fewer, std::move(domain), options, context, report);
+  }
   return FitDomain(scan, start, options, context, report);
 }
 

@@ -5,6 +5,7 @@
 #include <stop_token>
 
 #include "core/control/simplify_mesh.h"
+#include "core/loop/refinement.h"
 #include "tests/unit/control/pronged_ball.h"
 
 namespace rilievo {
@@ -14,9 +15,16 @@ ControlMesh Coarse(const ControlMesh& fine, int faces) {
   return SimplifyMesh(fine, SimplifyOptions{.target_faces = faces}, RunContext()).value();
 }
 
+constexpr ReachLimits kLimits = {.spacings = 1, .noises = 4, .cosine = 0.3};
+
+absl::StatusOr<OutOfReach> Find(const OrientedCloud& cloud, const ControlMesh& control,
+                                const RunContext& context = {}) {
+  return FindOutOfReach(cloud, control, ControlStage::kTaken, kLimits, context);
+}
+
 TEST(OutOfReachTest, HeightsReachAllOfASmoothSurface) {
   const ControlMesh fine = MarchTetrahedra(SphereField, 40);
-  const auto lost = FindOutOfReach(CloudOf(fine), Coarse(fine, 200), RunContext());
+  const auto lost = Find(CloudOf(fine), Coarse(fine, 200));
   ASSERT_TRUE(lost.ok());
   EXPECT_TRUE(lost->points.empty());
   EXPECT_EQ(lost->faces, 0);
@@ -26,19 +34,46 @@ TEST(OutOfReachTest, WhatACoarseMeshCutOffIsOutOfReach) {
   const ControlMesh fine = MarchTetrahedra(ProngedBallField, 80);
   const OrientedCloud cloud = CloudOf(fine);
   const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
-  const auto lost = FindOutOfReach(cloud, coarse, RunContext());
+  const auto lost = Find(cloud, coarse);
   ASSERT_TRUE(lost.ok());
   EXPECT_GT(lost->points.size(), 50);
   EXPECT_GT(lost->faces, 0);
   EXPECT_LT(lost->faces, 30);
-  for (const int point : lost->points) EXPECT_GT(BallField(cloud.points.col(point)), 0.01) << point;
+  for (const auto& point : lost->points) EXPECT_GT(BallField(point), 0.01) << point.transpose();
 }
 
 TEST(OutOfReachTest, WhatNoiseMayHaveMadeIsInReach) {
   OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 80));
   cloud.median_noise = 0.1;
   const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
-  EXPECT_TRUE(FindOutOfReach(cloud, coarse, RunContext())->points.empty());
+  EXPECT_TRUE(Find(cloud, coarse)->points.empty());
+}
+
+TEST(OutOfReachTest, ASteeperRuleFindsMore) {
+  const OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 80));
+  const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
+  ReachLimits limits = kLimits;
+  const auto with = [&](const ReachLimits& rule) {
+    return FindOutOfReach(cloud, coarse, ControlStage::kTaken, rule, {})->points.size();
+  };
+  const size_t few = with(limits);
+  limits.cosine = 0.9;
+  EXPECT_GT(with(limits), few);
+  limits.spacings = 20;
+  EXPECT_LT(with(limits), few);
+}
+
+TEST(OutOfReachTest, AFittedMeshIsTakenAsItIs) {
+  const ControlMesh control = Coarse(MarchTetrahedra(SphereField, 40), 200);
+  const LoopRefinement refinement = RefineTopology(control, 3, RunContext()).value();
+  const LimitSurface limit = EvaluateLimit(refinement, control.vertices, 3, RunContext()).value();
+  const OrientedCloud cloud = CloudOf({limit.positions, RefineFaces(refinement.levels[2]), {}, {}});
+  const auto count = [&](ControlStage stage) {
+    return FindOutOfReach(cloud, control, stage, {.spacings = 0.5, .noises = 3, .cosine = 2}, {})
+        ->points.size();
+  };
+  EXPECT_EQ(count(ControlStage::kFitted), 0);
+  EXPECT_GT(count(ControlStage::kTaken), 100);
 }
 
 TEST(OutOfReachTest, ThreadsDoNotMatterAndStopsAreHeard) {
@@ -46,14 +81,14 @@ TEST(OutOfReachTest, ThreadsDoNotMatterAndStopsAreHeard) {
   const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
   RunContext context;
   context.threads = 1;
-  const auto one = FindOutOfReach(cloud, coarse, context);
+  const auto one = Find(cloud, coarse, context);
   context.threads = 4;
-  const auto four = FindOutOfReach(cloud, coarse, context);
+  const auto four = Find(cloud, coarse, context);
   EXPECT_EQ(one->points, four->points);
   std::stop_source source;
   source.request_stop();
   context.stop = source.get_token();
-  EXPECT_EQ(FindOutOfReach(cloud, coarse, context).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(Find(cloud, coarse, context).status().code(), absl::StatusCode::kCancelled);
 }
 
 }  // namespace

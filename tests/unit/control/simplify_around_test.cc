@@ -1,4 +1,4 @@
-#include "core/control/simplify_in_reach.h"
+#include "core/control/simplify_around.h"
 
 #include <gtest/gtest.h>
 
@@ -8,27 +8,29 @@
 namespace rilievo {
 namespace {
 
-TEST(SimplifyInReachTest, WhereNothingIsLostItSimplifies) {
+TEST(SimplifyAroundTest, WhereNothingIsLostItSimplifies) {
   const ControlMesh fine = MarchTetrahedra(SphereField, 40);
   const SimplifyOptions options{.target_faces = 200};
   const auto plain = SimplifyMesh(fine, options, RunContext());
-  const auto kept = SimplifyInReach(fine, options, CloudOf(fine), RunContext(), {});
+  const auto kept = SimplifyAround({}, fine, options, RunContext());
   ASSERT_TRUE(kept.ok());
   EXPECT_EQ(plain->vertices, kept->vertices);
   EXPECT_EQ(plain->faces, kept->faces);
 }
 
-TEST(SimplifyInReachTest, ProngsThatSimplificationCutsOffComeBack) {
+TEST(SimplifyAroundTest, ProngsThatSimplificationCutsOffComeBack) {
   const ControlMesh fine = MarchTetrahedra(ProngedBallField, 80);
   const OrientedCloud cloud = CloudOf(fine);
   const SimplifyOptions options{.target_faces = 60};
   const auto lost_of = [&](const absl::StatusOr<ControlMesh>& mesh) {
-    return FindOutOfReach(cloud, *mesh, RunContext()).value();
+    return FindOutOfReach(cloud, *mesh, ControlStage::kTaken,
+                          {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext())
+        .value();
   };
   const auto plain = SimplifyMesh(fine, options, RunContext());
   const OutOfReach before = lost_of(plain);
   ASSERT_GT(before.points.size(), 20);
-  const auto kept = SimplifyInReach(fine, options, cloud, RunContext(), {});
+  const auto kept = SimplifyAround(before, fine, options, RunContext());
   ASSERT_TRUE(kept.ok());
   EXPECT_LT(lost_of(kept).points.size(), before.points.size() / 3);
   EXPECT_GT(kept->faces.cols(), plain->faces.cols());

@@ -1,0 +1,20 @@
+// A control mesh whose surface can be displaced onto the points.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/control/out_of_reach.h"
+#include "core/control/simplify_mesh.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// SimplifyMesh() with faces about half as long around points that were out of reach of an earlier
+// result, three more for each of its faces there. So the surface is mended from the mesh that still
+// has its shape: where a control face spans two prongs, splitting it would leave its parts between
+// them. Without such points as SimplifyMesh(). `planes`: of the faces of `fine`, without weights.
+absl::StatusOr<ControlMesh> SimplifyAround(const OutOfReach& lost, const ControlMesh& fine,
+                                           const SimplifyOptions& options,
+                                           const RunContext& context, FacePlanes planes = {});
+
+}  // namespace rilievo
