@@ -1,5 +1,6 @@
 #include "core/control/trim_surface.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -169,10 +170,10 @@ bool AllOf(const std::vector<uint8_t>& flags) {
   return std::find(flags.begin(), flags.end(), 0) == flags.end();
 }
 
-// Drops connected pieces with fewer supported faces than `min_faces`. `mesh`: no vertex unused, and
-// each fan with a vertex of its own.
-MeshPart DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& supported_vertex,
-                         int min_faces) {
+// Drops connected pieces whose supported area holds fewer points than `min_points`, a point on each
+// squared spacing; not the largest. `mesh`: no vertex unused, and each fan with a vertex of its
+// own.
+MeshPart DropSmallPieces(const ControlMesh& mesh, const Support& support, double min_points) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -183,16 +184,24 @@ MeshPart DropSmallPieces(const ControlMesh& mesh, const std::vector<uint8_t>& su
     parent[find(mesh.faces(1, f))] = find(mesh.faces(0, f));
     parent[find(mesh.faces(2, f))] = find(mesh.faces(0, f));
   }
-  std::vector<int> supported_faces(parent.size(), 0);
+  std::vector<double> points(parent.size(), 0);
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     const auto corners = mesh.faces.col(f);
-    supported_faces[find(corners[0])] += supported_vertex[corners[0]] &&
-                                         supported_vertex[corners[1]] &&
-                                         supported_vertex[corners[2]];
+    if (!support.holds[corners[0]] || !support.holds[corners[1]] || !support.holds[corners[2]]) {
+      continue;
+    }
+    const Eigen::Vector3d a = mesh.vertices.col(corners[0]);
+    const Eigen::Vector3d b = mesh.vertices.col(corners[1]) - a;
+    const Eigen::Vector3d c = mesh.vertices.col(corners[2]) - a;
+    const double spacing = support.spacing[corners[0]];
+    points[find(corners[0])] += b.cross(c).norm() / 2 / (spacing * spacing);
   }
+  const double least =
+      points.empty() ? 0 : std::min(min_points, *std::max_element(points.begin(), points.end()));
   std::vector<uint8_t> keep(mesh.faces.cols());
   for (int f = 0; f < mesh.faces.cols(); ++f) {
-    keep[f] = supported_faces[find(mesh.faces(0, f))] >= min_faces;
+    const double here = points[find(mesh.faces(0, f))];
+    keep[f] = here > 0 && here >= least;
   }
   if (!AllOf(keep)) return KeepFaces(mesh, keep);
   MeshPart all{mesh, std::vector<int>(mesh.vertices.cols())};
@@ -257,9 +266,9 @@ absl::Status TrimOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("trim.filled_hole_spacings = ", filled_hole_spacings, " must be >= 0"));
   }
-  if (min_piece_faces < 0) {
+  if (!(min_piece_points >= 0)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("trim.min_piece_faces = ", min_piece_faces, " must be >= 0"));
+        absl::StrCat("trim.min_piece_points = ", min_piece_points, " must be >= 0"));
   }
   return absl::OkStatus();
 }
@@ -271,7 +280,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_ASSIGN_OR_RETURN(const Support support,
                            FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.
-  MeshPart pieces = DropSmallPieces(surface, support.holds, options.min_piece_faces);
+  MeshPart pieces = DropSmallPieces(surface, support, options.min_piece_points);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
     return std::move(pieces.mesh);
   }
@@ -279,8 +288,8 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_ASSIGN_OR_RETURN(
       const MeshTopology topology,
       BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
-  const std::vector<uint8_t> keep =
-      VerticesToKeep(pieces.mesh, topology, Inherit(support, pieces.source_vertex), options);
+  const Support left = Inherit(support, pieces.source_vertex);
+  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, topology, left, options);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
   for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
@@ -293,9 +302,9 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   }
   const MeshPart cut = KeepFaces(pieces.mesh, keep_face);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  ControlMesh trimmed = DropSmallPieces(cut.mesh, std::vector<uint8_t>(cut.mesh.vertices.cols(), 1),
-                                        options.min_piece_faces)
-                            .mesh;
+  Support all = Inherit(left, cut.source_vertex);
+  std::fill(all.holds.begin(), all.holds.end(), 1);
+  ControlMesh trimmed = DropSmallPieces(cut.mesh, all, options.min_piece_points).mesh;
   SmoothBoundary(kBoundaryRounds, &trimmed);
   return trimmed;
 }

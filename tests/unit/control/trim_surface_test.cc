@@ -92,5 +92,27 @@ TEST(TrimSurfaceTest, PiecesWithoutPointsGo) {
   }
 }
 
+// As wrong normals leave between two sheets: points support it.
+TEST(TrimSurfaceTest, ABubbleAFewSpacingsWideGoes) {
+  const OrientedShape sphere = OrientShape(*MakeSphere(), 5000, kSphereArea);
+  const ControlMesh near = SurfaceOf(sphere, BoundaryRule::kKeep);
+  const double radius = near.vertices.col(0).norm();
+  const auto with_ball_of = [&](double spacings) {
+    const double ratio = spacings * sphere.cloud.median_spacing / radius;
+    const Eigen::Vector3d inside_wall(0, 0, radius * (1 - ratio));
+    ControlMesh both;
+    both.vertices.resize(3, 2 * near.vertices.cols());
+    both.vertices << near.vertices, (ratio * near.vertices).colwise() + inside_wall;
+    both.faces.resize(3, 2 * near.faces.cols());
+    both.faces << near.faces, near.faces.array() + static_cast<int>(near.vertices.cols());
+    const ControlMesh kept = TrimSurface(both, sphere.cloud, sphere.index, BoundaryRule::kClose,
+                                         TrimOptions{}, RunContext{})
+                                 .value();
+    return kept.faces.cols();
+  };
+  EXPECT_EQ(with_ball_of(1.5), near.faces.cols());
+  EXPECT_EQ(with_ball_of(8), 2 * near.faces.cols());
+}
+
 }  // namespace
 }  // namespace rilievo
