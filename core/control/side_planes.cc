@@ -45,7 +45,8 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
   const int wanted = most(PointsWanted(kFewestPoints, kMostPoints, noise, spacing));
   if (wanted > count) {
-    count = index.NearestUnordered(center, wanted, found.data(), squared.data());
+    count = index.NearestUnordered(center, wanted, found.data(), squared.data(),
+                                   LikelyReach(wanted, spacing));
   }
   // The nearest of the face's side.
   int seed = count;

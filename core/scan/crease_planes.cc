@@ -66,8 +66,9 @@ struct Found {
   std::array<int, kMostPoints> points;  // in no order
   std::array<double, kMostPoints> squared;
 
-  void Search(const PointIndex& index, const Vector3d& middle, int wanted) {
-    count = index.NearestUnordered(middle, wanted, points.data(), squared.data());
+  void Search(const PointIndex& index, const Vector3d& middle, int wanted, double spacing) {
+    count = index.NearestUnordered(middle, wanted, points.data(), squared.data(),
+                                   LikelyReach(wanted, spacing));
   }
 
   // Keeps the `fewer` nearest.
@@ -343,7 +344,7 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   for (const int count : {wanted, other}) {
     // The first neighbourhood mostly says enough, and a search for more than it asks takes longer.
     const int most = std::min(count, index.size());
-    if (most > found.count) found.Search(index, place.middle, most);
+    if (most > found.count) found.Search(index, place.middle, most, spacing);
     if (most < found.count) found.Narrow(most);
     auto fit = FitAmong(cloud, found, place, bias);
     if (fit && (!best || fit->evidence > best->evidence)) best = fit;

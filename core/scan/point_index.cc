@@ -30,8 +30,10 @@ constexpr int64_t kMostTreePoints = 1 << 19;
 // FLANN's own sets; many in a pool, half as large again, which is cut to the best when it is full.
 class NearestSet final : public flann::ResultSet<double> {
  public:
-  NearestSet(int capacity, int* indices, double* distances)
-      : capacity_(capacity), indices_(indices), distances_(distances) {
+  // Those within a squared distance of `most`.
+  NearestSet(int capacity, int* indices, double* distances,
+             double most = std::numeric_limits<double>::max())
+      : capacity_(capacity), worst_(most), indices_(indices), distances_(distances) {
     if (is_pool()) pool_.reserve(most_pooled());
   }
 
@@ -117,7 +119,7 @@ class NearestSet final : public flann::ResultSet<double> {
   int capacity_;
   int count_ = 0;
   int first_point_ = 0;
-  double worst_ = std::numeric_limits<double>::max();  // of the best, once there are enough
+  double worst_;  // of the best, once there are enough
   int* indices_;
   double* distances_;
   std::vector<Candidate> pool_;
@@ -269,8 +271,15 @@ int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
 }
 
 int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
-                                 double* squared_distances) const {
-  NearestSet nearest(std::min(k, size()), indices, squared_distances);
+                                 double* squared_distances, double likely_reach) const {
+  const int wanted = std::min(k, size());
+  NearestSet within(wanted, indices, squared_distances, likely_reach * likely_reach);
+  impl_->Fill(position, &within);
+  if (within.count() == wanted) {
+    within.Finish(false);
+    return wanted;
+  }
+  NearestSet nearest(wanted, indices, squared_distances);
   impl_->Fill(position, &nearest);
   nearest.Finish(false);
   return nearest.count();

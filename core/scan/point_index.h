@@ -40,9 +40,10 @@ class PointIndex {
   int Nearest(const Eigen::Vector3d& position, int k, int* indices,
               double* squared_distances) const;
 
-  // The same points in an order of their own, for less where they are many.
+  // The same points in an order of their own, for less where they are many, and for less still
+  // where they lie within `likely_reach` and not many more do.
   int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
-                       double* squared_distances) const;
+                       double* squared_distances, double likely_reach) const;
 
   // All points nearer to a position than `radius`, in an order of their own. False when they are
   // more than `most`; `points` are some of them then.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <random>
 #include <stop_token>
@@ -32,15 +33,20 @@ TEST(PointIndexTest, NearestMatchesBruteForce) {
         EXPECT_EQ(indices[j], expected[j].second);
         EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
       }
-      ASSERT_EQ(index.NearestUnordered(position, k, indices.data(), squared.data()), found);
-      for (int j = 0; j < found; ++j) {
-        EXPECT_DOUBLE_EQ(squared[j], (points.col(indices[j]) - position).squaredNorm());
-      }
-      std::sort(indices.begin(), indices.begin() + found);
       std::vector<int> wanted;
       for (int j = 0; j < found; ++j) wanted.push_back(expected[j].second);
       std::sort(wanted.begin(), wanted.end());
-      EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(), indices.begin()));
+      const double reach = std::sqrt(expected[found - 1].first);
+      for (const double likely : {0.0, 0.7 * reach, reach, 1.3 * reach, 10.0}) {
+        SCOPED_TRACE(likely);
+        ASSERT_EQ(index.NearestUnordered(position, k, indices.data(), squared.data(), likely),
+                  found);
+        for (int j = 0; j < found; ++j) {
+          EXPECT_DOUBLE_EQ(squared[j], (points.col(indices[j]) - position).squaredNorm());
+        }
+        std::sort(indices.begin(), indices.begin() + found);
+        EXPECT_TRUE(std::equal(wanted.begin(), wanted.end(), indices.begin()));
+      }
     }
   }
 }
