@@ -21,6 +21,8 @@ constexpr int64_t kMostTriangles = 120'000;
 constexpr int kInterpolationRounds = 3;
 // More points than this a control face find nothing new.
 constexpr int64_t kPointsPerFace = 32;
+// Noise alone carries single points that far; of a face, that many do not come together by chance.
+constexpr int kFewestNoisy = 2;
 
 // A triangulated surface.
 struct Triangles {
@@ -55,10 +57,17 @@ absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
   return Triangles{std::move(limit.positions), std::move(faces), 1 << (2 * level)};
 }
 
-double ReachOf(const OrientedCloud& cloud, int64_t point, const ReachLimits& limits) {
-  const double spacing = std::max<double>(cloud.spacing[point], cloud.median_spacing);
-  const double noise = std::max<double>(cloud.noise[point], cloud.median_noise);
-  return std::max(limits.spacings * spacing, limits.noises * noise);
+// How far off the surface a point still is in reach.
+struct Reach {
+  double distance;
+  bool of_noise;  // what its noise explains, not its spacing
+};
+
+Reach ReachOf(const OrientedCloud& cloud, int64_t point, const ReachLimits& limits) {
+  const double spacing =
+      limits.spacings * std::max<double>(cloud.spacing[point], cloud.median_spacing);
+  const double noise = limits.noises * std::max<double>(cloud.noise[point], cloud.median_noise);
+  return {std::max(spacing, noise), noise > spacing};
 }
 
 }  // namespace
@@ -80,7 +89,7 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
         for (int64_t k = begin; k < end; ++k) {
           face_of[k] = kReached;
           const Vector3d point = cloud.points.col(k * stride);
-          const double reach = ReachOf(cloud, k * stride, limits), squared = reach * reach;
+          const double reach = ReachOf(cloud, k * stride, limits).distance, squared = reach * reach;
           if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= squared) continue;
           const ClosestPointTree::Hit hit = tree.Closest(point, hint);
           hint = hit.item;
@@ -91,15 +100,21 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
           }
         }
       }));
-  OutOfReach lost;
-  std::vector<int> faces;
-  for (size_t k = 0; k < face_of.size(); ++k) {
-    if (face_of[k] == kReached) continue;
-    lost.points.push_back(cloud.points.col(static_cast<int64_t>(k) * stride));
-    faces.push_back(face_of[k]);
+  std::vector<int> points_of(static_cast<size_t>(control.faces.cols()));
+  for (const int face : face_of) {
+    if (face != kReached) ++points_of[face];
   }
-  std::sort(faces.begin(), faces.end());
-  lost.faces = static_cast<int>(std::unique(faces.begin(), faces.end()) - faces.begin());
+  OutOfReach lost;
+  std::vector<uint8_t> counted(points_of.size());
+  for (size_t k = 0; k < face_of.size(); ++k) {
+    const int face = face_of[k];
+    const int64_t point = static_cast<int64_t>(k) * stride;
+    if (face == kReached) continue;
+    if (points_of[face] < kFewestNoisy && ReachOf(cloud, point, limits).of_noise) continue;
+    lost.points.push_back(cloud.points.col(point));
+    lost.faces += counted[face] == 0;
+    counted[face] = 1;
+  }
   return lost;
 }
 

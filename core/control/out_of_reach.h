@@ -35,8 +35,9 @@ enum class ControlStage {
 
 // Points out of reach of a Loop surface, creases included: a tip that was cut off, the sides of two
 // prongs with a web between them. Heights along the surface's normals come to none of them, and a
-// fit gives them to no sample. The surface is that of `control` where it is fitted, else one
-// through its vertices. INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
+// fit gives them to no sample. Where noise sets the limit, a point that is alone on its face does
+// not count. The surface is that of `control` where it is fitted, else one through its vertices.
+// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
 absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
                                           ControlStage stage, const ReachLimits& limits,
                                           const RunContext& context);

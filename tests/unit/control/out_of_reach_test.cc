@@ -76,6 +76,20 @@ TEST(OutOfReachTest, AFittedMeshIsTakenAsItIs) {
   EXPECT_GT(count(ControlStage::kTaken), 100);
 }
 
+TEST(OutOfReachTest, OnePointAloneMayBeNoise) {
+  const ControlMesh fine = MarchTetrahedra(SphereField, 40);
+  OrientedCloud cloud = CloudOf(fine);
+  const ControlMesh coarse = Coarse(fine, 2000);  // so many that every point is asked
+  cloud.points.col(100) += 6 * cloud.median_spacing * cloud.normals.col(100);
+  cloud.normals.col(100) = cloud.normals.col(100).unitOrthogonal().eval();
+  EXPECT_EQ(Find(cloud, coarse)->points.size(), 1);
+  cloud.median_noise = 0.3 * cloud.median_spacing;
+  EXPECT_EQ(Find(cloud, coarse)->points.size(), 0);
+  cloud.points.col(101) = cloud.points.col(100);
+  cloud.normals.col(101) = cloud.normals.col(100);
+  EXPECT_EQ(Find(cloud, coarse)->points.size(), 2);
+}
+
 TEST(OutOfReachTest, ThreadsDoNotMatterAndStopsAreHeard) {
   const OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 80));
   const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
