@@ -1,4 +1,4 @@
-// Points that heights over a control mesh's surface cannot come to.
+// Points that heights over a control mesh's surface hardly come to.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ namespace rilievo {
 
 struct OutOfReach {
   std::vector<Eigen::Vector3d> points;  // some of the cloud's, unit frame
-  int faces = 0;                        // of the control mesh, those nearest to these points
+  int faces = 0;                        // nearest to these points; of several meshes the sum
 
   void Add(const OutOfReach& other) {
     points.insert(points.end(), other.points.begin(), other.points.end());
@@ -34,10 +34,10 @@ enum class ControlStage {
 };
 
 // Points out of reach of a Loop surface, creases included: a tip that was cut off, the sides of two
-// prongs with a web between them. Heights along the surface's normals come to none of them, and a
-// fit gives them to no sample. Where noise sets the limit, a point that is alone on its face does
-// not count. The surface is that of `control` where it is fitted, else one through its vertices.
-// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
+// prongs with a web between them. Heights along the surface's normals come to few of them, and a
+// fit gives few of them to a sample. Where noise sets the limit, a point that is alone on its face
+// does not count. The surface is that of `control` where it is fitted, else one through its
+// vertices. INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
 absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const ControlMesh& control,
                                           ControlStage stage, const ReachLimits& limits,
                                           const RunContext& context);

@@ -18,6 +18,7 @@ constexpr int kMoreFaces = 3;
 // one side alone.
 constexpr int kRings = 2, kSteps = 3;
 constexpr float kFall = 0.25f;
+static_assert(kWeight * kFall * kFall > 1, "a weight of 1 is that of faces not reached");
 
 // The weights of the faces of `mesh`.
 absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector3d>& points,

@@ -1,4 +1,4 @@
-// A control mesh whose surface can be displaced onto the points.
+// A control mesh with finer faces where an earlier one lost the shape.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -10,7 +10,8 @@
 namespace rilievo {
 
 // SimplifyMesh() with faces about half as long around points that were out of reach of an earlier
-// result, three more for each of its faces there. So the surface is mended from the mesh that still
+// result, three more for each face that that
+// result had there. So the surface is mended from the mesh that still
 // has its shape: where a control face spans two prongs, splitting it would leave its parts between
 // them. Without such points as SimplifyMesh(). `planes`: of the faces of `fine`, without weights.
 absl::StatusOr<ControlMesh> SimplifyAround(const OutOfReach& lost, const ControlMesh& fine,

@@ -196,12 +196,13 @@ MeshPart DropSmallPieces(const ControlMesh& mesh, const Support& support, double
     const double spacing = support.spacing[corners[0]];
     points[find(corners[0])] += b.cross(c).norm() / 2 / (spacing * spacing);
   }
-  const double least =
-      points.empty() ? 0 : std::min(min_points, *std::max_element(points.begin(), points.end()));
+  constexpr double kLeastOfAll = 4;  // no scrap of fewer points is a surface, though the largest
+  const double most = points.empty() ? 0 : *std::max_element(points.begin(), points.end());
+  const double least = std::max(std::min(min_points, most), kLeastOfAll);
   std::vector<uint8_t> keep(mesh.faces.cols());
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     const double here = points[find(mesh.faces(0, f))];
-    keep[f] = here > 0 && here >= least;
+    keep[f] = here >= least;
   }
   if (!AllOf(keep)) return KeepFaces(mesh, keep);
   MeshPart all{mesh, std::vector<int>(mesh.vertices.cols())};

@@ -25,7 +25,7 @@ struct TrimOptions {
 
 // `surface`: an orientable 2-manifold, all of its vertices used (see SplitFans).
 // Result: an orientable 2-manifold, possibly with boundary, possibly of several components.
-// With BoundaryRule::kClose only pieces without any support are dropped.
+// With BoundaryRule::kClose only small pieces are dropped and nothing is cut.
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
                                         const PointIndex& index, BoundaryRule boundary,
                                         const TrimOptions& options, const RunContext& context);

@@ -18,8 +18,9 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (scan/noise_scale.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
-// Few faces cut tips off that the noise does not hide. What the fit then left out of reach, an edge
-// of more than 25 degrees too, gets faces, so many times: the second finds what the first lost.
+// Few faces cut tips off that the noise does not hide. What the fit left out of reach, where the
+// points face 25 degrees away from the surface, gets faces, so many times: the second finds what the
+// first lost, and what stays lost gets more.
 constexpr int kMends = 2;
 constexpr ReachLimits kInReach = {.spacings = 0.6, .noises = 2.5, .cosine = 0.9};
 

@@ -98,7 +98,6 @@ TEST(ScanSurfaceTest, SpacingCoversTheArea) {
   EXPECT_NEAR(area / truth, 1, 0.25);
 }
 
-// Enough points for packed lists and an index over the cloud's own points.
 // Beside the edges of a noisy box: most normals there are those of one side, not the blend of two.
 TEST(ScanSurfaceTest, NormalsBesideNoisyEdgesAreThoseOfTheirSides) {
   KnownCloud known = BoxCloud(30000, 9, {1, 1, 1});
@@ -109,6 +108,7 @@ TEST(ScanSurfaceTest, NormalsBesideNoisyEdgesAreThoseOfTheirSides) {
   EXPECT_LT((upright < std::cos(20 * std::numbers::pi / 180)).cast<double>().mean(), 0.02);
 }
 
+// Enough points for packed lists and an index over the cloud's own points.
 TEST(ScanSurfaceTest, ManyPointsAreTheSameForOneThreadAndFour) {
   ScannerOptions options;
   options.points = 210000;
