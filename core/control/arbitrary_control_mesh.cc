@@ -37,7 +37,9 @@ constexpr int kFinerThanControl = 8;
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
 
-// Where the control mesh is simplified once more.
+// Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
+// .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
+// thin walls.
 constexpr ReachLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
 
 // A zero set and the finest cell of its function, unit frame.

@@ -171,8 +171,8 @@ bool AllOf(const std::vector<uint8_t>& flags) {
 }
 
 // Drops connected pieces whose supported area holds fewer points than `min_points`, a point on each
-// squared spacing; not the largest. `mesh`: no vertex unused, and each fan with a vertex of its
-// own.
+// squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each fan with
+// a vertex of its own.
 MeshPart DropSmallPieces(const ControlMesh& mesh, const Support& support, double min_points) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);

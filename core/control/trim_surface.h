@@ -17,8 +17,9 @@ struct TrimOptions {
   // An unsupported region inside the surface is a hole to be kept filled when its diameter is at
   // most this many spacings; larger ones are openings of the scan and are cut out. >= 0.
   double filled_hole_spacings = 10;
-  // Pieces whose supported area, in squared spacings, is less are dropped, but for the largest:
-  // what wrong normals leave between two sheets is a bubble a few spacings wide. >= 0.
+  // Pieces whose supported area, in squared spacings, is less are dropped, but for the largest
+  // of four points or more: what wrong normals leave between two sheets is a bubble a few spacings
+  // wide. >= 0.
   double min_piece_points = 25;
   absl::Status Validate() const;
 };

@@ -12,8 +12,7 @@ namespace rilievo {
 // `start`, as BuildControlMesh() made it of the scan, with about `target_faces` faces. Machined
 // parts carry their creases along. What few creases another shape has are found anew in the points
 // instead: on faces that long most are bends that need none, and would cost more than they give
-// (spot at 0.03 %: 13 % of the bytes). `lost`, errors: those of
-// CoarserControlMesh().
+// (spot at 0.03 %: 13 % of the bytes). `lost` and errors: those of CoarserControlMesh().
 absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMesh& start,
                                        int target_faces, const RunContext& context,
                                        const OutOfReach& lost = {});

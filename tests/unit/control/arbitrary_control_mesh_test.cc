@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "core/control/control_roads.h"
+#include "core/control/out_of_reach.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/control/oriented_shapes.h"
+#include "tests/unit/control/pronged_ball.h"
 
 namespace rilievo {
 namespace {
@@ -44,6 +46,20 @@ TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
   const ControlMesh one = run(1), three = run(3);
   EXPECT_EQ(one.faces, three.faces);
   EXPECT_EQ(one.vertices, three.vertices);
+}
+
+// The first simplification cuts them off: 47 points are out of reach of it.
+TEST(ArbitraryControlMeshTest, ProngsStayInReach) {
+  OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 160));
+  const PointIndex index(cloud.points);
+  const NeighborGraph graph =
+      BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext{}).value();
+  const ControlMesh mesh =
+      ArbitraryControlMesh(graph, index, BoundaryRule::kKeep, 60, RunContext{}, &cloud).value();
+  const OutOfReach lost = FindOutOfReach(cloud, mesh, ControlStage::kTaken,
+                                         {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext{})
+                              .value();
+  EXPECT_LT(lost.points.size(), 20);
 }
 
 }  // namespace
