@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -58,6 +59,23 @@ absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
   return Triangles{std::move(limit.positions), std::move(faces), 1 << (2 * level)};
 }
 
+// Of the normals of the surface at the place nearest to `point`, the cosine of the one most like
+// `normal`. On an edge or at a corner the triangles of all its sides are as near: one of them
+// alone, which would be taken by chance, may face away from a point that lies straight above
+// another.
+double BestCosine(const Triangles& surface, const ClosestPointTree& tree, const Vector3d& point,
+                  const Vector3d& normal) {
+  constexpr double kAsNear = 1 + 1e-9;
+  std::array<ClosestPointTree::Hit, 16> hits;  // the valence of few vertices is more
+  const int count = tree.Nearest(point, hits);
+  double best = -1;
+  for (int k = 0; k < count; ++k) {
+    if (hits[k].squared_distance > kAsNear * hits[0].squared_distance) break;
+    best = std::max(best, surface.NormalOf(tree.source()[hits[k].item]).dot(normal));
+  }
+  return best;
+}
+
 // How far off the surface a point still is in reach.
 struct Reach {
   double distance;
@@ -96,9 +114,8 @@ absl::StatusOr<OutOfReach> FindOutOfReach(const OrientedCloud& cloud, const Cont
           const ClosestPointTree::Hit hit = tree.Closest(point, hint);
           hint = hit.item;
           if (hit.squared_distance <= squared) continue;
-          const int nearest = tree.source()[hit.item];
-          if (surface.NormalOf(nearest).dot(cloud.normals.col(k * stride)) < limits.cosine) {
-            face_of[k] = nearest / surface.brood;
+          if (BestCosine(surface, tree, point, cloud.normals.col(k * stride)) < limits.cosine) {
+            face_of[k] = tree.source()[hit.item] / surface.brood;
           }
         }
       }));

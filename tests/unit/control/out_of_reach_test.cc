@@ -7,6 +7,7 @@
 #include "core/control/simplify_mesh.h"
 #include "core/loop/refinement.h"
 #include "tests/unit/control/pronged_ball.h"
+#include "tests/unit/loop/crease_meshes.h"
 
 namespace rilievo {
 namespace {
@@ -74,6 +75,34 @@ TEST(OutOfReachTest, AFittedMeshIsTakenAsItIs) {
   };
   EXPECT_EQ(count(ControlStage::kFitted), 0);
   EXPECT_GT(count(ControlStage::kTaken), 100);
+}
+
+// Past the edges of the smaller cube both sides' triangles are as near to a point.
+TEST(OutOfReachTest, AnEdgeFacesAsEitherSideDoes) {
+  constexpr int kRow = 40;
+  constexpr double kHalf = 1.06;
+  OrientedCloud cloud;
+  cloud.points.resize(3, 6 * kRow * kRow);
+  cloud.normals.setZero(3, cloud.points.cols());
+  for (int k = 0; k < cloud.points.cols(); ++k) {
+    const int side = k / (kRow * kRow), axis = side / 2;
+    const double outward = side % 2 == 0 ? 1 : -1;
+    const auto along = [&](int step) { return kHalf * (2.0 * (step % kRow) / (kRow - 1) - 1); };
+    cloud.points(axis, k) = outward * kHalf;
+    cloud.points((axis + 1) % 3, k) = along(k);
+    cloud.points((axis + 2) % 3, k) = along(k / kRow);
+    cloud.normals(axis, k) = outward;
+  }
+  cloud.median_spacing = 0.05;
+  cloud.spacing.assign(cloud.points.cols(), 0.05f);
+  cloud.noise.assign(cloud.points.cols(), 0.0f);
+  const ReachLimits limits = {.spacings = 1, .noises = 1, .cosine = 0.9};
+  const auto lost = FindOutOfReach(cloud, testing::SharpCube(), ControlStage::kFitted, limits, {});
+  ASSERT_TRUE(lost.ok());
+  EXPECT_EQ(lost->points.size(), 0);
+  cloud.normals = -cloud.normals;  // none but faces away, and is farther off than a spacing
+  const auto away = FindOutOfReach(cloud, testing::SharpCube(), ControlStage::kFitted, limits, {});
+  EXPECT_GT(away->points.size(), 100);
 }
 
 TEST(OutOfReachTest, OnePointAloneMayBeNoise) {
