@@ -46,7 +46,6 @@ absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
                                     const RunContext& context) {
   const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
   RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, level - 1, context));
-  Eigen::Matrix3Xi faces = RefineFaces(refinement.levels.back());
   refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
   Eigen::Matrix3Xd points = mesh.vertices;
   const int rounds = stage == ControlStage::kTaken ? kInterpolationRounds : 0;
@@ -56,7 +55,7 @@ absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
     points += mesh.vertices - limit.positions;
   }
   RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit, EvaluateLimit(refinement, points, level, context));
-  return Triangles{std::move(limit.positions), std::move(faces), 1 << (2 * level)};
+  return Triangles{std::move(limit.positions), FinestFaces(refinement), 1 << (2 * level)};
 }
 
 // Of the normals of the surface at the place nearest to `point`, the cosine of the one most like

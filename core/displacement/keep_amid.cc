@@ -25,6 +25,11 @@ constexpr double kMostSpacingsOfCreases = 0.9;
 constexpr double kSurroundedSpacings = 1;
 // Other points are the nearest once a height has moved.
 constexpr int kRounds = 3;
+// A fill this far off the mean of the points nearest to it, in spacings, may have run astray: it
+// has where the domain, or a place on the way there, is off theirs by so much less.
+constexpr double kAstraySpacings = 1;
+constexpr double kShareOfAstray = 0.6;
+constexpr std::array<float, 4> kWayBack = {0.75f, 0.5f, 0.25f, 0};
 
 // Heights, some of which come back amid the points around them.
 class Amid {
@@ -36,6 +41,24 @@ class Amid {
   bool Concerns(int64_t v) const { return !samples_.measured[v] || samples_.fitted[v]; }
   Vector3d PlaceOf(int64_t v) const {
     return limit_.positions.col(v) + samples_.height[v] * limit_.normals.col(v);
+  }
+
+  // A fill takes its rim's slope along, out of the points where it ran out of a narrow place.
+  void BringBack(const PointIndex& index, int64_t v) const {
+    if (samples_.measured[v]) return;
+    const float fill = samples_.height[v];
+    double least = OffMean(index, v);
+    if (least < kAstraySpacings) return;
+    least *= kShareOfAstray;
+    float best = fill;
+    for (const float share : kWayBack) {
+      samples_.height[v] = share * fill;
+      const double off = OffMean(index, v);
+      if (!(off < least)) continue;
+      least = off;
+      best = samples_.height[v];
+    }
+    samples_.height[v] = best;
   }
 
   // `nearest`: of the place, ascending. False where the height stays.
@@ -58,6 +81,18 @@ class Amid {
   }
 
  private:
+  // Distance of the place from the mean of the points nearest to it, in their spacings.
+  double OffMean(const PointIndex& index, int64_t v) const {
+    std::array<int, kAmid> found;
+    std::array<double, kAmid> squared;
+    const Vector3d place = PlaceOf(v);
+    const int count =
+        index.Nearest(place, std::min(kAmid, index.size()), found.data(), squared.data());
+    Vector3d way = -place;
+    for (int i = 0; i < count; ++i) way += cloud_.points.col(found[i]) / count;
+    return way.norm() / std::max<double>(cloud_.spacing[found[0]], cloud_.median_spacing);
+  }
+
   const OrientedCloud& cloud_;
   const LimitSurface& limit_;
   const double least_noise_;
@@ -78,6 +113,7 @@ absl::Status KeepAmidPoints(const OrientedCloud& cloud, const PointIndex& index,
     Eigen::Matrix3Xd places(3, end - begin);
     for (int64_t v = begin; v < end; ++v) {
       if (!amid.Concerns(v)) continue;
+      amid.BringBack(index, v);
       places.col(static_cast<int64_t>(vertices.size())) = amid.PlaceOf(v);
       vertices.push_back(v);
     }

@@ -16,8 +16,9 @@ namespace rilievo {
 // along their normal, by a plane taken on where the surface turns away or by a fill that ran on
 // from its rim, are moved level with the mean; filled ones where points surround the place, for
 // within a hole the mean is that of a rim. Only where the noise is over `least_noise` spacings:
-// heights of thinner noise follow the points. `index` holds the points of `cloud`, `limit` the
-// vertices of `samples`; unit frame.
+// heights of thinner noise follow the points. Under any noise a fill that strays from the points
+// farther than the domain does comes back towards it. `index` holds the points of `cloud`, `limit`
+// the vertices of `samples`; unit frame.
 absl::Status KeepAmidPoints(const OrientedCloud& cloud, const PointIndex& index,
                             const LimitSurface& limit, double least_noise,
                             const RunContext& context, HeightSamples* samples);

@@ -15,6 +15,7 @@
 #include "core/displacement/input_laplacian.h"
 #include "core/displacement/keep_amid.h"
 #include "core/displacement/ray_cloud.h"
+#include "core/displacement/reach_points.h"
 
 namespace rilievo {
 namespace {
@@ -132,6 +133,8 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(
       KeepAmidPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
   RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
+  const auto bounded = [&](int v, float height) { return sampling.Bounded(v, height); };
+  RILIEVO_RETURN_IF_ERROR(ReachPoints(cloud, refinement, rings, limit, bounded, context, &samples));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
 }

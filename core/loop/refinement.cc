@@ -173,6 +173,11 @@ Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology) {
   return fine;
 }
 
+Eigen::Matrix3Xi FinestFaces(const LoopRefinement& refinement) {
+  const int level = refinement.max_level();
+  return level == 0 ? refinement.levels[0].faces : RefineFaces(refinement.levels[level - 1]);
+}
+
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
                                const Eigen::Matrix3Xd& values) {
   const MeshTopology& topology = refinement.levels[static_cast<size_t>(level)];

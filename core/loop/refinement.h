@@ -47,6 +47,9 @@ MeshTopology VerticesAfter(const MeshTopology& topology);
 // finest level's triangles.
 Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology);
 
+// The faces of the finest level, whether or not it was added by VerticesAfter.
+Eigen::Matrix3Xi FinestFaces(const LoopRefinement& refinement);
+
 // One step of Loop subdivision: values at level `level` to values at level + 1. Column = vertex.
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
                                const Eigen::Matrix3Xd& values);

@@ -79,8 +79,7 @@ absl::StatusOr<SampledRelief> Displace(const ScanSurface& scan, const ControlMes
   for (int64_t v = 0; v < limit.normals.cols(); ++v) {
     relief.shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
   }
-  relief.shape.triangles =
-      level == 0 ? control_mesh.faces : RefineFaces(refinement.levels[level - 1]);
+  relief.shape.triangles = FinestFaces(refinement);
   relief.shape.brood = 1 << (2 * level);
   report->max_level = surface.max_level;
   report->surface_vertices = relief.shape.vertices.cols();

@@ -34,6 +34,9 @@ class ClosestPointTree {
   };
   Hit Closest(const Eigen::Vector3d& point, int hint = -1) const;
 
+  // Whether an item lies within `distance` of `point`: cheaper to tell than which is nearest.
+  bool HasWithin(const Eigen::Vector3d& point, double distance) const;
+
   // The items nearest to `point`, nearest first, as many as `hits` has room for; returns how many,
   // fewer where there are no more, and none for a point 10^19 times farther off than the items lie.
   // `hinted`: `hits` is full of what was found for a point close by, which makes the search

@@ -22,7 +22,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 // Deep enough for 2^31 items: 16 levels, three siblings left on the stack at each.
 constexpr int kStack = 64;
 
-// What a search keeps: the item nearest so far, or the few nearest.
+// What a search keeps: the item nearest so far, whether there is one, or the few nearest.
 class NearestOne {
  public:
   explicit NearestOne(ClosestPointTree::Hit first) : hit_(first) {}
@@ -36,6 +36,22 @@ class NearestOne {
 
  private:
   ClosestPointTree::Hit hit_;
+};
+
+// Whether any is near enough: once one is, no other is looked for.
+class AnyWithin {
+ public:
+  explicit AnyWithin(double most) : most_(most) {}
+  double radius_squared() const { return found_ ? 0 : most_; }
+  bool Take(double squared, int) {
+    if (found_ || squared > most_) return false;
+    return found_ = true;
+  }
+  bool found() const { return found_; }
+
+ private:
+  double most_;
+  bool found_ = false;
 };
 
 class NearestSome {
@@ -72,6 +88,12 @@ ClosestPointTree::Hit ClosestPointTree::Closest(const Vector3d& point, int hint)
   NearestOne best({SquaredDistanceToItem(local, hint), hint});
   Search(local, &best);
   return best.hit();
+}
+
+bool ClosestPointTree::HasWithin(const Vector3d& point, double distance) const {
+  AnyWithin any(distance * distance);
+  Search(point - origin_, &any);
+  return any.found();
 }
 
 int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits, bool hinted) const {

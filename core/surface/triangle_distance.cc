@@ -1,6 +1,9 @@
 #include "core/surface/triangle_distance.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <limits>
 
 namespace rilievo {
 namespace {
@@ -11,11 +14,15 @@ using Eigen::Vector3d;
 // the triangle is as good as its edges.
 constexpr double kSliver = 1e-12;
 
-double SquaredDistanceToSegment(const Vector3d& point, const Vector3d& a, const Vector3d& b) {
-  const Vector3d ab = b - a, ap = point - a;
+// Of the place nearest to `point`, from a to b.
+double ShareOfSegment(const Vector3d& point, const Vector3d& a, const Vector3d& b) {
+  const Vector3d ab = b - a;
   const double length2 = ab.squaredNorm();
-  const double t = length2 > 0 ? std::clamp(ab.dot(ap) / length2, 0.0, 1.0) : 0.0;
-  return (ap - t * ab).squaredNorm();
+  return length2 > 0 ? std::clamp(ab.dot(point - a) / length2, 0.0, 1.0) : 0.0;
+}
+
+double SquaredDistanceToSegment(const Vector3d& point, const Vector3d& a, const Vector3d& b) {
+  return (point - a - ShareOfSegment(point, a, b) * (b - a)).squaredNorm();
 }
 
 }  // namespace
@@ -52,6 +59,30 @@ double SquaredDistanceToTriangle(const Vector3d& point, const Vector3d& a, const
   const double sum = va + vb + vc;
   if (sum == 0) return ap.squaredNorm();
   return (ap - vb / sum * ab - vc / sum * ac).squaredNorm();
+}
+
+Vector3d ClosestWeights(const Vector3d& point, const Vector3d& a, const Vector3d& b,
+                        const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = point - a, cross = ab.cross(ac);
+  const double cross2 = cross.squaredNorm();
+  if (cross2 > kSliver * ab.squaredNorm() * ac.squaredNorm()) {
+    const double at_b = ap.cross(ac).dot(cross) / cross2, at_c = ab.cross(ap).dot(cross) / cross2;
+    if (at_b >= 0 && at_c >= 0 && at_b + at_c <= 1) return {1 - at_b - at_c, at_b, at_c};
+  }
+  const std::array<Vector3d, 3> corners = {a, b, c};
+  Vector3d best = Vector3d::UnitX();
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d &from = corners[k], &to = corners[(k + 1) % 3];
+    const double share = ShareOfSegment(point, from, to);
+    const double squared = (point - from - share * (to - from)).squaredNorm();
+    if (!(squared < least)) continue;
+    least = squared;
+    best.setZero();
+    best[k] = 1 - share;
+    best[(k + 1) % 3] = share;
+  }
+  return best;
 }
 
 }  // namespace rilievo

@@ -10,4 +10,8 @@ namespace rilievo {
 double SquaredDistanceToTriangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
+// Barycentric coordinates of the place of the triangle that is nearest to `point`.
+Eigen::Vector3d ClosestWeights(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
+                               const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
 }  // namespace rilievo

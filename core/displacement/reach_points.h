@@ -1,0 +1,29 @@
+// Heights moved to where the surface passes points by.
+#pragma once
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "core/base/run_context.h"
+#include "core/displacement/height_samples.h"
+#include "core/loop/level_rings.h"
+#include "core/loop/refinement.h"
+#include "core/scan/oriented_cloud.h"
+
+namespace rilievo {
+
+// The height of a vertex brought within what it may be.
+using BoundedHeight = absl::FunctionRef<float(int vertex, float height)>;
+
+// A height is where its own ray meets the points. At tips and rims narrower than the vertices are
+// apart, and where heights were filled in, the surface may still pass points by. It is brought to
+// each that lies over half a spacing and six deviations of noise off: one after another, in a few
+// sweeps, the heights of the triangle nearest to it move along the gradient of its distance as far
+// as brings them nearest. What is off by four spacings and more is left alone, as are points of
+// another sheet and those that the rays run by. Heights that moved count as measured, and as
+// fitted. `limit` holds the vertices of `samples`, which are those of the finest level, with
+// `rings` around them; unit frame. CANCELLED when stopped.
+absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                         const LevelRings& rings, const LimitSurface& limit, BoundedHeight bounded,
+                         const RunContext& context, HeightSamples* samples);
+
+}  // namespace rilievo
