@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -26,9 +27,11 @@ constexpr double kSurroundedSpacings = 1;
 // Other points are the nearest once a height has moved.
 constexpr int kRounds = 3;
 // A fill this far off the mean of the points nearest to it, in spacings, may have run astray: it
-// has where the domain, or a place on the way there, is off theirs by so much less.
+// has where the domain, or a place on the way there, is amid theirs.
 constexpr double kAstraySpacings = 1;
-constexpr double kShareOfAstray = 0.6;
+constexpr double kAmidSpacings = 0.75;
+// Amid points is not amid a rim around.
+constexpr double kNearSpacings = 1.5;
 constexpr std::array<float, 4> kWayBack = {0.75f, 0.5f, 0.25f, 0};
 
 // Heights, some of which come back amid the points around them.
@@ -47,9 +50,8 @@ class Amid {
   void BringBack(const PointIndex& index, int64_t v) const {
     if (samples_.measured[v]) return;
     const float fill = samples_.height[v];
-    double least = OffMean(index, v);
-    if (least < kAstraySpacings) return;
-    least *= kShareOfAstray;
+    if (OffMean(index, v) < kAstraySpacings) return;
+    double least = kAmidSpacings;
     float best = fill;
     for (const float share : kWayBack) {
       samples_.height[v] = share * fill;
@@ -81,16 +83,21 @@ class Amid {
   }
 
  private:
-  // Distance of the place from the mean of the points nearest to it, in their spacings.
+  // Distance of the place from the mean of the points nearest to it, in their spacings; infinite
+  // where none is near.
   double OffMean(const PointIndex& index, int64_t v) const {
     std::array<int, kAmid> found;
     std::array<double, kAmid> squared;
     const Vector3d place = PlaceOf(v);
     const int count =
         index.Nearest(place, std::min(kAmid, index.size()), found.data(), squared.data());
+    const double spacing = std::max<double>(cloud_.spacing[found[0]], cloud_.median_spacing);
+    if (!(squared[0] < kNearSpacings * kNearSpacings * spacing * spacing)) {
+      return std::numeric_limits<double>::infinity();
+    }
     Vector3d way = -place;
     for (int i = 0; i < count; ++i) way += cloud_.points.col(found[i]) / count;
-    return way.norm() / std::max<double>(cloud_.spacing[found[0]], cloud_.median_spacing);
+    return way.norm() / spacing;
   }
 
   const OrientedCloud& cloud_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -20,10 +21,15 @@ using Eigen::Vector3d;
 constexpr int64_t kBlock = 4096;
 // A surface through the vertices is off the points between them by less.
 constexpr double kSpacings = 0.5, kNoises = 6;
+// Of the triangle's longest edge: surfaces of few levels are off the points everywhere.
+constexpr double kEdges = 0.25;
 // Farther off lie strays, and sheets that the domain does not have.
 constexpr double kMostSpacings = 4;
-// Most of what is passed by is reached in the first sweep; what moved may leave another behind.
-constexpr int kSweeps = 3;
+// A point of the surface lies on one sheet with the nearest others, an outlier beside one.
+constexpr int kNearest = 8;
+constexpr double kOffSheet = 0.5;  // spacings, in the median
+// A sweep takes the surface to the next points up a tip, where those before were reached.
+constexpr int kSweeps = 4;
 // Least cosine between the way to a point and that on which heights come nearer to it.
 constexpr double kAlong = 0.5;
 
@@ -37,9 +43,11 @@ struct PassedBy {
 
 class Reach {
  public:
-  Reach(const OrientedCloud& cloud, const LoopRefinement& refinement, const LevelRings& rings,
-        const LimitSurface& limit, BoundedHeight bounded, HeightSamples* samples)
+  Reach(const OrientedCloud& cloud, const NeighborGraph& graph, const LoopRefinement& refinement,
+        const LevelRings& rings, const LimitSurface& limit, BoundedHeight bounded,
+        HeightSamples* samples)
       : cloud_(cloud),
+        graph_(graph),
         finest_(refinement.levels.back()),
         rings_(rings),
         limit_(limit),
@@ -50,29 +58,76 @@ class Reach {
     return limit_.positions.col(v) + double{samples_.height[v]} * limit_.normals.col(v);
   }
 
-  // How far off the surface a point may lie.
+  // How far off a surface of vertices as dense as the points a point may lie.
   double Most(int64_t point) const {
     return std::max(kSpacings * SpacingAt(point),
                     kNoises * std::max<double>(cloud_.noise[point], cloud_.median_noise));
   }
 
-  bool IsOfAnotherPlace(int64_t point, double squared, const Corners& nearest) const {
-    const double most = kMostSpacings * SpacingAt(point);
-    Vector3d normal = Vector3d::Zero();
-    for (const int v : nearest) normal += limit_.normals.col(v);
-    return squared > most * most || !(normal.dot(cloud_.normals.col(point)) > 0);
+  // The same of a triangle that may be coarser.
+  double MostOf(int64_t point, const Corners& corners) const {
+    double longest2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      longest2 = std::max(
+          longest2, (limit_.positions.col(corners[k]) - limit_.positions.col(corners[(k + 1) % 3]))
+                        .squaredNorm());
+    }
+    return std::max(Most(point), kEdges * std::sqrt(longest2));
   }
 
-  // Whether heights moved.
-  bool Sweep(std::vector<PassedBy>& passed) {
+  // Whether a point this far from the surface is to be reached.
+  bool Wants(int64_t point, double squared, const Corners& nearest) const {
+    Vector3d normal = Vector3d::Zero();
+    for (const int v : nearest) normal += limit_.normals.col(v);
+    const double spacing = SpacingBeside(point, nearest), most = kMostSpacings * spacing;
+    return squared <= most * most && normal.dot(cloud_.normals.col(point)) > 0 &&
+           OffSheet(point) <= kOffSheet * spacing;
+  }
+
+  // Whether heights moved. `off`: of each point of the cloud, whether the surface is off it.
+  bool Sweep(std::vector<PassedBy>& passed, std::vector<uint8_t>& off) {
     bool any = false;
-    for (PassedBy& one : passed) any |= MoveTo(one);
+    for (PassedBy& one : passed) {
+      if (off[one.point] == 0 || !LeadsOn(one.point, off)) continue;
+      any |= MoveTo(one);
+      off[one.point] = 0;
+    }
     return any;
   }
 
  private:
   double SpacingAt(int64_t point) const {
     return std::max<double>(cloud_.spacing[point], cloud_.median_spacing);
+  }
+
+  // A stray's own spacing is large: that of the points by the surface counts, where it is known.
+  double SpacingBeside(int64_t point, const Corners& nearest) const {
+    double spacing = 0;
+    for (const int v : nearest) spacing = std::max<double>(spacing, samples_.spacing[v]);
+    return spacing > 0 ? std::min(spacing, SpacingAt(point)) : SpacingAt(point);
+  }
+
+  // Of the points nearest to one, the median distance from its tangent plane.
+  double OffSheet(int64_t point) const {
+    std::array<double, kNearest> distances;
+    const int count = std::min(kNearest, graph_.k);
+    if (count == 0) return 0;
+    const NeighborList neighbors = graph_.neighbors(static_cast<int>(point));
+    for (int i = 0; i < count; ++i) {
+      const Vector3d way = cloud_.points.col(neighbors[i]) - cloud_.points.col(point);
+      distances[i] = std::abs(cloud_.normals.col(point).dot(way));
+    }
+    std::nth_element(distances.begin(), distances.begin() + count / 2, distances.begin() + count);
+    return distances[count / 2];
+  }
+
+  // From where the surface is: another shell's points are off it one and all.
+  bool LeadsOn(int64_t point, const std::vector<uint8_t>& off) const {
+    const NeighborList neighbors = graph_.neighbors(static_cast<int>(point));
+    for (int i = 0; i < std::min(kNearest, graph_.k); ++i) {
+      if (off[neighbors[i]] == 0) return true;
+    }
+    return false;
   }
 
   Vector3d WeightsAt(const Vector3d& point, const Corners& corners) const {
@@ -104,14 +159,22 @@ class Reach {
     return nearest;
   }
 
+  // What lies beyond the rim of an open surface is none of its heights'.
+  bool IsOnRim(const Corners& corners, const Vector3d& weights) const {
+    for (int k = 0; k < 3; ++k) {
+      if (weights[k] > 0 && !finest_.boundary_vertex[corners[k]]) return false;
+    }
+    return true;
+  }
+
   // Descent of the squared distance, along its gradient, to the least on the way.
   bool MoveTo(PassedBy& passed) {
     const Vector3d point = cloud_.points.col(passed.point);
     passed.nearest = NearestAround(point, passed.nearest);
     const Vector3d weights = WeightsAt(point, passed.nearest);
     const Vector3d way = WayTo(point, passed.nearest, weights);
-    const double most = Most(passed.point);
-    if (way.squaredNorm() <= most * most) return false;
+    const double most = MostOf(passed.point, passed.nearest);
+    if (way.squaredNorm() <= most * most || IsOnRim(passed.nearest, weights)) return false;
     Vector3d slope, move = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
       const Vector3d normal = limit_.normals.col(passed.nearest[k]);
@@ -120,8 +183,8 @@ class Reach {
     }
     if (!(way.dot(move) > kAlong * way.norm() * move.norm())) return false;
     // A corner far from the place would have to move by many times the way.
-    const double step = std::min(way.dot(move) / move.squaredNorm(),
-                                 way.norm() / slope.cwiseAbs().maxCoeff());
+    const double step =
+        std::min(way.dot(move) / move.squaredNorm(), way.norm() / slope.cwiseAbs().maxCoeff());
     bool moved = false;
     for (int k = 0; k < 3; ++k) {
       if (slope[k] == 0) continue;
@@ -137,6 +200,7 @@ class Reach {
   }
 
   const OrientedCloud& cloud_;
+  const NeighborGraph& graph_;
   const MeshTopology& finest_;
   const LevelRings& rings_;
   const LimitSurface& limit_;
@@ -146,11 +210,13 @@ class Reach {
 
 }  // namespace
 
-absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                         const LevelRings& rings, const LimitSurface& limit, BoundedHeight bounded,
+absl::Status ReachPoints(const OrientedCloud& cloud, const NeighborGraph& graph,
+                         const LoopRefinement& refinement, const LevelRings& rings,
+                         const LimitSurface& limit, BoundedHeight bounded,
                          const RunContext& context, HeightSamples* samples) {
-  Reach reach(cloud, refinement, rings, limit, bounded, samples);
+  Reach reach(cloud, graph, refinement, rings, limit, bounded, samples);
   const int64_t count = cloud.points.cols();
+  std::vector<uint8_t> off(static_cast<size_t>(count));
   std::vector<std::vector<PassedBy>> blocks(static_cast<size_t>((count + kBlock - 1) / kBlock));
   {
     const Eigen::Matrix3Xi faces = FinestFaces(refinement);
@@ -163,10 +229,11 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refin
       for (int64_t p = begin; p < end; ++p) {
         const Vector3d point = cloud.points.col(p);
         if (tree.HasWithin(point, reach.Most(p))) continue;
+        off[p] = 1;
         const ClosestPointTree::Hit hit = tree.Closest(point);
         const auto face = faces.col(tree.source()[hit.item]);
         const Corners corners = {face[0], face[1], face[2]};
-        if (reach.IsOfAnotherPlace(p, hit.squared_distance, corners)) continue;
+        if (!reach.Wants(p, hit.squared_distance, corners)) continue;
         blocks[begin / kBlock].push_back({p, corners});
       }
     }));
@@ -175,7 +242,7 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refin
   for (const std::vector<PassedBy>& block : blocks) {
     passed.insert(passed.end(), block.begin(), block.end());
   }
-  for (int sweep = 0; sweep < kSweeps && reach.Sweep(passed); ++sweep) {
+  for (int sweep = 0; sweep < kSweeps && reach.Sweep(passed, off); ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   }
   return absl::OkStatus();

@@ -134,7 +134,8 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
       KeepAmidPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
   RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
   const auto bounded = [&](int v, float height) { return sampling.Bounded(v, height); };
-  RILIEVO_RETURN_IF_ERROR(ReachPoints(cloud, refinement, rings, limit, bounded, context, &samples));
+  RILIEVO_RETURN_IF_ERROR(
+      ReachPoints(cloud, graph, refinement, rings, limit, bounded, context, &samples));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
 }

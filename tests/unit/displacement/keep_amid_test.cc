@@ -75,10 +75,21 @@ TEST(KeepAmidTest, PiercedTrianglesAndThinNoiseAreLeftAlone) {
   EXPECT_NEAR(RmsAfterwards(NoisyScan(false, 0.04), Vector3d::UnitZ(), 2, true, true), 2, 1e-5);
 }
 
+TEST(KeepAmidTest, FillsThatRanAstrayComeBackUnderAnyNoise) {
+  const NoisyScan clean(false, 0);
+  for (const double up : {-3.0, 3.0}) {
+    EXPECT_LT(RmsAfterwards(clean, Vector3d::UnitZ(), up, false, false), 1e-6);
+    EXPECT_NEAR(RmsAfterwards(clean, Vector3d::UnitZ(), up, true, false), 3, 1e-5) << "measured";
+  }
+  EXPECT_NEAR(RmsAfterwards(clean, Vector3d::UnitZ(), 0.5, false, false), 0.5, 1e-5) << "near";
+}
+
 TEST(KeepAmidTest, FillsOfAHoleStay) {
   const NoisyScan sheet(false, 0.5);
   const double beyond = kHalf + 3 * sheet.spacing;
   EXPECT_NEAR(RmsAfterwards(sheet, Vector3d::UnitZ(), 2.5, false, false, beyond), 2.5, 1e-5);
+  EXPECT_NEAR(RmsAfterwards(NoisyScan(false, 0), Vector3d::UnitZ(), 2.5, false, false, beyond), 2.5,
+              1e-5);
 }
 
 TEST(KeepAmidTest, SheetsAndSharpEdgesStayWhereTheyAre) {

@@ -56,6 +56,13 @@ TEST_P(LoopMeshTest, NumbersNestAsStated) {
       EXPECT_EQ(Eigen::Vector3i(next.faces.col(4 * f + 3)), Eigen::Vector3i(m[1], m[2], m[0]));
     }
     EXPECT_EQ(RefineFaces(level), next.faces);
+    for (const bool vertices_alone : {false, true}) {
+      LoopRefinement to_next;
+      to_next.levels.assign(refinement.levels.begin(), refinement.levels.begin() + l + 1);
+      EXPECT_EQ(FinestFaces(to_next), level.faces);
+      to_next.levels.push_back(vertices_alone ? VerticesAfter(level) : next);
+      EXPECT_EQ(FinestFaces(to_next), next.faces);
+    }
     EXPECT_EQ(refinement.vertex_count(l + 1), next.vertex_count);
   }
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <utility>
@@ -58,6 +59,8 @@ TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
         const Vector3d p = (i % 3 == 0 ? 10.0 : 1.2) * CounterPoint(7000000 + i);
         const double expected = BruteForce(shape, p);
         const ClosestPointTree::Hit cold = tree->Closest(p);
+        EXPECT_TRUE(tree->HasWithin(p, 1.001 * std::sqrt(expected) + 1e-9));
+        EXPECT_FALSE(tree->HasWithin(p, 0.999 * std::sqrt(expected) - 1e-9));
         const ClosestPointTree::Hit warm = tree->Closest(p, hint);
         ASSERT_NEAR(cold.squared_distance, expected, 1e-12 * (1 + expected)) << count;
         ASSERT_EQ(warm.squared_distance, cold.squared_distance);

@@ -1,6 +1,11 @@
 #include "core/surface/triangle_distance.h"
 
+#include <array>
+#include <cmath>
+#include <vector>
+
 #include "gtest/gtest.h"
+#include "tests/unit/surface/test_shapes.h"
 
 namespace rilievo {
 namespace {
@@ -25,6 +30,26 @@ TEST(SquaredDistanceToTriangleTest, DegenerateTrianglesAreTheirEdges) {
   EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({2, 1, 0}, c, a, b), 1);
   EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({5, 0, 0}, a, b, c), 4);
   EXPECT_DOUBLE_EQ(SquaredDistanceToTriangle({1, 1, 1}, a, a, a), 3);
+}
+
+TEST(ClosestWeightsTest, AreThoseOfTheNearestPlace) {
+  const std::vector<std::array<Vector3d, 3>> triangles = {
+      {Vector3d(0, 0, 0), Vector3d(2, 0, 0), Vector3d(0, 2, 0)},
+      {Vector3d(0, 0, 0), Vector3d(1, 0, 0), Vector3d(3, 0, 0)},  // no area
+      {Vector3d(1, 2, 3), Vector3d(1, 2, 3), Vector3d(1, 2, 3)},
+      {Vector3d(0, 0, 0), Vector3d(1, 1e-9, 0), Vector3d(2, 0, 1e-9)},
+  };
+  for (const auto& [a, b, c] : triangles) {
+    for (int i = 0; i < 200; ++i) {
+      const Vector3d point = 3 * CounterPoint(i);
+      const Vector3d weights = ClosestWeights(point, a, b, c);
+      EXPECT_GE(weights.minCoeff(), 0);
+      EXPECT_NEAR(weights.sum(), 1, 1e-12);
+      const Vector3d place = weights[0] * a + weights[1] * b + weights[2] * c;
+      EXPECT_NEAR((point - place).norm(), std::sqrt(SquaredDistanceToTriangle(point, a, b, c)),
+                  1e-7);
+    }
+  }
 }
 
 }  // namespace
