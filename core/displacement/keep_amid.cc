@@ -27,10 +27,9 @@ constexpr double kSurroundedSpacings = 1;
 // Other points are the nearest once a height has moved.
 constexpr int kRounds = 3;
 // A fill this far off the mean of the points nearest to it, in spacings, may have run astray: it
-// has where the domain, or a place on the way there, is amid theirs.
-constexpr double kAstraySpacings = 1;
-constexpr double kAmidSpacings = 0.75;
-// Amid points is not amid a rim around.
+// has where the domain, or a place on the way there, is off theirs by so much less, and near
+// points: amid a rim is within a hole.
+constexpr double kAstraySpacings = 1, kShareOfAstray = 0.6;
 constexpr double kNearSpacings = 1.5;
 constexpr std::array<float, 4> kWayBack = {0.75f, 0.5f, 0.25f, 0};
 
@@ -50,8 +49,9 @@ class Amid {
   void BringBack(const PointIndex& index, int64_t v) const {
     if (samples_.measured[v]) return;
     const float fill = samples_.height[v];
-    if (OffMean(index, v) < kAstraySpacings) return;
-    double least = kAmidSpacings;
+    const double astray = OffMean(index, v);
+    if (astray < kAstraySpacings) return;
+    double least = kShareOfAstray * astray;
     float best = fill;
     for (const float share : kWayBack) {
       samples_.height[v] = share * fill;
