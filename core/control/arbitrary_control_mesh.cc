@@ -33,6 +33,9 @@ constexpr double kHandleSearchShare = 1.5;
 // Faces of the mesh whose bends are sharpened, in those of the control mesh.
 constexpr int kFinerThanControl = 8;
 
+// Seven of eight of its faces go later, in order: down to it blocks serve.
+constexpr double kUnorderedFine = 1;
+
 // Flips and relaxation in turn, across edges flatter than this.
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
@@ -100,7 +103,8 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
                            RemoveSmallHandles(std::move(trimmed), searches, &witness, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   // Few enough faces to look at the points beside each that bends.
-  const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4)};
+  const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4),
+                                .unordered_until = kUnorderedFine};
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
                            SimplifyMesh(std::move(clean.mesh), to_fine, context));
   FacePlanes planes;

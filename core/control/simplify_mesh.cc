@@ -21,15 +21,14 @@ constexpr double kMilestones[] = {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0};
 // Vertices of a block. A tenth of them, at its rim, wait for the whole mesh's turn.
 constexpr int kBlockSize = 8192;
 
-// The share of its faces that the first milestone leaves of a mesh.
-double FirstShare(const ControlMesh& mesh, int64_t target_faces) {
-  return kMilestones[0] * static_cast<double>(target_faces) / mesh.faces.cols();
+// The share of its faces that the blocks leave of a mesh.
+double BlockShare(const ControlMesh& mesh, const SimplifyOptions& options) {
+  return options.unordered_until * options.target_faces / static_cast<double>(mesh.faces.cols());
 }
 
-// Most of a large mesh goes block by block: down to the first milestone it matters little which
-// vertex goes first.
-bool GoesByBlocks(const ControlMesh& mesh, double first_share) {
-  return first_share < 0.5 && mesh.vertices.cols() > 2 * kBlockSize;
+// Most of a large mesh goes block by block.
+bool GoesByBlocks(const ControlMesh& mesh, double share) {
+  return share < 0.5 && mesh.vertices.cols() > 2 * kBlockSize;
 }
 
 }  // namespace
@@ -55,6 +54,10 @@ absl::Status SimplifyOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("boundary_weight is ", boundary_weight, "; it must lie in [0, 1000]"));
   }
+  if (!(unordered_until >= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("unordered_until is ", unordered_until, "; it must be at least 1"));
+  }
   return absl::OkStatus();
 }
 
@@ -69,7 +72,7 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
       HalfEdgeMesh half_edges,
       HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), context));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  const double share = FirstShare(mesh, options.target_faces);
+  const double share = BlockShare(mesh, options);
   std::optional<VertexBlocks> blocks;
   if (GoesByBlocks(mesh, share)) {
     RILIEVO_ASSIGN_OR_RETURN(blocks, CutIntoBlocks(half_edges, mesh.vertices, kBlockSize, context));

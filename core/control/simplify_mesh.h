@@ -23,6 +23,9 @@ struct SimplifyOptions {
   double evenness = 0.01;
   // Weight of the boundary's shape against the surface's. [0, 1000].
   double boundary_weight = 1.0;
+  // Down to so many times the target it matters little which vertex goes first, and large meshes go
+  // block by block. [1, inf).
+  double unordered_until = 8.0;
   absl::Status Validate() const;
 };
 

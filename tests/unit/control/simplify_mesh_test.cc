@@ -133,11 +133,15 @@ TEST(SimplifyMesh, IsDeterministicForAnyThreadCount) {
   RunContext one, two;
   one.threads = 1;
   two.threads = 2;
-  const auto a = SimplifyMesh(input, SimplifyOptions{}, one);
-  const auto b = SimplifyMesh(input, SimplifyOptions{}, two);
-  ASSERT_TRUE(a.ok() && b.ok());
-  EXPECT_EQ(a->faces, b->faces);
-  EXPECT_EQ(a->vertices, b->vertices);
+  for (const double unordered_until : {8.0, 1.0}) {
+    const SimplifyOptions options{.unordered_until = unordered_until};
+    const auto a = SimplifyMesh(input, options, one);
+    const auto b = SimplifyMesh(input, options, two);
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_EQ(a->faces.cols(), options.target_faces);
+    EXPECT_EQ(a->faces, b->faces);
+    EXPECT_EQ(a->vertices, b->vertices);
+  }
 }
 
 TEST(SimplifyMesh, LeavesASmallMeshAlone) {
@@ -155,6 +159,10 @@ TEST(SimplifyMesh, Refuses) {
             absl::StatusCode::kInvalidArgument);
   options = SimplifyOptions();
   options.evenness = 0;
+  EXPECT_EQ(SimplifyMesh(mesh, options, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  options = SimplifyOptions();
+  options.unordered_until = 0.5;
   EXPECT_EQ(SimplifyMesh(mesh, options, RunContext()).status().code(),
             absl::StatusCode::kInvalidArgument);
   options = SimplifyOptions();
