@@ -28,7 +28,8 @@ constexpr double kMostSpacings = 4;
 // A point of the surface lies on one sheet with the nearest others, an outlier beside one.
 constexpr int kNearest = 8;
 constexpr double kOffSheet = 0.5;  // spacings, in the median
-// A sweep takes the surface to the next points up a tip, where those before were reached.
+// A sweep takes the surface to the next points up a tip, where those before were reached. It comes
+// to each once: the points of sheets that stand close would pull it in turns.
 constexpr int kSweeps = 4;
 // Least cosine between the way to a point and that on which heights come nearer to it.
 constexpr double kAlong = 0.5;
@@ -101,9 +102,7 @@ class Reach {
   bool Sweep(std::vector<PassedBy>& passed, std::vector<uint8_t>& off) {
     bool any = false;
     for (PassedBy& one : passed) {
-      if (off[one.point] == 0 || !LeadsOn(one.point, off)) continue;
-      any |= MoveTo(one);
-      off[one.point] = 0;
+      if (off[one.point] != 0 && LeadsOn(one.point, off)) any |= MoveTo(one, &off[one.point]);
     }
     return any;
   }
@@ -180,14 +179,19 @@ class Reach {
     return true;
   }
 
-  // Descent of the squared distance, along its gradient, to the least on the way.
-  bool MoveTo(PassedBy& passed) {
+  // Descent of the squared distance, along its gradient, to the least on the way. False where no
+  // height moved.
+  bool MoveTo(PassedBy& passed, uint8_t* off) {
     const Vector3d point = cloud_.points.col(passed.point);
     passed.nearest = NearestFrom(point, passed.nearest).corners;
     const Vector3d weights = WeightsAt(point, passed.nearest);
     const Vector3d way = WayTo(point, passed.nearest, weights);
     const double most = MostOf(passed.point, passed.nearest);
-    if (way.squaredNorm() <= most * most || IsOnRim(passed.nearest, weights)) return false;
+    if (way.squaredNorm() <= most * most) {
+      *off = 0;
+      return false;
+    }
+    if (IsOnRim(passed.nearest, weights)) return false;
     Vector3d slope, move = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
       const Vector3d normal = limit_.normals.col(passed.nearest[k]);
@@ -209,6 +213,7 @@ class Reach {
       samples_.measured[v] = samples_.fitted[v] = 1;
       moved = true;
     }
+    if (moved) *off = 0;
     return moved;
   }
 
