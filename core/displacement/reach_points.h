@@ -17,9 +17,9 @@ using BoundedHeight = absl::FunctionRef<float(int vertex, float height)>;
 
 // A height is where its own ray meets the points. At tips and rims narrower than the vertices are
 // apart, and where heights were filled in, the surface may still pass points by. It is brought to
-// each that lies over half a spacing and six deviations of noise off, or a quarter of the
-// triangle's longest edge where that is more: one after another, in a few sweeps, the heights of
-// the triangle nearest to it move along the gradient of its distance as far as brings them nearest.
+// each that lies farther off than half a spacing, six deviations of noise and a quarter of the
+// triangle's longest edge: one after another, in a few sweeps, the heights of the triangle nearest
+// to it move along the gradient of its distance as far as brings them nearest.
 // Left alone is what is no part of the surface: points four spacings off and more, those that face
 // the other way, outliers, which are off the sheet of their neighbours, shells whose points are off
 // one and all, what lies beyond the rim, and what the rays run by. Heights that moved count as
