@@ -181,9 +181,14 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
   RILIEVO_RETURN_IF_ERROR(TurnInsideOut(patches, links, cloud, context));
-  RILIEVO_RETURN_IF_ERROR(TurnFlippedFaces(
-      patches, Agreements(patches, links, Turned(unoriented, cloud->normals)), cloud, context));
-  const std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
+  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
+  RILIEVO_RETURN_IF_ERROR(
+      TurnFlippedFaces(patches, Agreements(patches, links, turned), cloud, context));
+  if (Turned(unoriented, cloud->normals) != turned) {
+    // A limb one side of which was turned to agree with the other may be inside out now.
+    RILIEVO_RETURN_IF_ERROR(TurnInsideOut(patches, links, cloud, context));
+    turned = Turned(unoriented, cloud->normals);
+  }
   cloud->contested = Contested(patches, Agreements(patches, std::move(links), turned));
 
   OrientationResult result;
