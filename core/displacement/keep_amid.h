@@ -11,7 +11,7 @@
 namespace rilievo {
 
 // A place on the surface lies amid the eight points nearest to it: even on a sharp edge their mean
-// is half a spacing off, on the corner of a box .8 (more is let to heights of creases), and noise
+// is half a spacing off, on the corner of a box .8 (heights of creases may be 1.2 off), and noise
 // moves it by a third of its deviation. Heights that were fitted or filled in and lie farther off
 // along their normal, by a plane taken on where the surface turns away or by a fill that ran on
 // from its rim, are moved level with the mean; filled ones where points surround the place, for
