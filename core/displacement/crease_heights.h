@@ -30,8 +30,8 @@ struct CreaseHeight {
 // reach of the fit, that face as one of them. One height a vertex, ascending; those for which the
 // points show no two sides are left out. So are heights that were not measured (`samples`), or
 // depart from the measured one by half the noise and more, where the nearest points are off both
-// sides in the mean or none is within a spacing. `limit` and `rings` are of the finest level, `sectors` of
-// the same. CANCELLED when stopped.
+// sides in the mean or none is within a spacing. `limit` and `rings` are of the finest level,
+// `sectors` of the same. CANCELLED when stopped.
 absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,

@@ -48,11 +48,11 @@ class Amid {
 
   // A fill takes its rim's slope along, out of the points where it ran out of a narrow place.
   void BringBack(const PointIndex& index, int64_t v) const {
-    if (samples_.measured[v]) return;
     const float fill = samples_.height[v];
+    if (samples_.measured[v] || fill == 0) return;
     const double astray = OffMean(index, v);
     if (astray < kAstraySpacings) return;
-    double least = kShareOfAstray * astray;
+    double least = std::min(kShareOfAstray * astray, kAstraySpacings);
     float best = fill;
     for (const float share : kWayBack) {
       samples_.height[v] = share * fill;
@@ -92,6 +92,7 @@ class Amid {
     const Vector3d place = PlaceOf(v);
     const int count =
         index.Nearest(place, std::min(kAmid, index.size()), found.data(), squared.data());
+    if (count == 0) return std::numeric_limits<double>::infinity();
     const double spacing = std::max<double>(cloud_.spacing[found[0]], cloud_.median_spacing);
     if (!(squared[0] < kNearSpacings * kNearSpacings * spacing * spacing)) {
       return std::numeric_limits<double>::infinity();

@@ -12,8 +12,9 @@ namespace rilievo {
 // ones. True where it lies farther from the mean of the nearest eight than the points of an edge do
 // from theirs: where a plane was taken on past the rim of a hole. True as well where it lies off
 // those planes: over a quarter of a spacing and 1.5 deviations of noise, the median of the nearest
-// five that face along `direction`. The corner of a box and the rim of an open scan are denied as often as not: to be asked
-// of places that stand out anyhow. `index` holds the points of `cloud`; unit frame.
+// five that face along `direction`. The corner of a box and the rim of an open scan are denied as
+// often as not: to be asked of places that stand out anyhow. `index` holds the points of `cloud`;
+// unit frame.
 bool PointsDeny(const RayCloud& cloud, const PointIndex& index, const Eigen::Vector3d& place,
                 const Eigen::Vector3d& direction);
 

@@ -25,8 +25,9 @@ constexpr double kSpacings = 0.5, kNoises = 6;
 constexpr double kEdges = 0.25;
 // Farther off lie strays, and sheets that the domain does not have.
 constexpr double kMostSpacings = 4;
-// A point of the surface lies on one sheet with the nearest others, an outlier beside one.
-constexpr int kNearest = 8;
+// A point of the surface lies on one sheet with the nearest others, an outlier beside one, and is
+// led to from these.
+constexpr int kSheetNeighbors = 8;
 constexpr double kOffSheet = 0.5;  // spacings, in the median
 // A sweep takes the surface to the next points up a tip, where those before were reached. It comes
 // to each once: the points of sheets that stand close would pull it in turns.
@@ -40,13 +41,14 @@ using Corners = std::array<int, 3>;
 struct PassedBy {
   int64_t point;
   Corners nearest;
+  bool was_come_to = false;
 };
 
-class Reach {
+class PointReacher {
  public:
-  Reach(const OrientedCloud& cloud, const NeighborGraph& graph, const LoopRefinement& refinement,
-        const LevelRings& rings, const LimitSurface& limit, BoundedHeight bounded,
-        HeightSamples* samples)
+  PointReacher(const OrientedCloud& cloud, const NeighborGraph& graph,
+               const LoopRefinement& refinement, const LevelRings& rings, const LimitSurface& limit,
+               BoundedHeight bounded, HeightSamples* samples)
       : cloud_(cloud),
         graph_(graph),
         finest_(refinement.levels.back()),
@@ -65,21 +67,23 @@ class Reach {
                     kNoises * std::max<double>(cloud_.noise[point], cloud_.median_noise));
   }
 
-  // The same of a triangle that may be coarser.
-  double MostOf(int64_t point, const Corners& corners) const {
-    double longest2 = 0;
-    for (int k = 0; k < 3; ++k) {
-      longest2 = std::max(
-          longest2, (limit_.positions.col(corners[k]) - limit_.positions.col(corners[(k + 1) % 3]))
-                        .squaredNorm());
-    }
-    return std::max(Most(point), kEdges * std::sqrt(longest2));
-  }
-
   struct Nearest {
     Corners corners;
     double squared = std::numeric_limits<double>::infinity();
   };
+
+  // The same of a triangle that may be coarser.
+  bool IsWithin(int64_t point, const Nearest& nearest) const {
+    double longest2 = 0;
+    for (int k = 0; k < 3; ++k) {
+      const int from = nearest.corners[k], to = nearest.corners[(k + 1) % 3];
+      longest2 =
+          std::max(longest2, (limit_.positions.col(from) - limit_.positions.col(to)).squaredNorm());
+    }
+    const double most = Most(point);
+    return nearest.squared <= std::max(most * most, kEdges * kEdges * longest2);
+  }
+
   // The triangle of the finest level that a walk from vertices near `point` ends at.
   Nearest NearestFrom(const Vector3d& point, const Corners& start) const {
     Nearest nearest{start};
@@ -98,11 +102,20 @@ class Reach {
            OffSheet(point) <= kOffSheet * spacing;
   }
 
-  // Whether heights moved. `off`: of each point of the cloud, whether the surface is off it.
-  bool Sweep(std::vector<PassedBy>& passed, std::vector<uint8_t>& off) {
+  // Whether the surface came to any. `off`: of each point of the cloud, whether the surface is off
+  // it.
+  absl::StatusOr<bool> Sweep(std::vector<PassedBy>& passed, std::vector<uint8_t>& off,
+                             const RunContext& context) {
+    constexpr size_t kPointsBetweenStops = 4096;
     bool any = false;
-    for (PassedBy& one : passed) {
-      if (off[one.point] != 0 && LeadsOn(one.point, off)) any |= MoveTo(one, &off[one.point]);
+    for (size_t i = 0; i < passed.size(); ++i) {
+      if (i % kPointsBetweenStops == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      PassedBy& one = passed[i];
+      uint8_t& is_off = off[one.point];
+      if (one.was_come_to || is_off == 0 || !IsLedTo(one, off)) continue;
+      if (!IsReached(one)) one.was_come_to = MoveTo(one);
+      if (IsReached(one)) is_off = 0;
+      any |= one.was_come_to || is_off == 0;
     }
     return any;
   }
@@ -119,27 +132,40 @@ class Reach {
     return spacing > 0 ? std::min(spacing, SpacingAt(point)) : SpacingAt(point);
   }
 
+  // Of `other` from the tangent plane of `point`.
+  double OffPlane(int64_t point, int other) const {
+    const Vector3d way = cloud_.points.col(other) - cloud_.points.col(point);
+    return std::abs(cloud_.normals.col(point).dot(way));
+  }
+
   // Of the points nearest to one, the median distance from its tangent plane.
   double OffSheet(int64_t point) const {
-    std::array<double, kNearest> distances;
-    const int count = std::min(kNearest, graph_.k);
+    std::array<double, kSheetNeighbors> distances;
+    const int count = std::min(kSheetNeighbors, graph_.k);
     if (count == 0) return 0;
     const NeighborList neighbors = graph_.neighbors(static_cast<int>(point));
-    for (int i = 0; i < count; ++i) {
-      const Vector3d way = cloud_.points.col(neighbors[i]) - cloud_.points.col(point);
-      distances[i] = std::abs(cloud_.normals.col(point).dot(way));
-    }
+    for (int i = 0; i < count; ++i) distances[i] = OffPlane(point, neighbors[i]);
     std::nth_element(distances.begin(), distances.begin() + count / 2, distances.begin() + count);
     return distances[count / 2];
   }
 
-  // From where the surface is: another shell's points are off it one and all.
-  bool LeadsOn(int64_t point, const std::vector<uint8_t>& off) const {
-    const NeighborList neighbors = graph_.neighbors(static_cast<int>(point));
-    for (int i = 0; i < std::min(kNearest, graph_.k); ++i) {
-      if (off[neighbors[i]] == 0) return true;
+  // From a neighbour on its sheet to which the surface comes: another shell's points are off it one
+  // and all.
+  bool IsLedTo(const PassedBy& passed, const std::vector<uint8_t>& off) const {
+    const int point = static_cast<int>(passed.point);
+    const double most = kOffSheet * SpacingBeside(passed.point, passed.nearest);
+    const NeighborList neighbors = graph_.neighbors(point);
+    for (int i = 0; i < std::min(kSheetNeighbors, graph_.k); ++i) {
+      if (off[neighbors[i]] == 0 && OffPlane(point, neighbors[i]) <= most) return true;
     }
     return false;
+  }
+
+  // Follows the surface to the triangle now nearest to the point.
+  bool IsReached(PassedBy& passed) const {
+    const Nearest nearest = NearestFrom(cloud_.points.col(passed.point), passed.nearest);
+    passed.nearest = nearest.corners;
+    return IsWithin(passed.point, nearest);
   }
 
   Vector3d WeightsAt(const Vector3d& point, const Corners& corners) const {
@@ -171,26 +197,26 @@ class Reach {
     return nearest;
   }
 
-  // What lies beyond the rim of an open surface is none of its heights'.
+  // What lies beyond the rim of an open surface is none of its heights'. Corners of a rim's
+  // triangle that all lie on it do not make a place within that one.
   bool IsOnRim(const Corners& corners, const Vector3d& weights) const {
+    int off = 0;
     for (int k = 0; k < 3; ++k) {
-      if (weights[k] > 0 && !finest_.boundary_vertex[corners[k]]) return false;
+      if (!(weights[k] > 0)) {
+        ++off;
+      } else if (!finest_.boundary_vertex[corners[k]]) {
+        return false;
+      }
     }
-    return true;
+    return off > 0;
   }
 
   // Descent of the squared distance, along its gradient, to the least on the way. False where no
   // height moved.
-  bool MoveTo(PassedBy& passed, uint8_t* off) {
+  bool MoveTo(const PassedBy& passed) {
     const Vector3d point = cloud_.points.col(passed.point);
-    passed.nearest = NearestFrom(point, passed.nearest).corners;
     const Vector3d weights = WeightsAt(point, passed.nearest);
     const Vector3d way = WayTo(point, passed.nearest, weights);
-    const double most = MostOf(passed.point, passed.nearest);
-    if (way.squaredNorm() <= most * most) {
-      *off = 0;
-      return false;
-    }
     if (IsOnRim(passed.nearest, weights)) return false;
     Vector3d slope, move = Vector3d::Zero();
     for (int k = 0; k < 3; ++k) {
@@ -213,7 +239,6 @@ class Reach {
       samples_.measured[v] = samples_.fitted[v] = 1;
       moved = true;
     }
-    if (moved) *off = 0;
     return moved;
   }
 
@@ -232,38 +257,42 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const NeighborGraph& graph,
                          const LoopRefinement& refinement, const LevelRings& rings,
                          const LimitSurface& limit, BoundedHeight bounded,
                          const RunContext& context, HeightSamples* samples) {
-  Reach reach(cloud, graph, refinement, rings, limit, bounded, samples);
+  PointReacher reacher(cloud, graph, refinement, rings, limit, bounded, samples);
   const int64_t count = cloud.points.cols();
   std::vector<uint8_t> off(static_cast<size_t>(count));
   std::vector<std::vector<PassedBy>> blocks(static_cast<size_t>((count + kBlock - 1) / kBlock));
   {
-    // The level before shows what is passed by as well, in a quarter of the time and the memory.
+    // The level before shows what is passed by, tips and webs, in a quarter of the time and the
+    // memory.
     const MeshTopology& coarser = refinement.levels[std::max(0, refinement.max_level() - 1)];
     Eigen::Matrix3Xd places(3, coarser.vertex_count);
-    for (int v = 0; v < coarser.vertex_count; ++v) places.col(v) = reach.PlaceOf(v);
+    for (int v = 0; v < coarser.vertex_count; ++v) places.col(v) = reacher.PlaceOf(v);
     const int brood = coarser.face_count() / refinement.levels[0].face_count();
     RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
                              ClosestPointTree::Build(places, coarser.faces, context, brood));
     RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
       for (int64_t p = begin; p < end; ++p) {
         const Vector3d point = cloud.points.col(p);
-        const double most = reach.Most(p);
+        const double most = reacher.Most(p);
         if (tree.HasWithin(point, most)) continue;
         const auto face = coarser.faces.col(tree.source()[tree.Closest(point).item]);
-        const Reach::Nearest nearest = reach.NearestFrom(point, {face[0], face[1], face[2]});
-        if (nearest.squared <= most * most) continue;
+        const PointReacher::Nearest nearest =
+            reacher.NearestFrom(point, {face[0], face[1], face[2]});
+        if (reacher.IsWithin(p, nearest)) continue;
         off[p] = 1;
-        if (!reach.Wants(p, nearest.squared, nearest.corners)) continue;
+        if (!reacher.Wants(p, nearest.squared, nearest.corners)) continue;
         blocks[begin / kBlock].push_back({p, nearest.corners});
       }
     }));
   }
   std::vector<PassedBy> passed;
-  for (const std::vector<PassedBy>& block : blocks) {
+  for (std::vector<PassedBy>& block : blocks) {
     passed.insert(passed.end(), block.begin(), block.end());
+    block = {};
   }
-  for (int sweep = 0; sweep < kSweeps && reach.Sweep(passed, off); ++sweep) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool any, reacher.Sweep(passed, off, context));
+    if (!any) break;
   }
   return absl::OkStatus();
 }

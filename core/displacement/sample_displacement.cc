@@ -16,6 +16,7 @@
 #include "core/displacement/keep_amid.h"
 #include "core/displacement/ray_cloud.h"
 #include "core/displacement/reach_points.h"
+#include "core/displacement/return_strays.h"
 
 namespace rilievo {
 namespace {
@@ -133,6 +134,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(
       KeepAmidPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
   RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
+  RILIEVO_RETURN_IF_ERROR(ReturnStrays(cloud, index, limit, context, &samples));
   const auto bounded = [&](int v, float height) { return sampling.Bounded(v, height); };
   RILIEVO_RETURN_IF_ERROR(
       ReachPoints(cloud, graph, refinement, rings, limit, bounded, context, &samples));

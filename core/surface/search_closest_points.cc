@@ -38,13 +38,13 @@ class NearestOne {
   ClosestPointTree::Hit hit_;
 };
 
-// Whether any is near enough: once one is, no other is looked for.
+// Whether any is near enough: once one is, next to no others are looked for.
 class AnyWithin {
  public:
   explicit AnyWithin(double most) : most_(most) {}
   double radius_squared() const { return found_ ? 0 : most_; }
   bool Take(double squared, int) {
-    if (found_ || squared > most_) return false;
+    if (found_ || !(squared <= most_)) return false;
     return found_ = true;
   }
   bool found() const { return found_; }

@@ -67,7 +67,9 @@ Vector3d ClosestWeights(const Vector3d& point, const Vector3d& a, const Vector3d
   const double cross2 = cross.squaredNorm();
   if (cross2 > kSliver * ab.squaredNorm() * ac.squaredNorm()) {
     const double at_b = ap.cross(ac).dot(cross) / cross2, at_c = ab.cross(ap).dot(cross) / cross2;
-    if (at_b >= 0 && at_c >= 0 && at_b + at_c <= 1) return {1 - at_b - at_c, at_b, at_c};
+    if (at_b >= 0 && at_c >= 0 && at_b + at_c <= 1) {
+      return {std::max(0.0, 1 - at_b - at_c), at_b, at_c};
+    }
   }
   const std::array<Vector3d, 3> corners = {a, b, c};
   Vector3d best = Vector3d::UnitX();

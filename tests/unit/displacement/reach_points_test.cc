@@ -108,6 +108,7 @@ TEST(ReachPointsTest, TheSurfaceComesToTipsThatItPassedBy) {
 TEST(ReachPointsTest, AFillThatMovedCountsAsMeasured) {
   Reached reached;
   std::fill(reached.samples.measured.begin(), reached.samples.measured.end(), 0);
+  std::fill(reached.samples.spacing.begin(), reached.samples.spacing.end(), 0.0f);
   ASSERT_TRUE(reached.Run(ScanOf(WithTips({{0, 0}}))).ok());
   ASSERT_GT(reached.Moved(), 0);
   for (int v = 0; v < reached.domain.size(); ++v) {
@@ -132,11 +133,13 @@ TEST(ReachPointsTest, WhatIsNoPartOfTheSurfaceDoesNotPull) {
     points.Add({5 * kStep, 0, up * kStep}, Vector3d(1, 0, 1));
     EXPECT_EQ(moved(points), 0) << "outliers " << up;
   }
-  Points shells = SheetPoints();
-  for (const Vector3d& at : SheetPoints().at) {
-    shells.Add(at + 3 * kStep * Vector3d::UnitZ(), Vector3d::UnitZ());
+  for (const double up : {1.0, 1.4, 2.0, 3.0}) {
+    Points shells = SheetPoints();
+    for (const Vector3d& at : SheetPoints().at) {
+      shells.Add(at + up * kStep * Vector3d::UnitZ(), Vector3d::UnitZ());
+    }
+    EXPECT_EQ(moved(shells), 0) << "another shell " << up;
   }
-  EXPECT_EQ(moved(shells), 0) << "another shell";
   Random random(8);
   const Points wider = ReliefPoints(1.2 * kHalf, 6000, &random, [](double x, double) {
     return std::max(0.0, std::abs(x) - kHalf);
