@@ -71,22 +71,22 @@ struct Found {
                                    LikelyReach(wanted, spacing));
   }
 
-  // Keeps the `fewer` nearest.
-  void Narrow(int fewer) {
+  // The `fewer` nearest come first.
+  void BringForward(int fewer) {
     std::array<std::pair<double, int>, kMostPoints> keyed;
     for (int i = 0; i < count; ++i) keyed[i] = {squared[i], points[i]};
     std::nth_element(keyed.begin(), keyed.begin() + fewer, keyed.begin() + count);
-    count = fewer;
     for (int i = 0; i < count; ++i) std::tie(squared[i], points[i]) = keyed[i];
   }
 };
 
-Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePlace& place) {
+// Of the first `count` points found.
+Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
+                    const EdgePlace& place) {
   Neighborhood around;
-  around.reach =
-      std::sqrt(*std::max_element(found.squared.begin(), found.squared.begin() + found.count));
+  around.reach = std::sqrt(*std::max_element(found.squared.begin(), found.squared.begin() + count));
   int others = 0;
-  for (int i = 0; i < found.count; ++i) {
+  for (int i = 0; i < count; ++i) {
     const Vector3d normal = cloud.normals.col(found.points[i]);
     const auto [less, more] =
         std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
@@ -104,7 +104,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, const EdgePl
     ++around.count;
   }
   // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (others > kMostOfOthers * found.count) around.count = 0;
+  if (others > kMostOfOthers * count) around.count = 0;
   return around;
 }
 
@@ -272,14 +272,15 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
   return std::max(0.0, squares - right.dot(normal_matrix.ldlt().solve(right)));
 }
 
-std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& found,
+// Among the first `count` points found.
+std::optional<CreasePlanes> FitAmong(const OrientedCloud& cloud, const Found& found, int count,
                                      const EdgePlace& place, SideBias bias) {
   const int nearest = found.nearest;
   CreasePlanes fit;
   fit.spacing = cloud.spacing[nearest];
   fit.middle = place.middle;
   fit.along = place.along;
-  Neighborhood around = Gather(cloud, found, place);
+  Neighborhood around = Gather(cloud, found, count, place);
   fit.reach = around.reach;
   if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
@@ -340,13 +341,13 @@ std::optional<CreasePlanes> FitCreasePlanes(const OrientedCloud& cloud, const Po
   const int wanted = PointsWanted(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
+  // One search serves both, for the first neighbourhood seldom says enough.
+  found.Search(index, place.middle, std::max(wanted, other), spacing);
   std::optional<CreasePlanes> best;
-  for (const int count : {wanted, other}) {
-    // The first neighbourhood mostly says enough, and a search for more than it asks takes longer.
-    const int most = std::min(count, index.size());
-    if (most > found.count) found.Search(index, place.middle, most, spacing);
-    if (most < found.count) found.Narrow(most);
-    auto fit = FitAmong(cloud, found, place, bias);
+  for (const int asked : {wanted, other}) {
+    const int count = std::min(asked, found.count);
+    if (count < found.count) found.BringForward(count);
+    auto fit = FitAmong(cloud, found, count, place, bias);
     if (fit && (!best || fit->evidence > best->evidence)) best = fit;
     if (best && best->evidence > kEnough) break;
   }
