@@ -15,9 +15,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int64_t kBlock = 512;
-// Of what a fill or a height that is so far off all points would be moved by, more than nine in ten
-// and two in three came nearer to the truth of clean shapes. Noise takes the points off the
-// surface.
+// Without the look at planes, on 33 clean shapes: five of six fills and two of three measured heights
+// came nearer to the truth by what moved them; their RMS errors were .67 and .43 spacings before,
+// .37 and .28 then. Noise takes the points off the surface.
 constexpr double kAstraySpacings = 0.5, kAstrayNoises = 0.8;
 // On the tangent plane of the nearest point there may be a gap between the points; and an edge
 // whose sides told the height is seldom sampled, and the way back leads between its sides.
