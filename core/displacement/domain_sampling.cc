@@ -213,10 +213,15 @@ absl::Status DomainSampling::MeetSides(const OrientedCloud& cloud) {
 }
 
 absl::Status DomainSampling::FitSides(const OrientedCloud& cloud, const SharpSectors& sectors) {
-  std::vector<uint8_t> noisy(samples_.measured.size(), 0);
-  for (const int v : sectors.vertices) {
-    noisy[v] = samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_);
+  const auto is_noisy = [&](int v) {
+    return samples_.measured[v] && IsNoisy(cloud_.points[samples_.foot[v]], options_);
+  };
+  // The memory that follows would be the most that a clean scan takes at any time.
+  if (std::none_of(sectors.vertices.begin(), sectors.vertices.end(), is_noisy)) {
+    return absl::OkStatus();
   }
+  std::vector<uint8_t> noisy(samples_.measured.size(), 0);
+  for (const int v : sectors.vertices) noisy[v] = is_noisy(v);
   RILIEVO_ASSIGN_OR_RETURN(
       const std::vector<CreaseHeight> heights,
       HeightsBesideCreases(cloud, index_, rings_, limit_, sectors, noisy, samples_, context_));
