@@ -11,4 +11,9 @@ namespace rilievo {
 // nobody took.
 void OfferWork(int helpers, std::function<void()> help);
 
+// The calling thread helps with what is offered until `done`, which is asked under a lock: it must
+// be quick, not throw, and not offer work. Whoever makes it true calls NudgeHelpers() then.
+void HelpUntil(const std::function<bool()>& done);
+void NudgeHelpers();
+
 }  // namespace rilievo

@@ -1,6 +1,6 @@
 #include "core/base/side_by_side.h"
 
-#include <condition_variable>
+#include <atomic>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -29,16 +29,17 @@ class Aside {
     } catch (...) {
       failure = std::current_exception();
     }
-    const std::lock_guard lock(mutex_);
     status_ = status;
     failure_ = failure;
     done_ = true;
-    ended_.notify_all();
+    NudgeHelpers();
   }
 
+  // Helps meanwhile: what keeps the task busy may be a loop of many blocks.
   absl::Status Wait() {
-    std::unique_lock lock(mutex_);
-    ended_.wait(lock, [this] { return done_; });
+    if (!done_) {
+      HelpUntil([this] { return done_.load(); });
+    }
     if (failure_) std::rethrow_exception(failure_);
     return status_;
   }
@@ -46,8 +47,8 @@ class Aside {
  private:
   const std::function<absl::Status()>& task_;  // not touched once taken
   std::mutex mutex_;
-  std::condition_variable ended_;
-  bool taken_ = false, done_ = false;
+  bool taken_ = false;
+  std::atomic<bool> done_ = false;  // the two below are whole then
   absl::Status status_;
   std::exception_ptr failure_;
 };

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <stdexcept>
 #include <thread>
+
+#include "core/base/parallel_for.h"
 
 namespace rilievo {
 namespace {
@@ -50,6 +53,31 @@ TEST(SideBySideTest, TheSecondRunsMeanwhile) {
         return absl::OkStatus();
       });
   EXPECT_TRUE(status.ok());
+}
+
+TEST(SideBySideTest, WhoIsDoneFirstHelpsTheSecond) {
+  RunContext context;
+  context.threads = 2;
+  RunContext many;
+  many.threads = 1000;  // more offers than threads that wait
+  const std::thread::id caller = std::this_thread::get_id();
+  std::promise<void> came;
+  std::atomic<bool> caller_helped = false;
+  const absl::Status status = SideBySide(
+      context,
+      [&] {
+        EXPECT_EQ(came.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
+        return absl::OkStatus();
+      },
+      [&] {
+        came.set_value();
+        return ParallelFor(30000, 1, many, [&](int64_t, int64_t) {
+          if (std::this_thread::get_id() == caller) caller_helped = true;
+          if (!caller_helped) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        });
+      });
+  EXPECT_TRUE(status.ok());
+  EXPECT_TRUE(caller_helped);
 }
 
 TEST(SideBySideTest, ErrorsAndExceptionsOfEither) {
