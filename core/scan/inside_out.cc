@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
@@ -51,11 +52,11 @@ class PartSearch {
   double MeanWinding(const std::vector<int>& members, const WindingField& field) const {
     constexpr size_t kMostSamples = 4;
     const size_t count = std::min(kMostSamples, members.size());
-    double sum = 0;
+    std::array<Eigen::Vector3d, kMostSamples> samples;
     for (size_t i = 0; i < count; ++i) {
-      sum += field.At(cloud_.points.col(members[i * members.size() / count]));
+      samples[i] = cloud_.points.col(members[i * members.size() / count]);
     }
-    return sum / static_cast<double>(count);
+    return field.MeanAt({samples.data(), count});
   }
 
   absl::Status Look(const RunContext& context, std::vector<double>* winding) const {

@@ -17,9 +17,9 @@ namespace rilievo {
 // is inside out, and more by one on the wall of a bore that is, for that bounds a pin within the
 // solid (orientation by winding numbers; Xu et al. 2023). Patches that are off by a half or more,
 // to one side, are parts as far as `links` connect them. Parts that are off by nearly one in the
-// mean are turned, and stay so if they are no longer off then; so is what lies within another solid,
-// which the number cannot tell from a pin. Nothing is turned where the winding number is near zero or
-// less on two fifths of the scan, which is too open to tell.
+// mean are turned, and stay so if they are no longer off then; so is what lies within another
+// solid, which the number cannot tell from a pin. Nothing is turned where the winding number is
+// near zero or less on two fifths of the scan, which is too open to tell.
 absl::Status TurnInsideOut(const OrientationPatches& patches, const std::vector<SignedLink>& links,
                            OrientedCloud* cloud, const RunContext& context);
 

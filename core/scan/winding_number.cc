@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/scan/solid_angles.h"
+
 namespace rilievo {
 namespace {
 
@@ -12,6 +14,8 @@ constexpr size_t kLeafPoints = 8;
 constexpr size_t kChildren = 4;
 // Radii from which a cell counts as one dipole.
 constexpr double kFar = 2.0;
+
+double FarFrom(double radius, double blur) { return kFar * std::sqrt(radius * radius + blur); }
 
 }  // namespace
 
@@ -42,6 +46,7 @@ void WindingField::AddLeaves() {
       const double reach = (cloud_.points.col(members_[m]) - cell.sum.position).norm();
       cell.radius = std::max(cell.radius, reach);
     }
+    cell.far = FarFrom(cell.radius, cell.sum.blur);
   }
   levels_.push_back(std::move(leaves));
 }
@@ -68,16 +73,17 @@ void WindingField::AddLevel() {
       const double reach = (part.sum.position - cell.sum.position).norm() + part.radius;
       cell.radius = std::max(cell.radius, reach);
     }
+    cell.far = FarFrom(cell.radius, cell.sum.blur);
   }
   levels_.push_back(std::move(level));
 }
 
 template <typename Visit>
 void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                               const Visit& visit) const {
+                               double reach, const Visit& visit) const {
   const Cell& seen = levels_[level][cell];
-  const double far = kFar * kFar * (seen.radius * seen.radius + seen.sum.blur);
-  if ((seen.sum.position - position).squaredNorm() > far) {
+  const double far = seen.far + reach;
+  if ((seen.sum.position - position).squaredNorm() > far * far) {
     visit(seen.sum);
   } else if (level == 0) {
     const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
@@ -85,24 +91,34 @@ void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d&
   } else {
     const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
     for (size_t child = cell * kChildren; child < end; ++child) {
-      ForEachSeen(level - 1, child, position, visit);
+      ForEachSeen(level - 1, child, position, reach, visit);
     }
   }
 }
 
-double WindingField::At(const Eigen::Vector3d& position) const {
-  double sum = 0;
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
-                [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
+double WindingField::At(const Eigen::Vector3d& position) const { return MeanAt({&position, 1}); }
+
+double WindingField::MeanAt(std::span<const Eigen::Vector3d> positions) const {
+  if (members_.empty()) return 0;
+  const auto count = static_cast<double>(positions.size());
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& position : positions) center += position / count;
+  double reach = 0;
+  for (const Eigen::Vector3d& position : positions) {
+    reach = std::max(reach, (position - center).norm());
   }
-  return sum * (0.25 * std::numbers::inv_pi);
+  DipoleList seen(center);
+  ForEachSeen(levels_.size() - 1, 0, center, reach,
+              [&](const Dipole& dipole) { seen.Add(dipole); });
+  double sum = 0;
+  for (const Eigen::Vector3d& position : positions) sum += seen.SolidAngleAt(position);
+  return sum / count * (0.25 * std::numbers::inv_pi);
 }
 
 Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position,
+    ForEachSeen(levels_.size() - 1, 0, position, 0,
                 [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
   }
   return sum;

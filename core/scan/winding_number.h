@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "core/scan/dipole.h"
@@ -21,6 +22,9 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
+  // The mean at positions close together, at least one: they see the same cells as one.
+  double MeanAt(std::span<const Eigen::Vector3d> positions) const;
+
   // Minus the gradient of the winding number, without its jumps across the points themselves: the
   // rest of a surface goes on here with normals along it. Per length, unit frame.
   Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
@@ -31,12 +35,14 @@ class WindingField {
     Dipole sum;       // of areas; position and blur are the mean of its points'
     double size = 0;  // area, however it is turned
     double radius = 0;
+    double far = 0;  // distance from which it counts as one dipole
   };
   void AddLeaves();
   void AddLevel();
-  // Calls visit(dipole) for all points of a cell, those far from the position as one.
+  // Calls visit(dipole) for all points of a cell, those far from every place within `reach` of the
+  // position as one.
   template <typename Visit>
-  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
+  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position, double reach,
                    const Visit& visit) const;
 
   const OrientedCloud& cloud_;
