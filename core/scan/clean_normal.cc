@@ -1,9 +1,10 @@
 #include "core/scan/clean_normal.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "core/scan/height_field.h"
 
 namespace rilievo {
 namespace {
@@ -13,7 +14,7 @@ using Eigen::Vector3d;
 constexpr int kMostPoints = 18;  // the point itself and 17 neighbours
 constexpr int kNearest = 9;      // neighbours of which pairs span planes
 
-using Heights = Eigen::Array<double, kMostPoints, 1>;
+using Heights = Eigen::Array<double, HeightFieldRows(kMostPoints), 1>;
 
 // How far off a surface a point may lie, squared. Between fine and coarse its logarithm counts, so
 // that of two sides the one that points lie on exactly wins over the one that they lie by.
@@ -84,29 +85,20 @@ struct HeightField {
 // Least squares over the plane of `axis`: 3 terms are a plane, 6 a quadric.
 template <int kTerms>
 HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights) {
-  using Terms = Eigen::Matrix<double, kTerms, 1>;
-  constexpr double kRidge = 1e-6;  // points on one line leave the surface undetermined
+  constexpr double kRidge = 1e-6;  // of the largest weight
   const Vector3d u = axis.unitOrthogonal();
   const Vector3d v = axis.cross(u);
   const double scale = 1 / patch.radius;
   const Heights x = scale * patch.Along(u), y = scale * patch.Along(v);
   const Heights z = scale * patch.Along(axis);
-  Eigen::Matrix<double, kMostPoints, kTerms> rows;
-  rows.col(0).setOnes();
-  rows.col(1) = x;
-  rows.col(2) = y;
-  if constexpr (kTerms == 6) {
-    rows.col(3) = x * x;
-    rows.col(4) = x * y;
-    rows.col(5) = y * y;
-  }
-  const Eigen::Matrix<double, kTerms, kMostPoints> weighted =
-      rows.transpose() * weights.matrix().asDiagonal();
-  Eigen::Matrix<double, kTerms, kTerms> gram = weighted.lazyProduct(rows);
-  gram.diagonal().array() += kRidge * weights.maxCoeff();
-  const Terms terms = gram.ldlt().solve(weighted.lazyProduct(z.matrix()));
+  const HeightFieldSums sums =
+      SumHeights({x.data(), y.data(), z.data(), weights.data(), patch.count});
+  const Eigen::Matrix<double, kTerms, 1> terms =
+      FitHeights<kTerms>(sums, kRidge * weights.maxCoeff());
+  Heights field = terms[0] + terms[1] * x + terms[2] * y;
+  if constexpr (kTerms == 6) field += x * (terms[3] * x + terms[4] * y) + terms[5] * y * y;
   return {(axis - terms[1] * u - terms[2] * v).normalized(),
-          patch.radius * (z - rows.lazyProduct(terms).array())};
+          patch.radius * patch.ones() * (z - field)};
 }
 
 // Weights of the points within the coarse tolerance: 1 / h^2, under which least squares are those

@@ -1,11 +1,11 @@
 #include "core/scan/quadric_residual.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/scan/height_field.h"
 #include "core/scan/height_split.h"
 #include "core/scan/neighbor_graph.h"
 
@@ -25,43 +25,39 @@ double ShareWithinSheets(std::span<double> heights) {
 
 double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                        double radius, const Eigen::Vector3d& normal) {
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
   constexpr int kUnknowns = 6;
+  constexpr int kRows = HeightFieldRows(kMostNeighbors + 1);
+  neighbors = neighbors.first(std::min<size_t>(neighbors.size(), kMostNeighbors));
   if (!(radius > 0) || neighbors.size() < kUnknowns + 1) return 0;
   const Eigen::Vector3d u = normal.unitOrthogonal() / radius;
   const Eigen::Vector3d v = normal.cross(u);
-  Matrix6 gram = Matrix6::Zero();
-  Vector6 right = Vector6::Zero();
-  double heights = 0;
-  gram(0, 0) = 1;  // the centre itself
-  constexpr size_t kMostRows = kMostNeighbors + 1;
-  std::array<Vector6, kMostRows> rows;
-  std::array<double, kMostRows> residuals;
-  rows[0] << 1, 0, 0, 0, 0, 0;
-  residuals[0] = 0;
-  size_t kept = 1;
+  std::array<double, kRows> x, y, z, weight;
+  x[0] = y[0] = z[0] = 0;  // the centre itself
+  int count = 1;
   for (const int j : neighbors) {
     const Eigen::Vector3d offset = points.col(j) - points.col(center);
-    const double x = u.dot(offset), y = v.dot(offset), z = normal.dot(offset) / radius;
-    Vector6 row;
-    row << 1, x, y, x * x, x * y, y * y;
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(row);
-    right += z * row;
-    heights += z * z;
-    if (kept == kMostRows) continue;
-    rows[kept] = row;
-    residuals[kept++] = z;
+    x[count] = u.dot(offset);
+    y[count] = v.dot(offset);
+    z[count++] = normal.dot(offset) / radius;
   }
-  gram.diagonal().array() += 1e-9;  // neighbours on one line leave the quadric undetermined
-  const Vector6 fit = gram.selfadjointView<Eigen::Lower>().ldlt().solve(right);
-  double squares = std::max(0.0, heights - fit.dot(right));
+  const int rows = HeightFieldRows(count);
+  std::fill(weight.begin(), weight.begin() + count, 1.0);
+  for (std::array<double, kRows>* values : {&x, &y, &z, &weight}) {
+    std::fill(values->begin() + count, values->begin() + rows, 0.0);
+  }
+  const HeightFieldSums sums = SumHeights({x.data(), y.data(), z.data(), weight.data(), count});
+  const Eigen::Matrix<double, 6, 1> fit = FitHeights<6>(sums, 1e-9);
+  const Eigen::Map<const Eigen::Matrix<double, 6, 1>> right(sums.heights.data());
+  double squares = std::max(0.0, sums.squares - fit.dot(right));
   constexpr double kFlat = 0.01;  // of the radius: no second sheet
-  if (squares > kFlat * kFlat * static_cast<double>(kept)) {
-    for (size_t i = 0; i < kept; ++i) residuals[i] -= fit.dot(rows[i]);
-    squares *= ShareWithinSheets(std::span(residuals.data(), kept));
+  if (squares > kFlat * kFlat * count) {
+    for (int i = 0; i < count; ++i) {
+      z[i] -= fit[0] + fit[1] * x[i] + fit[2] * y[i] + fit[3] * x[i] * x[i] + fit[4] * x[i] * y[i] +
+              fit[5] * y[i] * y[i];
+    }
+    squares *= ShareWithinSheets(std::span(z.data(), static_cast<size_t>(count)));
   }
-  return radius * std::sqrt(squares / (static_cast<double>(neighbors.size()) + 1 - kUnknowns));
+  return radius * std::sqrt(squares / (count - kUnknowns));
 }
 
 }  // namespace rilievo
