@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/morton_order.h"
@@ -16,6 +17,7 @@
 namespace rilievo {
 namespace {
 
+constexpr int64_t kBlock = 4096;
 // The robust box spans these quantiles of each axis ...
 constexpr double kStrayQuantile = 0.02;
 // ... and a point this many of its diagonals away from its centre is a stray. Rooms seen through a
@@ -46,19 +48,22 @@ Columns FiniteColumns(const Eigen::Matrix3Xd& points) {
 
 // The points that are not absurdly far from nearly all others. Works on halved coordinates, so
 // that no difference of finite numbers overflows.
-Columns DropStrays(const Eigen::Matrix3Xd& points, const std::vector<int>& columns) {
+absl::StatusOr<Columns> DropStrays(const Eigen::Matrix3Xd& points, const std::vector<int>& columns,
+                                   const RunContext& context) {
   const size_t count = columns.size();
   const size_t trim =
       std::max<size_t>(1, static_cast<size_t>(kStrayQuantile * static_cast<double>(count)));
   Eigen::Vector3d low, high;
-  std::vector<double> values(count);
-  for (int axis = 0; axis < 3; ++axis) {
-    for (size_t i = 0; i < count; ++i) values[i] = points(axis, columns[i]) / 2;
-    std::nth_element(values.begin(), values.begin() + trim, values.end());
-    low[axis] = values[trim];
-    std::nth_element(values.begin(), values.end() - 1 - trim, values.end());
-    high[axis] = values[count - 1 - trim];
-  }
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(3, 1, context, [&](int64_t first, int64_t last) {
+    std::vector<double> values(count);
+    for (int64_t axis = first; axis < last; ++axis) {
+      for (size_t i = 0; i < count; ++i) values[i] = points(axis, columns[i]) / 2;
+      std::nth_element(values.begin(), values.begin() + trim, values.end());
+      low[axis] = values[trim];
+      std::nth_element(values.begin() + trim, values.end() - 1 - trim, values.end());
+      high[axis] = values[count - 1 - trim];
+    }
+  }));
   const Eigen::Vector3d center = low / 2 + high / 2;
   const double reach = kStrayFactor * (high - low).stableNorm();
   Columns result;
@@ -97,49 +102,110 @@ absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
   return SpatialFrame{low + (high - low) / 2, 2 * half_diagonal};
 }
 
-// Places on the Morton curve whose points are no duplicates of a kept point before them. The cells
-// that a ball of radius `distance` touches are runs of the sorted codes; kept points are at least
-// `distance` apart and a cell is at most 8 of it wide (or the finest there is), so runs are short.
-absl::StatusOr<std::vector<int>> DistinctPlaces(const Eigen::Matrix3Xd& points,
-                                                const MortonOrder& morton, double distance,
-                                                const RunContext& context) {
-  const double finest = std::ldexp(1.0, -kMortonBits);
-  int level = 0;
-  while (level < kMortonBits && std::ldexp(finest, level) < 4 * distance) ++level;
-  std::vector<int> kept;
-  std::vector<uint64_t> kept_cells;
-  const auto duplicates_kept_in = [&](uint64_t cell, const Eigen::Vector3d& point) {
-    // Mostly the cell of the curve's own place: the last one, or one that no kept point is in.
-    auto place = kept_cells.empty() || cell >= kept_cells.back()
-                     ? kept_cells.end()
-                     : std::upper_bound(kept_cells.begin(), kept_cells.end(), cell);
-    while (place != kept_cells.begin() && *--place == cell) {
-      const int other = morton.order[kept[place - kept_cells.begin()]];
-      const double separation = (points.col(other) - point).norm();
-      if (separation == 0 || separation < distance) return true;
-    }
-    return false;
-  };
-  const auto is_duplicate = [&](const Eigen::Vector3d& point) {
+// The cells that a ball of radius `distance` around a point touches are runs of the sorted codes,
+// at a level where a cell is at most 8 of it wide (or the finest there is).
+class BallCells {
+ public:
+  explicit BallCells(double distance) : distance_(distance) {
+    const double finest = std::ldexp(1.0, -kMortonBits);
+    while (level_ < kMortonBits && std::ldexp(finest, level_) < 4 * distance) ++level_;
+  }
+
+  uint64_t CellOf(uint64_t code) const { return code >> (3 * level_); }
+
+  // Whether holds(cell) for any cell of the ball.
+  template <typename Holds>
+  bool Any(const Eigen::Vector3d& point, const Holds& holds) const {
     uint32_t low[3], high[3];
     for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = MortonCell(point[axis] - distance) >> level;
-      high[axis] = MortonCell(point[axis] + distance) >> level;
+      low[axis] = MortonCell(point[axis] - distance_) >> level_;
+      high[axis] = MortonCell(point[axis] + distance_) >> level_;
     }
     for (uint32_t z = low[2]; z <= high[2]; ++z) {
       for (uint32_t y = low[1]; y <= high[1]; ++y) {
         for (uint32_t x = low[0]; x <= high[0]; ++x) {
-          if (duplicates_kept_in(MortonCode(x, y, z), point)) return true;
+          if (holds(MortonCode(x, y, z))) return true;
         }
       }
     }
     return false;
+  }
+
+  bool AreSame(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const {
+    const double separation = (a - b).norm();
+    return separation == 0 || separation < distance_;
+  }
+
+ private:
+  double distance_;
+  int level_ = 0;
+};
+
+// By place on the curve, 1 where another point is too near.
+absl::StatusOr<std::vector<uint8_t>> PlacesWithCompany(const Eigen::Matrix3Xd& points,
+                                                       const MortonOrder& morton,
+                                                       const BallCells& cells,
+                                                       const RunContext& context) {
+  const auto count = static_cast<int64_t>(morton.order.size());
+  std::vector<uint8_t> company(morton.order.size());
+  const auto has_company = [&](int64_t place) {
+    const Eigen::Vector3d point = points.col(morton.order[place]);
+    const auto is_near = [&](int64_t other) {
+      return cells.AreSame(points.col(morton.order[other]), point);
+    };
+    return cells.Any(point, [&](uint64_t cell) {
+      int64_t from = place;  // mostly the cell of the place itself
+      if (cells.CellOf(morton.codes[place]) != cell) {
+        const auto first =
+            std::partition_point(morton.codes.begin(), morton.codes.end(),
+                                 [&](uint64_t code) { return cells.CellOf(code) < cell; });
+        from = first - morton.codes.begin() - 1;
+      }
+      const auto in_cell = [&](int64_t other) { return cells.CellOf(morton.codes[other]) == cell; };
+      for (int64_t other = from - 1; other >= 0 && in_cell(other); --other) {
+        if (is_near(other)) return true;
+      }
+      for (int64_t other = from + 1; other < count && in_cell(other); ++other) {
+        if (is_near(other)) return true;
+      }
+      return false;
+    });
+  };
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t place = begin; place < end; ++place) company[place] = has_company(place);
+  }));
+  return company;
+}
+
+// Places on the Morton curve whose points are no duplicates of a kept point before them. Most have
+// no other point nearby; only those that have are gone through in turn.
+absl::StatusOr<std::vector<int>> DistinctPlaces(const Eigen::Matrix3Xd& points,
+                                                const MortonOrder& morton, double distance,
+                                                const RunContext& context) {
+  const BallCells cells(distance);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> company,
+                           PlacesWithCompany(points, morton, cells, context));
+  std::vector<int> kept, kept_in_company;
+  std::vector<uint64_t> kept_cells;  // of the latter
+  // Kept points are at least `distance` apart, so runs are short.
+  const auto is_duplicate = [&](const Eigen::Vector3d& point) {
+    return cells.Any(point, [&](uint64_t cell) {
+      auto place = std::upper_bound(kept_cells.begin(), kept_cells.end(), cell);
+      while (place != kept_cells.begin() && *--place == cell) {
+        const int other = morton.order[kept_in_company[place - kept_cells.begin()]];
+        if (cells.AreSame(points.col(other), point)) return true;
+      }
+      return false;
+    });
   };
   RILIEVO_RETURN_IF_ERROR(
       SerialFor(static_cast<int64_t>(morton.order.size()), context, [&](int64_t i) {
-        if (is_duplicate(points.col(morton.order[i]))) return;
+        if (company[i] != 0) {
+          if (is_duplicate(points.col(morton.order[i]))) return;
+          kept_in_company.push_back(static_cast<int>(i));
+          kept_cells.push_back(cells.CellOf(morton.codes[i]));
+        }
         kept.push_back(static_cast<int>(i));
-        kept_cells.push_back(morton.codes[i] >> (3 * level));
       }));
   return kept;
 }
@@ -182,8 +248,7 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   result.non_finite = finite.dropped;
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, static_cast<int64_t>(finite.kept.size())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  const Columns near = DropStrays(scan.points, finite.kept);
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  RILIEVO_ASSIGN_OR_RETURN(const Columns near, DropStrays(scan.points, finite.kept, context));
   result.strays = near.dropped;
   RILIEVO_ASSIGN_OR_RETURN(result.frame, BoundingFrame(scan.points, near.kept));
   context.Report(Stage::kCheck, 0.2);
