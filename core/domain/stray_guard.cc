@@ -1,5 +1,6 @@
 #include "core/domain/stray_guard.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -10,8 +11,9 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kVerticesPerTask = 256;
-// In spacings: of a limit by the points, and how much farther off it may come to lie.
-constexpr float kByPoints = 1.0f, kFarther = 0.5f;
+// In spacings: of a limit by the points, and how much farther off it may come to lie; and by what
+// factor where it lay far off, as over a hole.
+constexpr float kByPoints = 1.0f, kFarther = 0.5f, kTimes = 1.5f;
 
 }  // namespace
 
@@ -42,7 +44,7 @@ absl::Status UndoStrays(const DomainSamples& samples, const Eigen::Matrix3Xd& be
   bool any = false;
   for (size_t v = 0; v < gaps.size(); ++v) {
     const float start = gaps_at_start[v];
-    if (!(start < kByPoints && gaps[v] > kByPoints && gaps[v] > start + kFarther)) continue;
+    if (!(gaps[v] > std::max({kByPoints, start + kFarther, kTimes * start}))) continue;
     control_points->col(v) = before.col(v);
     any = true;
   }

@@ -45,14 +45,14 @@ TEST_F(Rounds, MeasureBeforeAndAfter) {
 }
 
 TEST_F(Rounds, TakeBackWhatMakesThingsWorse) {
-  EXPECT_FALSE(Take([&] { state_.control_points *= 0.8; }, 1.05));
+  EXPECT_FALSE(Take([&] { state_.control_points *= 0.98; }, 1.05));
   EXPECT_EQ(state_.control_points, mesh_.vertices);
   EXPECT_EQ(state_.rms.size(), 1u);
   EXPECT_EQ(state_.largest_move, 0);
   SampledSurface surface;
   ASSERT_TRUE(SampleSurface(samples_, mesh_.vertices, RunContext(), &surface).ok());
   EXPECT_EQ(state_.surface.positions, surface.positions);
-  EXPECT_TRUE(Take([&] { state_.control_points *= 0.8; }, 0));
+  EXPECT_TRUE(Take([&] { state_.control_points *= 0.98; }, 0));
 }
 
 TEST_F(Rounds, TakeBackWhatIsNotFinite) {
