@@ -4,9 +4,9 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/job_error.h"
 #include "server/conversion/memory_estimate.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 
 namespace rilievo {
 namespace {

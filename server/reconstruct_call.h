@@ -9,15 +9,15 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
-#include "server/calls/job_pool.h"
-#include "server/calls/live_calls.h"
-#include "server/calls/progress_queue.h"
-#include "server/calls/service_core.h"
+#include "server/auth/caller.h"
 #include "server/conversion/call_error.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/point_upload.h"
-#include "server/doors/caller.h"
-#include "server/eyes/job_log.h"
+#include "server/observability/job_log.h"
+#include "server/rpc/job_pool.h"
+#include "server/rpc/live_calls.h"
+#include "server/rpc/progress_queue.h"
+#include "server/rpc/service_core.h"
 #include "server/surface_download.h"
 
 namespace rilievo {

@@ -17,9 +17,9 @@
 #include "grpcpp/server.h"
 #include "grpcpp/server_builder.h"
 #include "proto/keep_grpc_running.h"
-#include "server/doors/server_credentials.h"
-#include "server/eyes/server_metrics.h"
+#include "server/auth/server_credentials.h"
 #include "server/jobs/jobs_service.h"
+#include "server/observability/server_metrics.h"
 #include "server/reconstruction_service.h"
 #include "server/store/temporary_folder.h"
 

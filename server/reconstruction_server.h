@@ -6,10 +6,10 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "server/auth/open_connections.h"
 #include "server/conversion/server_options.h"
-#include "server/doors/open_connections.h"
-#include "server/eyes/job_log.h"
-#include "server/system/connection_listener.h"
+#include "server/observability/job_log.h"
+#include "server/os/connection_listener.h"
 #include "server/worker/job_work.h"
 
 namespace grpc {

@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "server/calls/grpc_status.h"
-#include "server/calls/refusal.h"
 #include "server/reconstruct_call.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/refusal.h"
 
 namespace rilievo {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
-#include "server/calls/service_core.h"
+#include "server/rpc/service_core.h"
 
 namespace rilievo {
 

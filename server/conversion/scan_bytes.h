@@ -7,7 +7,7 @@
 #include "absl/status/statusor.h"
 #include "core/geometry/point_cloud.h"
 #include "server/conversion/job_request.h"
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 

@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "server/system/memory_limit.h"
+#include "server/os/memory_limit.h"
 
 namespace rilievo {
 namespace {

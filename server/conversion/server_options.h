@@ -38,7 +38,7 @@ struct ServerOptions {
   std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
   int64_t keep_bytes = 20'000'000'000;  // of all scans and surfaces in the store, > 0
   int max_waiting_jobs = 1000;          // kept jobs that are not finished, [1, 1000000]
-  // File of the tokens that callers must have, see server/doors/access_tokens.h; empty: none.
+  // File of the tokens that callers must have, see server/auth/access_tokens.h; empty: none.
   std::string tokens;
   // PEM files: the server's certificate and its key, empty for plaintext; and the authorities whose
   // certificates callers must have, empty when they need none.

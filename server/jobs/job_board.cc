@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "server/calls/grpc_status.h"
 #include "server/conversion/memory_estimate.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
+#include "server/rpc/grpc_status.h"
 
 namespace rilievo {
 namespace {

@@ -13,8 +13,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/calls/service_core.h"
 #include "server/jobs/job_events.h"
+#include "server/rpc/service_core.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {

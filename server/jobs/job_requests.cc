@@ -5,10 +5,10 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/job_error.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 #include "server/store/content_name.h"
 
 namespace rilievo {

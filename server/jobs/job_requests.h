@@ -4,7 +4,7 @@
 #include "google/rpc/status.pb.h"
 #include "grpcpp/support/status.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/doors/caller.h"
+#include "server/auth/caller.h"
 #include "server/jobs/jobs_core.h"
 
 namespace rilievo {

@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "core/base/status_macros.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/job_error.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 
 namespace rilievo {
 namespace {

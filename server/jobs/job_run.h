@@ -7,11 +7,11 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/calls/live_calls.h"
-#include "server/calls/progress_queue.h"
-#include "server/calls/service_core.h"
-#include "server/eyes/job_log.h"
 #include "server/jobs/job_events.h"
+#include "server/observability/job_log.h"
+#include "server/rpc/live_calls.h"
+#include "server/rpc/progress_queue.h"
+#include "server/rpc/service_core.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {

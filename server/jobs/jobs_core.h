@@ -4,11 +4,11 @@
 #include <memory>
 #include <optional>
 
-#include "server/calls/client_places.h"
-#include "server/calls/service_core.h"
 #include "server/jobs/disk_pool.h"
 #include "server/jobs/job_board.h"
 #include "server/jobs/store_keeper.h"
+#include "server/rpc/client_places.h"
+#include "server/rpc/service_core.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {

@@ -4,12 +4,12 @@
 
 #include "core/base/status_macros.h"
 #include "grpcpp/server_context.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/refusal.h"
 #include "server/jobs/job_requests.h"
 #include "server/jobs/stream_surface_call.h"
 #include "server/jobs/upload_scan_call.h"
 #include "server/jobs/watch_job_call.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/refusal.h"
 
 namespace rilievo {
 namespace {

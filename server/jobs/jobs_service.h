@@ -7,9 +7,9 @@
 #include "absl/status/statusor.h"
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.grpc.pb.h"
-#include "server/calls/service_core.h"
-#include "server/doors/caller.h"
+#include "server/auth/caller.h"
 #include "server/jobs/jobs_core.h"
+#include "server/rpc/service_core.h"
 
 namespace rilievo {
 

@@ -5,7 +5,7 @@
 
 #include "absl/status/statusor.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 

@@ -3,9 +3,9 @@
 #include <utility>
 
 #include "grpcpp/server_context.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/job_error.h"
 #include "server/jobs/request_checks.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 
 namespace rilievo {
 namespace {

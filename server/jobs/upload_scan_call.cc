@@ -4,10 +4,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "grpcpp/server_context.h"
-#include "server/calls/grpc_status.h"
-#include "server/calls/job_error.h"
 #include "server/jobs/job_requests.h"
 #include "server/jobs/request_checks.h"
+#include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 
 namespace rilievo {
 namespace {

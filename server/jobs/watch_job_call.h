@@ -7,10 +7,10 @@
 
 #include "grpcpp/support/server_callback.h"
 #include "rilievo/v1/jobs.pb.h"
-#include "server/calls/live_calls.h"
-#include "server/doors/caller.h"
+#include "server/auth/caller.h"
 #include "server/jobs/job_events.h"
 #include "server/jobs/jobs_core.h"
+#include "server/rpc/live_calls.h"
 
 namespace rilievo {
 

@@ -7,8 +7,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/os/file_descriptor.h"
 #include "server/store/folder.h"
-#include "server/system/file_descriptor.h"
 
 namespace rilievo {
 

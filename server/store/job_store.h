@@ -13,10 +13,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "rilievo/v1/jobs.pb.h"
+#include "server/os/file_descriptor.h"
 #include "server/store/blob_folder.h"
 #include "server/store/database.h"
 #include "server/store/partial_uploads.h"
-#include "server/system/file_descriptor.h"
 
 namespace rilievo {
 

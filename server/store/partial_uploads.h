@@ -9,9 +9,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/os/file_descriptor.h"
 #include "server/store/blob_folder.h"
 #include "server/store/content_name.h"
-#include "server/system/file_descriptor.h"
 
 namespace rilievo {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 

@@ -1,7 +1,7 @@
 // The worker's side: one job, then the process ends.
 #pragma once
 
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 #include "server/worker/job_work.h"
 
 namespace rilievo {

@@ -11,7 +11,7 @@
 
 #include "core/base/sanitized.h"
 #include "core/base/status_macros.h"
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 namespace {

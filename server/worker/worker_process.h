@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 

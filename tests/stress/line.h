@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/system/file_descriptor.h"
+#include "server/os/file_descriptor.h"
 
 namespace rilievo::stress {
 

@@ -1,4 +1,5 @@
-// rilievo_stress: hardship for a real rilievod over real sockets, and a table of what was seen.
+// rilievo_stress: faults and overload for a real rilievod over real sockets, and a table of what
+// was seen.
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -63,7 +64,7 @@ int Run(const CommandLine& line) {
 
 int Main(int argc, char** argv) {
   CommandLine line;
-  CLI::App app{"Drives a real rilievod through hardship and tells what was seen."};
+  CLI::App app{"Stresses a real rilievod and reports what was seen."};
   std::vector<std::string> names = {kHalfOpen};
   for (const Part& part : Parts()) names.push_back(part.name);
   app.add_option("--seconds", line.seconds, "the many clients take")

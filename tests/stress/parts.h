@@ -1,4 +1,4 @@
-// The parts of the program: each asks one kind of hardship of the server, and reports.
+// The parts of the program: each puts one kind of stress on the server, and reports.
 #pragma once
 
 #include <chrono>

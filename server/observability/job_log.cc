@@ -1,0 +1,77 @@
+#include "server/observability/job_log.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace rilievo {
+namespace {
+
+std::string Seconds(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3f", value);
+  return text;
+}
+
+// Printable ASCII without quotes: a client's words must not forge a second line.
+std::string Quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) result += c < ' ' || c > '~' || c == '"' || c == '\\' ? '?' : c;
+  return result + "\"";
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, double>> StageSeconds(const v1::ReconstructReport& report) {
+  std::vector<std::pair<std::string, double>> stages;
+  for (const v1::StageTime& time : report.stage_times()) {
+    stages.emplace_back(
+        absl::AsciiStrToLower(absl::StripPrefix(v1::Stage_Name(time.stage()), "STAGE_")),
+        time.seconds());
+  }
+  return stages;
+}
+
+std::string JobLine(const JobRecord& record) {
+  std::string line = absl::StrCat(
+      "job=", record.job, " status=", absl::StatusCodeToString(record.code),
+      " points=", record.points_announced, " bytes_in=", record.bytes_in,
+      " bytes_out=", record.bytes_out, " upload_s=", Seconds(record.upload_seconds),
+      " queue_s=", Seconds(record.queue_seconds), " work_s=", Seconds(record.work_seconds),
+      " total_s=", Seconds(record.total_seconds));
+  if (!record.id.empty()) absl::StrAppend(&line, " id=", record.id);
+  if (!record.road.empty()) absl::StrAppend(&line, " road=", record.road);
+  if (!record.detail.empty()) absl::StrAppend(&line, " detail=", Quoted(record.detail));
+  return line;
+}
+
+std::string JobJson(const JobRecord& record, const std::string& time) {
+  const auto seconds = [](double value) { return std::round(value * 1000) / 1000; };
+  nlohmann::ordered_json json = {{"time", time},
+                                 {"event", "job"},
+                                 {"job", record.job},
+                                 {"status", absl::StatusCodeToString(record.code)},
+                                 {"points", record.points_announced},
+                                 {"bytes_in", record.bytes_in},
+                                 {"bytes_out", record.bytes_out},
+                                 {"upload_s", seconds(record.upload_seconds)},
+                                 {"queue_s", seconds(record.queue_seconds)},
+                                 {"work_s", seconds(record.work_seconds)},
+                                 {"total_s", seconds(record.total_seconds)}};
+  for (const auto& [name, value] :
+       {std::pair("id", &record.id), std::pair("owner", &record.owner),
+        std::pair("road", &record.road), std::pair("trace_id", &record.trace_id),
+        std::pair("parent_id", &record.parent_id), std::pair("detail", &record.detail)}) {
+    if (!value->empty()) json[name] = *value;
+  }
+  for (const auto& [stage, value] : record.stage_seconds) json["stages"][stage] = seconds(value);
+  // Words of a client may be no UTF-8.
+  return json.dump(-1, ' ', /*ensure_ascii=*/true,
+                   nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace rilievo

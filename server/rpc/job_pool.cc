@@ -1,0 +1,157 @@
+#include "server/rpc/job_pool.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace rilievo {
+namespace {
+
+constexpr double kMeanWeight = 0.3;  // of the latest job
+
+}  // namespace
+
+JobPool::Ticket& JobPool::Ticket::operator=(Ticket&& other) noexcept {
+  std::swap(pool_, other.pool_);
+  return *this;
+}
+
+JobPool::Ticket::~Ticket() {
+  if (pool_ != nullptr) pool_->Release();
+}
+
+JobPool::JobPool(int workers, int waiting, int64_t memory)
+    : workers_(workers), places_(workers + waiting), memory_(memory) {
+  threads_.reserve(static_cast<size_t>(workers));
+  for (int i = 0; i < workers; ++i) threads_.emplace_back([this] { Work(); });
+}
+
+JobPool::~JobPool() {
+  std::list<Line> dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+    dropped.swap(lines_);
+  }
+  wake_.notify_all();
+  threads_.clear();
+}
+
+std::optional<JobPool::Ticket> JobPool::TryAdmit() {
+  const std::lock_guard lock(mutex_);
+  if (admitted_ >= places_) return std::nullopt;
+  ++admitted_;
+  return Ticket(this);
+}
+
+void JobPool::Release() {
+  const std::lock_guard lock(mutex_);
+  --admitted_;
+}
+
+uint64_t JobPool::Submit(std::function<void()> work, const Demand& demand) {
+  uint64_t number;
+  {
+    const std::lock_guard lock(mutex_);
+    number = next_number_++;
+    auto line = std::find_if(lines_.begin(), lines_.end(),
+                             [&](const Line& other) { return other.client == demand.client; });
+    if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
+    line->entries.push_back(
+        {number, std::move(work), demand.memory, std::chrono::steady_clock::now()});
+  }
+  wake_.notify_one();
+  return number;
+}
+
+bool JobPool::Withdraw(uint64_t number) {
+  // Destroyed after the lock is released: what it holds may call back.
+  Entry withdrawn{};
+  bool found = false;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto line = lines_.begin(); line != lines_.end() && !found; ++line) {
+      const auto entry = std::find_if(line->entries.begin(), line->entries.end(),
+                                      [&](const Entry& other) { return other.number == number; });
+      if (entry == line->entries.end()) continue;
+      found = true;
+      withdrawn = std::move(*entry);
+      line->entries.erase(entry);
+      if (line->entries.empty()) lines_.erase(line);
+      break;
+    }
+  }
+  // The job behind it may need less memory.
+  if (found) wake_.notify_all();
+  return found;
+}
+
+bool JobPool::HasRoomForNext() const {
+  if (lines_.empty()) return false;
+  return running_ == 0 || lines_.front().entries.front().memory <= memory_ - memory_in_use_;
+}
+
+JobPool::Entry JobPool::TakeNext() {
+  Entry entry = std::move(lines_.front().entries.front());
+  lines_.front().entries.pop_front();
+  if (lines_.front().entries.empty()) {
+    lines_.pop_front();
+  } else {
+    lines_.splice(lines_.end(), lines_, lines_.begin());  // the others come first now
+  }
+  return entry;
+}
+
+std::chrono::milliseconds JobPool::RetryDelay() const {
+  const std::lock_guard lock(mutex_);
+  const double rounds = static_cast<double>(admitted_) / workers_;
+  return std::chrono::milliseconds(
+      static_cast<int64_t>(1000 * std::clamp(rounds * mean_seconds_, 1.0, 60.0)));
+}
+
+JobPool::State JobPool::state() const {
+  const auto now = std::chrono::steady_clock::now();
+  const std::lock_guard lock(mutex_);
+  State state;
+  state.running = running_;
+  for (const Line& line : lines_) {
+    state.waiting += static_cast<int>(line.entries.size());
+    for (const Entry& entry : line.entries) {
+      state.oldest_wait =
+          std::max<std::chrono::duration<double>>(state.oldest_wait, now - entry.since);
+    }
+  }
+  return state;
+}
+
+int JobPool::admitted() const {
+  const std::lock_guard lock(mutex_);
+  return admitted_;
+}
+
+int JobPool::running() const {
+  const std::lock_guard lock(mutex_);
+  return running_;
+}
+
+void JobPool::Work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [this] { return closing_ || HasRoomForNext(); });
+    if (closing_) return;
+    Entry entry = TakeNext();
+    ++running_;
+    memory_in_use_ += entry.memory;
+    lock.unlock();
+    const auto start = std::chrono::steady_clock::now();
+    entry.work();
+    entry.work = nullptr;
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    lock.lock();
+    --running_;
+    memory_in_use_ -= entry.memory;
+    mean_seconds_ += kMeanWeight * (seconds.count() - mean_seconds_);
+    wake_.notify_all();  // there may be room for several
+  }
+}
+
+}  // namespace rilievo
