@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# The protocol by buf (lint, and nothing broken since the release kept in proto/released.binpb), the
-# Kubernetes manifests by the schemas of its API, the compose file by the one of the Compose
-# Specification, and the options that manifests, compose file and image
-# give to the server by the server itself.
+# The protocol by buf (lint, and nothing broken since the release kept in proto/released.binpb) and by
+# protoc for Go, Java and C#, the Kubernetes manifests by the schemas of its API, the compose file by
+# the one of the Compose Specification, and the options that manifests, compose file and image give
+# to the server by the server itself.
 #   check.sh SOURCE WORK RILIEVOD
 # Exit code 77: the tools cannot be had here.
 set -euo pipefail
@@ -28,6 +28,7 @@ check() { # NAME COMMAND...
 not() { ! "$@"; }
 
 command -v npm >/dev/null || skip "npm is not installed"
+command -v protoc-gen-go >/dev/null || skip "protoc-gen-go is not installed (protoc-gen-go-1-5)"
 mkdir -p "$work"
 cp "$source"/tests/schemas/package{,-lock}.json "$work"
 [ -x "$work/node_modules/.bin/buf" ] && cmp -s "$source/tests/schemas/package-lock.json" "$work/installed" ||
@@ -49,6 +50,22 @@ sed -i 's/uint64 point_count = 1;/uint64 pointCount = 91;/' "$work/changed/rilie
 cd "$work/changed"
 check "buf lint finds a wrong name" not "$buf" lint
 check "buf breaking finds a field that moved" not "$buf" breaking --against released.binpb
+
+# Clients in other languages. A module path of Go cannot be guessed: without go_package there is no code.
+languages() { # PROTOS
+  rm -rf "$work/generated" && mkdir -p "$work"/generated/{go,java,csharp} && cd "$1" &&
+    protoc -I . --go_out="$work/generated/go" --java_out="$work/generated/java" \
+      --csharp_out="$work/generated/csharp" $(find . -name '*.proto' -printf '%P\n')
+}
+work=$(realpath "$work")
+check "protoc for Go, Java and C#" languages "$source/proto"
+for made in go/rilievo.dev/gen/rilievo/v1/jobs.pb.go java/dev/rilievo/v1/Job.java csharp/Jobs.cs; do
+  check "protoc made $made" test -s "$work/generated/$made"
+done
+check "the C# is in its namespace" grep -q '^namespace Rilievo.V1' "$work/generated/csharp/Jobs.cs"
+sed -i '/go_package/d' "$work/changed/rilievo/v1/jobs.proto"
+check "protoc for Go refuses a file without go_package" not languages "$work/changed"
+
 cd "$source"
 check "manifests match the schemas" \
   node tests/schemas/check_manifests.mjs "$modules" "${manifests[@]}"

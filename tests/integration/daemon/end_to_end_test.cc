@@ -148,6 +148,31 @@ TEST_F(EndToEnd, OptionsReachThePipeline) {
   EXPECT_EQ(result->chunk_bytes.size(), 3u);
 }
 
+TEST_F(EndToEnd, AWordLeftUnspecifiedIsTheDefault) {
+  ScannerOptions scanner;
+  scanner.points = 6'000;
+  const auto scan = SimulateScan(*MakeCutBox(), scanner);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  v1::ReconstructOptions unset, unspecified, automatic, off;
+  for (v1::ReconstructOptions* options : {&unset, &unspecified, &automatic, &off}) {
+    options->mutable_control()->set_topology(v1::TOPOLOGY_ARBITRARY);
+  }
+  unspecified.mutable_control()->set_boundary(v1::BOUNDARY_UNSPECIFIED);
+  unspecified.mutable_control()->set_creases(v1::CREASES_UNSPECIFIED);
+  unspecified.mutable_fit()->set_method(v1::FIT_METHOD_UNSPECIFIED);
+  automatic.mutable_control()->set_creases(v1::CREASES_AUTO);
+  off.mutable_control()->set_creases(v1::CREASES_OFF);
+  const auto bytes = [&](const v1::ReconstructOptions& options) {
+    const auto result = Client().Reconstruct(scan->cloud, options);
+    EXPECT_TRUE(result.ok()) << result.status();
+    return result.ok() ? result->dss : std::vector<uint8_t>();
+  };
+  const std::vector<uint8_t> expected = bytes(unset);
+  EXPECT_EQ(bytes(unspecified), expected);
+  EXPECT_EQ(bytes(automatic), expected);
+  EXPECT_NE(bytes(off), expected);
+}
+
 // An octahedron in the scan's own frame, far from the origin.
 v1::ControlMesh Octahedron(const Eigen::Vector3d& center) {
   v1::ControlMesh mesh;
