@@ -25,7 +25,7 @@ std::shared_ptr<grpc::ChannelCredentials> TlsToAnybody() {
   return grpc::experimental::TlsCredentials(options);
 }
 
-grpc::Status Ask(const std::string& address,
+grpc::Status Ask(const std::string& address, const std::string& service,
                  const std::shared_ptr<grpc::ChannelCredentials>& credentials,
                  std::chrono::milliseconds timeout, HealthCheckResponse* response) {
   grpc::ChannelArguments arguments;
@@ -34,16 +34,19 @@ grpc::Status Ask(const std::string& address,
       grpc::health::v1::Health::NewStub(grpc::CreateCustomChannel(address, credentials, arguments));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + timeout);
-  return stub->Check(&context, {}, response);
+  grpc::health::v1::HealthCheckRequest request;
+  request.set_service(service);
+  return stub->Check(&context, request, response);
 }
 
 }  // namespace
 
-absl::Status ProbeHealth(const std::string& address, std::chrono::milliseconds timeout) {
+absl::Status ProbeHealth(const std::string& address, std::chrono::milliseconds timeout,
+                         const std::string& service) {
   HealthCheckResponse response;
-  grpc::Status status = Ask(address, TlsToAnybody(), timeout / 2, &response);
+  grpc::Status status = Ask(address, service, TlsToAnybody(), timeout / 2, &response);
   if (!status.ok()) {
-    status = Ask(address, grpc::InsecureChannelCredentials(), timeout / 2, &response);
+    status = Ask(address, service, grpc::InsecureChannelCredentials(), timeout / 2, &response);
   }
   if (!status.ok()) {
     return absl::Status(static_cast<absl::StatusCode>(status.error_code()), status.error_message());

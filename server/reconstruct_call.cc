@@ -52,6 +52,7 @@ ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext*
 
 ReconstructCall::~ReconstructCall() {
   record_.total_seconds = SecondsBetween(begin_, Clock::now());
+  core_->upload_bytes -= record_.bytes_in;
   core_->metrics->CountReceived(record_.bytes_in);
   core_->metrics->CountSent(record_.bytes_out);
   core_->Report(record_);
@@ -166,6 +167,7 @@ void ReconstructCall::TakePoints() {
     return;
   }
   auto error = upload_->Append(std::move(*request_.mutable_points()->mutable_data()));
+  core_->upload_bytes += upload_->bytes() - record_.bytes_in;
   record_.bytes_in = upload_->bytes();
   if (error) Fail(*error);
 }

@@ -34,6 +34,8 @@ constexpr std::chrono::milliseconds kLingerTime{100};
 // length together before it compares it with its limit; over this it cancels streams instead, with
 // RESOURCE_EXHAUSTED. 64 uploads at full speed stay below.
 constexpr size_t kTransportBytes = 24 << 20;
+// Beside the streams of --max-calls: calls that are answered at once may be under way.
+constexpr int kShortCalls = 1024;
 
 // gRPC's clients take an answer in HTTP/1.1 for a connection that failed, and come back after
 // growing pauses.
@@ -62,6 +64,7 @@ class WithoutReflection final : public grpc::ServerBuilderOption {
 };
 
 void GuardConnections(const ServerOptions& options, grpc::ServerBuilder* builder) {
+  builder->AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, 1);  // ConnectionWatch asks it
   builder->SetResourceQuota(grpc::ResourceQuota("rilievod").Resize(kTransportBytes));
   builder->AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_connection_streams);
   // A peer that vanished is noticed after both times, with or without a call, as is one that
@@ -158,6 +161,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   if (result->listener_) {
     result->connections_ =
         std::make_unique<OpenConnections>(options.max_connections, options.max_address_connections);
+    result->WatchConnections();
     result->listener_->Start(
         [server = result.get(), to = std::shared_ptr(std::move(connections))](FileDescriptor one) {
           if (!server->TakeConnection(one)) return;
@@ -170,12 +174,35 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   if (!embedded) {
     result->address_ = result->listener_ ? BoundAddress(options.listen, result->listener_->port())
                                          : options.listen;
-    result->server_->GetHealthCheckService()->SetServingStatus(
-        v1::ReconstructionService::service_full_name(), true);
-    result->server_->GetHealthCheckService()->SetServingStatus(v1::JobsService::service_full_name(),
-                                                               !options.store.empty());
+    result->health_ = std::make_unique<ServerHealth>(result->server_->GetHealthCheckService(),
+                                                     !options.store.empty());
+    result->WatchThreads();
   }
   return result;
+}
+
+void ReconstructionServer::WatchConnections() {
+  const ServerOptions& options = core_->options;
+  ConnectionJudge::Limits limits;
+  limits.connection_streams = options.max_connection_streams;
+  limits.open_calls = options.max_calls + kShortCalls;
+  if (options.max_server_memory > 0) limits.memory = options.max_server_memory;
+  watch_ = std::make_unique<ConnectionWatch>(
+      connections_.get(), limits,
+      ConnectionWatch::Hooks{
+          .held_bytes = [core = core_.get()] { return core->upload_bytes.load(); },
+          .closed = [metrics = core_->metrics] { metrics->CountRefusedConnection("MEMORY"); }});
+}
+
+void ReconstructionServer::WatchThreads() {
+  std::vector<std::pair<std::string, const Heartbeat*>> hearts = {
+      {"the thread that keeps time", &core_->live_calls.heart()},
+      {"the job pool", &core_->pool.heart()}};
+  if (const Heartbeat* disk = jobs_->disk_heart()) {
+    hearts.emplace_back("a thread that waits for the disk", disk);
+  }
+  vital_signs_ = std::make_unique<VitalSigns>(std::move(hearts), core_->options.stuck_time,
+                                              [this](bool alive) { health_->SetAlive(alive); });
 }
 
 bool ReconstructionServer::TakeConnection(const FileDescriptor& connection) {
@@ -208,7 +235,7 @@ std::shared_ptr<grpc::ChannelInterface> ReconstructionServer::InProcessChannel()
 
 void ReconstructionServer::BeginDrain() {
   // First: who asks before it calls goes elsewhere.
-  if (auto* health = server_->GetHealthCheckService()) health->SetServingStatus(false);
+  if (health_) health_->SetDraining();
   core_->draining = true;
   jobs_->BeginDrain();
 }
@@ -222,6 +249,8 @@ void ReconstructionServer::Shutdown() {
   core_->live_calls.StopAll(StopReason::kShutdown);
   WaitUntilIdle(kStopTime);
   listener_.reset();
+  watch_.reset();
+  vital_signs_.reset();
   server_->Shutdown(std::chrono::system_clock::now() + kLingerTime);
   server_.reset();
 }

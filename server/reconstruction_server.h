@@ -6,10 +6,13 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "server/auth/connection_watch.h"
 #include "server/auth/open_connections.h"
 #include "server/conversion/server_options.h"
 #include "server/observability/job_log.h"
 #include "server/os/connection_listener.h"
+#include "server/rpc/vital_signs.h"
+#include "server/server_health.h"
 #include "server/worker/job_work.h"
 
 namespace grpc {
@@ -68,6 +71,8 @@ class ReconstructionServer {
   // `connection` is accepted: counts it, or tells its client why it is closed.
   bool TakeConnection(const FileDescriptor& connection);
   ServerState State() const;
+  void WatchConnections();
+  void WatchThreads();
 
   std::unique_ptr<TemporaryFolder> temporary_;
   // Destroyed after the server, whose calls they serve; the core last.
@@ -76,7 +81,10 @@ class ReconstructionServer {
   std::unique_ptr<JobsService> jobs_;
   std::shared_ptr<grpc::ServerCredentials> credentials_;  // follow their files while they live
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<ServerHealth> health_;  // not of an embedded one
+  std::unique_ptr<VitalSigns> vital_signs_;
   std::unique_ptr<OpenConnections> connections_;
+  std::unique_ptr<ConnectionWatch> watch_;
   std::unique_ptr<ConnectionListener> listener_;
   std::string address_;
 };

@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/observability/server_log.h"
 
 namespace rilievo {
 namespace {
@@ -109,10 +109,9 @@ void CertificateCopies::FollowUntil(const std::stop_token& stop) {
         if (fresh[i] >= 0) dup3(fresh[i], copies_[i], O_CLOEXEC);
       }
     } else {
-      std::fprintf(stderr,
-                   "rilievod: the TLS files have changed and do not serve; those read before stay "
-                   "in use (%s)\n",
-                   std::string(checked.message()).c_str());
+      LogMessage(absl::StrCat(
+          "the TLS files have changed and do not serve; those read before stay in use (",
+          checked.message(), ")"));
     }
     CloseAll(fresh);
   }

@@ -1,13 +1,14 @@
 #include "server/auth/doorkeeper.h"
 
-#include <cstdio>
 #include <string>
 #include <utility>
 
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "core/base/status_macros.h"
 #include "grpcpp/server_context.h"
+#include "server/observability/server_log.h"
 #include "server/observability/trace_parent.h"
 
 namespace rilievo {
@@ -20,8 +21,7 @@ CallError Unauthenticated(const char* reason, const char* message) {
 }
 
 void Complain(const absl::Status& status) {
-  std::fprintf(stderr, "rilievod: %s; the tokens stay as they were\n",
-               std::string(status.message()).c_str());
+  LogMessage(absl::StrCat(status.message(), "; the tokens stay as they were"));
 }
 
 // Of the certificate that the connection was made with; empty when there was none.

@@ -2,22 +2,14 @@
 
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "server/auth/caller.h"
 
 namespace rilievo {
 namespace {
-
-constexpr ino_t kNone = 0;
-
-// The number that the system gives to a socket, and to no other while it is open.
-ino_t SocketOf(int file) {
-  struct stat status {};
-  return fstat(file, &status) == 0 && S_ISSOCK(status.st_mode) ? status.st_ino : kNone;
-}
 
 std::string Bytes(const void* data, size_t size) { return {static_cast<const char*>(data), size}; }
 
@@ -47,26 +39,48 @@ OpenConnections::Verdict OpenConnections::Take(const FileDescriptor& connection)
     const auto found = of_address_.find(address);
     return found != of_address_.end() && found->second >= most_of_address_;
   };
-  if ((full() || address_full()) && now - looked_ >= kLookAgain) Look(now);
+  if ((full() || address_full()) && now - looked_ >= kLookAgain) ForgetClosed(now);
   if (address_full()) return Verdict::kTooManyOfAddress;
   if (full()) return Verdict::kTooMany;
   ++of_address_[address];
-  connections_[connection.number()] = {SocketOf(connection.number()), std::move(address)};
+  connections_[connection.number()] = {InodeOf(connection.number()), next_number_++,
+                                       std::move(address), PeerKeyOf(connection.number())};
   return Verdict::kTaken;
 }
 
 int OpenConnections::size() {
   const std::lock_guard lock(mutex_);
-  Look(std::chrono::steady_clock::now());
+  ForgetClosed(std::chrono::steady_clock::now());
   return static_cast<int>(connections_.size());
 }
 
-void OpenConnections::Look(std::chrono::steady_clock::time_point now) {
+std::vector<OpenConnections::Sample> OpenConnections::Look() {
+  const std::lock_guard lock(mutex_);
+  ForgetClosed(std::chrono::steady_clock::now());
+  std::vector<Sample> samples;
+  samples.reserve(connections_.size());
+  for (const auto& [file, one] : connections_) {
+    samples.push_back({one.number, one.address, one.peer, TrafficOf(file)});
+  }
+  return samples;
+}
+
+bool OpenConnections::Abort(uint64_t number) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(connections_.begin(), connections_.end(),
+                                  [&](const auto& one) { return one.second.number == number; });
+  if (found == connections_.end()) return false;
+  const bool aborted = AbortConnection(found->first, found->second.socket);
+  Forget(found);
+  return aborted;
+}
+
+void OpenConnections::ForgetClosed(std::chrono::steady_clock::time_point now) {
   looked_ = now;
   for (auto at = connections_.begin(); at != connections_.end();) {
     const auto connection = at++;
-    const ino_t socket = SocketOf(connection->first);
-    if (socket == kNone || socket != connection->second.socket) Forget(connection);
+    const ino_t socket = InodeOf(connection->first);
+    if (socket == 0 || socket != connection->second.socket) Forget(connection);
   }
 }
 

@@ -8,8 +8,10 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "server/os/file_descriptor.h"
+#include "server/os/tcp_connection.h"
 
 namespace rilievo {
 
@@ -25,6 +27,13 @@ class OpenConnections {
 
   static constexpr std::chrono::milliseconds kLookAgain{100};
 
+  // One of those that are open.
+  struct Sample {
+    uint64_t number = 0;        // in the order in which they came
+    std::string address, peer;  // AddressOfPeer(), PeerKeyOf()
+    TcpTraffic traffic;
+  };
+
   // Both >= 1.
   OpenConnections(int most, int most_of_address) : most_(most), most_of_address_(most_of_address) {}
 
@@ -34,20 +43,28 @@ class OpenConnections {
   // Of those taken, how many are open.
   int size();
 
+  // All of them that are open.
+  std::vector<Sample> Look();
+
+  // Ends the one with this number, and counts it no longer. False when it was closed before.
+  bool Abort(uint64_t number);
+
  private:
   struct Connection {
     ino_t socket;
-    std::string address;
+    uint64_t number;
+    std::string address, peer;
   };
 
   // With mutex_ held: forgets those that are closed.
-  void Look(std::chrono::steady_clock::time_point now);
+  void ForgetClosed(std::chrono::steady_clock::time_point now);
   void Forget(std::map<int, Connection>::iterator connection);
 
   const int most_, most_of_address_;
   std::mutex mutex_;
   std::map<int, Connection> connections_;  // by file handle
   std::map<std::string, int> of_address_;
+  uint64_t next_number_ = 1;
   std::chrono::steady_clock::time_point looked_{};
 };
 

@@ -46,6 +46,7 @@ absl::Status ServerOptions::Validate() const {
   if (max_uploads < 1 || max_uploads > 1'000'000) {
     return Outside("max_uploads", max_uploads, "[1, 1000000]");
   }
+  if (max_server_memory < 0) return Outside("max_server_memory", max_server_memory, "[0, inf)");
   if (max_connections < 1 || max_connections > 1'000'000) {
     return Outside("max_connections", max_connections, "[1, 1000000]");
   }

@@ -48,6 +48,9 @@ struct ServerOptions {
       false;  // without `store`: keep jobs in a temporary folder that ends with the server
   int max_calls = 1024;               // streams under way, all clients together, [1, 1000000]
   int max_uploads = 64;               // of them UploadScan, [1, 1000000]
+  // Resident memory of the server itself, without workers and the points of one-call jobs; above it
+  // the connections that cost most are closed. Bytes; 0: the default. >= 0
+  int64_t max_server_memory = 512'000'000;
   int max_connections = 1024;         // open at a time, [1, 1000000]
   int max_address_connections = 256;  // of them of one address, [1, 1000000]
   int max_connection_streams = 128;   // calls under way on one connection, [1, 100000]
@@ -55,6 +58,8 @@ struct ServerOptions {
   // answer. Both > 0.
   std::chrono::milliseconds keepalive_time{20'000};
   std::chrono::milliseconds keepalive_timeout{10'000};
+  // Health is NOT_SERVING once threads of the server have had work and not moved for so long, > 0.
+  std::chrono::milliseconds stuck_time{30'000};
   bool reflection = true;
 
   // INVALID_ARGUMENT that names the field.

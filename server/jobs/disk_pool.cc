@@ -21,6 +21,7 @@ void DiskPool::Post(std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
     tasks_.push_back(std::move(task));
+    heart_.SetBusy(true);
   }
   wake_.notify_one();
 }
@@ -32,10 +33,15 @@ void DiskPool::Work() {
     if (tasks_.empty()) return;
     std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();
+    ++working_;
+    heart_.Beat();
     lock.unlock();
     task();
     task = nullptr;  // what it holds may be the last of something
     lock.lock();
+    --working_;
+    heart_.Beat();
+    heart_.SetBusy(working_ > 0 || !tasks_.empty());
   }
 }
 

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "server/rpc/heartbeat.h"
+
 namespace rilievo {
 
 class DiskPool {
@@ -23,12 +25,16 @@ class DiskPool {
   // First come, first served, on any of the threads. `task` must not throw.
   void Post(std::function<void()> task);
 
+  const Heartbeat& heart() const { return heart_; }
+
  private:
   void Work();
 
   std::mutex mutex_;
   std::condition_variable wake_;
   bool closing_ = false;
+  int working_ = 0;
+  Heartbeat heart_;
   std::deque<std::function<void()>> tasks_;
   std::vector<std::jthread> threads_;
 };

@@ -22,6 +22,9 @@ class JobsService final : public v1::JobsService::CallbackService {
   // The gRPC server is gone. Stops what runs; a later server goes on with it.
   ~JobsService() override;
 
+  // Of the threads that wait for the disk; none without a store.
+  const Heartbeat* disk_heart() const { return core_ ? &core_->disk.heart() : nullptr; }
+
   // How many requests so far were for a job of another owner.
   int64_t foreign_requests() const;
 

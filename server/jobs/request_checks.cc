@@ -1,13 +1,13 @@
 #include "server/jobs/request_checks.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/conversion/job_request.h"
+#include "server/observability/server_log.h"
 
 namespace rilievo {
 namespace {
@@ -104,7 +104,7 @@ CallError ErrorOfStore(const absl::Status& status) {
       error.retry_delay = std::chrono::seconds(30);
       return error;
     default:
-      std::fprintf(stderr, "rilievod: store: %s\n", std::string(status.message()).c_str());
+      LogMessage(absl::StrCat("store: ", status.message()));
       error.code = absl::StatusCode::kInternal;
       error.message = "the server's store failed; its operator finds the cause in the log";
       return error;

@@ -7,6 +7,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "server/observability/event_line.h"
 
 namespace rilievo {
 namespace {
@@ -15,13 +16,6 @@ std::string Seconds(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.3f", value);
   return text;
-}
-
-// Printable ASCII without quotes: a client's words must not forge a second line.
-std::string Quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) result += c < ' ' || c > '~' || c == '"' || c == '\\' ? '?' : c;
-  return result + "\"";
 }
 
 }  // namespace

@@ -5,9 +5,7 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
-#include <unistd.h>
 
-#include <fstream>
 #include <mutex>
 #include <utility>
 #include <vector>
@@ -16,6 +14,8 @@
 #include "absl/strings/match.h"
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
+#include "server/observability/server_log.h"
+#include "server/os/process_usage.h"
 
 namespace rilievo {
 namespace {
@@ -30,13 +30,6 @@ const Histogram::BucketBoundaries& Buckets() {
   static const Histogram::BucketBoundaries buckets = {0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1,
                                                       3,     10,    30,   60,   180, 600};
   return buckets;
-}
-
-int64_t ResidentBytes() {
-  std::ifstream file("/proc/self/statm");
-  int64_t size = 0, resident = 0;
-  file >> size >> resident;
-  return resident * sysconf(_SC_PAGESIZE);
 }
 
 // ErrorInfo.reason of a status; empty when it has none.
@@ -55,7 +48,7 @@ std::string ReasonOf(const grpc::Status& status) {
 struct ServerMetrics::Registers final : prometheus::Collectable {
   // Prometheus does not see the rise of a counter that was not there.
   Registers() {
-    for (const char* limit : {"ALL", "ADDRESS", "HANDLES"}) {
+    for (const char* limit : {"ALL", "ADDRESS", "HANDLES", "MEMORY"}) {
       connections_refused.Add({{"reason", limit}});
     }
   }
@@ -127,6 +120,12 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
                       .Help("Bytes of surfaces that were sent")
                       .Register(registry)
                       .Add({});
+  Counter& log_lines_dropped =
+      prometheus::BuildCounter()
+          .Name("rilievo_log_lines_dropped_total")
+          .Help("Lines of the log that were left out, since nobody read it")
+          .Register(registry)
+          .Add({});
   Counter& other_owner = refusals.Add({{"reason", "OTHER_OWNER"}});
 
   void CountTimes(const char* kind, const JobRecord& record);
@@ -137,6 +136,7 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
   std::vector<prometheus::MetricFamily> Collect() const override {
     const std::lock_guard lock(mutex);
     resident.Set(static_cast<double>(ResidentBytes()));
+    log_lines_dropped.Increment(static_cast<double>(DroppedLogLines()) - log_lines_dropped.Value());
     if (state) {
       const ServerState now = state();
       queued.Set(now.queued);

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
-#include <mutex>
 #include <string>
 #include <utility>
 
@@ -19,9 +17,9 @@
 #include "server/auth/token_file.h"
 #include "server/conversion/server_options.h"
 #include "server/health_probe.h"
-#include "server/observability/job_log.h"
 #include "server/observability/port/channelz_port.h"
 #include "server/observability/port/metrics_port.h"
+#include "server/observability/server_log.h"
 #include "server/observability/server_metrics.h"
 #include "server/os/open_files.h"
 #include "server/reconstruction_server.h"
@@ -32,6 +30,7 @@ namespace rilievo {
 namespace {
 
 constexpr std::chrono::seconds kProbeTimeout{3};
+constexpr std::chrono::seconds kLastWords{1};  // of the log
 
 struct CommandLine {
   ServerOptions options;
@@ -39,7 +38,7 @@ struct CommandLine {
   double max_job_seconds = 600, max_idle_seconds = 60, drain_seconds = 30;
   std::string worker;
   bool in_process = false;
-  std::string probe;
+  std::string probe, probe_service;
   std::string make_token;
   std::string metrics, channelz;
   std::string log = "json", reflection = "auto";
@@ -111,6 +110,10 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                   "scans that are being uploaded; one client alone gets half (without tokens all "
                   "behind one gateway, NAT or unix socket are one)")
       ->capture_default_str();
+  app->add_option("--max-server-memory", options.max_server_memory,
+                  "bytes that the server itself may take, without workers and points; above it the "
+                  "connections that cost most are closed")
+      ->capture_default_str();
   app->add_option("--max-connections", options.max_connections, "connections that are open")
       ->capture_default_str();
   app->add_option("--max-address-connections", options.max_address_connections,
@@ -129,7 +132,7 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                   "HOST:PORT for Prometheus' GET /metrics, which asks nobody for a token");
   app->add_option("--channelz", line->channelz,
                   "HOST:PORT of a loopback address for gRPC's own view of its connections");
-  app->add_option("--log", line->log, "one line a job on standard error: json or text")
+  app->add_option("--log", line->log, "one line an event on standard error: json or text")
       ->check(CLI::IsMember({"json", "text"}))
       ->capture_default_str();
   app->add_option("--tokens", options.tokens,
@@ -149,6 +152,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
       ->check(NotEmpty);
   app->add_option("--probe", line->probe,
                   "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
+  app->add_option("--probe-service", line->probe_service,
+                  "of --probe: ask for this service; alive: whether the server works, also while "
+                  "it drains");
 }
 
 std::chrono::milliseconds Milliseconds(double seconds) {
@@ -156,6 +162,7 @@ std::chrono::milliseconds Milliseconds(double seconds) {
 }
 
 int Fail(const absl::Status& status) {
+  FlushLog(kLastWords);
   std::fprintf(stderr, "rilievod: %s\n", std::string(status.message()).c_str());
   return 1;
 }
@@ -174,16 +181,12 @@ int PrintNewToken(const std::string& name, const std::string& file) {
   return 0;
 }
 
-void LogJob(const JobRecord& record, bool as_json) {
-  static std::mutex mutex;
-  char time[32];
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  std::strftime(time, sizeof(time), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
-  const std::string line =
-      as_json ? JobJson(record, time) : absl::StrCat(time, " ", JobLine(record));
-  const std::lock_guard lock(mutex);
-  std::fprintf(stderr, "%s\n", line.c_str());
+// Never destroyed: gRPC's threads may have words until the process ends.
+ServerLog* StartLog(const CommandLine& line) {
+  auto* log = new ServerLog(
+      STDERR_FILENO, line.log == "json" ? ServerLog::Format::kJson : ServerLog::Format::kText);
+  ServerLog::Use(log);
+  return log;
 }
 
 // What an operator looks at.
@@ -198,13 +201,12 @@ absl::StatusOr<OperatorPorts> OpenPorts(const CommandLine& line,
   if (!line.metrics.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(ports.metrics,
                              MetricsPort::Open(line.metrics, server.metrics()->collectable()));
-    std::fprintf(stderr, "rilievod: metrics at http://%s/metrics\n",
-                 ports.metrics->address().c_str());
+    LogMessage(absl::StrCat("metrics at http://", ports.metrics->address(), "/metrics"));
   }
   if (!line.channelz.empty()) {
     std::string bound;
     RILIEVO_ASSIGN_OR_RETURN(ports.channelz, OpenChannelzPort(line.channelz, &bound));
-    std::fprintf(stderr, "rilievod: channelz at %s\n", bound.c_str());
+    LogMessage(absl::StrCat("channelz at ", bound));
   }
   return ports;
 }
@@ -252,9 +254,9 @@ int Serve(const CommandLine& line, JobWork work) {
   std::signal(SIGXFSZ, SIG_IGN);
   RaiseOpenFiles();
 
-  auto server = ReconstructionServer::Listen(
-      line.options, std::move(work),
-      [as_json = line.log == "json"](const JobRecord& record) { LogJob(record, as_json); });
+  ServerLog* const log = StartLog(line);
+  auto server = ReconstructionServer::Listen(line.options, std::move(work),
+                                             [log](const JobRecord& record) { log->Job(record); });
   if (!server.ok()) return Fail(server.status());
   const auto ports = OpenPorts(line, **server);
   if (!ports.ok()) return Fail(ports.status());
@@ -263,11 +265,12 @@ int Serve(const CommandLine& line, JobWork work) {
 
   int signal = 0;
   sigwait(&signals, &signal);
-  std::fprintf(stderr, "rilievod: draining\n");
+  LogMessage("draining");
   (*server)->BeginDrain();
   Drain(signals, line.options.drain_time, server->get());
   (*server)->Shutdown();
-  std::fprintf(stderr, "rilievod: ended\n");
+  LogMessage("ended");
+  FlushLog(kLastWords);
   return 0;
 }
 
@@ -278,7 +281,7 @@ int Main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   if (!line.make_token.empty()) return PrintNewToken(line.make_token, line.options.tokens);
   if (!line.probe.empty()) {
-    const absl::Status health = ProbeHealth(line.probe, kProbeTimeout);
+    const absl::Status health = ProbeHealth(line.probe, kProbeTimeout, line.probe_service);
     return health.ok() ? 0 : Fail(health);
   }
   for (const auto& [name, seconds] :

@@ -58,6 +58,7 @@ uint64_t JobPool::Submit(std::function<void()> work, const Demand& demand) {
     if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
     line->entries.push_back(
         {number, std::move(work), demand.memory, std::chrono::steady_clock::now()});
+    TellHeart();
   }
   wake_.notify_one();
   return number;
@@ -79,6 +80,7 @@ bool JobPool::Withdraw(uint64_t number) {
       if (line->entries.empty()) lines_.erase(line);
       break;
     }
+    TellHeart();
   }
   // The job behind it may need less memory.
   if (found) wake_.notify_all();
@@ -141,6 +143,8 @@ void JobPool::Work() {
     Entry entry = TakeNext();
     ++running_;
     memory_in_use_ += entry.memory;
+    heart_.Beat();
+    TellHeart();
     lock.unlock();
     const auto start = std::chrono::steady_clock::now();
     entry.work();
@@ -149,6 +153,7 @@ void JobPool::Work() {
     lock.lock();
     --running_;
     memory_in_use_ -= entry.memory;
+    TellHeart();
     mean_seconds_ += kMeanWeight * (seconds.count() - mean_seconds_);
     wake_.notify_all();  // there may be room for several
   }

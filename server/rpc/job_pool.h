@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/rpc/heartbeat.h"
+
 namespace rilievo {
 
 // A fixed number of workers and of places. A place is taken before the points of a job are read,
@@ -71,6 +73,9 @@ class JobPool {
   };
   State state() const;
 
+  // Of the threads: they have work while a job could start and one of them is free.
+  const Heartbeat& heart() const { return heart_; }
+
   int admitted() const;
   int running() const;
 
@@ -92,6 +97,7 @@ class JobPool {
 
   // With mutex_ held.
   bool HasRoomForNext() const;
+  void TellHeart() { heart_.SetBusy(running_ < workers_ && HasRoomForNext()); }
   Entry TakeNext();
 
   const int workers_;
@@ -106,6 +112,7 @@ class JobPool {
   double mean_seconds_ = 1;  // exponential mean of a job's time
   int64_t memory_in_use_ = 0;
   std::list<Line> lines_;  // the first one is next
+  Heartbeat heart_;
   std::vector<std::jthread> threads_;
 };
 

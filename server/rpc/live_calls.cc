@@ -59,7 +59,9 @@ std::vector<std::shared_ptr<LiveCall>> LiveCalls::Snapshot() const {
 }
 
 void LiveCalls::TickUntil(const std::stop_token& stop) {
+  heart_.SetBusy(true);
   while (!stop.stop_requested()) {
+    heart_.Beat();
     for (const auto& call : Snapshot()) call->Tick(LiveCall::Clock::now());
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, stop, kTickPeriod, [] { return false; });

@@ -10,6 +10,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/rpc/heartbeat.h"
+
 namespace rilievo {
 
 // Why a call ends before its time.
@@ -58,6 +60,9 @@ class LiveCalls {
   // Of one client.
   int size(const std::string& client) const;
 
+  // Of the thread that ticks.
+  const Heartbeat& heart() const { return heart_; }
+
  private:
   struct Entry {
     std::weak_ptr<LiveCall> call;
@@ -71,6 +76,7 @@ class LiveCalls {
   std::condition_variable_any changed_;
   std::unordered_map<const LiveCall*, Entry> calls_;
   std::unordered_map<std::string, int> of_client_;
+  Heartbeat heart_;
   std::jthread ticker_;
 };
 

@@ -35,8 +35,9 @@ struct ServiceCore {
   const std::unique_ptr<const Doorkeeper> door;
   const std::shared_ptr<ServerMetrics> metrics = std::make_shared<ServerMetrics>();
   std::atomic<uint64_t> next_job{1};
-  std::atomic<bool> draining{false};  // no new jobs
-  LiveCalls live_calls;               // outlives the pool, whose work may be the last to leave
+  std::atomic<int64_t> upload_bytes{0};  // points of calls of Reconstruct, in memory
+  std::atomic<bool> draining{false};     // no new jobs
+  LiveCalls live_calls;                  // outlives the pool, whose work may be the last to leave
   JobPool pool;
 };
 

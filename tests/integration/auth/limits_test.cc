@@ -129,10 +129,11 @@ TEST_F(LimitsTest, ConnectionsAreBoundedByAddressAndAllTogether) {
   EXPECT_EQ(answer(mute.back()), "HTTP/1.1 503");
   for (const char* from : {"127.0.0.2", "127.0.0.3", "127.0.0.4"}) connect_from(from);
   EXPECT_EQ(answer(mute.back()), "HTTP/1.1 503") << "the seventh";
-  const auto line = daemon_->WaitForLine("rilievod: metrics at ", seconds(10));
+  const auto line = daemon_->WaitForLine("metrics at ", seconds(10));
   ASSERT_TRUE(line.has_value());
-  EXPECT_EQ(std::system(("curl -s --max-time 10 " + line->substr(line->find("at ") + 3) + " > " +
-                         (test_ / "metrics"))
+  EXPECT_EQ(std::system(("curl -s --max-time 10 " +
+                         line->substr(line->find("http:"), line->rfind('"') - line->find("http:")) +
+                         " > " + (test_ / "metrics"))
                             .c_str()),
             0);
   std::stringstream metrics;

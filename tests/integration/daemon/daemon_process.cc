@@ -77,6 +77,7 @@ DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments) {
 }
 
 DaemonProcess::~DaemonProcess() {
+  StallLog(false);
   // A sanitizer looks for what leaked when the program ends by itself.
   if (kSanitized && pid_ > 0 && !exit_code_) {
     Signal(SIGTERM);
@@ -133,6 +134,7 @@ void DaemonProcess::ReadLog(int pipe) {
   std::string line;
   char buffer[4096];
   for (ssize_t n; (n = read(pipe, buffer, sizeof(buffer))) > 0;) {
+    while (log_stalled_) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     const std::lock_guard lock(mutex_);
     for (ssize_t i = 0; i < n; ++i) {
       if (buffer[i] != '\n') {

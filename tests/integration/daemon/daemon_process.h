@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -48,6 +49,8 @@ class DaemonProcess {
   std::vector<std::string> Log() const;
   std::optional<std::string> WaitForLine(const std::string& text,
                                          std::chrono::milliseconds timeout) const;
+  // Reads its standard error no further, or again: a reader who stalls.
+  void StallLog(bool stalled) { log_stalled_ = stalled; }
 
  private:
   void ReadLog(int pipe);
@@ -58,6 +61,7 @@ class DaemonProcess {
   mutable std::mutex mutex_;
   mutable std::condition_variable logged_;
   std::vector<std::string> log_;
+  std::atomic<bool> log_stalled_ = false;
   std::jthread log_reader_;
 };
 

@@ -28,11 +28,12 @@ std::string Output(const std::string& command) {
   return out;
 }
 
-// What follows `words` in the log, to the next space.
+// What follows `words` in a message of the log.
 std::string LoggedAddress(const DaemonProcess& daemon, const std::string& words) {
   const auto line = daemon.WaitForLine(words, seconds(10));
   if (!line) return "";
-  return line->substr(line->find(words) + words.size());
+  const size_t begin = line->find(words) + words.size();
+  return line->substr(begin, line->find('"', begin) - begin);
 }
 
 // How a call with one empty message ends.
@@ -57,7 +58,7 @@ grpc::Status CallByName(const std::shared_ptr<grpc::ChannelInterface>& channel,
 class ObservabilityTest : public JobsTest {
  protected:
   std::string Metrics() const {
-    return Output("curl -s --max-time 10 " + LoggedAddress(*daemon_, "rilievod: metrics at "));
+    return Output("curl -s --max-time 10 " + LoggedAddress(*daemon_, "metrics at "));
   }
 
   // The value of a line of the metrics; -1 when there is none.
@@ -240,7 +241,7 @@ TEST_F(ObservabilityTest, HealthTurnsBeforeTheDrain) {
 TEST_F(ObservabilityTest, ChannelzHasAPortOfItsOwn) {
   const std::string name = "/grpc.channelz.v1.Channelz/GetServers";
   StartServer({"--channelz", "127.0.0.1:0"});
-  const std::string address = LoggedAddress(*daemon_, "rilievod: channelz at ");
+  const std::string address = LoggedAddress(*daemon_, "channelz at ");
   grpc::ByteBuffer response;
   EXPECT_TRUE(CallByName(ConnectPlaintext(address), name, &response).ok());
   EXPECT_GT(response.Length(), 0u);

@@ -1,9 +1,15 @@
 // Kept jobs whose work the test controls: slow readers, shutdown, bounds of the queue.
+#include <fcntl.h>
+#include <sys/stat.h>
+
+#include <filesystem>
 #include <fstream>
 #include <future>
 
 #include "client/library/jobs_client.h"
 #include "client/library/status_conversion.h"
+#include "server/health_probe.h"
+#include "server/os/file_descriptor.h"
 #include "tests/integration/service/service_fixture.h"
 #include "tests/unit/server/store/test_folder.h"
 
@@ -155,6 +161,47 @@ TEST_F(KeptJobsTest, DeletingARunningJobStopsIt) {
   EXPECT_TRUE(work_.WaitForStopped(1, seconds(1)));
   EXPECT_TRUE(absl::IsNotFound(Client().Get(job->job_id()).status()));
   EXPECT_TRUE(Client().List(10)->empty());
+}
+
+// A disk that does not answer: files that nobody writes to.
+TEST_F(KeptJobsTest, HealthTellsOfADiskThatHangs) {
+  ServerOptions options;
+  options.stuck_time = milliseconds(400);
+  Start(options);
+  const auto job = Submit("r");
+  ASSERT_TRUE(job.ok()) << job.status();
+  ASSERT_EQ(Client().Watch(job->job_id())->state(), v1::JOB_STATE_SUCCEEDED);
+  std::vector<std::string> blobs;
+  for (const auto& blob : std::filesystem::directory_iterator(test_ / "store/blobs")) {
+    blobs.push_back(blob.path());
+  }
+  for (const std::string& blob : blobs) {
+    std::filesystem::remove(blob);
+    ASSERT_EQ(mkfifo(blob.c_str(), 0600), 0);
+  }
+  const auto probe = [&](const std::string& service) {
+    return ProbeHealth(server_->address(), seconds(5), service).code();
+  };
+  const auto comes = [&](const std::string& service, absl::StatusCode code) {
+    for (int i = 0; i < 100 && probe(service) != code; ++i) {
+      std::this_thread::sleep_for(milliseconds(50));
+    }
+    return probe(service) == code;
+  };
+  EXPECT_EQ(probe("alive"), absl::StatusCode::kOk);
+  std::vector<std::jthread> readers;
+  for (int i = 0; i < 2; ++i) {
+    readers.emplace_back([&] { Client().Fetch(job->job_id()).status().IgnoreError(); });
+  }
+  EXPECT_TRUE(comes("alive", absl::StatusCode::kUnavailable));
+  EXPECT_EQ(probe(""), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(probe("rilievo.v1.JobsService"), absl::StatusCode::kUnavailable);
+  std::vector<FileDescriptor> writers;
+  for (const std::string& blob : blobs) writers.emplace_back(open(blob.c_str(), O_RDWR));
+  writers.clear();
+  readers.clear();
+  EXPECT_TRUE(comes("alive", absl::StatusCode::kOk));
+  EXPECT_EQ(probe(""), absl::StatusCode::kOk);
 }
 
 }  // namespace

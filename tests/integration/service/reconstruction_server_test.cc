@@ -86,6 +86,7 @@ TEST_F(ReconstructionServerTest, HealthServesUntilTheDrain) {
   server_->BeginDrain();
   EXPECT_EQ(check(""), "NOT_SERVING");
   EXPECT_EQ(check("rilievo.v1.ReconstructionService"), "NOT_SERVING");
+  EXPECT_EQ(check("alive"), "SERVING") << "who drains is not started again";
   EXPECT_EQ(ProbeHealth(server_->address(), milliseconds(5000)).code(),
             absl::StatusCode::kUnavailable);
 }

@@ -1,4 +1,10 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <chrono>
+#include <vector>
 
 #include "grpcpp/server.h"
 #include "server/observability/port/channelz_port.h"
@@ -8,6 +14,9 @@
 namespace rilievo {
 namespace {
 
+using testing::HasSubstr;
+using testing::StartsWith;
+
 TEST(MetricsPort, TakesAFreePortAndRefusesOneThatIsTaken) {
   const ServerMetrics metrics;
   const auto port = MetricsPort::Open("127.0.0.1:0", metrics.collectable());
@@ -16,6 +25,61 @@ TEST(MetricsPort, TakesAFreePortAndRefusesOneThatIsTaken) {
   EXPECT_TRUE(
       absl::IsUnavailable(MetricsPort::Open((*port)->address(), metrics.collectable()).status()));
   EXPECT_TRUE(absl::IsUnavailable(MetricsPort::Open("nonsense", metrics.collectable()).status()));
+}
+
+FileDescriptor ConnectTo(const std::string& address) {
+  FileDescriptor end(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  to.sin_port = htons(static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
+  EXPECT_EQ(connect(end.number(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)), 0);
+  return end;
+}
+
+// The whole answer; empty when the connection is closed without one.
+std::string Ask(const FileDescriptor& connection, const std::string& request) {
+  EXPECT_TRUE(connection.Send(request.data(), request.size()).ok());
+  std::string answer;
+  char c;
+  while (connection.Read(&c, 1).ok()) answer += c;
+  return answer;
+}
+
+TEST(MetricsPort, AnswersBesideConnectionsThatSayNothing) {
+  const ServerMetrics metrics;
+  const auto port = MetricsPort::Open("127.0.0.1:0", metrics.collectable());
+  ASSERT_TRUE(port.ok()) << port.status();
+  std::vector<FileDescriptor> silent;
+  for (int i = 0; i < 50; ++i) {
+    silent.push_back(ConnectTo((*port)->address()));
+    const std::string begun = "GET /metrics HTTP/1.1\r\nX-A: ";
+    EXPECT_TRUE(silent.back().Send(begun.data(), begun.size()).ok());
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const std::string answer =
+      Ask(ConnectTo((*port)->address()), "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200 OK\r\n"));
+  const size_t body = answer.find("\r\n\r\n") + 4;
+  EXPECT_THAT(answer.substr(body), HasSubstr("rilievo_connections 0\n"));
+  EXPECT_THAT(answer, HasSubstr("Content-Length: " + std::to_string(answer.size() - body)));
+  EXPECT_THAT(Ask(silent.front(), "x\r\n\r\n"), HasSubstr("rilievo_connections"))
+      << "slow is not too late";
+}
+
+TEST(MetricsPort, ClosesWhoIsTooManyOrTooLong) {
+  const ServerMetrics metrics;
+  const auto port = MetricsPort::Open("127.0.0.1:0", metrics.collectable());
+  ASSERT_TRUE(port.ok()) << port.status();
+  std::vector<FileDescriptor> silent;
+  for (size_t i = 0; i < ScrapeServer::kMostConnections + 1; ++i) {
+    silent.push_back(ConnectTo((*port)->address()));
+  }
+  EXPECT_EQ(Ask(silent[0], ""), "") << "the oldest made room";
+  EXPECT_THAT(Ask(silent[1], "GET / HTTP/1.1\r\n\r\n"), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(Ask(silent[2], "POST /metrics HTTP/1.1\r\n\r\n"), StartsWith("HTTP/1.1 405"));
+  EXPECT_EQ(Ask(silent[3], std::string(20'000, 'x')), "") << "no request is so long";
 }
 
 TEST(ChannelzPort, IsForThisMachineAlone) {

@@ -1,0 +1,103 @@
+#include "server/auth/connection_watch.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "server/observability/library_log.h"
+#include "server/observability/server_log.h"
+#include "server/os/process_usage.h"
+
+namespace rilievo {
+namespace {
+
+// Less than this is not worth a question.
+constexpr int64_t kFewBytes = 4096;
+constexpr std::chrono::seconds kAskAgain{1};  // of a connection with calls under way
+constexpr std::chrono::milliseconds kBusyWindow{100};
+constexpr double kBusyShare = 0.5;  // of one processor
+// That the memory grows before it is worth a look for what can be given back.
+constexpr int64_t kGrowth = 32 << 20;
+constexpr int kLinesPerSecond = 5;
+
+}  // namespace
+
+ConnectionWatch::ConnectionWatch(OpenConnections* connections,
+                                 const ConnectionJudge::Limits& limits, Hooks hooks)
+    : connections_(connections),
+      hooks_(std::move(hooks)),
+      judge_(limits),
+      least_resident_(ResidentBytes()),
+      thread_([this](const std::stop_token& stop) { WatchUntil(stop); }) {}
+
+ConnectionWatch::~ConnectionWatch() = default;
+
+void ConnectionWatch::WatchUntil(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    Look(Clock::now());
+    std::unique_lock lock(mutex_);
+    wake_.wait_for(lock, stop, kPeriod, [] { return false; });
+  }
+}
+
+bool ConnectionWatch::Busy(Clock::time_point now) {
+  const auto used = ProcessorTime();
+  processor_times_.emplace_back(now, used);
+  while (processor_times_.size() > 2 && now - processor_times_[1].first >= kBusyWindow) {
+    processor_times_.pop_front();
+  }
+  const auto& [since, before] = processor_times_.front();
+  return now > since && (used - before) > kBusyShare * (now - since);
+}
+
+std::vector<ConnectionState> ConnectionWatch::States(Clock::time_point now) {
+  const auto samples = connections_->Look();
+  std::set<std::string> open;
+  for (const auto& sample : samples) open.insert(sample.peer);
+  bool refreshed = false;
+  std::map<uint64_t, Asked> asked;
+  std::vector<ConnectionState> states;
+  states.reserve(samples.size());
+  for (const auto& sample : samples) {
+    ConnectionState state{sample.number, sample.address, sample.traffic, std::nullopt};
+    Asked& last = asked[sample.number] = asked_[sample.number];
+    if (sample.traffic.read - last.read >= kFewBytes ||
+        (last.open > 0 && now - last.when >= kAskAgain)) {
+      state.streams = view_.Of(sample.peer);
+      if (!state.streams && !refreshed) {
+        view_.Refresh(open);
+        refreshed = true;
+        state.streams = view_.Of(sample.peer);
+      }
+      last = {sample.traffic.read, state.streams ? state.streams->open() : 0, now};
+    }
+    states.push_back(std::move(state));
+  }
+  asked_ = std::move(asked);
+  return states;
+}
+
+void ConnectionWatch::Look(Clock::time_point now) {
+  static LineRate rate(kLinesPerSecond);
+  const bool busy = Busy(now);
+  const int64_t resident = ResidentBytes();
+  for (const Offence& offence :
+       judge_.Judge(States(now), busy, resident - hooks_.held_bytes(), now)) {
+    if (!connections_->Abort(offence.number)) continue;
+    hooks_.closed();
+    if (const auto left_out = rate.Pass(now)) {
+      LogEvent("connection", {{"closed", offence.words}, {"left_out", std::to_string(*left_out)}});
+    }
+  }
+  GiveBackMemory(resident, busy);
+}
+
+void ConnectionWatch::GiveBackMemory(int64_t resident, bool busy) {
+  least_resident_ = std::min(least_resident_, resident);
+  if (busy || resident - least_resident_ < kGrowth) return;
+  malloc_trim(0);
+  least_resident_ = ResidentBytes();
+}
+
+}  // namespace rilievo
