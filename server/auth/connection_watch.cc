@@ -20,6 +20,9 @@ constexpr double kBusyShare = 0.5;  // of one processor
 // That the memory grows before it is worth a look for what can be given back.
 constexpr int64_t kGrowth = 32 << 20;
 constexpr int kLinesPerSecond = 5;
+constexpr int kPauses = 10;  // as long as the look before
+// Of other threads. A flood that costs less in a period is none.
+constexpr std::chrono::microseconds kLittleWork{500};
 
 }  // namespace
 
@@ -35,10 +38,20 @@ ConnectionWatch::~ConnectionWatch() = default;
 
 void ConnectionWatch::WatchUntil(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    Look(Clock::now());
+    const auto start = Clock::now();
+    if (IsDue(start)) Look(start);
+    const auto pause = std::max<Clock::duration>(kPeriod, kPauses * (Clock::now() - start));
     std::unique_lock lock(mutex_);
-    wake_.wait_for(lock, stop, kPeriod, [] { return false; });
+    wake_.wait_for(lock, stop, pause, [] { return false; });
   }
+}
+
+bool ConnectionWatch::IsDue(Clock::time_point now) {
+  const auto others = ProcessorTime() - ProcessorTimeOfThread();
+  if (others - others_time_ < kLittleWork && now - looked_ < kIdlePeriod) return false;
+  others_time_ = others;
+  looked_ = now;
+  return true;
 }
 
 bool ConnectionWatch::Busy(Clock::time_point now) {

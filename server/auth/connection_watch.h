@@ -21,12 +21,13 @@
 namespace rilievo {
 
 // Debian's gRPC 1.51 enforces its limits of streams and headers only against a client that
-// acknowledges them. So a thread of its own looks at the connections every kPeriod, by what the
-// kernel and gRPC's channelz tell of them, and closes those that ConnectionJudge names. Afterwards
-// it gives the memory that is free back to the system.
+// acknowledges them. So a thread of its own looks at the connections, by what the kernel and gRPC's
+// channelz tell of them, and closes those that ConnectionJudge names. Afterwards it gives the
+// memory that is free back to the system. It looks every kPeriod while other threads work, every
+// kIdlePeriod else, and takes at most a tenth of a processor.
 class ConnectionWatch {
  public:
-  static constexpr std::chrono::milliseconds kPeriod{20};
+  static constexpr std::chrono::milliseconds kPeriod{20}, kIdlePeriod{1000};
 
   struct Hooks {
     std::function<int64_t()> held_bytes;  // memory that the server knows to hold for clients
@@ -41,6 +42,8 @@ class ConnectionWatch {
   using Clock = std::chrono::steady_clock;
 
   void WatchUntil(const std::stop_token& stop);
+  // Whether other threads have worked since the last look, or that is long ago.
+  bool IsDue(Clock::time_point now);
   void Look(Clock::time_point now);
   std::vector<ConnectionState> States(Clock::time_point now);
   bool Busy(Clock::time_point now);
@@ -57,7 +60,9 @@ class ConnectionWatch {
   };
   std::map<uint64_t, Asked> asked_;
   std::deque<std::pair<Clock::time_point, std::chrono::nanoseconds>> processor_times_;
-  int64_t least_resident_ = 0;  // since memory was given back
+  Clock::time_point looked_{};
+  std::chrono::nanoseconds others_time_{0};  // of the processors, at the last look
+  int64_t least_resident_ = 0;               // since memory was given back
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;

@@ -6,6 +6,15 @@
 #include <fstream>
 
 namespace rilievo {
+namespace {
+
+std::chrono::nanoseconds TimeOf(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+}  // namespace
 
 int64_t ResidentBytes() {
   std::ifstream file("/proc/self/statm");
@@ -14,10 +23,8 @@ int64_t ResidentBytes() {
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-std::chrono::nanoseconds ProcessorTime() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
-}
+std::chrono::nanoseconds ProcessorTime() { return TimeOf(CLOCK_PROCESS_CPUTIME_ID); }
+
+std::chrono::nanoseconds ProcessorTimeOfThread() { return TimeOf(CLOCK_THREAD_CPUTIME_ID); }
 
 }  // namespace rilievo

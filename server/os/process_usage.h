@@ -9,7 +9,8 @@ namespace rilievo {
 // Resident memory, bytes.
 int64_t ResidentBytes();
 
-// Processor time of all threads so far.
+// Processor time so far, of all threads and of the one that asks.
 std::chrono::nanoseconds ProcessorTime();
+std::chrono::nanoseconds ProcessorTimeOfThread();
 
 }  // namespace rilievo

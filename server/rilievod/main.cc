@@ -302,6 +302,8 @@ int Main(int argc, char** argv) {
   line.options.keepalive_timeout = Milliseconds(line.keepalive_timeout_seconds);
   const bool anybody = line.options.tokens.empty() && line.options.tls_client_ca.empty();
   line.options.reflection = line.reflection == "on" || (line.reflection == "auto" && anybody);
+  // Then the memory of jobs is the server's own.
+  if (line.in_process) line.options.max_server_memory += line.options.MemoryBudget();
   auto work = ChooseWork(line);
   if (!work.ok()) return Fail(work.status());
   return Serve(line, *std::move(work));
