@@ -88,7 +88,7 @@ done
 arguments() {
   node tests/schemas/container_arguments.mjs "$modules" "$1"
 }
-for file in "${manifests[@]}" docker/compose.yaml docker/Dockerfile; do
+for file in "${manifests[@]}" docker/compose.yaml docker/Dockerfile deploy/front/{compose,kubernetes}.yaml; do
   mapfile -t options < <(arguments "$file")
   [ ${#options[@]} -gt 1 ] || options=(--no-options-found-in="$file")
   # Without the tokens of the file: the line goes to standard error.

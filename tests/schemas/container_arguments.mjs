@@ -13,7 +13,7 @@ function found() {
     if (one.errors.length) throw one.errors[0];
     return one.toJS();
   });
-  const deployment = documents.find((one) => one.kind === "Deployment");
+  const deployment = documents.find((one) => one.spec?.template);
   return deployment
     ? deployment.spec.template.spec.containers[0].args
     : documents[0].services.rilievod.command;

@@ -22,9 +22,10 @@ struct Part {
 
 const std::vector<Part>& Parts() {
   static const std::vector<Part> parts = {
-      {"clients", ManyClients},     {"kills", Kills}, {"repeats", Repeats},
-      {"readers", SlowReaders},     {"bombs", Bombs}, {"exhaustion", Exhaustion},
-      {"cost", ServingCost, false},
+      {"clients", ManyClients},   {"kills", Kills},
+      {"repeats", Repeats},       {"readers", SlowReaders},
+      {"bombs", Bombs},           {"http2", HostileHttp2},
+      {"exhaustion", Exhaustion}, {"cost", ServingCost, false},
   };
   return parts;
 }
@@ -45,7 +46,7 @@ int Run(const CommandLine& line) {
   PrepareToConnect();
   Scale scale;
   scale.client_time = std::chrono::seconds(line.seconds);
-  if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1};
+  if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
   Report report;
   KnownScans();
   {

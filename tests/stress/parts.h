@@ -13,6 +13,7 @@ struct Scale {
   int kills = 100;  // of the server, and again of a worker
   int cuts = 50;    // of an upload
   int cost_pairs = 9;
+  std::chrono::seconds flood_time{10};  // of hostile frames
 };
 
 // 64 clients, a third of them cancelling or cutting the line.
@@ -32,6 +33,9 @@ void HalfOpenPeers(const Scale& scale, Report* report);
 
 // Small things that ask for much memory.
 void Bombs(const Scale& scale, Report* report);
+
+// Frames of HTTP/2 that no client sends; to the server, and to the front before it.
+void HostileHttp2(const Scale& scale, Report* report);
 
 // No disk, no files, no memory.
 void Exhaustion(const Scale& scale, Report* report);
