@@ -10,6 +10,7 @@
 #include "core/codec/dss_metadata.h"
 #include "core/codec/edge_rules.h"
 #include "core/codec/face_groups.h"
+#include "core/geometry/frame_limit.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
@@ -101,10 +102,9 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
     return absl::DataLossError("the header's frame or steps are not finite and positive");
   }
   constexpr double kMostStep = 0.011;  // EncodeOptions allow 0.01, before rounding
-  constexpr double kMostLength = 1e300;
   if (header.position_step > kMostStep || header.height_unit > kMostStep ||
-      header.frame.diagonal > kMostLength ||
-      header.frame.center.cwiseAbs().maxCoeff() > kMostLength) {
+      header.frame.diagonal > kMostFrameLength ||
+      header.frame.center.cwiseAbs().maxCoeff() > kMostFrameLength) {
     return absl::DataLossError("the header's frame or steps are too large for any surface");
   }
   return header;

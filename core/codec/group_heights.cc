@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/codec/height_range.h"
 #include "core/codec/range_coder.h"
 
 namespace rilievo {
@@ -68,17 +69,12 @@ absl::StatusOr<GroupHeights> DecodeGroup(const GroupMesh& mesh,
                                                 level, " end before their last one"));
       }
     }
-    for (size_t v = decoded.values.size(); v < count; ++v) {
-      const int64_t value = dequantizer.Value(state.coefficients[v]);
-      if (std::abs(value) > kMaxHeightUnits) return OutOfRange();
-      decoded.values.push_back(static_cast<int32_t>(value));
-      state.heights.push_back(static_cast<int32_t>(value));
-    }
+    const auto known = static_cast<std::ptrdiff_t>(decoded.values.size());
+    if (!AddValues(dequantizer, state.coefficients, decoded.values)) return OutOfRange();
+    state.heights.insert(state.heights.end(), decoded.values.begin() + known, decoded.values.end());
     if (i + 1 == levels.size()) break;
     SynthesizeLevel(mesh.refinement.levels[level - 1], levels[i].lifting, state.heights);
-    for (int32_t height : state.heights) {
-      if (std::abs(int64_t{height}) > kMaxHeightUnits) return OutOfRange();
-    }
+    if (!InHeightRange(state.heights)) return OutOfRange();
   }
   decoded.filled = std::move(state.filled);
   return decoded;

@@ -20,9 +20,8 @@
 
 namespace rilievo {
 
-// Largest |coefficient| in steps, and |height| in units.
+// Largest |coefficient|, in steps.
 inline constexpr int32_t kMaxCoefficient = 1 << 24;
-inline constexpr int32_t kMaxHeightUnits = 1 << 24;
 
 // What the levels done so far leave for the next one. Entries by vertex.
 struct HeightState {

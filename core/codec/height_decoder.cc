@@ -13,29 +13,12 @@
 #include "core/codec/group_heights.h"
 #include "core/codec/height_coder.h"
 #include "core/codec/height_layout.h"
+#include "core/codec/height_range.h"
 #include "core/codec/range_coder.h"
 #include "core/codec/smoothed_flags.h"
 
 namespace rilievo {
 namespace {
-
-bool InRange(std::span<const int32_t> values) {
-  return std::all_of(values.begin(), values.end(), [](int32_t value) {
-    return value >= -kMaxHeightUnits && value <= kMaxHeightUnits;
-  });
-}
-
-// Coefficients of the level as numbers behind those of the levels before.
-bool Dequantize(const Dequantizer& dequantizer, const std::vector<int32_t>& coefficients,
-                std::vector<int32_t>& values) {
-  values.reserve(coefficients.size());
-  for (size_t v = values.size(); v < coefficients.size(); ++v) {
-    const int64_t value = dequantizer.Value(coefficients[v]);
-    if (value < -kMaxHeightUnits || value > kMaxHeightUnits) return false;
-    values.push_back(static_cast<int32_t>(value));
-  }
-  return true;
-}
 
 absl::Status OutOfRange() {
   return absl::DataLossError("a height lies outside the range of the format");
@@ -54,7 +37,7 @@ absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
     LevelCoder<RangeDecoder, NoChoice> coded(coder, chooser, refinement, level,
                                              layout.dequantizer.step, has_filled, models, state);
     if (!coded.Run(layout.empty) ||
-        !Dequantize(layout.dequantizer, state.coefficients, state.heights)) {
+        !AddValues(layout.dequantizer, state.coefficients, state.heights)) {
       return OutOfRange();
     }
     if (coder.overrun()) {
@@ -63,7 +46,7 @@ absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
     }
     if (level > 0) {
       SynthesizeLevel(refinement.levels[level - 1], layout.lifting, state.heights);
-      if (!InRange(state.heights)) return OutOfRange();
+      if (!InHeightRange(state.heights)) return OutOfRange();
     }
   }
   return absl::OkStatus();
@@ -156,7 +139,7 @@ absl::Status SynthesizeLevels(const LoopRefinement& refinement,
       for (int32_t& height : reached) {
         height = std::clamp(height, -kMaxHeightUnits, kMaxHeightUnits);
       }
-    } else if (!InRange(reached)) {
+    } else if (!InHeightRange(reached)) {
       return OutOfRange();
     }
   }
@@ -246,7 +229,7 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
   for (size_t i = 0; i < plain.size(); ++i) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     AddPlainLevel(refinement.levels[layers.size() + i - 1], plain[i], state);
-    if (!InRange(state.heights)) return OutOfRange();
+    if (!InHeightRange(state.heights)) return OutOfRange();
   }
   const int level_count = static_cast<int>(layers.size() + plain.size());
   RILIEVO_ASSIGN_OR_RETURN(

@@ -1,6 +1,7 @@
 #include "core/codec/height_encoder.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/dss_header.h"
 #include "core/codec/group_heights.h"
+#include "core/codec/height_range.h"
 #include "core/codec/holes.h"
 #include "core/codec/range_coder.h"
 #include "core/codec/rate_distortion_chooser.h"
@@ -72,6 +74,8 @@ int64_t EncodedHeights::bytes() const {
 // One run over all levels.
 struct HeightEncoder::Pass {
   double unit = 0;
+  double least_unit = 0;                  // half as large a one did not hold the heights
+  std::atomic<bool> fits = true;          // no height beyond the range of the format so far
   std::vector<Dequantizer> dequantizers;  // per level
   HeightState state;
   std::vector<int32_t> coefficients;  // as decoded, in units
@@ -184,7 +188,7 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
                                                  dequantizer.step, has_filled_, models, pass.state);
   HeightLayout layout;
   layout.empty = chooser.Empty(begin, end);
-  coded.Run(layout.empty);
+  const bool coefficients_fit = coded.Run(layout.empty);
   // The choice was made with the draw of the round before; the bytes say the one that fits best.
   dequantizer.draw =
       MeanDraw(targets_in_units, pass.state.coefficients, begin, end, dequantizer.step);
@@ -195,12 +199,11 @@ void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_u
   payload.insert(payload.end(), bits.begin(), bits.end());
   pass.layers.push_back(std::move(payload));
   std::vector<int32_t>& heights = pass.state.heights;
-  heights.resize(end, 0);
-  for (int v = begin; v < end; ++v) {
-    heights[v] = static_cast<int32_t>(dequantizer.Value(pass.state.coefficients[v]));
-  }
+  pass.fits = coefficients_fit && AddValues(dequantizer, pass.state.coefficients, heights);
+  if (!pass.fits) return;
   pass.coefficients.insert(pass.coefficients.end(), heights.begin() + begin, heights.end());
   if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], layout.lifting, heights);
+  pass.fits = InHeightRange(heights);
 }
 
 // Writes at places of the pass that are this group's own.
@@ -240,6 +243,7 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
     const bool any_filled = std::any_of(state.filled.begin() + begin, state.filled.begin() + end,
                                         [](uint8_t filled) { return filled != 0; });
     piece.clear();
+    bool fits = true;
     if (layout.empty && !any_filled) {
       state.coefficients.resize(end, 0);
       state.active = NoneActive(mesh.refinement, level);
@@ -247,20 +251,22 @@ void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& tar
       LevelCoder<Coder, RateDistortionChooser> coded(coder, chooser, mesh.refinement, level,
                                                      dequantizer.step, has_filled_, *models, state,
                                                      mesh.foreign.data());
-      coded.Run(layout.empty);
+      fits = coded.Run(layout.empty);
       draw = MeanDraw(targets, state.coefficients, begin, end, dequantizer.step);
       layout.draw = dequantizer.draw = draw;
       piece = WritePieceLayout(layout);
       const std::vector<uint8_t> bits = coder.Finish();
       piece.insert(piece.end(), bits.begin(), bits.end());
     }
-    for (int v = begin; v < end; ++v) {
-      const auto value = static_cast<int32_t>(dequantizer.Value(state.coefficients[v]));
-      values.push_back(value);
-      state.heights.push_back(value);
-    }
-    if (level < max_level_) {
+    fits = fits && AddValues(dequantizer, state.coefficients, values);
+    if (fits && level < max_level_) {
+      state.heights.insert(state.heights.end(), values.begin() + begin, values.end());
       SynthesizeLevel(mesh.refinement.levels[level - 1], lifting_.step(level), state.heights);
+      fits = InHeightRange(state.heights);
+    }
+    if (!fits) {
+      pass.fits = false;
+      return;
     }
   }
   for (size_t v = shared_count; v < whole.size(); ++v) {
@@ -283,6 +289,7 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
           CodeGroup<Coder>(group_meshes_[g], targets_in_units, models, pass);
         }
       }));
+  if (!pass.fits) return absl::OkStatus();
   std::vector<int32_t>& heights = pass.state.heights;
   heights.insert(heights.end(),
                  pass.coefficients.begin() + static_cast<std::ptrdiff_t>(heights.size()),
@@ -290,6 +297,8 @@ absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_uni
   for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
     SynthesizeLevel(refinement_.levels[level - 1], lifting_.step(level),
                     std::span(heights).first(static_cast<size_t>(lifting_.end(level))));
+    pass.fits = pass.fits && InHeightRange(std::span(heights).first(lifting_.end(level)));
+    if (!pass.fits) return absl::OkStatus();
     std::vector<std::vector<uint8_t>> pieces;
     for (auto& of_group : pass.pieces) {
       pieces.push_back(std::move(of_group[level - kFirstGroupedLevel]));
@@ -308,21 +317,38 @@ absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targ
   for (double height : heights_) largest = std::max(largest, std::abs(height));
   const double least_unit = largest / (kRangeShare * kMaxHeightUnits);
   const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
-  pass.unit = StoredStep(std::max(wanted, least_unit));
+  pass.unit = StoredStep(std::max({wanted, least_unit, pass.least_unit}));
+  RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
+  // Far from what was told, filled heights may come out much larger than those that were given.
+  while (!pass.fits) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    pass.unit = pass.least_unit = 2 * pass.unit;
+    RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
+  }
+  return absl::OkStatus();
+}
+
+// All levels in the pass's unit, up to the first that does not fit in it.
+template <typename Coder>
+absl::Status HeightEncoder::CodeInUnits(const std::vector<double>& steps,
+                                        const std::vector<double>& targets,
+                                        const RunContext& context, Pass& pass) const {
   pass.dequantizers.resize(max_level_ + 1);
   std::vector<double> in_units = targets;
   for (double& target : in_units) target /= pass.unit;
+  pass.fits = true;
   pass.state = HeightState();
   pass.state.filled = filled_;
   pass.coefficients.clear();
   pass.layers.clear();
   const auto models = std::make_unique<HeightModels>();
-  for (int l = 0; l <= max_level_; ++l) {
+  for (int l = 0; l <= max_level_ && pass.fits; ++l) {
     const double units = std::clamp(std::round(steps[l] / pass.unit), 1.0, double{kMaxHeightStep});
     pass.dequantizers[l].step = static_cast<int32_t>(units);
     if (!grouped() || l < kFirstGroupedLevel) CodeLevel<Coder>(l, in_units, *models, pass);
   }
-  return grouped() ? CodeGroups<Coder>(in_units, *models, context, pass) : absl::OkStatus();
+  if (!grouped() || !pass.fits) return absl::OkStatus();
+  return CodeGroups<Coder>(in_units, *models, context, pass);
 }
 
 // What is still wrong is told by the basis functions of each coefficient: they are not quite

@@ -76,6 +76,9 @@ class HeightEncoder {
   absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
                        Pass& pass) const;
   template <typename Coder>
+  absl::Status CodeInUnits(const std::vector<double>& steps, const std::vector<double>& targets,
+                           const RunContext& context, Pass& pass) const;
+  template <typename Coder>
   void CodeLevel(int level, const std::vector<double>& targets_in_units, HeightModels& models,
                  Pass& pass) const;
   std::vector<double> CorrectedTargets(const Pass& pass) const;

@@ -15,6 +15,7 @@ namespace {
 constexpr int kMostTargetFaces = 200000;
 constexpr double kPointsPerFace = 30;
 constexpr int kFewestFaces = 200;
+constexpr int64_t kMostFacesPerPoint = 4;
 constexpr int kMostFaces = 12000;
 
 absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlOptions& options,
@@ -29,8 +30,9 @@ absl::StatusOr<ControlMesh> TakeRoad(Topology road, const NeighborGraph& graph,
                                      const PointIndex& index, const ControlOptions& options,
                                      const RunContext& context, OrientedCloud* oriented) {
   const OrientedCloud& cloud = *oriented;
-  const int target_faces =
-      options.target_faces > 0 ? options.target_faces : DefaultControlFaces(cloud);
+  const int target_faces = options.target_faces > 0
+                               ? UsefulControlFaces(options.target_faces, cloud.points.cols())
+                               : DefaultControlFaces(cloud);
   switch (road) {
     case Topology::kPlanar:
       return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
@@ -95,6 +97,11 @@ absl::Status ControlOptions::Validate() const {
 int DefaultControlFaces(const OrientedCloud& cloud) {
   const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
   return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
+}
+
+int UsefulControlFaces(int target_faces, int64_t points) {
+  return static_cast<int>(std::min<int64_t>(
+      target_faces, std::max<int64_t>(kFewestFaces, kMostFacesPerPoint * points)));
 }
 
 absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,

@@ -30,7 +30,8 @@ struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
   CreaseRule creases = CreaseRule::kAuto;
-  // About how many control faces; 0: chosen from the number of points. [0, 200000].
+  // About how many control faces; 0: chosen from the number of points. [0, 200000], of which
+  // UsefulControlFaces are made.
   int target_faces = 0;
   // The road kUser, also taken under kAuto when this is set: used as it is, after checks. Unit
   // frame.
@@ -50,6 +51,9 @@ struct ControlMeshResult {
 // The rule behind target_faces = 0: one face for 30 points, in [200, 12000]. Three subdivisions of
 // that give about as many vertices as there are points.
 int DefaultControlFaces(const OrientedCloud& cloud);
+
+// `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
+int UsefulControlFaces(int target_faces, int64_t points);
 
 // FAILED_PRECONDITION when the chosen road cannot serve the cloud, with the road that could.
 // When the road was chosen here and fails so, the road arbitrary is taken and the reason says it.

@@ -12,6 +12,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/frame_limit.h"
 #include "core/scan/morton_order.h"
 
 namespace rilievo {
@@ -27,6 +28,9 @@ constexpr double kStrayFactor = 50.0;
 // Standard deviations below this share of the diagonal count as no extent: about ten times what
 // rounding the coordinates to float32 leaves of a line or a plane.
 constexpr double kFlatRatio = 1e-6;
+// Largest half of a diagonal and |coordinate| of the centre: what rounding adds to the frame of a
+// surface still fits a file.
+constexpr double kMostLength = kMostFrameLength / 4;
 
 struct Columns {
   std::vector<int> kept;
@@ -95,9 +99,12 @@ absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
         "points: all ", columns.size(), " finite points are identical; a surface needs at least ",
         kMinScanPoints, " distinct ones"));
   }
-  if (!(half_diagonal <= std::numeric_limits<double>::max() / 8)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("points: the extent ", half_diagonal, " is too large for double precision"));
+  const Eigen::Vector3d center = low / 2 + high / 2;
+  const double farthest = std::max(half_diagonal, center.cwiseAbs().maxCoeff());
+  if (!(farthest <= kMostLength)) {
+    return absl::InvalidArgumentError(absl::StrCat("points: they reach ", farthest,
+                                                   ", which is too large; at most ", kMostLength,
+                                                   " is taken, give them in a larger unit"));
   }
   return SpatialFrame{low + (high - low) / 2, 2 * half_diagonal};
 }

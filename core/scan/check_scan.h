@@ -34,7 +34,8 @@ struct CheckedScan {
 };
 
 // INVALID_ARGUMENT, with the count and what is needed, when fewer than kMinScanPoints distinct
-// finite points remain, when all are identical, or when they are collinear. The bounding box (so
+// finite points remain, when all are identical or collinear, or when they are too far out for the
+// frame of a surface (kMostFrameLength). The bounding box (so
 // the frame) is robust: a handful of points that are extremely far from all others do not set it.
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
                                       const RunContext& context);

@@ -251,7 +251,9 @@ bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
 int64_t ExpectedControlFaces(const JobRequest& request) {
   const ControlOptions& control = request.options.control;
   if (control.user_mesh) return control.user_mesh->faces.cols();
-  if (control.target_faces > 0) return control.target_faces;
+  if (control.target_faces > 0) {
+    return UsefulControlFaces(control.target_faces, request.point_count);
+  }
   return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
 }
 

@@ -14,10 +14,10 @@ namespace rilievo {
 namespace {
 
 DecodedHeights Decode(const EncodedHeights& encoded, const LoopRefinement& refinement,
-                      bool has_filled) {
+                      bool has_filled, const FaceGroups* groups = nullptr) {
   std::vector<std::span<const uint8_t>> layers(encoded.layers.begin(), encoded.layers.end());
   auto decoded =
-      DecodeHeightLayers(layers, {}, refinement, nullptr, has_filled, std::nullopt, RunContext());
+      DecodeHeightLayers(layers, {}, refinement, groups, has_filled, std::nullopt, RunContext());
   EXPECT_TRUE(decoded.ok()) << decoded.status();
   return *std::move(decoded);
 }
@@ -196,6 +196,38 @@ TEST(HeightEncoderTest, SmoothHeightsTakeAFractionOfABit) {
   const EncodedHeights encoded = *HeightEncoder(surface, refinement, 1).Encode(1e-4, RunContext());
   EXPECT_LT(8.0 * encoded.bytes() / surface.heights.size(), 0.15);
   EXPECT_LT(encoded.rms, 3e-5);
+}
+
+// Few told heights of either sign amid filled ones: what needs no coefficients overshoots them by
+// far, and a step that fine leaves the format little room.
+TEST(HeightEncoderTest, TheUnitWidensUntilAllHeightsFit) {
+  for (const int group_limit : {0, kLeastGroupLimit}) {
+    DisplacedSurface surface = SurfaceOver(Torus(10, 8), 6, 1e-4, 0);
+    const LoopRefinement refinement = *RefineTopology(surface.control_mesh, 5, RunContext());
+    for (size_t v = 0; v < surface.heights.size(); ++v) {
+      const bool told = MixedBits(v) % 20000 == 0;
+      surface.sources[v] = told ? HeightSource::kMeasured : HeightSource::kFilled;
+      surface.heights[v] = MixedBits(7 * v) % 2 == 0 ? 0.4f : -0.4f;
+    }
+    const std::vector<GridPoint> points(surface.control_mesh.vertices.cols(), GridPoint{});
+    FaceGroups groups;
+    if (group_limit > 0) groups = GroupFaces(refinement.levels[0], points, group_limit);
+    const auto encoder =
+        group_limit > 0 ? *HeightEncoder::MakeGrouped(surface, refinement, 16, groups, RunContext())
+                        : std::make_unique<HeightEncoder>(surface, refinement, 16);
+    const EncodedHeights encoded = *encoder->Encode(1e-8, RunContext());
+    const DecodedHeights decoded =
+        Decode(encoded, refinement, encoder->has_filled(), group_limit > 0 ? &groups : nullptr);
+    double overshoot = 0, error = 0;
+    for (size_t v = 0; v < surface.heights.size(); ++v) {
+      const double height = decoded.heights[v] * encoded.unit;
+      overshoot = std::max(overshoot, std::abs(height));
+      if (surface.sources[v] == HeightSource::kFilled) continue;
+      error = std::max(error, std::abs(height - surface.heights[v]));
+    }
+    EXPECT_GT(overshoot, 1.6);  // beyond what the given heights alone would make the unit for
+    EXPECT_NEAR(error, encoded.max, 1e-9);
+  }
 }
 
 TEST(HeightEncoderTest, StopsWhenAsked) {

@@ -52,6 +52,19 @@ TEST(BuildControlMesh, AnUnfitRoadIsRefusedWhenAskedFor) {
             absl::StatusCode::kFailedPrecondition);
 }
 
+TEST(BuildControlMesh, FacesThatNoPointTellsOfAreNotMade) {
+  EXPECT_EQ(UsefulControlFaces(200000, 20), 200);
+  EXPECT_EQ(UsefulControlFaces(200000, 1000), 4000);
+  EXPECT_EQ(UsefulControlFaces(3000, 1000), 3000);
+  ControlOptions options;
+  options.target_faces = 200000;
+  for (const OrientedCloud& cloud : {TerrainCloud(1000, 0.12), StarCloud(1000)}) {
+    const auto result = Build(cloud, options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_LT(result->mesh.faces.cols(), 8000);
+  }
+}
+
 TEST(BuildControlMesh, AUserMeshIsTaken) {
   const Octahedron octahedron(2);
   ControlOptions options;

@@ -203,11 +203,15 @@ TEST(CheckScanTest, AcceptsACoplanarScanAndSaysSo) {
   EXPECT_EQ(scan->points.cols(), 600);
 }
 
-TEST(CheckScanTest, RefusesAnExtentBeyondDouble) {
-  KnownCloud sphere = SphereCloud(100, 16, 1.7e308);
-  const auto scan = Check(sphere.cloud);
-  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(scan.status().message(), HasSubstr("too large"));
+TEST(CheckScanTest, RefusesWhatNoFrameHolds) {
+  const KnownCloud clouds[] = {SphereCloud(100, 16, 1.7e308), SphereCloud(100, 16, 1e300),
+                               SphereCloud(100, 16, 1e290, {0, -1e301, 0})};
+  for (const KnownCloud& sphere : clouds) {
+    const auto scan = Check(sphere.cloud);
+    EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(scan.status().message(), HasSubstr("too large"));
+  }
+  EXPECT_TRUE(Check(SphereCloud(100, 16, 1e299).cloud).ok());
 }
 
 TEST(CheckScanTest, ValidatesOptionsAndStops) {
