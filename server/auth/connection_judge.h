@@ -41,9 +41,10 @@ class ConnectionJudge {
   static constexpr int64_t kUnawareStreams = 256;
   // An open call takes, as gRPC 1.51 was measured.
   static constexpr int64_t kCallBytes = 20'000;
-  // That a connection may bring without ending a message or beginning a call. gRPC holds as many
-  // bytes of unfinished messages for all connections together.
-  static constexpr int64_t kSilentBytes = 24 << 20;
+  // That a connection may bring without ending a message or beginning a call. gRPC holds 24 MiB of
+  // unfinished messages for all connections together; then it cancels a call, and more is on its
+  // way.
+  static constexpr int64_t kSilentBytes = 40 << 20;
   // That it may bring, for kDeafTime, while the server sends nothing to it. Data of calls makes the
   // server widen their window; headers without an end do not, and gRPC 1.51 copies what it has of
   // them at each frame. Only while the processors are busy: a call that does not read does the
@@ -77,7 +78,8 @@ class ConnectionJudge {
   void Learn(const std::vector<ConnectionState>& all, Clock::time_point now);
   static void LearnOf(const ConnectionState& state, Clock::time_point now, Known* one);
   std::optional<std::string> OwnOffence(const Known& one, bool busy, Clock::time_point now) const;
-  // Of the address that costs most, the connection that does; none when none costs as much as a call.
+  // Of the address that costs most, the connection that does; none when none costs as much as a
+  // call.
   Map::iterator Costliest();
 
   const Limits limits_;

@@ -48,9 +48,9 @@ TEST_F(ConnectionJudgeTest, BytesWithoutAMessage) {
     return State(1, read, {.started = 1, .messages = messages});
   };
   EXPECT_THAT(Closed({at(1000, 0)}), IsEmpty());
-  EXPECT_THAT(Closed({at(24 * kMegabyte, 0)}), IsEmpty());
-  EXPECT_THAT(Closed({at(40 * kMegabyte, 9)}), IsEmpty()) << "messages came";
-  EXPECT_THAT(Closed({at(66 * kMegabyte, 9)}), ElementsAre(1));
+  EXPECT_THAT(Closed({at(41 * kMegabyte, 0)}), IsEmpty());
+  EXPECT_THAT(Closed({at(60 * kMegabyte, 9)}), IsEmpty()) << "messages came";
+  EXPECT_THAT(Closed({at(102 * kMegabyte, 9)}), ElementsAre(1));
 }
 
 TEST_F(ConnectionJudgeTest, HeadersWithoutAnEndKeepTheProcessorsBusy) {
