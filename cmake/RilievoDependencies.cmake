@@ -36,6 +36,11 @@ if(RILIEVO_BUILD_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
 
+# The sandbox of the server's workers; Debian has no CMake file for it.
+add_library(rilievo_seccomp INTERFACE)
+find_library(SECCOMP_LIBRARY seccomp REQUIRED)
+target_link_libraries(rilievo_seccomp INTERFACE ${SECCOMP_LIBRARY})
+
 # Of PCL's libraries the common one alone, the rest being templates: its filters and what they pull in
 # take a process 30 ms to load, and each job of the server is two processes, the client's and its own.
 add_library(rilievo_pcl INTERFACE)

@@ -27,7 +27,9 @@ make_base() { # WORK_DIR
 }
 
 build_image() { # IMAGE WORK_DIR
-  local arguments=(-f docker/Dockerfile -t "$1" --build-arg "JOBS=${JOBS:-$(nproc)}")
+  local arguments=(-f docker/Dockerfile -t "$1" --build-arg "JOBS=${JOBS:-$(nproc)}"
+    --build-arg "VERSION=$(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)"
+    --build-arg "REVISION=$(git rev-parse HEAD 2>/dev/null)")
   if [ "${engine[0]}" = docker ]; then
     docker build "${arguments[@]}" .
   else
@@ -64,7 +66,8 @@ with socket.socket() as s:
     print(s.getsockname()[1])')
   if [ "${engine[0]}" = docker ]; then
     inner_port=50051
-    docker run "${flags[@]}" -p "127.0.0.1:$port:$inner_port" "$2"
+    docker run "${flags[@]}" -p "127.0.0.1:$port:$inner_port" "$2" \
+      --listen "0.0.0.0:$inner_port" --allow-plaintext --store /var/lib/rilievo
   else
     inner_port=$port
     "${engine[@]}" run "${flags[@]}" --read-only-tmpfs=false "$2" \

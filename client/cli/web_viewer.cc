@@ -61,7 +61,9 @@ absl::StatusOr<ChildProgram> StartGateway(const std::vector<std::string>& argume
 // A process a job, where the program for that is: one that fails does not take the page along.
 JobWork Work() {
   const absl::StatusOr<std::string> worker = WorkerBesideThisProgram();
-  return worker.ok() ? InWorkerProcess({.program = *worker}) : InThisProcess(ReconstructAndDrop);
+  absl::StatusOr<JobWork> work =
+      worker.ok() ? InWorkerProcess({.program = *worker}) : worker.status();
+  return work.ok() ? *std::move(work) : InThisProcess(ReconstructAndDrop);
 }
 
 bool Set(const char* variable) {

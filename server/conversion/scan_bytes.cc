@@ -9,7 +9,9 @@
 #include <cerrno>
 #include <cstring>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -39,19 +41,33 @@ PointCloud PointsOfBytes(int64_t bytes, CoordinateType type) {
   return scan;
 }
 
-absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, CoordinateType type) {
+std::string Hexadecimal(Sha256 hash) {
+  const auto digest = hash.Finish();
+  return absl::BytesToHexString({reinterpret_cast<const char*>(digest.data()), digest.size()});
+}
+
+absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, const std::string& sha256,
+                                      CoordinateType type) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
   if (size % BytesOfPoint(type) != 0) {
-    return absl::InternalError(absl::StrCat("the stored scan has ", size, " bytes; whole points ",
+    return absl::DataLossError(absl::StrCat("the stored scan has ", size, " bytes; whole points ",
                                             "take ", BytesOfPoint(type), " each"));
   }
+  Sha256 hash;
   PointCloud scan = PointsOfBytes(size, type);
   double* target = scan.points.data();
   std::string block;
   for (int64_t at = 0; at < size; at += kBlockBytes) {
     block.resize(static_cast<size_t>(std::min(kBlockBytes, size - at)));
     RILIEVO_RETURN_IF_ERROR(file.ReadAt(at, block.data(), block.size()));
+    if (!sha256.empty()) {
+      hash.Add({reinterpret_cast<const uint8_t*>(block.data()), block.size()});
+    }
     target = AppendCoordinates(block, type, target);
+  }
+  if (!sha256.empty() && Hexadecimal(hash) != sha256) {
+    return absl::DataLossError(
+        absl::StrCat("the stored scan is damaged: it was to have the SHA-256 ", sha256));
   }
   return scan;
 }
@@ -59,7 +75,7 @@ absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, CoordinateType
 }  // namespace
 
 absl::StatusOr<PointCloud> ScanBytes::Decode(CoordinateType coordinates) && {
-  if (file_.valid()) return DecodeFile(FileDescriptor(std::move(file_)), coordinates);
+  if (file_.valid()) return DecodeFile(FileDescriptor(std::move(file_)), sha256_, coordinates);
   int64_t size = 0;
   for (const std::string& block : blocks_) size += static_cast<int64_t>(block.size());
   PointCloud scan = PointsOfBytes(size, coordinates);

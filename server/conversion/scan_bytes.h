@@ -16,12 +16,16 @@ class ScanBytes {
  public:
   // `blocks`: whole points each.
   explicit ScanBytes(std::vector<std::string> blocks) : blocks_(std::move(blocks)) {}
-  // `file`: all of it, wherever its offset stands.
-  explicit ScanBytes(FileDescriptor file) : file_(std::move(file)) {}
+  // `file`: all of it, wherever its offset stands. `sha256`: what it is to have, hexadecimal;
+  // empty: not known.
+  explicit ScanBytes(FileDescriptor file, std::string sha256 = {})
+      : file_(std::move(file)), sha256_(std::move(sha256)) {}
 
-  // All points as double; memory and file are given back to the system on the way. INTERNAL when
-  // the file cannot be read or holds a broken point.
+  // All points as double; memory and file are given back to the system on the way. DATA_LOSS when
+  // the file has another SHA-256 or holds a broken point, INTERNAL when it cannot be read.
   absl::StatusOr<PointCloud> Decode(CoordinateType coordinates) &&;
+
+  const std::string& sha256() const { return sha256_; }
 
   // For another process: the file, or an unnamed one in memory. RESOURCE_EXHAUSTED when there is no
   // room for it. The bytes begin at offset 0.
@@ -30,6 +34,7 @@ class ScanBytes {
  private:
   std::vector<std::string> blocks_;
   FileDescriptor file_;
+  std::string sha256_;
 };
 
 }  // namespace rilievo

@@ -13,9 +13,11 @@ namespace {
 absl::StatusOr<JobResult> Run(const ReconstructFunction& reconstruct, const JobRequest& job,
                               ScanBytes points, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(PointCloud scan, std::move(points).Decode(job.coordinates));
-  RILIEVO_ASSIGN_OR_RETURN(Reconstruction result,
-                           reconstruct(std::move(scan), job.options, context));
-  return JobResult{std::move(result.encoded), ProtoReport(result.report, job.options.measure)};
+  absl::StatusOr<Reconstruction> result = reconstruct(std::move(scan), job.options, context);
+  // DATA_LOSS is said of the points; what came of them is to decode.
+  if (absl::IsDataLoss(result.status())) return absl::InternalError(result.status().message());
+  RILIEVO_RETURN_IF_ERROR(result.status());
+  return JobResult{std::move(result->encoded), ProtoReport(result->report, job.options.measure)};
 }
 
 }  // namespace

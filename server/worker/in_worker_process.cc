@@ -17,7 +17,8 @@
 namespace rilievo {
 namespace {
 
-worker::JobOrder OrderOf(const JobRequest& job, const WorkerSettings& settings) {
+worker::JobOrder OrderOf(const JobRequest& job, const ScanBytes& points,
+                         const WorkerSettings& settings) {
   worker::JobOrder order;
   order.set_version(RILIEVO_VERSION);
   *order.mutable_header() = job.header;
@@ -25,15 +26,42 @@ worker::JobOrder OrderOf(const JobRequest& job, const WorkerSettings& settings) 
   order.set_threads(job.threads);
   order.set_memory_bytes(settings.memory_bytes);
   order.set_processor_seconds(settings.processor_seconds * job.threads);
+  order.set_scan_sha256(points.sha256());
   return order;
 }
 
-// What the worker says, in order; DATA_LOSS where it makes no sense.
+// More than any surface has of both: a compromised worker must not fill this process.
+constexpr int kMostChunks = 64;
+constexpr uint64_t kMostPlainBytes = 64 << 20, kMostBytesOfFace = 8;
+
+bool FitsSurface(const worker::Result& result, const JobRequest& job) {
+  const uint64_t most =
+      kMostPlainBytes + kMostBytesOfFace * static_cast<uint64_t>(job.options.max_surface_faces);
+  uint64_t total = 0;
+  for (const uint64_t bytes : result.chunk_bytes()) {
+    if (bytes > most - total) return false;
+    total += bytes;
+  }
+  return result.chunk_bytes_size() <= kMostChunks;
+}
+
+// What a worker may say of a job; the rest is said of this machine or of the worker, here.
+bool IsOfJob(absl::StatusCode code) {
+  return code > absl::StatusCode::kOk && code <= absl::StatusCode::kDataLoss &&
+         code != absl::StatusCode::kAborted && code != absl::StatusCode::kUnavailable;
+}
+
+// What the worker says, in order. UNAVAILABLE where it cannot begin, DATA_LOSS where it makes no
+// sense.
 class Answer {
  public:
+  explicit Answer(const JobRequest& job) : job_(job) {}
+
+  bool ready() const { return ready_; }
   bool complete() const { return failure_ || (result_ && chunk_ == result_->chunk_bytes_size()); }
 
   absl::Status Take(worker::WorkerMessage message, const RunContext& context) {
+    if (!ready_) return TakeReady(message);
     if (message.has_progress() && !result_) {
       const int stage = message.progress().stage();
       if (stage < 0 || stage >= kStageCount) return absl::DataLossError("no such stage");
@@ -41,11 +69,16 @@ class Answer {
       return absl::OkStatus();
     }
     if (message.has_failure() && !result_) {
-      failure_ = absl::Status(static_cast<absl::StatusCode>(message.failure().code()),
-                              message.failure().text());
-      return failure_->ok() ? absl::DataLossError("a failure without a code") : absl::OkStatus();
+      const auto code = static_cast<absl::StatusCode>(message.failure().code());
+      if (!IsOfJob(code)) return absl::DataLossError("a failure without a code of a job's");
+      failure_ = WithPeakBytes(absl::Status(code, message.failure().text()),
+                               message.failure().peak_bytes());
+      return absl::OkStatus();
     }
     if (message.has_result() && !result_) {
+      if (!FitsSurface(message.result(), job_)) {
+        return absl::DataLossError("more chunks or bytes than a surface has");
+      }
       result_ = std::move(*message.mutable_result());
       chunks_.resize(static_cast<size_t>(result_->chunk_bytes_size()));
       SkipFullChunks();
@@ -60,10 +93,22 @@ class Answer {
     JobResult result;
     result.encoded.chunks = std::move(chunks_);
     result.report = std::move(*result_->mutable_report());
+    result.peak_bytes = result_->peak_bytes();
     return result;
   }
 
  private:
+  absl::Status TakeReady(const worker::WorkerMessage& message) {
+    ready_ = message.has_ready() && message.ready().version() == RILIEVO_VERSION;
+    if (ready_) return absl::OkStatus();
+    if (message.has_failure()) return absl::UnavailableError(message.failure().text());
+    return absl::UnavailableError(
+        absl::StrCat("the worker is of ",
+                     message.has_ready() ? absl::StrCat("version ", message.ready().version())
+                                         : "another version",
+                     ", the server of " RILIEVO_VERSION "; install both together"));
+  }
+
   absl::Status TakePiece(const std::string& piece) {
     auto& chunk = chunks_[static_cast<size_t>(chunk_)];
     if (piece.empty() || piece.size() > result_->chunk_bytes(chunk_) - chunk.size()) {
@@ -81,6 +126,8 @@ class Answer {
     }
   }
 
+  const JobRequest& job_;
+  bool ready_ = false;
   std::optional<absl::Status> failure_;
   std::optional<worker::Result> result_;
   std::vector<std::vector<uint8_t>> chunks_;
@@ -111,35 +158,48 @@ absl::Status CauseOfEnd(int wait_status, const WorkerSettings& settings) {
   return absl::InternalError(absl::StrCat("the worker ended with code ", WEXITSTATUS(wait_status)));
 }
 
-absl::StatusOr<JobResult> Run(const WorkerSettings& settings, const JobRequest& job,
-                              ScanBytes points, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, std::move(points).TakeFile());
-  RILIEVO_ASSIGN_OR_RETURN(WorkerProcess process,
-                           WorkerProcess::Start(settings.program, std::move(file)));
+absl::Status OfMachine(const absl::Status& status) {
+  return absl::UnavailableError(status.message());
+}
+
+absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings& settings,
+                              const JobRequest& job, ScanBytes points, const RunContext& context) {
+  const worker::JobOrder order = OrderOf(job, points, settings);
+  absl::StatusOr<FileDescriptor> file = std::move(points).TakeFile();
+  if (!file.ok()) return OfMachine(file.status());
+  absl::StatusOr<WorkerProcess> started = WorkerProcess::Start(program, *std::move(file));
+  if (!started.ok()) return OfMachine(started.status());
+  WorkerProcess process = *std::move(started);
   // Ends the reads below; then the process is killed.
   std::optional<std::stop_callback<std::function<void()>>> stop;
   stop.emplace(context.stop, [&process] { process.Abandon(); });
-  Answer answer;
-  absl::Status status = SendMessage(process.socket(), OrderOf(job, settings));
+  Answer answer(job);
+  absl::Status status = SendMessage(process.socket(), order);
+  if (absl::IsResourceExhausted(status)) return status;  // the order is too long to travel
   while (status.ok() && !answer.complete()) {
     worker::WorkerMessage message;
     status = ReceiveMessage(process.socket(), &message);
     if (status.ok()) status = answer.Take(std::move(message), context);
   }
   stop.reset();
-  if (status.code() == absl::StatusCode::kDataLoss) return absl::InternalError(status.message());
   const int wait_status = process.End();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  if (!answer.complete()) return CauseOfEnd(wait_status, settings);
-  return std::move(answer).Finish();
+  if (absl::IsUnavailable(status)) return status;
+  if (absl::IsDataLoss(status)) {
+    return answer.ready() ? absl::InternalError(status.message()) : OfMachine(status);
+  }
+  if (answer.complete()) return std::move(answer).Finish();
+  status = CauseOfEnd(wait_status, settings);
+  return answer.ready() || absl::IsAborted(status) ? status : OfMachine(status);
 }
 
 }  // namespace
 
-JobWork InWorkerProcess(WorkerSettings settings) {
-  return [settings = std::move(settings)](const JobRequest& job, ScanBytes points,
-                                          const RunContext& context) {
-    return Run(settings, job, std::move(points), context);
+absl::StatusOr<JobWork> InWorkerProcess(WorkerSettings settings) {
+  RILIEVO_ASSIGN_OR_RETURN(WorkerProgram program, WorkerProgram::Open(settings.program));
+  return [program = std::move(program), settings = std::move(settings)](
+             const JobRequest& job, ScanBytes points, const RunContext& context) {
+    return Run(program, settings, job, std::move(points), context);
   };
 }
 

@@ -16,7 +16,9 @@ struct WorkerSettings {
 
 // Same result as InThisProcess(Reconstruct). Beside its errors: RESOURCE_EXHAUSTED when the job
 // needs more memory than it may have, ABORTED when the worker was killed from outside,
-// DEADLINE_EXCEEDED when its processor time was used up, INTERNAL when it crashed.
-JobWork InWorkerProcess(WorkerSettings settings);
+// DEADLINE_EXCEEDED when its processor time was used up, INTERNAL when it crashed, UNAVAILABLE when
+// it could not be started, ended before it was ready, or is of another version. The program is
+// opened now, and is the one that is started ever after; NOT_FOUND when there is none.
+absl::StatusOr<JobWork> InWorkerProcess(WorkerSettings settings);
 
 }  // namespace rilievo

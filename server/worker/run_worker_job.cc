@@ -1,8 +1,10 @@
 #include "server/worker/run_worker_job.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <new>
@@ -14,7 +16,9 @@
 #include "core/base/status_macros.h"
 #include "server/worker/message_channel.h"
 #include "server/worker/worker_limits.h"
+#include "server/worker/worker_process.h"
 #include "server/worker/worker_protocol.pb.h"
+#include "server/worker/worker_sandbox.h"
 
 namespace rilievo {
 namespace {
@@ -41,15 +45,19 @@ void EndWithServer(const FileDescriptor& socket) {
   if (!socket.Read(&byte, 1).ok()) EndNow(WorkerExit::kAbandoned);
 }
 
-absl::StatusOr<JobRequest> TakeOrder(const worker::JobOrder& order) {
+absl::Status ShutIn(const worker::JobOrder& order) {
   if (order.version() != RILIEVO_VERSION) {
-    return absl::InternalError(absl::StrCat("the worker is of version " RILIEVO_VERSION
-                                            ", the server of ",
-                                            order.version(), "; install both together"));
+    return absl::UnavailableError(absl::StrCat("the worker is of version " RILIEVO_VERSION
+                                               ", the server of ",
+                                               order.version(), "; install both together"));
   }
   RILIEVO_RETURN_IF_ERROR(LimitThisProcess({.memory_bytes = order.memory_bytes(),
                                             .processor_seconds = order.processor_seconds(),
                                             .threads = order.threads()}));
+  return EnterSandbox();
+}
+
+absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
   // The server has checked the header; its own limits of points are no concern here.
   ServerOptions limits;
   limits.max_points = std::numeric_limits<int32_t>::max();
@@ -65,7 +73,7 @@ absl::StatusOr<JobRequest> TakeOrder(const worker::JobOrder& order) {
 
 absl::StatusOr<JobResult> Work(const worker::JobOrder& order, FileDescriptor points,
                                const JobWork& work, const FileDescriptor& socket) {
-  RILIEVO_ASSIGN_OR_RETURN(const JobRequest job, TakeOrder(order));
+  RILIEVO_ASSIGN_OR_RETURN(const JobRequest job, ReadHeader(order));
   RunContext context;
   context.threads = job.threads;
   context.seed = job.seed;
@@ -76,11 +84,32 @@ absl::StatusOr<JobResult> Work(const worker::JobOrder& order, FileDescriptor poi
     // A server that is gone ends this process by itself.
     SendMessage(socket, message).IgnoreError();
   };
-  return work(job, ScanBytes(std::move(points)), context);
+  return work(job, ScanBytes(std::move(points), order.scan_sha256()), context);
 }
 
-absl::Status SendResult(const JobResult& result, const FileDescriptor& socket) {
+// Opened before files can no longer be opened.
+class PeakMemory {
+ public:
+  int64_t bytes() const {
+    std::string text(4096, '\0');
+    const ssize_t size = pread(status_.number(), text.data(), text.size() - 1, 0);
+    const size_t line = size > 0 ? text.find("VmHWM:") : std::string::npos;
+    return line == std::string::npos ? 0 : std::strtoll(text.c_str() + line + 6, nullptr, 10) << 10;
+  }
+
+ private:
+  FileDescriptor status_{open("/proc/self/status", O_RDONLY | O_CLOEXEC)};
+};
+
+absl::Status SendReady(const FileDescriptor& socket) {
   worker::WorkerMessage message;
+  message.mutable_ready()->set_version(RILIEVO_VERSION);
+  return SendMessage(socket, message);
+}
+
+absl::Status SendResult(const JobResult& result, int64_t peak_bytes, const FileDescriptor& socket) {
+  worker::WorkerMessage message;
+  message.mutable_result()->set_peak_bytes(peak_bytes);
   *message.mutable_result()->mutable_report() = result.report;
   for (const auto& chunk : result.encoded.chunks) {
     message.mutable_result()->add_chunk_bytes(chunk.size());
@@ -95,8 +124,10 @@ absl::Status SendResult(const JobResult& result, const FileDescriptor& socket) {
   return absl::OkStatus();
 }
 
-absl::Status SendFailure(const absl::Status& status, const FileDescriptor& socket) {
+absl::Status SendFailure(const absl::Status& status, int64_t peak_bytes,
+                         const FileDescriptor& socket) {
   worker::WorkerMessage message;
+  message.mutable_failure()->set_peak_bytes(peak_bytes);
   message.mutable_failure()->set_code(static_cast<int>(status.code()));
   message.mutable_failure()->set_text(std::string(status.message()));
   return SendMessage(socket, message);
@@ -106,13 +137,21 @@ absl::Status SendFailure(const absl::Status& status, const FileDescriptor& socke
 
 WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, const JobWork& work) {
   std::set_terminate(OnTerminate);
+  close_range(kWorkerSocket + 1, ~0U, 0);
+  const auto exit_of = [](const absl::Status& sent) {
+    return sent.ok() ? WorkerExit::kDone : WorkerExit::kAbandoned;
+  };
   worker::JobOrder order;
   if (!ReceiveMessage(socket, &order).ok()) return WorkerExit::kAbandoned;
+  const PeakMemory peak;
+  if (const absl::Status shut = ShutIn(order); !shut.ok()) {
+    return exit_of(SendFailure(shut, 0, socket));
+  }
+  if (!SendReady(socket).ok()) return WorkerExit::kAbandoned;
   std::thread([&socket] { EndWithServer(socket); }).detach();
   const auto result = Work(order, std::move(points), work, socket);
-  const absl::Status sent =
-      result.ok() ? SendResult(*result, socket) : SendFailure(result.status(), socket);
-  return sent.ok() ? WorkerExit::kDone : WorkerExit::kAbandoned;
+  return exit_of(result.ok() ? SendResult(*result, peak.bytes(), socket)
+                             : SendFailure(result.status(), peak.bytes(), socket));
 }
 
 }  // namespace rilievo

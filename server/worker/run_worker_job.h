@@ -15,8 +15,9 @@ enum class WorkerExit {
   kDefect = 5,       // an exception that nobody caught
 };
 
-// Reads a JobOrder from `socket` and the points from `points`, denies itself what the order says,
-// works, and sends what came of it. The process ends at once when the server goes away.
+// Reads a JobOrder from `socket`, denies itself what the order says and all that EnterSandbox()
+// does, says that it is ready, reads the points from `points`, works, and sends what came of it.
+// The process ends at once when the server goes away. Files beyond the socket are closed.
 WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, const JobWork& work);
 
 }  // namespace rilievo

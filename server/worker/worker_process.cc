@@ -1,15 +1,22 @@
 #include "server/worker/worker_process.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <iterator>
+#include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
 
 extern char** environ;
 
@@ -47,6 +54,22 @@ void SetSignals(posix_spawnattr_t* attributes) {
                            POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 }
 
+// What loads the program and its sanitizers, and nothing that may be a secret of the server's.
+std::vector<char*> EnvironmentOfWorkers() {
+  constexpr std::string_view kHandedOn[] = {
+      "LD_LIBRARY_PATH=", "MALLOC_",       "GLIBC_TUNABLES=", "ASAN_OPTIONS=",
+      "UBSAN_OPTIONS=",   "LSAN_OPTIONS=", "TSAN_OPTIONS="};
+  std::vector<char*> environment;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const bool handed_on = std::any_of(
+        std::begin(kHandedOn), std::end(kHandedOn),
+        [text = std::string_view(*variable)](auto prefix) { return text.starts_with(prefix); });
+    if (handed_on) environment.push_back(*variable);
+  }
+  environment.push_back(nullptr);
+  return environment;
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> WorkerBesideThisProgram() {
@@ -59,7 +82,21 @@ absl::StatusOr<std::string> WorkerBesideThisProgram() {
       "work in this process with --in-process");
 }
 
-absl::StatusOr<WorkerProcess> WorkerProcess::Start(const std::string& program,
+absl::StatusOr<WorkerProgram> WorkerProgram::Open(const std::string& path) {
+  const FileDescriptor opened(open(path.c_str(), O_PATH | O_CLOEXEC));
+  // Beyond the numbers that a worker finds its files under: Start() must not write over it.
+  FileDescriptor file;
+  if (opened.valid()) {
+    file = FileDescriptor(fcntl(opened.number(), F_DUPFD_CLOEXEC, kWorkerSocket + 2));
+  }
+  if (!file.valid()) {
+    return absl::NotFoundError(
+        absl::StrCat("the worker ", path, ": ", std::generic_category().message(errno)));
+  }
+  return WorkerProgram(std::make_shared<const FileDescriptor>(std::move(file)));
+}
+
+absl::StatusOr<WorkerProcess> WorkerProcess::Start(const WorkerProgram& program,
                                                    FileDescriptor points) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
@@ -72,11 +109,15 @@ absl::StatusOr<WorkerProcess> WorkerProcess::Start(const std::string& program,
   posix_spawn_file_actions_adddup2(&settings.files, points.number(), STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&settings.files, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&settings.files, theirs.number(), kWorkerSocket);
-  posix_spawn_file_actions_addclosefrom_np(&settings.files, kWorkerSocket + 1);
+  // By its descriptor: a file that takes the place of the program's is not started.
+  posix_spawn_file_actions_adddup2(&settings.files, program.number(), kWorkerSocket + 1);
+  posix_spawn_file_actions_addclosefrom_np(&settings.files, kWorkerSocket + 2);
+  const std::string path = absl::StrCat("/proc/self/fd/", kWorkerSocket + 1);
   char* const arguments[] = {const_cast<char*>("rilievo-worker"), nullptr};
+  std::vector<char*> environment = EnvironmentOfWorkers();
   pid_t process = -1;
-  const int error = posix_spawn(&process, program.c_str(), &settings.files, &settings.attributes,
-                                arguments, environ);
+  const int error = posix_spawn(&process, path.c_str(), &settings.files, &settings.attributes,
+                                arguments, environment.data());
   if (error != 0) return StatusOfErrno(error, "start of the worker");
   return WorkerProcess(process, std::move(own));
 }

@@ -3,7 +3,9 @@
 
 #include <sys/types.h>
 
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -17,11 +19,27 @@ inline constexpr int kWorkerSocket = 3;
 // "rilievo-worker" beside the program that runs; NOT_FOUND when there is none that can be started.
 absl::StatusOr<std::string> WorkerBesideThisProgram();
 
+// A program as it was when it was opened: an upgrade puts another file in its place, which a
+// running server must not start.
+class WorkerProgram {
+ public:
+  // NOT_FOUND when there is no such file.
+  static absl::StatusOr<WorkerProgram> Open(const std::string& path);
+
+  int number() const { return file_->number(); }
+
+ private:
+  explicit WorkerProgram(std::shared_ptr<const FileDescriptor> file) : file_(std::move(file)) {}
+
+  std::shared_ptr<const FileDescriptor> file_;
+};
+
 class WorkerProcess {
  public:
-  // `points`: its standard input. Nothing else of this process reaches it but the environment and
-  // standard error. RESOURCE_EXHAUSTED when there is no room for a process.
-  static absl::StatusOr<WorkerProcess> Start(const std::string& program, FileDescriptor points);
+  // `points`: its standard input. Nothing else of this process reaches it but standard error, the
+  // program itself as file kWorkerSocket + 1, and what of the environment programs are loaded by.
+  // RESOURCE_EXHAUSTED when there is no room for a process.
+  static absl::StatusOr<WorkerProcess> Start(const WorkerProgram& program, FileDescriptor points);
 
   WorkerProcess(WorkerProcess&& other) noexcept;
   WorkerProcess& operator=(WorkerProcess&&) = delete;

@@ -2,6 +2,7 @@
 // as standard input and a socket as file 3.
 #include <fcntl.h>
 #include <malloc.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
     std::fputs("rilievo-worker works on one job of rilievod, which starts it\n", stderr);
     return static_cast<int>(rilievo::WorkerExit::kUsage);
   }
+  prctl(PR_SET_NAME, "rilievo-worker");  // started by a descriptor it has only a number
   std::signal(SIGPIPE, SIG_IGN);
   KeepFreedMemory();
   const rilievo::FileDescriptor socket(rilievo::kWorkerSocket);

@@ -49,6 +49,7 @@ TEST(Worker, ACrashIsInternalAndItsCauseStaysWithTheOperator) {
   auto result = std::async(std::launch::async, [&] { return client.Reconstruct(scan, {}); });
   const pid_t worker = daemon.WaitForWorker(seconds(10));
   ASSERT_GT(worker, 0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));  // until it works on the job
   kill(worker, SIGABRT);
   const absl::Status status = result.get().status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInternal) << status;

@@ -14,6 +14,11 @@ enum class Mood {
   kModest,    // 64 MiB, then well
   kSpin,      // uses its processor time for ever
   kSleep,     // for ever, whatever it is asked
+  // What it reached of all that a worker has no need of, as road_reason.
+  kCompromised,
+  kManyChunks,   // announces a million
+  kLargeChunk,   // announces more than 2^64 bytes in all
+  kForeignCode,  // a failure that no job has
 };
 
 }  // namespace rilievo

@@ -17,7 +17,7 @@ WorkerProcess StartMoody() {
   FileDescriptor points(memfd_create("points", MFD_CLOEXEC));
   const std::string zeros(20 * 12, '\0');
   EXPECT_TRUE(points.Write(zeros.data(), zeros.size()).ok());
-  return *WorkerProcess::Start(RILIEVO_MOODY_WORKER, std::move(points));
+  return *WorkerProcess::Start(*WorkerProgram::Open(RILIEVO_MOODY_WORKER), std::move(points));
 }
 
 worker::JobOrder Order(Mood mood) {
@@ -31,12 +31,12 @@ worker::JobOrder Order(Mood mood) {
   return order;
 }
 
-// The first message that is no progress.
+// The first message that says how the job ended.
 worker::WorkerMessage Answer(const WorkerProcess& process) {
   worker::WorkerMessage message;
   do {
     EXPECT_TRUE(ReceiveMessage(process.socket(), &message).ok());
-  } while (message.has_progress());
+  } while (message.has_ready() || message.has_progress());
   return message;
 }
 
@@ -44,6 +44,8 @@ TEST(RunWorkerJob, AnswersInTheProtocolsOrder) {
   WorkerProcess process = StartMoody();
   ASSERT_TRUE(SendMessage(process.socket(), Order(Mood::kWell)).ok());
   worker::WorkerMessage message;
+  ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());
+  EXPECT_EQ(message.ready().version(), RILIEVO_VERSION);
   ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());
   EXPECT_TRUE(message.has_progress());
   ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());
@@ -59,7 +61,9 @@ TEST(RunWorkerJob, AnotherVersionIsRefused) {
   worker::JobOrder order = Order(Mood::kWell);
   order.set_version("0.0.0");
   ASSERT_TRUE(SendMessage(process.socket(), order).ok());
-  EXPECT_NE(Answer(process).failure().text().find("0.0.0"), std::string::npos);
+  worker::WorkerMessage first;  // before it says that it is ready
+  ASSERT_TRUE(ReceiveMessage(process.socket(), &first).ok());
+  EXPECT_NE(first.failure().text().find("0.0.0"), std::string::npos);
 }
 
 TEST(RunWorkerJob, AHeaderThatIsWrongIsAFailureWithItsCode) {
@@ -74,7 +78,9 @@ TEST(RunWorkerJob, EndsWhenTheServerIsGone) {
   WorkerProcess process = StartMoody();
   ASSERT_TRUE(SendMessage(process.socket(), Order(Mood::kSleep)).ok());
   worker::WorkerMessage message;
-  ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());  // it has begun
+  while (!message.has_progress()) {  // it has begun
+    ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());
+  }
   shutdown(process.socket().number(), SHUT_WR);                  // what a dead server leaves
   char byte;
   EXPECT_EQ(process.socket().Read(&byte, 1).code(), absl::StatusCode::kOutOfRange);
