@@ -156,6 +156,15 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
+  charge_ = core_->pool.TryCharge(job_.point_count * BytesOfPoint(job_.coordinates));
+  if (!charge_) {
+    Fail({.code = absl::StatusCode::kResourceExhausted,
+          .message = "scans and surfaces that are on their way take the memory of this server; try "
+                     "again later",
+          .reason = "JOBS_LIMIT",
+          .retry_delay = core_->pool.RetryDelay()});
+    return;
+  }
   record_.points_announced = job_.point_count;
   upload_.emplace(job_.point_count, job_.coordinates);
   phase_ = Phase::kUpload;
@@ -221,6 +230,8 @@ absl::StatusOr<JobResult> ReconstructCall::DoWork(ScanBytes points) {
 
 void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   record_.work_seconds = SecondsBetween(work_begin_, Clock::now());
+  record_.peak_bytes = PeakBytes(result);
+  record_.estimated_bytes = EstimateMemory(job_);
   upload_.reset();
   // Before the client learns of the end: it may call again at once.
   ticket_.reset();
@@ -230,11 +241,12 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
     record_.road = result->report.road();
     record_.stage_seconds = StageSeconds(result->report);
     download_.emplace(std::move(result->encoded), std::move(result->report));
+    charge_->Set(download_->total_bytes());
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);
   } else {
     error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_), record_.job);
-    record_.detail = result.status().ToString();
+    record_.detail = DetailOf(result.status());
   }
   PumpWrites();
 }
@@ -275,6 +287,7 @@ void ReconstructCall::FinishOnce(const grpc::Status& status, absl::StatusCode co
   ticket_.reset();
   upload_.reset();
   download_.reset();
+  charge_.reset();
   Finish(status);
 }
 

@@ -75,6 +75,7 @@ class ReconstructCall final
   bool write_in_flight_ = false;
   std::optional<CallError> error_;  // sent once no write is in flight
   std::optional<JobPool::Ticket> ticket_;
+  std::optional<JobPool::Charge> charge_;  // of the points, then of the surface
   uint64_t work_number_ = 0;
   JobRequest job_;
   std::optional<PointUpload> upload_;

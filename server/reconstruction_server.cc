@@ -177,6 +177,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
     result->health_ = std::make_unique<ServerHealth>(result->server_->GetHealthCheckService(),
                                                      !options.store.empty());
     result->WatchThreads();
+    result->core_->machine.Watch([raw = result->health_.get()](bool able) { raw->SetAble(able); });
   }
   return result;
 }
@@ -237,6 +238,7 @@ void ReconstructionServer::BeginDrain() {
   // First: who asks before it calls goes elsewhere.
   if (health_) health_->SetDraining();
   core_->draining = true;
+  core_->machine.Watch({});
   jobs_->BeginDrain();
 }
 

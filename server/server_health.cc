@@ -17,6 +17,12 @@ void ServerHealth::SetAlive(bool alive) {
   Tell();
 }
 
+void ServerHealth::SetAble(bool able) {
+  const std::lock_guard lock(mutex_);
+  able_ = able;
+  Tell();
+}
+
 void ServerHealth::SetDraining() {
   const std::lock_guard lock(mutex_);
   draining_ = true;
@@ -26,8 +32,8 @@ void ServerHealth::SetDraining() {
 void ServerHealth::Tell() const {
   const bool serving = alive_ && !draining_;
   health_->SetServingStatus("", serving);
-  health_->SetServingStatus(v1::ReconstructionService::service_full_name(), serving);
-  health_->SetServingStatus(v1::JobsService::service_full_name(), serving && keeps_jobs_);
+  health_->SetServingStatus(v1::ReconstructionService::service_full_name(), serving && able_);
+  health_->SetServingStatus(v1::JobsService::service_full_name(), serving && able_ && keeps_jobs_);
   health_->SetServingStatus(kAliveService, alive_);
 }
 

@@ -21,6 +21,8 @@ class ServerHealth {
 
   // Whether all threads of the server move.
   void SetAlive(bool alive);
+  // Whether this machine can work on jobs (MachineHealth); if not, the two services do not serve.
+  void SetAble(bool able);
   // No new jobs, for good.
   void SetDraining();
 
@@ -30,7 +32,7 @@ class ServerHealth {
   grpc::HealthCheckServiceInterface* const health_;
   const bool keeps_jobs_;
   std::mutex mutex_;
-  bool alive_ = true, draining_ = false;
+  bool alive_ = true, able_ = true, draining_ = false;
 };
 
 }  // namespace rilievo

@@ -60,6 +60,11 @@ check_image() {
   check "a store, a volume of the user" test "$(image_says '{{json .Config.Volumes}}')" = \
     '{"/var/lib/rilievo":{}}'
   check "packages of the libraries are named" grep -q 'status\.d/libgrpc++' "$files"
+  check "a bill of software" grep -q 'share/doc/rilievo/sbom\.spdx\.json$' "$files"
+  check "labels say version and licence" grep -qE '^[0-9.]+ Apache-2\.0$' <<<"$(image_says \
+    '{{index .Config.Labels "org.opencontainers.image.version"}} {{index .Config.Labels "org.opencontainers.image.licenses"}}')"
+  check "without a word of who may call it does not start" no quietly timeout 20 \
+    "${engine[@]}" run --rm "${bare_machine[@]}" $IMAGE 2>/dev/null
 }
 
 # The image's own health check, asked of the port that the server has here.

@@ -55,6 +55,9 @@ int DefaultControlFaces(const OrientedCloud& cloud);
 // `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
 int UsefulControlFaces(int target_faces, int64_t points);
 
+// How many faces the road kSpherical makes of so many asked for.
+int SphericalControlFaces(int target_faces);
+
 // FAILED_PRECONDITION when the chosen road cannot serve the cloud, with the road that could.
 // When the road was chosen here and fails so, the road arbitrary is taken and the reason says it.
 // The road arbitrary turns the cloud's normals where the surface that it finds runs the other way.

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
+#include "core/control/build_control_mesh.h"
 #include "core/control/control_roads.h"
 #include "core/control/fill_scalars.h"
 #include "core/control/octahedron.h"
@@ -107,7 +108,14 @@ std::vector<Hit> CollectHits(const OrientedCloud& cloud, const Vector3d& center,
   return hits;
 }
 
+int LevelsFor(int target_faces) {
+  const double steps = std::log2(std::max(target_faces, 8) / 8.0) / 2;
+  return std::clamp(static_cast<int>(std::lround(steps)), 1, kMostLevels);
+}
+
 }  // namespace
+
+int SphericalControlFaces(int target_faces) { return 8 << (2 * LevelsFor(target_faces)); }
 
 absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
                                                  const PointIndex& /*index*/, int target_faces,
@@ -118,8 +126,7 @@ absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, center, context));
   context.Report(Stage::kControlMesh, 0.4);
 
-  const double steps = std::log2(std::max(target_faces, 8) / 8.0) / 2;
-  const Octahedron octahedron(std::clamp(static_cast<int>(std::lround(steps)), 1, kMostLevels));
+  const Octahedron octahedron(LevelsFor(target_faces));
   const std::vector<Hit> hits = CollectHits(cloud, center, octahedron);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const auto vertex_count = static_cast<size_t>(octahedron.directions().cols());

@@ -29,16 +29,15 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
                                                    "; lower max_level or target_faces"));
 }
 
-// Displaced vertices as dense as the points: V_l is about control_faces / 2 * 4^l. Points whose
-// noise is more than 0.4 of their spacing are worth fewer: what they show together is smoother.
+// Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
+// smoother.
 int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;
   constexpr double kNoises = 2.5;
   const double blur = std::max(1.0, kNoises * cloud.median_noise / cloud.median_spacing);
   const double points = static_cast<double>(cloud.points.cols()) / (blur * blur);
-  const double steps = std::log2(2.0 * points / static_cast<double>(control_faces)) / 2;
-  int level = std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+  int level = LevelAsDenseAs(points, control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
 }
@@ -198,6 +197,12 @@ std::optional<double> CodingErrorFor(const ReconstructOptions& options,
 }
 
 }  // namespace
+
+// V_l is about control_faces / 2 * 4^l.
+int LevelAsDenseAs(double points, int64_t control_faces) {
+  const double steps = std::log2(2.0 * points / static_cast<double>(control_faces)) / 2;
+  return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+}
 
 absl::StatusOr<EncodedSurface> EncodeRelief(const CodedRelief& relief, double coding_error,
                                             const ReconstructOptions& options,

@@ -15,6 +15,9 @@
 
 namespace rilievo {
 
+// The level, 1 to 6, whose displaced vertices are about as dense as so many points.
+int LevelAsDenseAs(double points, int64_t control_faces);
+
 // A fitted control mesh, rounded as the file will hold it.
 struct Domain {
   ControlMesh mesh;

@@ -40,6 +40,20 @@ CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint6
       error.reason = "WORKER_KILLED";
       error.retry_delay = std::chrono::seconds(1);
       return error;
+    case absl::StatusCode::kUnavailable:
+      error.code = status.code();
+      error.message =
+          "this server cannot work on jobs at present, of which its operator finds the cause in "
+          "the "
+          "log; try again later";
+      error.reason = "WORKER_UNAVAILABLE";
+      error.retry_delay = std::chrono::seconds(5);
+      return error;
+    case absl::StatusCode::kDataLoss:
+      error.code = status.code();
+      error.message = "the stored scan is damaged or gone; upload it again";
+      error.reason = "SCAN_DAMAGED";
+      return error;
     default:
       error.code = absl::StatusCode::kInternal;
       error.message = absl::StrCat("the server failed at job ", job,

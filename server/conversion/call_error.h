@@ -30,7 +30,8 @@ CallError BadRequestError(std::vector<FieldViolation> violations);
 
 // What a failed stage tells the client. `field`: what of the request the failure is about. Codes
 // that are no fault of the request become INTERNAL, and their text stays with the operator;
-// ABORTED, a worker killed from outside, becomes RESOURCE_EXHAUSTED with a time to retry.
+// ABORTED, a worker killed from outside, becomes RESOURCE_EXHAUSTED with a time to retry;
+// UNAVAILABLE is trouble of this machine, DATA_LOSS a stored scan that is not what it was.
 CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint64_t job);
 
 }  // namespace rilievo

@@ -2,30 +2,70 @@
 
 #include <algorithm>
 
+#include "core/pipeline/relief.h"
+
 namespace rilievo {
 namespace {
 
 constexpr int64_t kMostPoints = int64_t{1} << 50;  // no memory holds so many; the sum still fits
-constexpr int64_t kProgramBytes = 30'000'000;
-constexpr int64_t kBytesOfPoint = 380;
-// Of each point beyond so many, from which on neighbours are kept packed (see ScanSurface).
+constexpr int64_t kProgramBytes = 21'000'000;
+// Of each point beyond so many neighbours are kept packed (see ScanSurface).
 constexpr int64_t kManyPoints = 200'000;
-constexpr int64_t kBytesOfFurtherPoint = 250;
-constexpr int64_t kBytesOfFace = 100;  // of the finest level
+// While normals and the control mesh are made: of a point, and of a further one.
+constexpr int64_t kAnalyzedPoint = 380, kFurtherAnalyzedPoint = 250;
+// More neighbours than usual are more to keep; of fewer come normals that a crumpled control mesh
+// comes of.
+constexpr int kUsualNeighbors = 16, kFewNeighbors = 12;
+constexpr int64_t kNeighbor = 11, kMissingNeighbor = 400;
+// While the domain is fitted: of a point and of a sample, with the control mesh below it.
+constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
+// While the surface is sampled and coded: of a point, of a face of the finest level, and of one
+// where there are more than five for a point, so that most heights are filled in.
+constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
+constexpr int64_t kTelling = 5;
+// See FitOptions::sample_level.
+constexpr int64_t kMostSamples = 60'000;
+
+int64_t OfPoints(int64_t points, int64_t bytes, int64_t bytes_further) {
+  const int64_t first = std::min(points, kManyPoints);
+  return first * bytes + (points - first) * bytes_further;
+}
+
+// Of the whole domain: two samples a face, four times as many for each further level while they
+// stay below the points and 60 000. A mesh that comes out coarser than it was asked for has no
+// more.
+int64_t Samples(int64_t control_faces, int64_t points, int asked_level) {
+  if (asked_level == 0) return control_faces / 2;
+  const int64_t least = 2 * control_faces;
+  const int64_t most = std::min({kMostSamples, 4 * points, least << (2 * (asked_level - 1))});
+  return std::max(least, most);
+}
 
 }  // namespace
 
 int64_t EstimateMemory(const JobRequest& job) {
+  const ReconstructOptions& options = job.options;
   const int64_t points = std::min(job.point_count, kMostPoints);
-  // A level that is chosen makes the vertices about as dense as the points.
-  int64_t faces = points * 22 / 10;
-  if (job.options.max_level) {
-    faces = ExpectedControlFaces(job) << (2 * *job.options.max_level);
+  const int64_t wanted = ExpectedControlFaces(job);
+  int64_t control_faces = wanted;
+  const Topology topology = options.control.topology;
+  if (!options.control.user_mesh &&
+      (topology == Topology::kAuto || topology == Topology::kSpherical)) {
+    control_faces = std::max<int64_t>(wanted, SphericalControlFaces(static_cast<int>(wanted)));
   }
-  faces = std::min(faces, job.options.max_surface_faces);
-  const int64_t first = std::min(points, kManyPoints);
-  return kProgramBytes + first * kBytesOfPoint + (points - first) * kBytesOfFurtherPoint +
-         faces * kBytesOfFace;
+  const int level = options.max_level.value_or(LevelAsDenseAs(static_cast<double>(points), wanted));
+  const int64_t faces = std::min(control_faces << (2 * level), options.max_surface_faces);
+  const int64_t telling = std::min(faces, kTelling * points);
+  const int neighbors = options.scan.neighbors.k;
+  const int64_t unusual = kNeighbor * std::max(0, neighbors - kUsualNeighbors) +
+                          kMissingNeighbor * std::max(0, kFewNeighbors - neighbors);
+  const int64_t analysis =
+      OfPoints(points, kAnalyzedPoint + unusual, kFurtherAnalyzedPoint + unusual);
+  const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
+                      kSample * Samples(control_faces, points, options.fit.sample_level);
+  const int64_t surface =
+      kSampledPoint * points + kFace * telling + kFilledFace * (faces - telling);
+  return kProgramBytes + std::max({analysis, fit, surface});
 }
 
 }  // namespace rilievo

@@ -14,8 +14,8 @@ inline constexpr int kMaxMessageBytes = 4 << 20;
 inline constexpr int64_t kMaxChunkBytes = 1 << 20;
 inline constexpr int kMaxControlFaces = 100000;
 
-// A job's memory grows with its points and with the faces of its surface; measured at the peak,
-// about 100 bytes a face. The defaults keep one job within some 3 GB.
+// A job's memory grows with its points and with the faces of its surface (EstimateMemory). The
+// defaults keep one job within some 3.5 GB.
 struct ServerOptions {
   // "host:port"; port 0: any free one; or "unix:PATH".
   std::string listen = "127.0.0.1:50051";

@@ -104,7 +104,7 @@ std::shared_ptr<JobRun> JobBoard::BeginRun(const std::string& job_id) {
     events = live.events;
     v1::Job& job = live.stored.job;
     job.set_state(v1::JOB_STATE_RUNNING);
-    job.set_attempts(job.attempts() + 1);
+    if (!std::exchange(live.untried, false)) job.set_attempts(job.attempts() + 1);
     job.set_sequence(SequenceOfState(job.state(), job.attempts()));
     SetTime(job.mutable_start_time());
     run = live.run = std::make_shared<JobRun>(core_, store_, live.stored, events);
@@ -127,7 +127,9 @@ void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   const JobOutcome outcome = run->Work();
   using Kind = JobOutcome::Kind;
   const bool again = outcome.kind == Kind::kKilled && Requeue(id);
-  if (!again && outcome.kind != Kind::kAbandoned) {
+  if (outcome.kind == Kind::kUntried) {
+    RequeueUntried(run->stored());
+  } else if (!again && outcome.kind != Kind::kAbandoned) {
     const absl::Status kept = run->Keep(outcome);
     if (kept.ok()) {
       Publish(outcome.job.job);
@@ -187,6 +189,24 @@ bool JobBoard::Requeue(const std::string& job_id) {
   live.events->Push(job);
   Submit(job_id, &live);
   return true;
+}
+
+void JobBoard::RequeueUntried(StoredJob stored) {
+  v1::Job& job = stored.job;
+  job.set_state(v1::JOB_STATE_QUEUED);
+  job.set_sequence(SequenceOfState(job.state(), job.attempts()));
+  // It may wait for long: who asks the store is to learn of it, and a later server that it did not
+  // end while it was worked on. A job that was cancelled meanwhile is refused, and is off the
+  // board.
+  store_->Update(stored).IgnoreError();
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(job.job_id());
+  if (found == jobs_.end()) return;
+  LiveJob& live = found->second;
+  live.untried = true;
+  live.stored = std::move(stored);
+  live.events->Push(live.stored.job);
+  Submit(live.stored.job.job_id(), &live);
 }
 
 absl::StatusOr<v1::Job> JobBoard::Cancel(const std::string& owner, const std::string& job_id) {

@@ -62,6 +62,7 @@ class JobBoard {
     uint64_t work_number = 0;
     std::shared_ptr<JobRun> run;  // while it is worked on
     int kills = 0;                // of its workers, by this server's count
+    bool untried = false;         // its last attempt was none
   };
 
   // With mutex_ held.
@@ -80,6 +81,8 @@ class JobBoard {
   void TakeOff(StoredJob stored, absl::Status refusal);
   // Puts it back into the queue; false after too many kills.
   bool Requeue(const std::string& job_id);
+  // Puts back what this machine could not work on; its attempt does not count. Waits for the disk.
+  void RequeueUntried(StoredJob stored);
 
   ServiceCore* const core_;
   JobStore* const store_;

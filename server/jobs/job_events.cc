@@ -41,10 +41,12 @@ JobEvents::JobEvents(const v1::Job& job)
 void JobEvents::Push(const v1::Job& job) {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
-  last_ = job.sequence();
+  // An attempt that did not count comes again with the number that it had.
+  last_ = std::max(job.sequence(), last_ + 1);
   finished_ = IsFinished(job.state());
   v1::JobEvent event;
   *event.mutable_job() = job;
+  event.mutable_job()->set_sequence(last_);
   Append(std::move(event));
 }
 

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/base/status_macros.h"
+#include "server/conversion/memory_estimate.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
 
@@ -60,7 +61,9 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
     return absl::InvalidArgumentError(error->message);
   }
   *job = std::get<JobRequest>(std::move(parsed));
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor scan, store_->blobs().Read(stored_.job.scan_id()));
+  absl::StatusOr<FileDescriptor> scan = store_->blobs().Read(stored_.job.scan_id());
+  if (absl::IsNotFound(scan.status())) return absl::DataLossError("the stored scan is gone");
+  if (!scan.ok()) return absl::UnavailableError(scan.status().message());
   RunContext context;
   context.stop = stop_.get_token();
   context.threads = job->threads;
@@ -69,12 +72,16 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
     progress_.Report(progress, Clock::now());
     while (auto event = progress_.Pop()) events_->Push(*std::move(event));
   };
-  return core_->work(*job, ScanBytes(std::move(scan)), context);
+  return core_->work(*job, ScanBytes(*std::move(scan), stored_.job.scan_id()), context);
 }
 
 JobOutcome JobRun::Work() {
   JobRequest request;
   absl::StatusOr<JobResult> result = Reconstruct(&request);
+  if (absl::IsDataLoss(result.status())) {
+    // Whoever makes a job of this scan next is asked for its bytes.
+    store_->blobs().Remove(stored_.job.scan_id()).IgnoreError();
+  }
   const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
   StopReason reason;
   {
@@ -93,16 +100,18 @@ JobOutcome JobRun::Work() {
     outcome.kind = JobOutcome::Kind::kAbandoned;
   } else {
     if (absl::IsAborted(result.status())) outcome.kind = JobOutcome::Kind::kKilled;
+    if (absl::IsUnavailable(result.status())) outcome.kind = JobOutcome::Kind::kUntried;
     job = Failed(std::move(job),
                  ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request), number_));
   }
   SetTime(job.mutable_end_time());
   job.set_sequence(SequenceOfState(job.state(), job.attempts()));
-  Log(outcome, result.ok() ? "" : result.status().ToString(), seconds);
+  Log(outcome, request, result, seconds);
   return outcome;
 }
 
-void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double seconds) const {
+void JobRun::Log(const JobOutcome& outcome, const JobRequest& request,
+                 const absl::StatusOr<JobResult>& result, double seconds) const {
   const v1::Job& job = outcome.job.job;
   JobRecord record;
   record.job = number_;
@@ -112,7 +121,9 @@ void JobRun::Log(const JobOutcome& outcome, const std::string& detail, double se
                 : outcome.kind == JobOutcome::Kind::kKilled
                     ? absl::StatusCode::kAborted
                     : static_cast<absl::StatusCode>(job.error().code());
-  record.detail = detail;
+  record.detail = DetailOf(result.status());
+  record.peak_bytes = PeakBytes(result);
+  record.estimated_bytes = EstimateMemory(request);
   record.points_announced = static_cast<int64_t>(stored_.header.point_count());
   record.bytes_out = static_cast<int64_t>(job.surface().total_bytes());
   record.work_seconds = record.total_seconds = seconds;

@@ -21,6 +21,7 @@ struct JobOutcome {
   enum class Kind {
     kFinished,   // `job` has its last state
     kKilled,     // the worker was killed from outside: worth another attempt
+    kUntried,    // this machine could not work on it: no attempt at all
     kAbandoned,  // the server stops, or the job was cancelled meanwhile: nothing is to be kept
   };
   Kind kind = Kind::kAbandoned;
@@ -48,7 +49,8 @@ class JobRun final : public LiveCall {
  private:
   absl::StatusOr<JobResult> Reconstruct(JobRequest* job);
   StopReason stop_reason() const;
-  void Log(const JobOutcome& outcome, const std::string& detail, double seconds) const;
+  void Log(const JobOutcome& outcome, const JobRequest& request,
+           const absl::StatusOr<JobResult>& result, double seconds) const;
 
   ServiceCore* const core_;
   JobStore* const store_;

@@ -52,10 +52,15 @@ std::string JobJson(const JobRecord& record, const std::string& time) {
                                  {"points", record.points_announced},
                                  {"bytes_in", record.bytes_in},
                                  {"bytes_out", record.bytes_out},
+                                 {"peak_bytes", record.peak_bytes},
+                                 {"estimated_bytes", record.estimated_bytes},
                                  {"upload_s", seconds(record.upload_seconds)},
                                  {"queue_s", seconds(record.queue_seconds)},
                                  {"work_s", seconds(record.work_seconds)},
                                  {"total_s", seconds(record.total_seconds)}};
+  for (const char* memory : {"peak_bytes", "estimated_bytes"}) {
+    if (json[memory] == 0) json.erase(memory);
+  }
   for (const auto& [name, value] :
        {std::pair("id", &record.id), std::pair("owner", &record.owner),
         std::pair("road", &record.road), std::pair("trace_id", &record.trace_id),

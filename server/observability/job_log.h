@@ -22,6 +22,7 @@ struct JobRecord {
   int64_t points_announced = 0;
   int64_t bytes_in = 0, bytes_out = 0;
   double upload_seconds = 0, queue_seconds = 0, work_seconds = 0, total_seconds = 0;
+  int64_t peak_bytes = 0, estimated_bytes = 0;  // of memory, see PeakBytes(); 0: not known
   std::string road;
   std::vector<std::pair<std::string, double>> stage_seconds;  // by name, in order; when OK
   std::string trace_id, parent_id;                            // of the caller; may be empty
@@ -37,8 +38,8 @@ std::vector<std::pair<std::string, double>> StageSeconds(const v1::ReconstructRe
 std::string JobLine(const JobRecord& record);
 
 // The same and more as a JSON object on one line: event "job", then job, id, owner, status, points,
-// bytes_in, bytes_out, upload_s, queue_s, work_s, total_s, road, stages, trace_id, parent_id,
-// detail. `time`: ISO 8601, comes first. What is empty is left out.
+// bytes_in, bytes_out, peak_bytes, estimated_bytes, upload_s, queue_s, work_s, total_s, road,
+// stages, trace_id, parent_id, detail. `time`: ISO 8601, comes first. What is empty is left out.
 std::string JobJson(const JobRecord& record, const std::string& time);
 
 }  // namespace rilievo

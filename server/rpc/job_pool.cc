@@ -19,6 +19,19 @@ JobPool::Ticket::~Ticket() {
   if (pool_ != nullptr) pool_->Release();
 }
 
+JobPool::Charge& JobPool::Charge::operator=(Charge&& other) noexcept {
+  std::swap(pool_, other.pool_);
+  std::swap(bytes_, other.bytes_);
+  return *this;
+}
+
+JobPool::Charge::~Charge() { Set(0); }
+
+void JobPool::Charge::Set(int64_t bytes) {
+  if (bytes != bytes_) pool_->ChangeCharged(bytes - bytes_);
+  bytes_ = bytes;
+}
+
 JobPool::JobPool(int workers, int waiting, int64_t memory)
     : workers_(workers), places_(workers + waiting), memory_(memory) {
   threads_.reserve(static_cast<size_t>(workers));
@@ -41,6 +54,23 @@ std::optional<JobPool::Ticket> JobPool::TryAdmit() {
   if (admitted_ >= places_) return std::nullopt;
   ++admitted_;
   return Ticket(this);
+}
+
+std::optional<JobPool::Charge> JobPool::TryCharge(int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  if (charged_ > 0 && bytes > memory_ - charged_) return std::nullopt;
+  charged_ += bytes;
+  TellHeart();
+  return Charge(this, bytes);
+}
+
+void JobPool::ChangeCharged(int64_t by) {
+  {
+    const std::lock_guard lock(mutex_);
+    charged_ += by;
+    TellHeart();
+  }
+  if (by < 0) wake_.notify_all();
 }
 
 void JobPool::Release() {
@@ -87,9 +117,21 @@ bool JobPool::Withdraw(uint64_t number) {
   return found;
 }
 
+void JobPool::Hold(std::chrono::milliseconds time) {
+  const auto now = std::chrono::steady_clock::now();
+  {
+    const std::lock_guard lock(mutex_);
+    if (time.count() <= 0 && held_until_ <= now) return;
+    held_until_ = now + time;
+    TellHeart();
+  }
+  wake_.notify_all();
+}
+
 bool JobPool::HasRoomForNext() const {
-  if (lines_.empty()) return false;
-  return running_ == 0 || lines_.front().entries.front().memory <= memory_ - memory_in_use_;
+  if (lines_.empty() || std::chrono::steady_clock::now() < held_until_) return false;
+  const int64_t needed = lines_.front().entries.front().memory;
+  return running_ == 0 || needed <= memory_ - memory_in_use_ - charged_;
 }
 
 JobPool::Entry JobPool::TakeNext() {
@@ -138,7 +180,13 @@ int JobPool::running() const {
 void JobPool::Work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [this] { return closing_ || HasRoomForNext(); });
+    while (!closing_ && !HasRoomForNext()) {
+      if (std::chrono::steady_clock::now() < held_until_) {
+        wake_.wait_until(lock, held_until_);
+      } else if (!HasRoomForNext()) {  // not since the time is over
+        wake_.wait(lock);
+      }
+    }
     if (closing_) return;
     Entry entry = TakeNext();
     ++running_;

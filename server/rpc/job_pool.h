@@ -35,6 +35,23 @@ class JobPool {
     JobPool* pool_;
   };
 
+  // Memory that a scan on its way in, or a surface on its way out, takes of what jobs may need;
+  // given back when destroyed. Must not outlive the pool.
+  class Charge {
+   public:
+    Charge(JobPool* pool, int64_t bytes) : pool_(pool), bytes_(bytes) {}
+    Charge(Charge&& other) noexcept : pool_(other.pool_), bytes_(std::exchange(other.bytes_, 0)) {}
+    Charge& operator=(Charge&& other) noexcept;
+    ~Charge();
+
+    // What it takes from now on.
+    void Set(int64_t bytes);
+
+   private:
+    JobPool* pool_;
+    int64_t bytes_;
+  };
+
   // What a job brings into the queue.
   struct Demand {
     std::string client;  // clients take turns; the jobs of one are done in their order
@@ -54,6 +71,10 @@ class JobPool {
   // Nothing when all places are taken. Never waits.
   std::optional<Ticket> TryAdmit();
 
+  // Nothing when all charges together would be more than the memory of the running jobs may be. The
+  // only one is always granted. Never waits.
+  std::optional<Charge> TryCharge(int64_t bytes);
+
   // Runs `work` on a worker when its client's turn has come and there is memory for it; nobody
   // overtakes a job that waits for memory. `work` must not throw. Returns its number.
   uint64_t Submit(std::function<void()> work) { return Submit(std::move(work), {}); }
@@ -61,6 +82,9 @@ class JobPool {
 
   // Takes back work that has not started; false when it has, or is done.
   bool Withdraw(uint64_t number);
+
+  // No work begins for that long from now on; 0: at once again. The latest word counts.
+  void Hold(std::chrono::milliseconds time);
 
   // How long to wait for a place: the work in hand at the mean time of the latest jobs, within 1 s
   // and 60 s.
@@ -93,6 +117,7 @@ class JobPool {
   };
 
   void Release();
+  void ChangeCharged(int64_t by);
   void Work();
 
   // With mutex_ held.
@@ -106,11 +131,13 @@ class JobPool {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool closing_ = false;
+  std::chrono::steady_clock::time_point held_until_{};
   int admitted_ = 0;
   int running_ = 0;
   uint64_t next_number_ = 1;
-  double mean_seconds_ = 1;  // exponential mean of a job's time
-  int64_t memory_in_use_ = 0;
+  double mean_seconds_ = 1;    // exponential mean of a job's time
+  int64_t memory_in_use_ = 0;  // by running jobs
+  int64_t charged_ = 0;
   std::list<Line> lines_;  // the first one is next
   Heartbeat heart_;
   std::vector<std::jthread> threads_;

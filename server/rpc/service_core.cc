@@ -11,7 +11,12 @@ namespace rilievo {
 ServiceCore::ServiceCore(const ServerOptions& server_options, JobWork job_work, JobLog job_log,
                          std::unique_ptr<const Doorkeeper> doorkeeper)
     : options(server_options),
-      work(std::move(job_work)),
+      work([this, given = std::move(job_work)](const JobRequest& job, ScanBytes points,
+                                               const RunContext& context) {
+        absl::StatusOr<JobResult> result = given(job, std::move(points), context);
+        if (const auto pause = machine.Judge(result.status())) pool.Hold(*pause);
+        return result;
+      }),
       log(std::move(job_log)),
       door(std::move(doorkeeper)),
       pool(server_options.max_concurrent_jobs, server_options.max_queued_jobs,

@@ -13,6 +13,7 @@
 #include "server/observability/server_metrics.h"
 #include "server/rpc/job_pool.h"
 #include "server/rpc/live_calls.h"
+#include "server/rpc/machine_health.h"
 #include "server/worker/job_work.h"
 
 namespace rilievo {
@@ -30,6 +31,7 @@ struct ServiceCore {
   void Report(const JobRecord& record) const;
 
   const ServerOptions options;
+  // As given; where the machine cannot work, the pool rests before the next job.
   const JobWork work;
   const JobLog log;
   const std::unique_ptr<const Doorkeeper> door;
@@ -37,7 +39,8 @@ struct ServiceCore {
   std::atomic<uint64_t> next_job{1};
   std::atomic<int64_t> upload_bytes{0};  // points of calls of Reconstruct, in memory
   std::atomic<bool> draining{false};     // no new jobs
-  LiveCalls live_calls;                  // outlives the pool, whose work may be the last to leave
+  MachineHealth machine;
+  LiveCalls live_calls;  // outlives the pool, whose work may be the last to leave
   JobPool pool;
 };
 

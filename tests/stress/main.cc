@@ -22,10 +22,15 @@ struct Part {
 
 const std::vector<Part>& Parts() {
   static const std::vector<Part> parts = {
-      {"clients", ManyClients},   {"kills", Kills},
-      {"repeats", Repeats},       {"readers", SlowReaders},
-      {"bombs", Bombs},           {"http2", HostileHttp2},
-      {"exhaustion", Exhaustion}, {"cost", ServingCost, false},
+      {"clients", ManyClients},
+      {"kills", Kills},
+      {"repeats", Repeats},
+      {"readers", SlowReaders},
+      {"bombs", Bombs},
+      {"http2", HostileHttp2},
+      {"exhaustion", Exhaustion},
+      {"cost", ServingCost, false},
+      {"options", OddOptions, false},
   };
   return parts;
 }
@@ -33,7 +38,8 @@ const std::vector<Part>& Parts() {
 constexpr char kHalfOpen[] = "half-open";
 
 struct CommandLine {
-  int seconds = 300;
+  int seconds = 300, option_seconds = 300;
+  uint64_t seed = 1, first_case = 0;
   bool brief = false, json = false;
   std::vector<std::string> only;
 
@@ -47,6 +53,9 @@ int Run(const CommandLine& line) {
   Scale scale;
   scale.client_time = std::chrono::seconds(line.seconds);
   if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
+  scale.options_time = std::chrono::seconds(line.option_seconds);
+  scale.seed = line.seed;
+  scale.first_case = line.first_case;
   Report report;
   KnownScans();
   {
@@ -70,6 +79,13 @@ int Main(int argc, char** argv) {
   for (const Part& part : Parts()) names.push_back(part.name);
   app.add_option("--seconds", line.seconds, "the many clients take")
       ->check(CLI::Range(3, 86'400))
+      ->capture_default_str();
+  app.add_option("--option-seconds", line.option_seconds, "the odd options take")
+      ->check(CLI::Range(0, 86'400))
+      ->capture_default_str();
+  app.add_option("--seed", line.seed, "of the odd options")->capture_default_str();
+  app.add_option("--first-case", line.first_case,
+                 "of them; with --option-seconds 0 it is worked on again")
       ->capture_default_str();
   app.add_flag("--short", line.brief, "at most 90 s in all, without the cost of serving");
   app.add_option("--only", line.only, "these parts")->check(CLI::IsMember(names))->delimiter(',');

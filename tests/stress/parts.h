@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 
 #include "tests/stress/report.h"
 
@@ -14,6 +15,8 @@ struct Scale {
   int cuts = 50;    // of an upload
   int cost_pairs = 9;
   std::chrono::seconds flood_time{10};  // of hostile frames
+  std::chrono::seconds options_time{300};
+  uint64_t seed = 1, first_case = 0;  // of the odd requests
 };
 
 // 64 clients, a third of them cancelling or cutting the line.
@@ -36,6 +39,9 @@ void Bombs(const Scale& scale, Report* report);
 
 // Frames of HTTP/2 that no client sends; to the server, and to the front before it.
 void HostileHttp2(const Scale& scale, Report* report);
+
+// Options and clouds that nobody would send.
+void OddOptions(const Scale& scale, Report* report);
 
 // No disk, no files, no memory.
 void Exhaustion(const Scale& scale, Report* report);

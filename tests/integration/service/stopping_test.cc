@@ -193,6 +193,34 @@ TEST_F(StoppingTest, CancelWhileWaitingNeverBeginsTheWork) {
   EXPECT_EQ(work_.last_point_count(), 70);
 }
 
+TEST_F(StoppingTest, ASurfaceThatNobodyReadsTakesOfTheMemory) {
+  work_.chunk_sizes = {50'000'000};
+  ServerOptions options;
+  options.memory_budget = 40'000'000;
+  StartServer(options);
+  const auto stub = NewStub();
+  grpc::ClientContext slow_context;
+  const auto slow = stub->Reconstruct(&slow_context);
+  SendWholeScan(slow.get(), 50);
+  ASSERT_TRUE(work_.WaitForBegun(1));
+  const auto ask = [&] {
+    grpc::ClientContext context;
+    const auto stream = stub->Reconstruct(&context);
+    SendWholeScan(stream.get(), 50);
+    return ReadToEnd(stream.get()).status;
+  };
+  grpc::Status status;
+  const auto start = steady_clock::now();
+  do {
+    status = ask();
+  } while (status.ok() && SecondsSince(start) < 10);
+  EXPECT_EQ(status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(Reason(status), "JOBS_LIMIT");
+  EXPECT_TRUE(RetryInfoOf(status));
+  EXPECT_TRUE(ReadToEnd(slow.get()).status.ok());
+  EXPECT_TRUE(ask().ok()) << "it was given back";
+}
+
 TEST_F(StoppingTest, OverTheLimitOnJobsIsAnsweredAtOnceWithARetryTime) {
   ServerOptions options;
   options.max_concurrent_jobs = 1;

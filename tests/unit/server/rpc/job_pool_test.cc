@@ -190,5 +190,52 @@ TEST(JobPool, AWithdrawnJobGivesWayToTheNext) {
   gate.set_value();
 }
 
+TEST(JobPool, NothingBeginsWhileItIsHeld) {
+  JobPool pool(2, 0);
+  std::atomic<int> done = 0;
+  pool.Hold(std::chrono::hours(1));
+  pool.Submit([&] { ++done; });
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(done, 0);
+  EXPECT_EQ(pool.state().waiting, 1);
+  pool.Hold(std::chrono::milliseconds(0));
+  while (done < 1) std::this_thread::yield();
+
+  const auto begin = std::chrono::steady_clock::now();
+  pool.Hold(std::chrono::milliseconds(60));
+  pool.Submit([&] { ++done; });
+  while (done < 2) std::this_thread::yield();
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(60));
+  pool.Hold(std::chrono::hours(1));  // and it can be closed so
+}
+
+TEST(JobPool, WhatIsOnItsWayTakesOfTheMemoryOfJobs) {
+  JobPool pool(2, 0, 100);
+  std::optional<JobPool::Charge> first = pool.TryCharge(200);
+  EXPECT_TRUE(first) << "the only one";
+  EXPECT_FALSE(pool.TryCharge(1));
+  first->Set(60);
+  EXPECT_FALSE(pool.TryCharge(41));
+  {
+    JobPool::Charge second = *pool.TryCharge(40);
+    JobPool::Charge moved = std::move(second);
+    EXPECT_FALSE(pool.TryCharge(1));
+  }
+  std::atomic<bool> end = false;
+  std::atomic<int> begun = 0;
+  const auto work = [&] {
+    ++begun;
+    while (!end) std::this_thread::yield();
+  };
+  pool.Submit(work, {.client = "", .memory = 90});  // alone, though more is charged
+  pool.Submit(work, {.client = "", .memory = 10});
+  while (begun < 1) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  EXPECT_EQ(begun, 1);
+  first.reset();
+  while (begun < 2) std::this_thread::yield();
+  end = true;
+}
+
 }  // namespace
 }  // namespace rilievo
