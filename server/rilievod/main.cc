@@ -22,6 +22,7 @@
 #include "server/observability/server_log.h"
 #include "server/observability/server_metrics.h"
 #include "server/os/open_files.h"
+#include "server/os/private_files.h"
 #include "server/reconstruction_server.h"
 #include "server/worker/in_worker_process.h"
 #include "server/worker/worker_process.h"
@@ -39,7 +40,7 @@ struct CommandLine {
   std::string worker;
   bool in_process = false;
   std::string probe, probe_service;
-  std::string make_token;
+  std::string make_token, token_out;
   std::string metrics, channelz;
   std::string log = "json", reflection = "auto";
   double keepalive_seconds = 20, keepalive_timeout_seconds = 10;
@@ -150,6 +151,11 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--make-token", line->make_token,
                   "print a new token for this NAME, and add its line to the file of --tokens")
       ->check(NotEmpty);
+  app->add_option(
+         "--token-out", line->token_out,
+         "with --make-token: write the token into this new file, which its owner alone may "
+         "read")
+      ->check(NotEmpty);
   app->add_option("--probe", line->probe,
                   "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
   app->add_option("--probe-service", line->probe_service,
@@ -167,17 +173,22 @@ int Fail(const absl::Status& status) {
   return 1;
 }
 
-// The token on standard output, where nothing else goes; the line into the file, else beside it.
-int PrintNewToken(const std::string& name, const std::string& file) {
+// The token into its file, else on standard output, where nothing else goes; the line into the file
+// of lines, else beside it.
+int PrintNewToken(const std::string& name, const std::string& file, const std::string& token_file) {
   const auto made = MakeToken(name);
   if (!made.ok()) return Fail(made.status());
+  if (!token_file.empty()) {
+    const absl::Status written = WriteSecret(token_file, made->token + "\n");
+    if (!written.ok()) return Fail(written);
+  }
   if (file.empty()) {
-    std::fprintf(stderr, "line for the file of --tokens:\n%s\ntoken, shown only now:\n",
-                 made->line.c_str());
+    std::fprintf(stderr, "line for the file of --tokens:\n%s\n", made->line.c_str());
+    if (token_file.empty()) std::fprintf(stderr, "token, shown only now:\n");
   } else if (const absl::Status added = AddTokenLine(file, made->line); !added.ok()) {
     return Fail(added);
   }
-  std::printf("%s\n", made->token.c_str());
+  if (token_file.empty()) std::printf("%s\n", made->token.c_str());
   return 0;
 }
 
@@ -241,6 +252,21 @@ absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
   return InWorkerProcess(SettingsOfWorkers(line, line.worker));
 }
 
+// What an operator may not know that others can see or do.
+void Warn(const ServerOptions& options) {
+  for (const auto& [name, path] :
+       {std::pair("--tokens", &options.tokens), std::pair("--tls-key", &options.tls_key),
+        std::pair("--store", &options.store)}) {
+    if (path->empty() || !IsOpenToOthers(*path)) continue;
+    LogMessage(absl::StrCat("warning: ", name, " ", *path,
+                            " is open to all users of this machine; chmod o= ", *path));
+  }
+  if (options.allow_plaintext && options.tokens.empty()) {
+    LogMessage(absl::StrCat("warning: whoever reaches ", options.listen,
+                            " may call, unencrypted and without a token"));
+  }
+}
+
 int Serve(const CommandLine& line, JobWork work) {
   // Blocked before any thread starts, so that all inherit it and only this one takes them.
   sigset_t signals;
@@ -253,8 +279,10 @@ int Serve(const CommandLine& line, JobWork work) {
   // A file that may not grow is an error of its write, not the end of the server.
   std::signal(SIGXFSZ, SIG_IGN);
   RaiseOpenFiles();
+  KeepToThisUser();
 
   ServerLog* const log = StartLog(line);
+  Warn(line.options);
   auto server = ReconstructionServer::Listen(line.options, std::move(work),
                                              [log](const JobRecord& record) { log->Job(record); });
   if (!server.ok()) return Fail(server.status());
@@ -279,7 +307,9 @@ int Main(int argc, char** argv) {
   CLI::App app{"Reconstructs displaced subdivision surfaces from point clouds, over gRPC."};
   DeclareOptions(&line, &app);
   CLI11_PARSE(app, argc, argv);
-  if (!line.make_token.empty()) return PrintNewToken(line.make_token, line.options.tokens);
+  if (!line.make_token.empty()) {
+    return PrintNewToken(line.make_token, line.options.tokens, line.token_out);
+  }
   if (!line.probe.empty()) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout, line.probe_service);
     return health.ok() ? 0 : Fail(health);

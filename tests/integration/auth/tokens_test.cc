@@ -1,4 +1,5 @@
 // Who has no token is refused, and each sees its own jobs alone.
+#include <filesystem>
 #include <fstream>
 
 #include "client/library/connect.h"
@@ -131,6 +132,49 @@ TEST(MakeTokenOption, PrintsTheTokenAndAddsItsLine) {
   EXPECT_EQ((*file)->OwnerOf(token), "carol");
   EXPECT_EQ(RunProgram({RILIEVOD_PROGRAM, "--make-token", "a b"}), 1);
   EXPECT_EQ(RunProgram({RILIEVOD_PROGRAM, "--tokens", test / "none"}), 1);
+}
+
+TEST(MakeTokenOption, WritesTheTokenForItsOwnerAlone) {
+  TestFolder test;
+  const std::string tokens = test / "tokens", out = test / "carol.token";
+  const std::vector<std::string> make = {RILIEVOD_PROGRAM, "--make-token", "carol", "--tokens",
+                                         tokens,           "--token-out",  out};
+  ASSERT_EQ(RunProgram(make), 0);
+  using std::filesystem::perms;
+  EXPECT_EQ(std::filesystem::status(out).permissions(), perms::owner_read | perms::owner_write);
+  std::string token;
+  std::ifstream(out) >> token;
+  EXPECT_EQ((*TokenFile::Open(tokens, {}))->OwnerOf(token), "carol");
+  EXPECT_EQ(RunProgram(make), 1) << "a token that is in use is not written over";
+  std::string unchanged;
+  std::ifstream(out) >> unchanged;
+  EXPECT_EQ(unchanged, token);
+}
+
+TEST(SecretFiles, TheServerWarnsOfThoseThatOthersMayRead) {
+  TestFolder test;
+  const std::string tokens = test / "tokens", store = test / "store";
+  ASSERT_EQ(RunProgram({RILIEVOD_PROGRAM, "--make-token", "carol", "--tokens", tokens,
+                        "--token-out", test / "token"}),
+            0);
+  const auto warnings = [&] {
+    DaemonProcess daemon({"--tokens", tokens, "--store", store});
+    EXPECT_NE(daemon.address(), "");
+    std::string said;
+    for (const std::string& line : daemon.Log()) {
+      if (line.find("warning") != std::string::npos) said += line + "\n";
+    }
+    return said;
+  };
+  EXPECT_EQ(warnings(), "");
+  const auto database = std::filesystem::status(store + "/jobs.db").permissions();
+  EXPECT_EQ(database & std::filesystem::perms::others_all, std::filesystem::perms::none);
+  EXPECT_EQ(database & std::filesystem::perms::group_all, std::filesystem::perms::none);
+  std::filesystem::permissions(tokens, std::filesystem::perms(0644));
+  std::filesystem::permissions(store, std::filesystem::perms(0755));
+  const std::string said = warnings();
+  EXPECT_THAT(said, testing::HasSubstr(tokens + " is open to all users"));
+  EXPECT_THAT(said, testing::HasSubstr(store + " is open to all users"));
 }
 
 }  // namespace
