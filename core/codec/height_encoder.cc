@@ -24,6 +24,9 @@ constexpr int kUnitsPerStep = 32;
 // Heights take at most this share of the decoder's range.
 constexpr double kRangeShare = 0.25;
 
+// How much wider the unit becomes where heights do not fit: each time costs a pass.
+constexpr double kWidening = 4;
+
 // Bits are worth this many squared steps. At high rates an error of step^2 / 12 falls by
 // step^2 ln 2 / 6 = 0.1155 step^2 with one more bit.
 constexpr double kLambda = 0.11;
@@ -74,7 +77,7 @@ int64_t EncodedHeights::bytes() const {
 // One run over all levels.
 struct HeightEncoder::Pass {
   double unit = 0;
-  double least_unit = 0;                  // half as large a one did not hold the heights
+  double least_unit = 0;                  // a smaller one did not hold the heights
   std::atomic<bool> fits = true;          // no height beyond the range of the format so far
   std::vector<Dequantizer> dequantizers;  // per level
   HeightState state;
@@ -317,12 +320,15 @@ absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targ
   for (double height : heights_) largest = std::max(largest, std::abs(height));
   const double least_unit = largest / (kRangeShare * kMaxHeightUnits);
   const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
-  pass.unit = StoredStep(std::max({wanted, least_unit, pass.least_unit}));
+  double farthest = 0;
+  for (double target : targets) farthest = std::max(farthest, std::abs(target));
+  pass.unit =
+      StoredStep(std::max({wanted, least_unit, farthest / kMaxHeightUnits, pass.least_unit}));
   RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
   // Far from what was told, filled heights may come out much larger than those that were given.
   while (!pass.fits) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    pass.unit = pass.least_unit = 2 * pass.unit;
+    pass.unit = pass.least_unit = kWidening * pass.unit;
     RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
   }
   return absl::OkStatus();

@@ -23,6 +23,8 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // where there are more than five for a point, so that most heights are filled in.
 constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
 constexpr int64_t kTelling = 5;
+// A control mesh has about so many faces at least, however few were asked for.
+constexpr int64_t kFewestMade = 64;
 // See FitOptions::sample_level.
 constexpr int64_t kMostSamples = 60'000;
 
@@ -47,11 +49,13 @@ int64_t EstimateMemory(const JobRequest& job) {
   const ReconstructOptions& options = job.options;
   const int64_t points = std::min(job.point_count, kMostPoints);
   const int64_t wanted = ExpectedControlFaces(job);
-  int64_t control_faces = wanted;
+  int64_t control_faces =
+      options.control.user_mesh ? wanted : std::max<int64_t>(wanted, kFewestMade);
   const Topology topology = options.control.topology;
   if (!options.control.user_mesh &&
       (topology == Topology::kAuto || topology == Topology::kSpherical)) {
-    control_faces = std::max<int64_t>(wanted, SphericalControlFaces(static_cast<int>(wanted)));
+    control_faces =
+        std::max<int64_t>(control_faces, SphericalControlFaces(static_cast<int>(wanted)));
   }
   const int level = options.max_level.value_or(LevelAsDenseAs(static_cast<double>(points), wanted));
   const int64_t faces = std::min(control_faces << (2 * level), options.max_surface_faces);
