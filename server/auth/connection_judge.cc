@@ -46,7 +46,7 @@ std::optional<std::string> ConnectionJudge::OwnOffence(const Known& one, bool bu
     return absl::StrCat(one.silent(), " bytes without a whole message");
   }
   const int64_t deaf = one.traffic.read - one.read_at_sent;
-  if (busy && one.reads && deaf > kDeafBytes && now - one.sent >= kDeafTime) {
+  if (one.reads && deaf > (busy ? kDeafBytes : kManyDeafBytes) && now - one.sent >= kDeafTime) {
     return absl::StrCat(deaf, " bytes of headers without an end");
   }
   return std::nullopt;

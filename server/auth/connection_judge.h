@@ -45,18 +45,18 @@ class ConnectionJudge {
   // unfinished messages for all connections together; then it cancels a call, and more is on its
   // way.
   static constexpr int64_t kSilentBytes = 40 << 20;
-  // That it may bring, for kDeafTime, while the server sends nothing to it. Data of calls makes the
+  // That it may bring for kDeafTime while the server sends nothing to it. Data of calls makes the
   // server widen their window; headers without an end do not, and gRPC 1.51 copies what it has of
-  // them at each frame. Only while the processors are busy: a call that does not read does the
-  // same.
-  static constexpr int64_t kDeafBytes = 256 << 10;
+  // them at each frame. A call that does not read looks the same for as long as its window lasts:
+  // so few bytes count only while the processors work more than they explain, else kManyDeafBytes.
+  static constexpr int64_t kDeafBytes = 256 << 10, kManyDeafBytes = 5 << 20;
   static constexpr std::chrono::milliseconds kDeafTime{100};
 
   explicit ConnectionJudge(const Limits& limits) : limits_(limits) {}
 
   // Connections that should be closed; they are forgotten here. `all`: every one that is open.
-  // `busy`: whether the server itself has the processors busy. `resident`: its memory, less what it
-  // knows to hold for clients.
+  // `busy`: whether the server uses the processors more than the bytes it received explain.
+  // `resident`: its memory, less what it knows to hold for clients.
   std::vector<Offence> Judge(const std::vector<ConnectionState>& all, bool busy, int64_t resident,
                              Clock::time_point now);
 

@@ -46,8 +46,9 @@ class ConnectionWatch {
   bool IsDue(Clock::time_point now);
   void Look(Clock::time_point now);
   std::vector<ConnectionState> States(Clock::time_point now);
+  // Whether the server uses the processors more than the bytes it received explain.
   bool Busy(Clock::time_point now);
-  void GiveBackMemory(int64_t resident, bool busy);
+  void GiveBackMemory(int64_t resident, Clock::time_point now);
 
   OpenConnections* const connections_;
   const Hooks hooks_;
@@ -56,13 +57,21 @@ class ConnectionWatch {
   // What channelz was asked last of a connection.
   struct Asked {
     int64_t read = 0, open = 0;
+    int64_t seen = 0;  // bytes at the last look
     Clock::time_point when;
   };
   std::map<uint64_t, Asked> asked_;
-  std::deque<std::pair<Clock::time_point, std::chrono::nanoseconds>> processor_times_;
+  struct Usage {
+    Clock::time_point when;
+    std::chrono::nanoseconds processors;
+    int64_t read;
+  };
+  std::deque<Usage> usage_;
+  int64_t read_ = 0;  // of all connections
   Clock::time_point looked_{};
   std::chrono::nanoseconds others_time_{0};  // of the processors, at the last look
-  int64_t least_resident_ = 0;               // since memory was given back
+  Clock::time_point gave_back_{};
+  int64_t least_resident_ = 0;  // since memory was given back
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;

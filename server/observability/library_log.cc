@@ -29,7 +29,8 @@ void LogOfLibrary(const char* library, const char* severity, const std::string& 
 }
 
 void LogOfGrpc(gpr_log_func_args* line) {
-  LogOfLibrary("grpc", gpr_log_severity_string(line->severity), line->message);
+  static constexpr const char* kNames[] = {"DEBUG", "INFO", "ERROR"};
+  LogOfLibrary("grpc", kNames[line->severity], line->message);
   // The next thing that gRPC does is to abort this process.
   if (absl::StartsWith(line->message, "assertion failed")) FlushLog(kLastWords);
 }

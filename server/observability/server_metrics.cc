@@ -103,7 +103,7 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
   Family<Counter>& connections_refused =
       prometheus::BuildCounter()
           .Name("rilievo_connections_refused_total")
-          .Help("Connections that were closed at once, by the limit that they met")
+          .Help("Connections that were closed, by the limit that they met")
           .Register(registry);
   Gauge& resident = prometheus::BuildGauge()
                         .Name("process_resident_memory_bytes")

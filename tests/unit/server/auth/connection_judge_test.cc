@@ -60,16 +60,25 @@ TEST_F(ConnectionJudgeTest, HeadersWithoutAnEndKeepTheProcessorsBusy) {
     return Closed({state}, busy);
   };
   int64_t read = 0;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 50; ++i) {
     EXPECT_THAT(look(read += 100'000, 0, /*busy=*/false), IsEmpty())
         << "who has processors to spare";
   }
   for (int i = 0; i < 20; ++i) {
-    EXPECT_THAT(look(read += 1'000'000, i + 1, /*busy=*/true), IsEmpty()) << "its window is widened";
+    EXPECT_THAT(look(read += 1'000'000, i + 1, /*busy=*/true), IsEmpty())
+        << "its window is widened";
   }
   for (int i = 0; i < 4; ++i) EXPECT_THAT(look(read += 100'000, 20, true), IsEmpty()) << i;
   EXPECT_THAT(look(read, 20, true), IsEmpty()) << "it has stopped";
   EXPECT_THAT(look(read += 1, 20, true), ElementsAre(1));
+}
+
+TEST_F(ConnectionJudgeTest, HeadersWithoutAnEndAreNotTakenForEver) {
+  int64_t read = 0;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_THAT(Closed({State(1, read += 524'288, {.started = 1})}), IsEmpty());
+  }
+  EXPECT_THAT(Closed({State(1, read += 1'000, {.started = 1})}), ElementsAre(1));
 }
 
 TEST_F(ConnectionJudgeTest, TooManyCallsOfAllEndAtTheAddressThatHasMost) {
