@@ -7,6 +7,7 @@
 #include "server/conversion/memory_estimate.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
+#include "server/rpc/unread_message.h"
 
 namespace rilievo {
 namespace {
@@ -16,7 +17,7 @@ double SecondsBetween(LiveCall::Clock::time_point from, LiveCall::Clock::time_po
 }
 
 CallError OrderError(const std::string& field, const std::string& description) {
-  return BadRequestError({{field, description}});
+  return BadRequestError({{field, description}}, ErrorCause::kMessageOrder);
 }
 
 }  // namespace
@@ -32,7 +33,7 @@ ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerC
   if (core->draining) {
     reactor->Fail(ShutdownError());
   } else {
-    reactor->StartRead(&reactor->request_);
+    reactor->ReadNext();
   }
   return reactor;
 }
@@ -65,7 +66,7 @@ void ReconstructCall::OnReadDone(bool ok) {
   if (phase_ != Phase::kHeader && phase_ != Phase::kUpload) return;
   last_transfer_ = Clock::now();
   if (!ok) {
-    EndUpload();
+    IsUnread(request_) ? EndUpload() : Fail(MalformedMessageError());
     return;
   }
   if (phase_ == Phase::kHeader) {
@@ -73,7 +74,12 @@ void ReconstructCall::OnReadDone(bool ok) {
   } else {
     TakePoints();
   }
-  if (phase_ == Phase::kUpload) StartRead(&request_);
+  if (phase_ == Phase::kUpload) ReadNext();
+}
+
+void ReconstructCall::ReadNext() {
+  MarkUnread(&request_);
+  StartRead(&request_);
 }
 
 void ReconstructCall::OnWriteDone(bool ok) {
@@ -124,8 +130,7 @@ void ReconstructCall::Stop(StopReason reason) {
       if (core_->pool.Withdraw(work_number_)) Fail(StopError(stop_reason_, core_->options));
       break;
     case Phase::kDownload:
-      // The write in flight waits for a client that does not read: only this brings it back.
-      context_->TryCancel();
+      BreakOff(context_, StopError(stop_reason_, core_->options));
       break;
     case Phase::kWork:  // ends by itself within a second
     case Phase::kFinished:
@@ -149,20 +154,19 @@ void ReconstructCall::TakeHeader() {
   }
   ticket_ = core_->pool.TryAdmit();
   if (!ticket_) {
-    Fail({.code = absl::StatusCode::kResourceExhausted,
-          .message = "as many jobs as this server takes are running and waiting; try again later",
-          .reason = "JOBS_LIMIT",
-          .retry_delay = core_->pool.RetryDelay()});
+    Fail(CallError(ErrorCause::kJobsLimit,
+                   "as many jobs as this server takes are running and waiting; try again later")
+             .Limit(core_->options.max_concurrent_jobs + core_->options.max_queued_jobs)
+             .RetryAfter(core_->pool.RetryDelay()));
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
   charge_ = core_->pool.TryCharge(job_.point_count * BytesOfPoint(job_.coordinates));
   if (!charge_) {
-    Fail({.code = absl::StatusCode::kResourceExhausted,
-          .message = "scans and surfaces that are on their way take the memory of this server; try "
-                     "again later",
-          .reason = "JOBS_LIMIT",
-          .retry_delay = core_->pool.RetryDelay()});
+    Fail(CallError(ErrorCause::kJobsLimit,
+                   "scans and surfaces that are on their way take the memory of this server; try "
+                   "again later")
+             .RetryAfter(core_->pool.RetryDelay()));
     return;
   }
   record_.points_announced = job_.point_count;
@@ -277,7 +281,7 @@ void ReconstructCall::PumpWrites() {
 
 void ReconstructCall::Fail(const CallError& error) {
   if (record_.detail.empty()) record_.detail = error.message;
-  FinishOnce(GrpcStatus(error), error.code);
+  FinishOnce(GrpcStatus(error), error.code());
 }
 
 void ReconstructCall::FinishOnce(const grpc::Status& status, absl::StatusCode code) {

@@ -49,6 +49,7 @@ class ReconstructCall final
   enum class Phase { kHeader, kUpload, kQueued, kWork, kDownload, kFinished };
 
   // All of these with mutex_ held.
+  void ReadNext();
   void TakeHeader();
   void TakePoints();
   void EndUpload();

@@ -21,6 +21,7 @@
 #include "server/jobs/jobs_service.h"
 #include "server/observability/server_metrics.h"
 #include "server/reconstruction_service.h"
+#include "server/rpc/grpc_status.h"
 #include "server/store/temporary_folder.h"
 
 namespace rilievo {
@@ -134,6 +135,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   builder.RegisterService(result->service_.get());
   builder.RegisterService(result->jobs_.get());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(StatusExplainer());  // before what counts them
   interceptors.push_back(CallCounter(result->core_->metrics));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);

@@ -54,7 +54,9 @@ std::optional<std::chrono::milliseconds> RetryDelay(const absl::Status& status) 
 
 std::string ErrorReason(const absl::Status& status) {
   const auto info = FindDetail<google::rpc::ErrorInfo>(status);
-  return info ? info->reason() : "";
+  // What stands between, such as a proxy, has words of its own.
+  const bool ours = info && (info->domain() == "rilievo.dev" || info->domain() == "rilievo");
+  return ours ? info->reason() : "";
 }
 
 }  // namespace rilievo

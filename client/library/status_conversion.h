@@ -20,7 +20,7 @@ absl::Status StatusFromGrpc(const grpc::Status& status);
 // When the server asked for a retry: after how long.
 std::optional<std::chrono::milliseconds> RetryDelay(const absl::Status& status);
 
-// ErrorInfo.reason, such as "JOBS_LIMIT"; empty when the server gave none.
+// ErrorInfo.reason of a rilievod, such as "JOBS_LIMIT"; empty when the error is not from one.
 std::string ErrorReason(const absl::Status& status);
 
 }  // namespace rilievo

@@ -16,10 +16,6 @@ namespace {
 
 constexpr char kCommonName[] = "x509_common_name";  // GRPC_X509_CN_PROPERTY_NAME
 
-CallError Unauthenticated(const char* reason, const char* message) {
-  return {.code = absl::StatusCode::kUnauthenticated, .message = message, .reason = reason};
-}
-
 void Complain(const absl::Status& status) {
   LogMessage(absl::StrCat(status.message(), "; the tokens stay as they were"));
 }
@@ -57,9 +53,9 @@ std::optional<CallError> Doorkeeper::Admit(const grpc::CallbackServerContext& co
   if (needs_certificate_) {
     caller->owner = CommonName(context);
     if (caller->owner.empty()) {
-      return Unauthenticated("NO_CERTIFICATE",
-                             "this server asks for a client's certificate whose subject has a "
-                             "common name (rilievo: --tls-cert and --tls-key)");
+      return CallError(ErrorCause::kNoCertificate,
+                       "this server asks for a client's certificate whose subject has a "
+                       "common name (rilievo: --tls-cert and --tls-key)");
     }
   }
   if (tokens_) {
@@ -74,9 +70,9 @@ std::optional<CallError> Doorkeeper::CheckToken(const grpc::CallbackServerContex
   constexpr absl::string_view kScheme = "bearer ";
   const auto [begin, end] = context.client_metadata().equal_range("authorization");
   if (begin == end) {
-    return Unauthenticated("NO_TOKEN",
-                           "this server asks for a token: send \"authorization: Bearer TOKEN\" "
-                           "(rilievo: --token-file or RILIEVO_TOKEN)");
+    return CallError(ErrorCause::kNoToken,
+                     "this server asks for a token: send \"authorization: Bearer TOKEN\" "
+                     "(rilievo: --token-file or RILIEVO_TOKEN)");
   }
   absl::string_view value(begin->second.data(), begin->second.size());
   std::optional<std::string> name;
@@ -84,8 +80,8 @@ std::optional<CallError> Doorkeeper::CheckToken(const grpc::CallbackServerContex
     name = tokens_->OwnerOf(value.substr(kScheme.size()));
   }
   if (!name) {
-    return Unauthenticated("WRONG_TOKEN",
-                           "this server does not know the token; ask its operator for another one");
+    return CallError(ErrorCause::kWrongToken,
+                     "this server does not know the token; ask its operator for another one");
   }
   *owner = *std::move(name);
   return std::nullopt;

@@ -3,11 +3,16 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "google/rpc/status.pb.h"
+#include "server/conversion/error_cause.h"
 
 namespace rilievo {
 
@@ -16,17 +21,44 @@ struct FieldViolation {
   std::string description;  // the value found, what is allowed, what to do
 };
 
-// Holds nothing of this machine: no path, no host, no stack.
+// Holds nothing of this machine: no path, no host, no stack. The reason gives the status code.
 struct CallError {
-  absl::StatusCode code = absl::StatusCode::kInternal;
-  std::string message = {};                     // whole sentences for people
-  std::string reason = {};                      // of ErrorInfo, e.g. "JOBS_LIMIT"; may be empty
-  std::vector<FieldViolation> violations = {};  // of BadRequest
-  std::optional<std::chrono::milliseconds> retry_delay = {};
+  CallError(ErrorCause why, std::string text) : reason(why), message(std::move(text)) {}
+
+  absl::StatusCode code() const { return CodeOf(reason); }
+
+  // What was allowed and what was found, in the unit that docs/api.md states for the reason.
+  CallError& Limit(const absl::AlphaNum& limit, const absl::AlphaNum& value) {
+    metadata["value"] = std::string(value.Piece());
+    return Limit(limit);
+  }
+  CallError& Limit(const absl::AlphaNum& limit) {
+    metadata["limit"] = std::string(limit.Piece());
+    return *this;
+  }
+  CallError& RetryAfter(std::chrono::milliseconds delay) {
+    retry_delay = delay;
+    return *this;
+  }
+
+  ErrorCause reason;
+  std::string message;                                     // whole sentences for people
+  std::map<std::string, std::string> metadata = {};        // of ErrorInfo
+  std::vector<FieldViolation> violations = {};             // of BadRequest
+  std::optional<std::chrono::milliseconds> retry_delay{};  // of RetryInfo
 };
 
+// The message and the details, of which ErrorInfo is one; long lists and texts are cut.
+google::rpc::Status RpcStatus(const CallError& error);
+
 // INVALID_ARGUMENT whose message repeats the violations (at least one).
-CallError BadRequestError(std::vector<FieldViolation> violations);
+CallError BadRequestError(std::vector<FieldViolation> violations,
+                          ErrorCause reason = ErrorCause::kInvalidField);
+
+// For functions that know why a call fails, below those that answer it: StatedError() gives the
+// error back without its violations and its delay; nothing when `status` is of another origin.
+absl::Status StatusOf(const CallError& error);
+std::optional<CallError> StatedError(const absl::Status& status);
 
 // What a failed stage tells the client. `field`: what of the request the failure is about. Codes
 // that are no fault of the request become INTERNAL, and their text stays with the operator;

@@ -2,6 +2,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -15,6 +16,12 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "coordinates travel little-endian");
 
 using Violations = std::vector<FieldViolation>;
+
+// Over a limit of this server.
+struct Excess {
+  int64_t limit;
+  uint64_t value;
+};
 
 constexpr int64_t kVertexBytes = 3 * sizeof(double);
 
@@ -200,9 +207,9 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violat
   if (from.has_control_mesh()) ReadControlMesh(from.control_mesh(), control, violations);
 }
 
-// The header's own fields. Returns whether one was over a limit of this server.
-bool ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
-                  JobRequest* request, Violations* violations) {
+// The header's own fields.
+std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
+                                   JobRequest* request, Violations* violations) {
   OptionReader reader("header", violations);
   if (header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE) {
     request->coordinates = CoordinateType::kFloat32;
@@ -217,33 +224,33 @@ bool ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limi
   if (count < kMinScanPoints) {
     reader.Violate("point_count",
                    absl::StrCat(count, " points; a surface needs at least ", kMinScanPoints));
-    return false;
+    return std::nullopt;
   }
   // Compared without a product that could overflow.
-  const auto most = static_cast<uint64_t>(
-      std::min(limits.max_points, limits.max_scan_bytes / BytesOfPoint(request->coordinates)));
-  if (count > most) {
+  const int64_t most =
+      std::min(limits.max_points, limits.max_scan_bytes / BytesOfPoint(request->coordinates));
+  if (count > static_cast<uint64_t>(most)) {
     reader.Violate("point_count",
                    absl::StrCat(count, " points in this format; this server takes at most ", most,
                                 " in one scan, send fewer"));
-    return true;
+    return Excess{most, count};
   }
   request->point_count = static_cast<int64_t>(count);
-  return false;
+  return std::nullopt;
 }
 
-// Whether control faces times 4^level is more than the server may build.
-bool SurfaceTooLarge(const JobRequest& request, const ServerOptions& limits,
-                     Violations* violations) {
-  if (!request.options.max_level) return false;
+// Control faces times 4^level, where that is more than the server may build.
+std::optional<Excess> CheckSurfaceSize(const JobRequest& request, const ServerOptions& limits,
+                                       Violations* violations) {
+  if (!request.options.max_level) return std::nullopt;
   const int level = *request.options.max_level;
   const int64_t faces = ExpectedControlFaces(request);
-  if (faces <= limits.max_surface_faces >> (2 * level)) return false;
+  if (faces <= limits.max_surface_faces >> (2 * level)) return std::nullopt;
   OptionReader("header.options", violations)
       .Violate("max_level", absl::StrCat(faces, " control faces at level ", level,
                                          " make more than the ", limits.max_surface_faces,
                                          " faces this server builds; lower one of the two"));
-  return true;
+  return Excess{limits.max_surface_faces, static_cast<uint64_t>(faces) << (2 * level)};
 }
 
 }  // namespace
@@ -263,7 +270,7 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
                                                 const ServerOptions& limits) {
   JobRequest request;
   Violations violations;
-  bool over_limit = ReadScanSize(header, limits, &request, &violations);
+  std::optional<Excess> over_limit = ReadScanSize(header, limits, &request, &violations);
 
   const v1::ReconstructOptions& from = header.options();
   OptionReader reader("header.options", &violations);
@@ -282,15 +289,17 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   ReadEncode(from.encode(), &request.options.encode, &violations);
   request.options.max_surface_faces =
       std::clamp<int64_t>(limits.max_surface_faces, 1, request.options.max_surface_faces);
-  over_limit |= SurfaceTooLarge(request, limits, &violations);
+  if (const auto excess = CheckSurfaceSize(request, limits, &violations); excess && !over_limit) {
+    over_limit = excess;
+  }
 
   if (violations.empty()) {
     request.header = header;
     return request;
   }
-  CallError error = BadRequestError(std::move(violations));
-  if (over_limit) error.reason = "LIMIT_EXCEEDED";
-  return error;
+  if (!over_limit) return BadRequestError(std::move(violations));
+  return BadRequestError(std::move(violations), ErrorCause::kLimitExceeded)
+      .Limit(over_limit->limit, over_limit->value);
 }
 
 }  // namespace rilievo

@@ -10,8 +10,9 @@ namespace {
 // Chunks smaller than this are gathered, so that many tiny ones cost no more than their bytes.
 constexpr size_t kSmallChunkBytes = 64 << 10;
 
-CallError ChunkError(const std::string& description) {
-  return BadRequestError({{"points.data", description}});
+CallError ChunkError(const std::string& description,
+                     ErrorCause reason = ErrorCause::kInvalidField) {
+  return BadRequestError({{"points.data", description}}, reason);
 }
 
 }  // namespace
@@ -24,8 +25,9 @@ std::optional<CallError> PointUpload::Append(std::string&& data) {
   const int64_t point_bytes = BytesOfPoint(coordinates_);
   if (size == 0) return ChunkError("the chunk is empty; send at least one point");
   if (size > kMaxChunkBytes) {
-    return ChunkError(
-        absl::StrCat("the chunk has ", size, " bytes; send at most ", kMaxChunkBytes));
+    return ChunkError(absl::StrCat("the chunk has ", size, " bytes; send at most ", kMaxChunkBytes),
+                      ErrorCause::kLimitExceeded)
+        .Limit(kMaxChunkBytes, size);
   }
   if (size % point_bytes != 0) {
     return ChunkError(
@@ -48,11 +50,10 @@ std::optional<CallError> PointUpload::Append(std::string&& data) {
 std::optional<CallError> PointUpload::CheckComplete() const {
   const int64_t points = bytes_ / BytesOfPoint(coordinates_);
   if (points == point_count_) return std::nullopt;
-  CallError error;
-  error.code = absl::StatusCode::kDataLoss;
-  error.message = absl::StrCat("the stream was closed after ", points, " of ", point_count_,
-                               " announced points; send all of them");
-  return error;
+  return CallError(ErrorCause::kScanIncomplete,
+                   absl::StrCat("the stream was closed after ", points, " of ", point_count_,
+                                " announced points; send all of them"))
+      .Limit(point_count_, points);
 }
 
 ScanBytes PointUpload::TakePoints() {

@@ -55,21 +55,21 @@ std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {
   if (MayTakePlace(core.service->options.max_waiting_jobs, core.board.size(), own)) {
     return std::nullopt;
   }
-  return CallError{.code = absl::StatusCode::kResourceExhausted,
-                   .message = absl::StrCat("as many jobs as this server takes of one client, or of "
-                                           "all, are waiting (",
-                                           own, " are yours); try again later"),
-                   .reason = "JOBS_LIMIT",
-                   .retry_delay = core.service->pool.RetryDelay()};
+  return CallError(ErrorCause::kJobsLimit,
+                   absl::StrCat("as many jobs as this server takes of one client, or of all, are "
+                                "waiting (",
+                                own, " are yours); try again later"))
+      .Limit(core.service->options.max_waiting_jobs, own)
+      .RetryAfter(core.service->pool.RetryDelay());
 }
 
 // The job of an earlier CreateJob, if this one asks for the same.
 grpc::Status Known(const StoredJob& known, const v1::CreateJobRequest& request, v1::Job* job) {
   if (known.job.scan_id() != request.scan_id() ||
       known.header.SerializeAsString() != request.header().SerializeAsString()) {
-    return Refused(CallError{.code = absl::StatusCode::kAlreadyExists,
-                             .message = "request_id: it was used for another scan or other "
-                                        "options; choose a new one"});
+    return Refused(
+        CallError(ErrorCause::kRequestIdUsed,
+                  "request_id: it was used for another scan or other options; choose a new one"));
   }
   *job = known.job;
   return grpc::Status::OK;

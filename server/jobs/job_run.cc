@@ -58,7 +58,7 @@ JobRun::JobRun(ServiceCore* core, JobStore* store, StoredJob stored,
 absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
   auto parsed = ParseHeader(stored_.header, core_->options);
   if (const auto* error = std::get_if<CallError>(&parsed)) {
-    return absl::InvalidArgumentError(error->message);
+    return StatusOf(*error);
   }
   *job = std::get<JobRequest>(std::move(parsed));
   absl::StatusOr<FileDescriptor> scan = store_->blobs().Read(stored_.job.scan_id());

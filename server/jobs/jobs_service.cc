@@ -15,10 +15,8 @@ namespace rilievo {
 namespace {
 
 grpc::Status NoStore() {
-  return GrpcStatus({.code = absl::StatusCode::kFailedPrecondition,
-                     .message = "this server keeps nothing: use Reconstruct, or a server with a "
-                                "store",
-                     .reason = "NO_STORE"});
+  return GrpcStatus({ErrorCause::kNoStore,
+                     "this server keeps nothing: use Reconstruct, or a server with a store"});
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "server/jobs/request_checks.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
@@ -16,8 +17,9 @@ constexpr size_t kMaxIdLength = 64;
 constexpr uint32_t kMaxPage = 1000;
 constexpr int kDefaultPage = 100;
 
-CallError Violation(const std::string& field, const std::string& description) {
-  return BadRequestError({{field, description}});
+CallError Violation(const std::string& field, const std::string& description,
+                    ErrorCause reason = ErrorCause::kInvalidField) {
+  return BadRequestError({{field, description}}, reason);
 }
 
 }  // namespace
@@ -39,12 +41,11 @@ std::optional<CallError> CheckUploadHeader(const v1::UploadHeader& header,
     return Violation("header.total_bytes", "0; give the bytes of the whole scan");
   }
   if (header.total_bytes() > static_cast<uint64_t>(limits.max_scan_bytes)) {
-    CallError error =
-        Violation("header.total_bytes",
-                  absl::StrCat(header.total_bytes(), " bytes; this server takes at most ",
-                               limits.max_scan_bytes, " in one scan, send fewer points"));
-    error.reason = "LIMIT_EXCEEDED";
-    return error;
+    return Violation("header.total_bytes",
+                     absl::StrCat(header.total_bytes(), " bytes; this server takes at most ",
+                                  limits.max_scan_bytes, " in one scan, send fewer points"),
+                     ErrorCause::kLimitExceeded)
+        .Limit(limits.max_scan_bytes, header.total_bytes());
   }
   if (header.offset() > header.total_bytes()) {
     return Violation("header.offset", absl::StrCat(header.offset(), " is beyond total_bytes, ",
@@ -70,7 +71,7 @@ std::optional<CallError> ReadPage(const v1::ListJobsRequest& request, int* limit
   *before = 0;
   if (!request.page_token().empty() &&
       (!absl::SimpleAtoi(request.page_token(), before) || *before <= 0)) {
-    return Violation("page_token", "it is none; give next_page_token of the page before");
+    return Violation("page_token", "it is not valid; use next_page_token of the last answer");
   }
   return std::nullopt;
 }
@@ -86,29 +87,14 @@ int64_t ScanBytesOf(const v1::ReconstructHeader& header) {
 }
 
 CallError ErrorOfStore(const absl::Status& status) {
-  CallError error;
-  error.code = status.code();
-  error.message = std::string(status.message());
-  // What names a file is not meant for clients: something of the store is missing.
-  const bool names_a_file = error.message.find('/') != std::string::npos;
-  switch (names_a_file && !absl::IsResourceExhausted(status) ? absl::StatusCode::kInternal
-                                                             : status.code()) {
-    case absl::StatusCode::kNotFound:
-    case absl::StatusCode::kOutOfRange:
-    case absl::StatusCode::kDataLoss:
-    case absl::StatusCode::kAborted:
-      return error;
-    case absl::StatusCode::kResourceExhausted:
-      error.message = "the server has no room to store it; try again later";
-      error.reason = "STORE_FULL";
-      error.retry_delay = std::chrono::seconds(30);
-      return error;
-    default:
-      LogMessage(absl::StrCat("store: ", status.message()));
-      error.code = absl::StatusCode::kInternal;
-      error.message = "the server's store failed; its operator finds the cause in the log";
-      return error;
+  if (auto stated = StatedError(status)) return *std::move(stated);
+  if (absl::IsResourceExhausted(status)) {
+    return CallError(ErrorCause::kStoreFull, "the server has no room to store it; try again later")
+        .RetryAfter(std::chrono::seconds(30));
   }
+  LogMessage(absl::StrCat("store: ", status.message()));
+  return {ErrorCause::kStoreFailed,
+          "the server's store failed; its operator finds the cause in the log"};
 }
 
 }  // namespace rilievo

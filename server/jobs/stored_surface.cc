@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 
 namespace rilievo {
 namespace {
@@ -17,8 +18,11 @@ absl::StatusOr<uint64_t> FirstByte(const v1::StreamSurfaceRequest& request,
                                    const v1::SurfaceHeader& header) {
   if (!request.has_chunk()) return request.offset();
   if (request.chunk() >= static_cast<uint32_t>(header.chunk_bytes_size())) {
-    return absl::OutOfRangeError(absl::StrCat("chunk: ", request.chunk(), " of a surface with ",
-                                              header.chunk_bytes_size(), " chunks"));
+    return StatusOf(
+        CallError(ErrorCause::kOffsetOutOfRange,
+                  absl::StrCat("chunk: ", request.chunk(), " of a surface with ",
+                               header.chunk_bytes_size(), " chunks; begin at one of these"))
+            .Limit(header.chunk_bytes_size(), request.chunk()));
   }
   uint64_t begin = 0;
   for (uint32_t i = 0; i < request.chunk(); ++i) begin += header.chunk_bytes(static_cast<int>(i));
@@ -28,8 +32,10 @@ absl::StatusOr<uint64_t> FirstByte(const v1::StreamSurfaceRequest& request,
 absl::StatusOr<StoredSurface> StoredSurface::From(FileDescriptor file, v1::SurfaceHeader header,
                                                   uint64_t offset) {
   if (offset > header.total_bytes()) {
-    return absl::OutOfRangeError(
-        absl::StrCat("offset: ", offset, " of a surface with ", header.total_bytes(), " bytes"));
+    return StatusOf(CallError(ErrorCause::kOffsetOutOfRange,
+                              absl::StrCat("offset: ", offset, " of a surface with ",
+                                           header.total_bytes(), " bytes; begin within these"))
+                        .Limit(header.total_bytes(), offset));
   }
   return StoredSurface(std::move(file), std::move(header), offset);
 }

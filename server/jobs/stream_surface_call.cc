@@ -11,9 +11,8 @@ namespace rilievo {
 namespace {
 
 CallError NotSucceeded(v1::JobState state) {
-  return {.code = absl::StatusCode::kFailedPrecondition,
-          .message = "the job has no surface: it is " + v1::JobState_Name(state),
-          .reason = "JOB_NOT_SUCCEEDED"};
+  return {ErrorCause::kJobNotSucceeded,
+          "the job has no surface: it is " + v1::JobState_Name(state)};
 }
 
 }  // namespace
@@ -117,8 +116,7 @@ void StreamSurfaceCall::Stop(StopReason reason) {
   const std::lock_guard lock(mutex_);
   if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
   if (write_in_flight_) {
-    // It waits for a client that does not read: only this brings it back.
-    context_->TryCancel();
+    BreakOff(context_, StopError(stop_reason_, core_->service->options));
   } else if (!busy_) {
     FinishOnce(GrpcStatus(StopError(stop_reason_, core_->service->options)));
   }

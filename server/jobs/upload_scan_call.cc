@@ -8,21 +8,25 @@
 #include "server/jobs/request_checks.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
+#include "server/rpc/unread_message.h"
 
 namespace rilievo {
 namespace {
 
-CallError Violation(const std::string& field, const std::string& description) {
-  return BadRequestError({{field, description}});
+CallError Violation(const std::string& description, ErrorCause reason = ErrorCause::kInvalidField) {
+  return BadRequestError({{"chunk", description}}, reason);
 }
 
-CallError TooManyUploads() {
-  return {.code = absl::StatusCode::kResourceExhausted,
-          .message =
-              "as many scans as this server takes of one client, or of all, are being "
-              "uploaded; try again later",
-          .reason = "JOBS_LIMIT",
-          .retry_delay = std::chrono::seconds(2)};
+CallError OrderError(const std::string& field, const std::string& description) {
+  return BadRequestError({{field, description}}, ErrorCause::kMessageOrder);
+}
+
+CallError TooManyUploads(const ServerOptions& options) {
+  return CallError(ErrorCause::kJobsLimit,
+                   "as many scans as this server takes of one client, or of all, are being "
+                   "uploaded; try again later")
+      .Limit(options.max_uploads)
+      .RetryAfter(std::chrono::seconds(2));
 }
 
 }  // namespace
@@ -37,10 +41,10 @@ UploadScanCall* UploadScanCall::Begin(JobsCore* core, Caller caller,
   if (core->service->draining) {
     reactor->FinishOnce(GrpcStatus(ShutdownError()));
   } else if (!core->uploads.Take(reactor->caller_.client)) {
-    reactor->FinishOnce(GrpcStatus(TooManyUploads()));
+    reactor->FinishOnce(GrpcStatus(TooManyUploads(core->service->options)));
   } else {
     reactor->placed_ = true;
-    reactor->StartRead(&reactor->request_);
+    reactor->ReadNext();
   }
   return reactor;
 }
@@ -72,9 +76,14 @@ void UploadScanCall::OnReadDone(bool ok) {
     } else if (call->stop_reason_ != StopReason::kNone) {
       call->FinishStopped();
     } else {
-      call->StartRead(&call->request_);
+      call->ReadNext();
     }
   });
+}
+
+void UploadScanCall::ReadNext() {
+  MarkUnread(&request_);
+  StartRead(&request_);
 }
 
 void UploadScanCall::OnCancel() { Stop(StopReason::kClient); }
@@ -106,9 +115,8 @@ grpc::Status UploadScanCall::StatusOfStop() const {
   if (stop_reason_ == StopReason::kUploadTime) {
     error.message =
         "this stream took as long as the server gives to one that sends so little; go on in "
-        "another "
-        "from what GetUpload says";
-    error.retry_delay = std::chrono::seconds(1);
+        "another from what GetUpload says";
+    error.RetryAfter(std::chrono::seconds(1));
   }
   return GrpcStatus(error);
 }
@@ -132,14 +140,14 @@ void UploadScanCall::FinishOnce(const grpc::Status& status) {
 
 std::optional<grpc::Status> UploadScanCall::Take(bool ok) {
   std::optional<CallError> error;
-  if (!ok) {
+  if (!ok && !IsUnread(request_)) {
+    error = MalformedMessageError();
+  } else if (!ok) {
     if (ended_) return grpc::Status::OK;
-    error = CallError{.code = absl::StatusCode::kDataLoss,
-                      .message =
-                          "the stream was closed before `end`; go on from what GetUpload "
-                          "says"};
+    error = CallError(ErrorCause::kScanIncomplete,
+                      "the stream was closed before `end`; go on from what GetUpload says");
   } else if (ended_) {
-    error = Violation("end", "nothing may follow it");
+    error = OrderError("end", "nothing may follow it");
   } else if (!writer_) {
     error = TakeHeader();
   } else if (request_.has_end()) {
@@ -152,7 +160,7 @@ std::optional<grpc::Status> UploadScanCall::Take(bool ok) {
 }
 
 std::optional<CallError> UploadScanCall::TakeHeader() {
-  if (!request_.has_header()) return Violation("header", "the first message must hold it");
+  if (!request_.has_header()) return OrderError("header", "the first message must hold it");
   const v1::UploadHeader& header = request_.header();
   if (auto error = CheckUploadHeader(header, core_->service->options)) return error;
   if (!core_->keeper.MakeRoomFor(static_cast<int64_t>(header.total_bytes() - header.offset()))) {
@@ -168,15 +176,18 @@ std::optional<CallError> UploadScanCall::TakeHeader() {
 
 std::optional<CallError> UploadScanCall::TakeChunk() {
   if (request_.message_case() != v1::UploadScanRequest::kChunk) {
-    return Violation("chunk", "every message between header and end must hold one");
+    return OrderError("chunk", "every message between header and end must hold one");
   }
   const std::string& bytes = request_.chunk();
-  if (bytes.empty() || bytes.size() > static_cast<size_t>(kMaxChunkBytes)) {
-    return Violation("chunk", absl::StrCat(bytes.size(), " bytes; send 1 to ", kMaxChunkBytes));
+  if (bytes.empty()) return Violation("0 bytes; send at least 1");
+  if (bytes.size() > static_cast<size_t>(kMaxChunkBytes)) {
+    return Violation(absl::StrCat(bytes.size(), " bytes; send at most ", kMaxChunkBytes),
+                     ErrorCause::kLimitExceeded)
+        .Limit(kMaxChunkBytes, bytes.size());
   }
   if (bytes.size() > total_bytes_ - static_cast<uint64_t>(writer_->size())) {
     return Violation(
-        "chunk", absl::StrCat("more than the ", total_bytes_, " bytes of header.total_bytes came"));
+        absl::StrCat("more than the ", total_bytes_, " bytes of header.total_bytes came"));
   }
   core_->service->metrics->CountReceived(static_cast<int64_t>(bytes.size()));
   const absl::Status written = writer_->Append(bytes);

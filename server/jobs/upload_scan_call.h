@@ -48,6 +48,7 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   grpc::Status StatusOfStop() const;
 
   // With mutex_ held.
+  void ReadNext();
   void FinishStopped();
   void FinishOnce(const grpc::Status& status);
 

@@ -2,58 +2,80 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
-#include "google/rpc/error_details.pb.h"
+#include "grpc/grpc.h"
+#include "rilievo/v1/jobs.pb.h"
+#include "rilievo/v1/reconstruction.pb.h"
 
 namespace rilievo {
 namespace {
 
-constexpr size_t kMaxTextBytes = 500;
-constexpr size_t kMaxViolations = 8;
-
-// At most kMaxTextBytes, cut between UTF-8 characters.
-std::string Shortened(const std::string& text) {
-  if (text.size() <= kMaxTextBytes) return text;
-  size_t end = kMaxTextBytes;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return text.substr(0, end) + "...";
+// "/package.Service/Method".
+bool IsServed(std::string method) {
+  if (method.empty()) return false;
+  std::replace(method.begin() + 1, method.end(), '/', '.');
+  return v1::ReconstructRequest::descriptor()->file()->pool()->FindMethodByName(method.substr(1)) !=
+         nullptr;
 }
+
+class ExplainOneStatus final : public grpc::experimental::Interceptor {
+ public:
+  explicit ExplainOneStatus(std::string method) : method_(std::move(method)) {}
+
+  void Intercept(grpc::experimental::InterceptorBatchMethods* methods) override {
+    if (methods->QueryInterceptionHookPoint(
+            grpc::experimental::InterceptionHookPoints::PRE_SEND_STATUS)) {
+      methods->ModifySendStatus(ExplainedStatus(method_, methods->GetSendStatus()));
+    }
+    methods->Proceed();
+  }
+
+ private:
+  const std::string method_;
+};
+
+class ExplainStatuses final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  grpc::experimental::Interceptor* CreateServerInterceptor(
+      grpc::experimental::ServerRpcInfo* call) override {
+    return new ExplainOneStatus(call->method() == nullptr ? "" : call->method());
+  }
+};
 
 }  // namespace
 
-google::rpc::Status RpcStatus(const CallError& error) {
-  google::rpc::Status details;
-  details.set_code(static_cast<int>(error.code));
-  details.set_message(Shortened(error.message));
-  if (!error.violations.empty()) {
-    google::rpc::BadRequest bad;
-    for (size_t i = 0; i < std::min(error.violations.size(), kMaxViolations); ++i) {
-      auto* violation = bad.add_field_violations();
-      violation->set_field(Shortened(error.violations[i].field));
-      violation->set_description(Shortened(error.violations[i].description));
-    }
-    details.add_details()->PackFrom(bad);
-  }
-  if (error.retry_delay) {
-    google::rpc::RetryInfo retry;
-    retry.mutable_retry_delay()->set_seconds(error.retry_delay->count() / 1000);
-    retry.mutable_retry_delay()->set_nanos(
-        static_cast<int32_t>(error.retry_delay->count() % 1000 * 1'000'000));
-    details.add_details()->PackFrom(retry);
-  }
-  if (!error.reason.empty()) {
-    google::rpc::ErrorInfo info;
-    info.set_reason(error.reason);
-    info.set_domain("rilievo");
-    details.add_details()->PackFrom(info);
-  }
-  return details;
-}
-
 grpc::Status GrpcStatus(const CallError& error) {
   const google::rpc::Status details = RpcStatus(error);
-  return grpc::Status(static_cast<grpc::StatusCode>(error.code), details.message(),
+  return grpc::Status(static_cast<grpc::StatusCode>(error.code()), details.message(),
                       details.SerializeAsString());
+}
+
+void BreakOff(grpc::CallbackServerContext* context, const CallError& error) {
+  // As TryCancel() does, which would say CANCELLED.
+  grpc_call_cancel_with_status(context->c_call(), static_cast<grpc_status_code>(error.code()),
+                               error.message.c_str(), nullptr);
+}
+
+CallError MalformedMessageError() {
+  return {ErrorCause::kMalformedMessage,
+          "the message is not the protobuf that this method takes; send one made from the protocol "
+          "of this version"};
+}
+
+grpc::Status ExplainedStatus(const std::string& method, const grpc::Status& status) {
+  if (status.error_code() != grpc::StatusCode::UNIMPLEMENTED || !status.error_message().empty()) {
+    return status;
+  }
+  if (IsServed(method)) {
+    return GrpcStatus(MalformedMessageError());
+  }
+  return GrpcStatus({ErrorCause::kUnknownMethod,
+                     "this server has no such method; see GetCapabilities for its version"});
+}
+
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> StatusExplainer() {
+  return std::make_unique<ExplainStatuses>();
 }
 
 }  // namespace rilievo

@@ -27,13 +27,12 @@ std::optional<CallError> ServiceCore::AdmitStream(const grpc::CallbackServerCont
   if (auto error = door->Admit(context, caller)) return error;
   const int own = live_calls.size(caller->client);
   if (MayTakePlace(options.max_calls, live_calls.size(), own)) return std::nullopt;
-  return CallError{
-      .code = absl::StatusCode::kResourceExhausted,
-      .message = absl::StrCat("as many calls as this server takes of one client, or of "
-                              "all, are under way (",
-                              own, " are yours); try again later"),
-      .reason = "CALLS_LIMIT",
-      .retry_delay = std::chrono::seconds(2)};
+  return CallError(ErrorCause::kCallsLimit,
+                   absl::StrCat("as many calls as this server takes of one client, or of all, are "
+                                "under way (",
+                                own, " are yours); try again later"))
+      .Limit(options.max_calls, own)
+      .RetryAfter(std::chrono::seconds(2));
 }
 
 void ServiceCore::Report(const JobRecord& record) const {

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
 #include "server/store/folder.h"
 
@@ -56,7 +57,7 @@ absl::StatusOr<StoredJob> Decode(const Query& row) {
 }
 
 absl::Status NoSuchJob() {
-  return absl::NotFoundError("there is no such job; it may have been removed");
+  return StatusOf({ErrorCause::kJobNotFound, "there is no such job; it may have been removed"});
 }
 
 }  // namespace
@@ -105,7 +106,8 @@ absl::StatusOr<FileDescriptor> JobStore::ReadScan(const std::string& owner,
 
 absl::StatusOr<FileDescriptor> JobStore::ReadScanLocked(const std::string& owner,
                                                         const std::string& scan) {
-  const absl::Status none = absl::NotFoundError("there is no such scan; upload it, then repeat");
+  const absl::Status none =
+      StatusOf({ErrorCause::kScanNotFound, "there is no such scan; upload it, then repeat"});
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_.Prepare("SELECT 1 FROM scans WHERE owner = ? AND scan = ?"));
   RILIEVO_ASSIGN_OR_RETURN(const bool owned, query.Bind(owner).Bind(scan).Step());

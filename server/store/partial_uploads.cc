@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/conversion/call_error.h"
 #include "server/store/folder.h"
 
 namespace rilievo {
@@ -30,7 +31,7 @@ absl::StatusOr<Sha256> HashOf(const FileDescriptor& file, int64_t size) {
 }
 
 absl::Status TakenOver() {
-  return absl::AbortedError("another stream of this upload has taken over");
+  return StatusOf({ErrorCause::kUploadTakenOver, "another stream of this upload has taken over"});
 }
 
 }  // namespace
@@ -70,8 +71,10 @@ absl::StatusOr<PartialUploads::Writer> PartialUploads::Continue(const std::strin
   RILIEVO_ASSIGN_OR_RETURN(file->file, OpenFile(file->path, O_RDWR | O_CREAT));
   RILIEVO_ASSIGN_OR_RETURN(const int64_t stored, file->file.Size());
   if (offset > stored) {
-    return absl::OutOfRangeError(absl::StrCat("the upload was to go on at byte ", offset, ", but ",
-                                              stored, " are stored; go on there"));
+    return StatusOf(CallError(ErrorCause::kOffsetOutOfRange,
+                              absl::StrCat("the upload was to go on at byte ", offset, ", but ",
+                                           stored, " are stored; go on there"))
+                        .Limit(stored, offset));
   }
   RILIEVO_ASSIGN_OR_RETURN(file->hash, HashOf(file->file, offset));
   if (ftruncate(file->file.number(), offset) != 0 ||
@@ -130,9 +133,10 @@ absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::stri
   if (size_ != total_bytes || stored != sha256) {
     ++file_->turn;
     RILIEVO_RETURN_IF_ERROR(RemoveFile(file_->path));
-    return absl::DataLossError(absl::StrCat("the scan was to have ", total_bytes,
-                                            " bytes with SHA-256 ", sha256, ", but ", size_,
-                                            " with ", stored, " arrived; send it again from 0"));
+    return StatusOf(
+        {ErrorCause::kScanMismatch,
+         absl::StrCat("the scan was to have ", total_bytes, " bytes with SHA-256 ", sha256,
+                      ", but ", size_, " with ", stored, " arrived; send it again from 0")});
   }
   RILIEVO_RETURN_IF_ERROR(scans.Adopt(file_->path, file_->file, stored));
   ++file_->turn;

@@ -66,7 +66,7 @@ absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
   limits.threads = order.threads();
   auto parsed = ParseHeader(order.header(), limits);
   if (const auto* error = std::get_if<CallError>(&parsed)) {
-    return absl::Status(error->code, error->message);
+    return absl::Status(error->code(), error->message);
   }
   return std::get<JobRequest>(std::move(parsed));
 }

@@ -6,6 +6,8 @@ import unittest
 from scans import sheet, sphere
 
 import rilievo
+from rilievo.connection import error_of_status
+from rilievo.google_rpc import error_details_pb2, status_pb2
 
 
 class JobsTest(unittest.TestCase):
@@ -90,6 +92,14 @@ class JobsTest(unittest.TestCase):
             with self.assertRaises(rilievo.FailedPrecondition) as caught:
                 jobs.submit(sphere(100))
             self.assertEqual(caught.exception.reason, "NO_STORE")
+
+    def test_reasons_are_those_of_the_server_alone(self):
+        for domain, reason in (("rilievo.dev", "JOBS_LIMIT"), ("rilievo", "JOBS_LIMIT"),
+                               ("proxy.example", "")):
+            status = status_pb2.Status(code=8, message="full")
+            status.details.add().Pack(error_details_pb2.ErrorInfo(reason="JOBS_LIMIT",
+                                                                  domain=domain))
+            self.assertEqual(error_of_status(status).reason, reason)
 
 
 if __name__ == "__main__":

@@ -35,6 +35,8 @@ _ERRORS = {
     grpc.StatusCode.INTERNAL: ServerDefect,
 }
 
+_DOMAINS = ("rilievo.dev", "rilievo")
+
 # Arguments of reconstruct() by the protocol's fields, where their names differ.
 _PARAMETERS = {
     "point_count": "points", "coordinate_format": "points", "points": "points", "data": "points",
@@ -160,7 +162,8 @@ def _violations(status: Any) -> List[FieldViolation]:
 
 def _reason(status: Any) -> str:
     info = _found(status, error_details_pb2.ErrorInfo())
-    return str(info.reason) if info is not None else ""
+    # What stands between, such as a proxy, has words of its own.
+    return str(info.reason) if info is not None and info.domain in _DOMAINS else ""
 
 
 def _retry_delay(status: Any) -> Optional[float]:

@@ -20,7 +20,7 @@ class RilievoError(Exception):
         super().__init__(message)
         self.violations: Tuple[FieldViolation, ...] = tuple(violations)
         self.reason = reason
-        """ErrorInfo.reason of the server, such as "JOBS_LIMIT"; "" when there is none."""
+        """ErrorInfo.reason of the server, such as "JOBS_LIMIT"; "" when the error is not from one."""
         self.retry_delay = retry_delay
         """Seconds after which the same call may succeed, when the server named a time."""
 

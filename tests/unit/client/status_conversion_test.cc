@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <string>
+
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "grpcpp/support/status.h"
@@ -32,6 +35,7 @@ TEST(StatusFromGrpc, AddsViolationsThatTheMessageDoesNotHold) {
   retry.mutable_retry_delay()->set_nanos(250'000'000);
   google::rpc::ErrorInfo info;
   info.set_reason("LIMIT_EXCEEDED");
+  info.set_domain("rilievo.dev");
   google::rpc::Status details;
   details.add_details()->PackFrom(bad);
   details.add_details()->PackFrom(retry);
@@ -43,6 +47,21 @@ TEST(StatusFromGrpc, AddsViolationsThatTheMessageDoesNotHold) {
             "header.point_count: 3 points; header.options.max_level: 9 is outside [0, 8]");
   EXPECT_EQ(RetryDelay(status), std::chrono::milliseconds(1250));
   EXPECT_EQ(ErrorReason(status), "LIMIT_EXCEEDED");
+}
+
+TEST(StatusFromGrpc, TakesReasonsOfTheServerAlone) {
+  for (const auto& [domain, reason] : std::map<std::string, std::string>{
+           {"rilievo.dev", "JOBS_LIMIT"}, {"rilievo", "JOBS_LIMIT"}, {"proxy.example", ""}}) {
+    google::rpc::ErrorInfo info;
+    info.set_reason("JOBS_LIMIT");
+    info.set_domain(domain);
+    google::rpc::Status details;
+    details.add_details()->PackFrom(info);
+    EXPECT_EQ(ErrorReason(StatusFromGrpc(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "full",
+                                                      details.SerializeAsString()))),
+              reason)
+        << domain;
+  }
 }
 
 TEST(StatusFromGrpc, SurvivesDetailsThatAreNoStatus) {

@@ -31,8 +31,8 @@ TEST(Doorkeeper, ACallWithoutATokenIsTold) {
   Caller caller;
   const auto error = (*keeper)->Admit(context, &caller);
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->code, absl::StatusCode::kUnauthenticated);
-  EXPECT_EQ(error->reason, "NO_TOKEN");
+  EXPECT_EQ(error->code(), absl::StatusCode::kUnauthenticated);
+  EXPECT_EQ(error->reason, ErrorCause::kNoToken);
 }
 
 TEST(Doorkeeper, ATokenFileThatIsNotThereIsAnError) {

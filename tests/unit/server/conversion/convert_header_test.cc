@@ -28,7 +28,7 @@ std::vector<std::string> Faults(const v1::ReconstructHeader& header,
   const auto parsed = ParseHeader(header, limits);
   std::vector<std::string> fields;
   if (const auto* error = std::get_if<CallError>(&parsed)) {
-    EXPECT_EQ(error->code, absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(error->code(), absl::StatusCode::kInvalidArgument);
     for (const auto& violation : error->violations) {
       EXPECT_FALSE(violation.description.empty());
       fields.push_back(violation.field);
@@ -258,7 +258,9 @@ TEST(ParseHeader, ScanSizeIsCheckedAgainstTheLimits) {
     header.set_point_count(huge);
     const auto parsed = ParseHeader(header, limits);
     ASSERT_TRUE(std::holds_alternative<CallError>(parsed));
-    EXPECT_EQ(std::get<CallError>(parsed).reason, "LIMIT_EXCEEDED");
+    EXPECT_EQ(std::get<CallError>(parsed).reason, ErrorCause::kLimitExceeded);
+    EXPECT_EQ(std::get<CallError>(parsed).metadata.at("limit"), "1000");
+    EXPECT_EQ(std::get<CallError>(parsed).metadata.at("value"), std::to_string(huge));
     EXPECT_THAT(std::get<CallError>(parsed).message, HasSubstr("at most 1000"));
   }
   header.set_point_count(1000);

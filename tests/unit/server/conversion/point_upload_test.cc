@@ -68,7 +68,7 @@ TEST(PointUpload, RefusesBrokenChunks) {
                             static_cast<size_t>(kMaxChunkBytes) + 12}) {
     const auto error = upload.Append(std::string(size, 'x'));
     ASSERT_TRUE(error.has_value()) << size;
-    EXPECT_EQ(error->code, absl::StatusCode::kInvalidArgument);
+    EXPECT_EQ(error->code(), absl::StatusCode::kInvalidArgument);
     EXPECT_EQ(error->violations.at(0).field, "points.data");
     EXPECT_EQ(upload.bytes(), 0);
   }
@@ -81,7 +81,7 @@ TEST(PointUpload, MissingPointsAreDataLoss) {
   ASSERT_FALSE(upload.Append(std::string(12 * 99, 'x')).has_value());
   const auto error = upload.CheckComplete();
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->code, absl::StatusCode::kDataLoss);
+  EXPECT_EQ(error->code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(error->message, testing::HasSubstr("99 of 100"));
 }
 

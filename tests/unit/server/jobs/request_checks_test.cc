@@ -24,9 +24,9 @@ TEST(RequestChecks, UploadsHaveLimits) {
   header.set_upload_id("a");
   EXPECT_EQ(CheckUploadHeader(header, limits)->violations.at(0).field, "header.total_bytes");
   header.set_total_bytes(1001);
-  EXPECT_EQ(CheckUploadHeader(header, limits)->reason, "LIMIT_EXCEEDED");
+  EXPECT_EQ(CheckUploadHeader(header, limits)->reason, ErrorCause::kLimitExceeded);
   header.set_total_bytes(~uint64_t{0});
-  EXPECT_EQ(CheckUploadHeader(header, limits)->reason, "LIMIT_EXCEEDED");
+  EXPECT_EQ(CheckUploadHeader(header, limits)->reason, ErrorCause::kLimitExceeded);
   header.set_total_bytes(1000);
   EXPECT_FALSE(CheckUploadHeader(header, limits).has_value());
   header.set_offset(1001);
@@ -75,15 +75,17 @@ TEST(RequestChecks, BytesOfAScanNeverOverflow) {
 
 TEST(RequestChecks, TheStoresErrorsSayNothingOfTheMachine) {
   const CallError full = ErrorOfStore(absl::ResourceExhaustedError("/var/x: no space"));
-  EXPECT_EQ(full.reason, "STORE_FULL");
+  EXPECT_EQ(full.reason, ErrorCause::kStoreFull);
   EXPECT_TRUE(full.retry_delay.has_value());
   EXPECT_EQ(full.message.find("/var"), std::string::npos);
   const CallError broken = ErrorOfStore(absl::UnknownError("/var/x: broken"));
-  EXPECT_EQ(broken.code, absl::StatusCode::kInternal);
+  EXPECT_EQ(broken.reason, ErrorCause::kStoreFailed);
   EXPECT_EQ(broken.message.find("/var"), std::string::npos);
-  EXPECT_EQ(ErrorOfStore(absl::NotFoundError("no such job")).code, absl::StatusCode::kNotFound);
-  EXPECT_EQ(ErrorOfStore(absl::NotFoundError("/var/x is not there")).code,
-            absl::StatusCode::kInternal);
+  const CallError stated = ErrorOfStore(StatusOf({ErrorCause::kJobNotFound, "no such job"}));
+  EXPECT_EQ(stated.reason, ErrorCause::kJobNotFound);
+  EXPECT_EQ(stated.message, "no such job");
+  EXPECT_EQ(ErrorOfStore(absl::NotFoundError("/var/x is not there")).reason,
+            ErrorCause::kStoreFailed);
 }
 
 }  // namespace

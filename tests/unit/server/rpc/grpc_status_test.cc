@@ -24,9 +24,9 @@ std::optional<Detail> FindDetail(const grpc::Status& status) {
 
 TEST(GrpcStatus, CarriesViolationsReasonAndRetry) {
   CallError error = BadRequestError({{"header.point_count", "3 points; at least 20"},
-                                     {"header.options.fit.rounds", "0 is outside [1, 50]"}});
-  error.reason = "LIMIT_EXCEEDED";
-  error.retry_delay = std::chrono::milliseconds(2500);
+                                     {"header.options.fit.rounds", "0 is outside [1, 50]"}},
+                                    ErrorCause::kLimitExceeded);
+  error.Limit(20, 3).RetryAfter(std::chrono::milliseconds(2500));
   const grpc::Status status = GrpcStatus(error);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   EXPECT_EQ(status.error_message(),
@@ -44,7 +44,9 @@ TEST(GrpcStatus, CarriesViolationsReasonAndRetry) {
   const auto info = FindDetail<google::rpc::ErrorInfo>(status);
   ASSERT_TRUE(info.has_value());
   EXPECT_EQ(info->reason(), "LIMIT_EXCEEDED");
-  EXPECT_EQ(info->domain(), "rilievo");
+  EXPECT_EQ(info->domain(), "rilievo.dev");
+  EXPECT_EQ(info->metadata().at("limit"), "20");
+  EXPECT_EQ(info->metadata().at("value"), "3");
 }
 
 TEST(GrpcStatus, FitsATrailerWhateverItHolds) {
@@ -55,7 +57,7 @@ TEST(GrpcStatus, FitsATrailerWhateverItHolds) {
 }
 
 TEST(GrpcStatus, CutsTextBetweenCharacters) {
-  CallError error;
+  CallError error(ErrorCause::kServerDefect, "");
   for (int i = 0; i < 400; ++i) error.message += "\u00e9";  // two bytes each
   for (const int shift : {0, 1}) {
     error.message.insert(0, static_cast<size_t>(shift), 'x');
@@ -64,6 +66,20 @@ TEST(GrpcStatus, CutsTextBetweenCharacters) {
     const std::string text = details.message().substr(0, details.message().size() - 3);
     EXPECT_EQ((text.size() - static_cast<size_t>(shift)) % 2, 0u);
   }
+}
+
+TEST(GrpcStatus, ExplainsWhatGrpcLeavesUnsaid) {
+  const grpc::Status mute(grpc::StatusCode::UNIMPLEMENTED, "");
+  const auto explained = [&](const char* method) {
+    return FindDetail<google::rpc::ErrorInfo>(ExplainedStatus(method, mute))->reason();
+  };
+  EXPECT_EQ(explained("/rilievo.v1.JobsService/GetJob"), "MALFORMED_MESSAGE");
+  EXPECT_EQ(explained("/rilievo.v1.JobsService/GetJobs"), "UNKNOWN_METHOD");
+  EXPECT_EQ(explained("/"), "UNKNOWN_METHOD");
+  EXPECT_EQ(explained(""), "UNKNOWN_METHOD");
+  const grpc::Status worded(grpc::StatusCode::UNIMPLEMENTED, "compressed");
+  EXPECT_EQ(ExplainedStatus("/x/Y", worded).error_details(), "");
+  EXPECT_TRUE(ExplainedStatus("/x/Y", grpc::Status::OK).ok());
 }
 
 }  // namespace

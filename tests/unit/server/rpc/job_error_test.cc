@@ -7,11 +7,12 @@ namespace {
 
 TEST(JobError, EveryReasonToStopHasItsStatus) {
   const ServerOptions options;
-  EXPECT_EQ(StopError(StopReason::kJobTime, options).reason, "JOB_TIME_LIMIT");
-  EXPECT_EQ(StopError(StopReason::kIdle, options).reason, "IDLE_LIMIT");
-  EXPECT_EQ(StopError(StopReason::kUploadTime, options).reason, "UPLOAD_TIME_LIMIT");
-  EXPECT_EQ(StopError(StopReason::kShutdown, options).code, absl::StatusCode::kUnavailable);
-  EXPECT_EQ(StopError(StopReason::kClient, options).code, absl::StatusCode::kCancelled);
+  EXPECT_EQ(StopError(StopReason::kJobTime, options).reason, ErrorCause::kJobTimeLimit);
+  EXPECT_EQ(StopError(StopReason::kIdle, options).reason, ErrorCause::kIdleLimit);
+  EXPECT_EQ(StopError(StopReason::kUploadTime, options).reason, ErrorCause::kUploadTimeLimit);
+  EXPECT_EQ(StopError(StopReason::kShutdown, options).reason, ErrorCause::kShuttingDown);
+  EXPECT_EQ(StopError(StopReason::kClient, options).reason, ErrorCause::kClientCancelled);
+  EXPECT_EQ(StopError(StopReason::kJobTime, options).metadata.at("limit"), "600");
   EXPECT_TRUE(ShutdownError().retry_delay.has_value());
 }
 
@@ -24,8 +25,9 @@ TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
   job.point_count = 200'000;
   const auto error = CheckMemory(job, options);
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->code, absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(error->reason, "MEMORY_LIMIT");
+  EXPECT_EQ(error->reason, ErrorCause::kMemoryLimit);
+  EXPECT_EQ(error->metadata.at("limit"), "100000000");
+  EXPECT_GT(std::stoll(error->metadata.at("value")), 100'000'000);
   EXPECT_NE(error->message.find("100 MB"), std::string::npos);
 }
 

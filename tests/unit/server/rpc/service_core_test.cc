@@ -26,8 +26,8 @@ TEST(ServiceCore, StreamsAreBoundedAllTogether) {
   core.live_calls.Enter(second, "other");
   const auto error = core.AdmitStream(context, &caller);
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->code, absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(error->reason, "CALLS_LIMIT");
+  EXPECT_EQ(error->code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(error->reason, ErrorCause::kCallsLimit);
   EXPECT_TRUE(error->retry_delay.has_value());
   core.live_calls.Leave(second.get());
   EXPECT_FALSE(core.AdmitStream(context, &caller).has_value());
@@ -47,7 +47,7 @@ TEST(ServiceCore, OneClientLeavesStreamsToOthers) {
   core.live_calls.Enter(second, caller.client);
   const auto error = core.AdmitStream(context, &caller);
   ASSERT_TRUE(error.has_value()) << "two are free, for others";
-  EXPECT_EQ(error->reason, "CALLS_LIMIT");
+  EXPECT_EQ(error->reason, ErrorCause::kCallsLimit);
   EXPECT_THAT(error->message, testing::HasSubstr("2 are yours"));
   core.live_calls.Leave(second.get());
   core.live_calls.Leave(first.get());
