@@ -8,15 +8,6 @@ const TYPES: Record<string, string> = {
   '.wasm': 'application/wasm', '.svg': 'image/svg+xml', '.json': 'application/json',
 };
 
-const HEADERS = {
-  // No script, font or picture of anybody else, and no page of anybody else around this one.
-  'content-security-policy':
-    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; " +
-    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-ancestors 'none'",
-  'x-content-type-options': 'nosniff',
-  'referrer-policy': 'no-referrer',
-};
-
 /** `opened`: a file anywhere, as /opened, that the page takes for one that was dropped on it. */
 export function fileHandler(folder: string, opened?: string) {
   return (request: IncomingMessage, response: ServerResponse): void => {
@@ -30,7 +21,6 @@ export function fileHandler(folder: string, opened?: string) {
     // Names of assets hold a hash of what is in them.
     const cache = path.startsWith('/assets/') ? 'public, max-age=31536000, immutable' : 'no-cache';
     response.writeHead(200, {
-      ...HEADERS,
       'content-type': TYPES[extname(file)] ?? 'application/octet-stream',
       'cache-control': cache,
     });

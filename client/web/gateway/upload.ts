@@ -1,21 +1,16 @@
 // POST /scans: the points of a scan as the body of one request, handed on as UploadScan.
 //
 // Headers: content-length, x-upload-id, x-scan-sha256 (64 hexadecimal digits, of the body). Answers
-// 200 {"scanId": ...} or an error as Connect writes them: {"code": ..., "message": ...}.
+// 200 {"scanId": ...} or an error as Connect writes them: {"code": ..., "message": ..., "details": ...}.
 import type { IncomingMessage, ServerResponse } from 'node:http';
 import { Code, ConnectError, type Client, createClient, type Transport } from '@connectrpc/connect';
+import { codeToHttpStatus, errorToJson } from '@connectrpc/connect/protocol-connect';
 import { JobsService } from '../generated/rilievo/v1/jobs_pb';
-import { forwardedHeaders } from './forward';
+import { forwardedHeaders, type TokenRule } from './forward';
+import { MAX_UPLOADS } from './limits';
 
 /** Well below limits.max_chunk_bytes of any server. */
 const MESSAGE_BYTES = 256 * 1024;
-
-const HTTP_OF_CODE: Partial<Record<Code, number>> = {
-  [Code.InvalidArgument]: 400, [Code.OutOfRange]: 400, [Code.Unauthenticated]: 401,
-  [Code.PermissionDenied]: 403, [Code.NotFound]: 404, [Code.Aborted]: 409,
-  [Code.FailedPrecondition]: 412, [Code.ResourceExhausted]: 429, [Code.Canceled]: 499,
-  [Code.Unavailable]: 503, [Code.DeadlineExceeded]: 504,
-};
 
 interface Upload {
   id: string;
@@ -50,14 +45,15 @@ async function* messages(request: IncomingMessage, upload: Upload) {
 }
 
 async function storeScan(client: Client<typeof JobsService>, request: IncomingMessage,
-                         signal: AbortSignal, token?: string): Promise<string> {
-  const headers = forwardedHeaders(request.headers.authorization ?? null, token);
+                         signal: AbortSignal, rule: TokenRule): Promise<string> {
+  const headers = forwardedHeaders((name) => request.headers[name]?.toString(), rule);
   const answer = await client.uploadScan(messages(request, uploadOf(request)), { signal, headers });
   return answer.scanId;
 }
 
-export function uploadHandler(transport: Transport, token?: string) {
+export function uploadHandler(transport: Transport, rule: TokenRule) {
   const client = createClient(JobsService, transport);
+  let underWay = 0;
   return async (request: IncomingMessage, response: ServerResponse): Promise<void> => {
     const gone = new AbortController();
     response.on('close', () => gone.abort());
@@ -67,11 +63,17 @@ export function uploadHandler(transport: Transport, token?: string) {
       response.writeHead(status, { 'content-type': 'application/json', connection: 'close' });
       response.end(JSON.stringify(body));
     };
+    underWay += 1;
     try {
-      answer(200, { scanId: await storeScan(client, request, gone.signal, token) });
-    } catch (error) {
-      const { code, rawMessage } = ConnectError.from(error);
-      answer(HTTP_OF_CODE[code] ?? 500, { code, message: rawMessage });
+      if (underWay > MAX_UPLOADS) {
+        throw new ConnectError(`${MAX_UPLOADS} scans are on their way through the gateway; try again later`, Code.ResourceExhausted);
+      }
+      answer(200, { scanId: await storeScan(client, request, gone.signal, rule) });
+    } catch (cause) {
+      const error = ConnectError.from(cause);
+      answer(codeToHttpStatus(error.code), errorToJson(error, undefined));
+    } finally {
+      underWay -= 1;
     }
   };
 }

@@ -269,6 +269,21 @@ test('errors are told in words', async () => {
   });
 });
 
+test('a server that refuses a scan says why', async () => {
+  const small = await startServer(join(folder, 'small'), '--max-points', '1000');
+  const door = await startGateway(small.address);
+  try {
+    await withPage(door.address, async (page) => {
+      await page.setInputFiles('#file', scan);
+      await error(page).filter({ hasText: 'this server takes at most 1000' }).waitFor();
+      assert.doesNotMatch((await error(page).textContent())!, /wrong|HTTP|header/);
+    });
+  } finally {
+    await door.stop();
+    await small.stop();
+  }
+});
+
 test('a surface opens without a server, and looks as it did', async () => {
   const alone = await startGateway('127.0.0.1:1');
   try {

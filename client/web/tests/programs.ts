@@ -9,6 +9,7 @@ const START_SECONDS = 20;
 
 export interface Program {
   address: string;
+  pid: number;
   stop(): Promise<void>;
 }
 
@@ -32,7 +33,7 @@ async function started(command: string, words: string[], line: RegExp): Promise<
     child.kill('SIGTERM');
     await once(child, 'exit');
   };
-  return { address, stop };
+  return { address, pid: child.pid!, stop };
 }
 
 export function startServer(store: string, ...more: string[]): Promise<Program> {
@@ -40,8 +41,8 @@ export function startServer(store: string, ...more: string[]): Promise<Program> 
     /listening on (\S+)/);
 }
 
-export function startGateway(server: string): Promise<Program> {
-  return started('node', [join(WEB, 'gateway.mjs'), '--server', server, '--listen', '127.0.0.1:0'],
+export function startGateway(server: string, ...more: string[]): Promise<Program> {
+  return started('node', [join(WEB, 'gateway.mjs'), '--server', server, '--listen', '127.0.0.1:0', ...more],
     /rilievo on (\S+)/);
 }
 

@@ -1,5 +1,7 @@
 // The points of a scan on their way to the server, with progress: fetch() tells none, so XMLHttpRequest.
-import { ConnectError, type Code, Code as Codes } from '@connectrpc/connect';
+import type { JsonObject } from '@bufbuild/protobuf';
+import { Code, ConnectError } from '@connectrpc/connect';
+import { errorFromJson } from '@connectrpc/connect/protocol-connect';
 import { authorization } from './token';
 
 export interface PointUpload {
@@ -21,18 +23,27 @@ export function uploadScan(upload: PointUpload, signal: AbortSignal, onSent: (fr
     request.upload.onprogress = ({ loaded, total }) => onSent(total > 0 ? loaded / total : 0);
     request.onload = () => {
       const answer = parsed(request.responseText);
-      if (request.status === 200 && answer.scanId) resolve(answer.scanId);
-      else reject(new ConnectError(answer.message ?? `HTTP ${request.status}`, answer.code ?? Codes.Unknown));
+      if (request.status === 200 && typeof answer.scanId === 'string') resolve(answer.scanId);
+      else reject(errorOf(answer, request.status));
     };
-    request.onerror = () => reject(new ConnectError('failed to fetch', Codes.Unavailable));
-    request.onabort = () => reject(new ConnectError('cancelled', Codes.Canceled));
+    request.onerror = () => reject(new ConnectError('failed to fetch', Code.Unavailable));
+    request.onabort = () => reject(new ConnectError('cancelled', Code.Canceled));
     signal.addEventListener('abort', () => request.abort());
-    if (signal.aborted) reject(new ConnectError('cancelled', Codes.Canceled));
+    if (signal.aborted) reject(new ConnectError('cancelled', Code.Canceled));
     else request.send(upload.bytes);
   });
 }
 
-function parsed(text: string): { scanId?: string; code?: Code; message?: string } {
+function errorOf(answer: JsonObject, status: number): ConnectError {
+  const wordless = new ConnectError(`HTTP ${status}`, Code.Unknown);
+  try {
+    return errorFromJson(answer, undefined, wordless);
+  } catch {
+    return wordless; // of what stands between page and gateway
+  }
+}
+
+function parsed(text: string): JsonObject {
   try {
     return JSON.parse(text);
   } catch {

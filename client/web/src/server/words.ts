@@ -24,8 +24,7 @@ function sentence(text: string): string {
 export function inWords(error: unknown): string {
   if (error instanceof DecoderError) return sentence(error.message);
   const { code, rawMessage } = ConnectError.from(error);
-  // What stands in for words where a server gave none says nothing to people either.
-  const cause = rawMessage.replace(/^\[\w+\]\s*/, '').replace(/^HTTP 4\d\d$/, '');
+  const cause = causeOf(error, rawMessage);
   // A browser's own words for a connection that failed say nothing to people.
   const foreign = /failed to fetch|networkerror|load failed|HTTP 5\d\d|ECONNREFUSED/i.test(cause);
   const lead = foreign ? LEAD[Code.Unavailable] : LEAD[code];
@@ -35,13 +34,13 @@ export function inWords(error: unknown): string {
   return [sentence(parts.join(': ')), ...remedies(error)].join(' ');
 }
 
+/** What is wrong with each field, without its name in the protocol: the page asks for none of them. */
+function causeOf(error: unknown, message: string): string {
+  const fields = error instanceof ConnectError ? error.findDetails(BadRequestSchema).flatMap((detail) => detail.fieldViolations) : [];
+  return fields.length > 0 ? fields.map(({ description }) => description).join('; ') : message;
+}
+
 function remedies(error: unknown): string[] {
-  if (!(error instanceof ConnectError)) return [];
-  const fields = error.findDetails(BadRequestSchema).flatMap((detail) => detail.fieldViolations);
-  const retry = error.findDetails(RetryInfoSchema)[0]?.retryDelay;
-  const said = fields
-    .filter(({ description }) => !error.rawMessage.includes(description))
-    .map(({ field, description }) => sentence(`${field}: ${description}`));
-  if (retry) said.push(`Try again in ${Math.max(1, Number(retry.seconds))} seconds.`);
-  return said;
+  const retry = error instanceof ConnectError ? error.findDetails(RetryInfoSchema)[0]?.retryDelay : undefined;
+  return retry ? [`Try again in ${Math.max(1, Number(retry.seconds))} seconds.`] : [];
 }
