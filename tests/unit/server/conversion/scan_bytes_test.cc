@@ -46,7 +46,7 @@ TEST(ScanBytes, ABrokenFileIsNoticed) {
   auto file = ScanBytes({Bytes<float>(3) + "x"}).TakeFile();
   ASSERT_TRUE(file.ok());
   EXPECT_EQ(ScanBytes(*std::move(file)).Decode(CoordinateType::kFloat32).status().code(),
-            absl::StatusCode::kInternal);
+            absl::StatusCode::kDataLoss);
 }
 
 }  // namespace
