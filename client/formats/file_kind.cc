@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/number_text.h"
 #include "client/formats/scalar_type.h"
+#include "client/formats/xyz_heading.h"
 
 namespace rilievo {
 namespace {
@@ -25,9 +26,10 @@ constexpr Foreign kForeign[] = {
     {"PK\x03\x04", "a ZIP archive; unpack it first"},
     {"\x1f\x8b", "gzip-compressed; unpack it first (gunzip)"},
     {"ASTM-E57",
-     "an E57 file, which is not read; convert it to PLY (pdal translate IN.e57 OUT.ply)"},
-    {"glTF", "a GLB file, which is not read; convert it to PLY"},
-    {"OFF", "an OFF file, which is not read; convert it to PLY"},
+     "an E57 file, which is not supported; convert it to PLY, with CloudCompare or with PDAL (of "
+     "conda-forge): pdal translate IN.e57 OUT.ply"},
+    {"glTF", "a GLB file, which is not supported; convert it to PLY"},
+    {"OFF", "an OFF file, which is not supported; convert it to PLY"},
     {"\x7f"
      "ELF",
      "a program, not a scan"},
@@ -126,6 +128,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
                  "DSS\r\n"))
     return FileKind::kDss;
   if (StartsWith(head, "LASF")) return FileKind::kLas;
+  head = WithoutByteOrderMark(head);
   const string_view line = FirstDataLine(head);
   const string_view word = FirstWord(line);
   if (IsPcd(head, word)) return FileKind::kPcd;
@@ -134,7 +137,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   if (named) return *named;
   if (word == "v") return FileKind::kObj;
   if (LooksLikePtx(head)) return FileKind::kPtx;
-  if (!line.empty() && LooksLikeNumbers(line)) return FileKind::kXyz;
+  if (!line.empty() && (LooksLikeNumbers(line) || ParseXyzHeading(line))) return FileKind::kXyz;
   return absl::InvalidArgumentError(
       "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, "
       "PTX)");

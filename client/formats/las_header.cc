@@ -75,8 +75,10 @@ absl::StatusOr<LasHeader> ReadLasHeader(ByteSource* source) {
   const auto format = LoadAs<uint8_t>(bytes + 104, false);
   if ((format & kCompressed) != 0) {
     return absl::InvalidArgumentError(
-        "this is a LAZ file (compressed LAS), which is not read; unpack it first: laszip -i IN.laz "
-        "-o OUT.las, or pdal translate IN.laz OUT.las");
+        "this is a LAZ file (compressed LAS), which is not supported; unpack it first, with "
+        "LAStools: "
+        "laszip -i IN.laz -o OUT.las, or with PDAL (of conda-forge): pdal translate IN.laz "
+        "OUT.las");
   }
   header.point_format = format;
   header.record_size = LoadAs<uint16_t>(bytes + 105, kSwap);

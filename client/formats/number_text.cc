@@ -17,9 +17,9 @@ absl::Status NotANumber(std::string_view token) {
                              token.find(',') != std::string_view::npos;
   if (decimal_comma) {
     return absl::InvalidArgumentError(
-        absl::StrCat(Quoted(token), " is no number: a decimal comma? write a point, as in 0.5"));
+        absl::StrCat(Quoted(token), " is not a number: a decimal comma? write a point, as in 0.5"));
   }
-  return absl::InvalidArgumentError(absl::StrCat(Quoted(token), " is no number"));
+  return absl::InvalidArgumentError(absl::StrCat(Quoted(token), " is not a number"));
 }
 
 template <typename T>
@@ -68,6 +68,11 @@ std::string_view NextWord(std::string_view* line) {
   const std::string_view word = line->substr(begin, end - begin);
   line->remove_prefix(end);
   return word;
+}
+
+std::string_view WithoutByteOrderMark(std::string_view text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  return text.substr(0, kMark.size()) == kMark ? text.substr(kMark.size()) : text;
 }
 
 std::string Quoted(std::string_view token) {

@@ -21,6 +21,9 @@ bool ParseCount(std::string_view token, uint64_t* value);
 // its end.
 std::string_view NextWord(std::string_view* line);
 
+// Without the UTF-8 mark that some programs put before the first line.
+std::string_view WithoutByteOrderMark(std::string_view text);
+
 // A token for a message: at most 40 characters, unprintable ones as '?'.
 std::string Quoted(std::string_view token);
 

@@ -122,7 +122,7 @@ const char* PlyFormatName(PlyHeader::Format format) {
 absl::StatusOr<PlyHeader> ReadPlyHeader(ByteSource* source) {
   std::string_view line;
   if (source->NextLine(&line) != ByteSource::Line::kRead || line != "ply") {
-    return absl::InvalidArgumentError("no PLY file: the first line is not 'ply'");
+    return absl::InvalidArgumentError("not a PLY file: the first line is not 'ply'");
   }
   PlyHeader header;
   bool has_format = false;

@@ -122,6 +122,9 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   columns.Finish(&scan.layers);
   scan.cloud.points = points.Finish();
   scan.format = absl::StrCat("PLY ", PlyFormatName(header.format));
+  for (const PlyElement& other : header.elements) {
+    if (other.name == "face" || other.name == "tristrips") scan.faces += other.count;
+  }
   return scan;
 }
 

@@ -15,6 +15,7 @@ struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
   PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, PTX
+  uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -30,9 +31,10 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
 // Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in);
 
-// Lines of numbers, x y z first (or where a heading line says), separated by blanks, tabs, commas
-// or semicolons; further columns are passed over. Comments start with # or //. A line with a single
-// whole number gives the count of the points that follow (PTS), several such blocks may follow.
+// Lines of numbers, x y z first (or where a heading says, see xyz_heading.h), separated by blanks,
+// tabs, commas or semicolons; further columns are passed over. Comments start with # or //. A line
+// with a single whole number gives the count of the points that follow (PTS), several such blocks
+// may follow.
 absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in);
 
 // The 'v' lines of a Wavefront file.

@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/number_text.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/xyz_heading.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -51,7 +51,7 @@ class XyzReader {
  public:
   explicit XyzReader(ByteSource* source) : source_(*source) {}
 
-  absl::StatusOr<Eigen::Matrix3Xd> Read() {
+  absl::StatusOr<ScanFile> Read() {
     std::string_view line;
     for (;;) {
       const ByteSource::Line result = source_.NextLine(&line);
@@ -64,7 +64,8 @@ class XyzReader {
     }
     if (block_left_.value_or(0) > 0) return Truncated();
     if (points_.count() == 0) return absl::InvalidArgumentError("points: the file holds none");
-    return points_.Finish();
+    return ScanFile{{points_.Finish()},
+                    axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_)};
   }
 
  private:
@@ -80,8 +81,13 @@ class XyzReader {
   }
 
   absl::Status TakeLine(std::string_view line) {
+    if (source_.line_number() == 1) line = WithoutByteOrderMark(line);
     while (!line.empty() && IsSeparator(line.front())) line.remove_prefix(1);
-    if (line.empty() || line.front() == '#' || line.substr(0, 2) == "//") return absl::OkStatus();
+    if (line.empty()) return absl::OkStatus();
+    if (line.front() == '#' || line.substr(0, 2) == "//") {
+      TakeComment(line.substr(line.front() == '#' ? 1 : 2));
+      return absl::OkStatus();
+    }
     if (!seen_data_ && !HasNumber(line)) return TakeHeading(line);
     const bool block_open = block_left_.value_or(0) > 0;
     const bool may_count = block_left_ ? !block_open : points_.count() == 0;
@@ -111,19 +117,36 @@ class XyzReader {
     if (line.find('\0') != std::string_view::npos) return LineError("binary data, not text");
     if (seen_heading_) return LineError("words where numbers belong: ", Quoted(line));
     seen_heading_ = true;
-    std::array<int, 3> found = {-1, -1, -1};
-    for (int column = 0; !line.empty(); ++column) {
-      const std::string name = absl::AsciiStrToLower(std::string(NextColumn(&line).text));
-      for (int axis = 0; axis < 3; ++axis) {
-        if (name.size() == 1 && name[0] == 'x' + axis && found[axis] < 0) found[axis] = column;
-      }
+    const std::optional<XyzHeading> heading = ParseXyzHeading(line);
+    if (!heading) {
+      return LineError(
+          "neither numbers nor a heading that names the columns x, y and z (or easting, northing "
+          "and "
+          "height)");
     }
-    if (*std::min_element(found.begin(), found.end()) < 0) {
-      return LineError("neither numbers nor a heading that names the columns x, y and z");
-    }
-    axis_column_ = found;
-    columns_needed_ = 1 + *std::max_element(found.begin(), found.end());
+    Follow(*heading);
+    commented_heading_.reset();
     return absl::OkStatus();
+  }
+
+  // A heading may be a comment, "//X Y Z R G B". So may be a sentence with the same words: the
+  // first point tells, by the number of its columns.
+  void TakeComment(std::string_view text) {
+    if (seen_heading_ || points_.count() > 0) return;
+    if (const auto heading = ParseXyzHeading(text)) commented_heading_ = heading;
+  }
+
+  void FollowComment(std::string_view line) {
+    int columns = 0;
+    for (; !line.empty(); ++columns) NextColumn(&line);
+    if (columns == commented_heading_->columns) Follow(*commented_heading_);
+    commented_heading_.reset();
+  }
+
+  void Follow(const XyzHeading& heading) {
+    axis_column_ = heading.axis_column;
+    columns_needed_ = 1 + *std::max_element(axis_column_.begin(), axis_column_.end());
+    axis_names_ = heading.axis_names;
   }
 
   absl::Status TakeCount(uint64_t count) {
@@ -139,6 +162,7 @@ class XyzReader {
   }
 
   absl::Status TakePoint(std::string_view line) {
+    if (commented_heading_) FollowComment(line);
     std::array<double, 3> point{};
     Gap first_gap = Gap::kNone;
     for (int column = 0; column < columns_needed_; ++column) {
@@ -167,7 +191,9 @@ class XyzReader {
 
   ByteSource& source_;
   PointCollector points_;
-  std::optional<uint64_t> block_left_;  // points still to come after a count line
+  std::optional<uint64_t> block_left_;           // points still to come after a count line
+  std::optional<XyzHeading> commented_heading_;  // until the first point
+  std::string axis_names_;                       // of a heading that is followed
   std::array<int, 3> axis_column_ = {0, 1, 2};
   int columns_needed_ = 3;
   bool seen_heading_ = false, seen_data_ = false;
@@ -177,8 +203,7 @@ class XyzReader {
 
 absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in) {
   ByteSource source(in);
-  RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, XyzReader(&source).Read());
-  return ScanFile{{std::move(points)}, "text"};
+  return XyzReader(&source).Read();
 }
 
 }  // namespace rilievo

@@ -70,6 +70,9 @@ def text_formats():
     put("xyz/plain.xyz", rows)
     put("xyz/commas.txt", "# x, y, z\n// more\nx,y,z,i\n" + "1,2,3,4\n-1e-3;2;.5;0\n")
     put("xyz/blocks.pts", "4\n" + rows + "1\n5\t6\t7\t255\r\n")
+    put("xyz/quoted.csv", '"X","Y","Z [m]","a, b"\n1,2,3,4\n')
+    put("xyz/survey.csv", "\ufeffid;Northing (m);Easting (m);Height (m)\r\n7;2;1;3\r\n")
+    put("xyz/commented.txt", "//Time X Y Z R G B\n2\n0 1 2 3 7 8 9\n0 4 5 6 7 8 9\n")
     put("obj/mesh.obj", "# seed\nmtllib a.mtl\no a\n" + "".join("v %g %g %g\n" % p for p in POINTS) +
         "vn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 -3\nf 1//1 2//1 \\\n3//1\n")
     put("obj/colors.obj", "v 1 2 3 0.5 0.5 0.5\nv 4 5 6 1\n")

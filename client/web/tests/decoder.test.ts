@@ -102,7 +102,13 @@ test('scans are read as the command line reads them, and packed without loss', (
   assert.equal(packed.coordinateBytes, 4);
   assert.deepEqual([...new Float32Array(packed.bytes.buffer)], [1, 2, 3, 4, 5, 6.5]);
   plain.free();
-  assert.throws(() => decoder.readScan(Buffer.from('1 2 x\n'), 'scan.xyz'), /'x' is no number/);
+  const mesh = decoder.readScan(Buffer.from('v 1 2 3\nv 4 5 6\nv 7 8 8\nf 1 2 3\n'), 'mesh.obj');
+  assert.equal(mesh.format(), 'OBJ without its faces (1)');
+  mesh.free();
+  const named = decoder.readScan(Buffer.from('"I","X","Y","Z"\n9,1,2,3\n'), 'scan.csv');
+  assert.deepEqual([...named.points()], [1, 2, 3]);
+  named.free();
+  assert.throws(() => decoder.readScan(Buffer.from('1 2 x\n'), 'scan.xyz'), /'x' is not a number/);
   assert.throws(() => decoder.readScan(Buffer.from(''), 'scan.xyz'), DecoderError);
   assert.throws(() => decoder.readScan(Buffer.from('ply\nformat ascii 1.0\nelement vertex 9\n'), 'a.ply'), DecoderError);
 });

@@ -254,7 +254,7 @@ test('errors are told in words', async () => {
       return join(folder, name);
     };
     await page.setInputFiles('#file', write('bad.xyz', '1 2 3\n1 2 three\n'));
-    await error(page).filter({ hasText: "'three' is no number" }).waitFor();
+    await error(page).filter({ hasText: "'three' is not a number" }).waitFor();
     const line = Array.from({ length: 100 }, (_value, i) => `${i} ${2 * i} ${3 * i}`).join('\n');
     await page.setInputFiles('#file', write('line.xyz', line));
     await error(page).filter({ hasText: /line|collinear/i }).waitFor();

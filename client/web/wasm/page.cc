@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "client/decoder_c/guarded.h"
 #include "client/formats/carried_layers.h"
 #include "client/formats/glb_writer.h"
@@ -131,6 +132,8 @@ RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* n
     RILIEVO_ASSIGN_OR_RETURN(
         rilievo::ScanFile file,
         rilievo::ReadScanStream(in, name, {.intensity = true, .colors = true}));
+    // The page says what it read; that its faces play no part must be said too.
+    if (file.faces > 0) absl::StrAppend(&file.format, " without its faces (", file.faces, ")");
     *scan = new RilievoScan{.file = std::move(file), .packed = {}};
     return absl::OkStatus();
   });
