@@ -149,6 +149,14 @@ class RefusalTest(WithServer):
                 else:
                     self.assertIn("point", str(caught.exception))
                 self.assertIsInstance(caught.exception, ValueError)
+        choices = {"topology": "planar", "boundary": "close", "creases": "off",
+                   "fit": "least-squares"}
+        for parameter, choice in choices.items():
+            with self.assertRaisesRegex(rilievo.InvalidArgument, f"'closed' is not one of.*'{choice}'"):
+                rilievo.reconstruct(points, server=self.server, **{parameter: "closed"})
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "^points: all 50 finite") as identical:
+            rilievo.reconstruct(np.zeros((50, 3)), server=self.server)
+        self.assertNotIn("points: points", str(identical.exception))
         with self.assertRaisesRegex(TypeError, "max_eror"):
             rilievo.reconstruct(points, server=self.server, max_eror=1e-3)
         with self.assertRaisesRegex(rilievo.InvalidArgument, r"points\[:, :3\]"):

@@ -84,6 +84,13 @@ class SurfaceTest(unittest.TestCase):
             self.surface.write(path)
             self.assertEqual(rilievo.read(path).to_bytes(), data)
             self.assertEqual(os.listdir(folder), ["copy.dss"])
+            scan = os.path.join(folder, "scan.ply")
+            with open(scan, "w") as file:
+                file.write("points")
+            with self.assertRaisesRegex(rilievo.InvalidArgument, "rilievo export"):
+                self.surface.write(scan)
+            with open(scan) as file:
+                self.assertEqual(file.read(), "points")
             with self.assertRaises(FileNotFoundError):
                 self.surface.write(os.path.join(folder, "no", "copy.dss"))
 

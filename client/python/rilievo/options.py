@@ -66,7 +66,7 @@ def _converted(parameter: str, kind: type, value: Any) -> Any:
     if kind is str:
         words = _WORDS[parameter]
         if value not in words:
-            raise refuse(parameter, f"{value!r} is none of {', '.join(map(repr, words))}")
+            raise refuse(parameter, f"{value!r} is not one of {', '.join(map(repr, words))}")
         return words[value]
     try:
         return operator.index(value) if kind is int else kind(value)
@@ -90,8 +90,9 @@ def as_message(options: Options) -> Any:
             raise TypeError(f"reconstruct() got an unexpected keyword argument {parameter!r}")
         group, field, kind = _FIELDS[parameter]
         target = getattr(message, group) if group else message
+        converted = _converted(parameter, kind, value)
         try:
-            setattr(target, field, _converted(parameter, kind, value))
+            setattr(target, field, converted)
         except ValueError:  # of protobuf: not within 32 or 64 bits
             raise refuse(parameter, f"{value!r} is out of range") from None
     return message

@@ -117,7 +117,11 @@ class Surface:
         return self._data
 
     def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """The .dss file; one that is there already is replaced at once or not at all."""
+        """The .dss file; one that is there already is replaced at once or not at all. The name ends
+        in .dss or has no extension, so that no scan or mesh is replaced by mistake."""
+        if os.path.splitext(os.fspath(path))[1].lower() not in ("", ".dss"):
+            raise InvalidArgument(f"{os.fspath(path)}: write() makes a .dss file; give it that "
+                                  "extension. `rilievo export` makes meshes of it")
         temporary = f"{os.fspath(path)}.{os.getpid()}.part"
         try:
             with open(temporary, "wb") as file:
