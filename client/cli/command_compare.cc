@@ -11,9 +11,9 @@
 #include "client/cli/commands.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
-#include "client/cli/text_layout.h"
 #include "core/base/status_macros.h"
 #include "core/surface/measure_error.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -88,7 +88,7 @@ std::string Row(const char* label, const DistanceSummary& s) {
 }
 
 absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
-  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.a, arguments.b}));
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.a, arguments.b}, .text = {"-"}}));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(LoadedShape a,
@@ -143,12 +143,12 @@ Command AddCompare(CLI::App& program) {
   const auto arguments = std::make_shared<CompareArguments>();
   app->add_option("A", arguments->a, "a surface (.dss), a mesh or a scan; - is standard input")
       ->required();
-  app->add_option("B", arguments->b, "another")->required();
+  app->add_option("B", arguments->b, "the other one")->required();
   AddFormatOption(app, &arguments->format);
-  app->add_option("--samples", arguments->measure.samples, "on each surface")
+  app->add_option("--samples", arguments->measure.samples, "samples per surface")
       ->check(CLI::Range(1000, 10000000))
       ->capture_default_str();
-  app->add_flag("--json", arguments->json, "for programs");
+  app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Compare(*arguments, stop); }};
 }
 

@@ -14,7 +14,6 @@
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/region_words.h"
-#include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/carried_layers.h"
 #include "client/formats/file_kind.h"
@@ -25,6 +24,7 @@
 #include "core/codec/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -36,6 +36,7 @@ struct ExportArguments {
   bool cage = false, json = false;
   std::vector<double> camera;  // x, y, z, or empty
   std::string carry;           // a scan
+  ScanArguments scan;
   std::vector<std::string> region;
 
   bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
@@ -66,8 +67,11 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
     exported.how = absl::StrCat("level ", level);
     return exported;
   }
-  RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive,
-                           TessellateAdaptively(surface, arguments.adaptive, context));
+  absl::StatusOr<AdaptiveMesh> made = TessellateAdaptively(surface, arguments.adaptive, context);
+  if (absl::IsInvalidArgument(made.status())) {  // it begins with the name of an option
+    return absl::InvalidArgumentError(absl::StrCat("--", made.status().message()));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, std::move(made));
   exported.mesh = std::move(adaptive.mesh);
   for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
   exported.how = absl::StrCat(
@@ -148,8 +152,7 @@ absl::Status CheckFormat(const ExportArguments& arguments, const std::string& ex
     problem = "only .ply and .glb can --carry colours and intensity";
   }
   if (problem.empty()) return absl::OkStatus();
-  return WithExitCode(absl::InvalidArgumentError(absl::StrCat(arguments.output, ": ", problem)),
-                      ExitCode::kUsage);
+  return UsageError(absl::StrCat(arguments.output, ": ", problem));
 }
 
 absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArguments& arguments,
@@ -174,10 +177,11 @@ absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArgument
   return absl::OkStatus();
 }
 
-absl::StatusOr<PointLayers> Carried(const std::string& path, const Eigen::Matrix3Xd& vertices,
-                                    const RunContext& context) {
+absl::StatusOr<PointLayers> Carried(const ExportArguments& arguments,
+                                    const Eigen::Matrix3Xd& vertices, const RunContext& context) {
+  const std::string& path = arguments.carry;
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan,
-                           ReadScan(path, {.intensity = true, .colors = true}));
+                           LoadScan(path, arguments.scan, {.intensity = true, .colors = true}));
   absl::StatusOr<PointLayers> layers = LayersAt(vertices, scan, context);
   if (layers.ok()) return layers;
   return absl::Status(layers.status().code(), absl::StrCat(path, ": ", layers.status().message()));
@@ -197,8 +201,7 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
                          ExportedMesh exported, const std::string& extension,
                          const RunContext& context) {
   if (!arguments.carry.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(exported.layers,
-                             Carried(arguments.carry, exported.mesh.vertices, context));
+    RILIEVO_ASSIGN_OR_RETURN(exported.layers, Carried(arguments, exported.mesh.vertices, context));
   }
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
@@ -216,8 +219,8 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string extension =
       IsStandardOutput(arguments.output) ? arguments.format : Extension(arguments.output);
   RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, extension));
-  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.carry}));
-  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(
+      {{arguments.input, arguments.carry}, {arguments.output}, {arguments.json ? "-" : ""}}));
   RunContext context;
   context.stop = stop;
   if (!arguments.region.empty()) {
@@ -241,27 +244,27 @@ Command AddExport(CLI::App& program) {
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
   app->add_option("OUT", arguments->output,
-                  "the mesh: .ply (with normals and, a vertex, where its height comes from: 0 "
+                  "the mesh: .ply (with normals and, per vertex, where its height comes from: 0 "
                   "measured, 1 smoothed, 2 filled in), .obj, .stl or .glb; the subdivision surface "
                   "with its heights: .usda; the heights alone as a 16-bit picture: .png; - is "
                   "standard output")
       ->required();
-  app->add_option("--format", arguments->format, "of the standard output")
+  app->add_option("--format", arguments->format, "format of the standard output")
       ->check(CLI::IsMember({"ply", "obj", "stl", "glb", "usda", "png"}))
       ->capture_default_str();
-  app->add_flag("--json", arguments->json, "say in JSON what was written");
+  app->add_flag("--json", arguments->json, "print JSON");
   app->add_option("--level", arguments->level,
-                  "fineness: 0 is the control mesh's; default the finest")
+                  "level of detail, 0 the coarsest; default the finest")
       ->check(CLI::Range(0, 10));
   CLI::Option* level = app->get_option("--level");
   CLI::Option* tolerance =
       app->add_option("--tolerance", arguments->adaptive.tolerance,
-                      "as few triangles as stay this near to the finest level, fraction of the "
-                      "diagonal")
+                      "largest distance from the finest level, as a fraction of the diagonal, with "
+                      "as few triangles as possible")
           ->check(CLI::Range(0.0, 1.0))
           ->excludes(level);
   app->add_option("--triangles", arguments->adaptive.triangles,
-                  "at most so many triangles, where they are needed most")
+                  "largest number of triangles, placed where they reduce the error most")
       ->check(CLI::Range(int64_t{1}, int64_t{1} << 40))
       ->excludes(level)
       ->excludes(tolerance);
@@ -272,7 +275,7 @@ Command AddExport(CLI::App& program) {
       ->excludes(tolerance)
       ->excludes("--triangles");
   app->add_flag("--cage", arguments->cage,
-                "the control mesh itself; .obj tells its creases too, as OpenSubdiv's tags")
+                "the control mesh itself; .obj holds its creases too, as OpenSubdiv's tags")
       ->excludes(level)
       ->excludes(tolerance)
       ->excludes("--triangles")
@@ -280,6 +283,7 @@ Command AddExport(CLI::App& program) {
   app->add_option("--carry", arguments->carry,
                   "a scan (PLY, LAS, PTX) whose colours and intensity the vertices take from their "
                   "nearest points; .ply and .glb");
+  AddPointsOnlyOption(app, &arguments->scan);
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
                   "fraction of the distance from there, 0.001 (a pixel of 1080 over 60 degrees) "

@@ -10,9 +10,10 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/loaded_shape.h"
-#include "client/cli/text_layout.h"
+#include "client/cli/output_target.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -149,6 +150,7 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
 }
 
 absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.input}, .text = {"-"}}));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
@@ -164,11 +166,11 @@ absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
 }  // namespace
 
 Command AddInfo(CLI::App& program) {
-  CLI::App* app = program.add_subcommand("info", "Say what a surface file holds");
+  CLI::App* app = program.add_subcommand("info", "Describe a surface file");
   const auto arguments = std::make_shared<InfoArguments>();
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
-  app->add_flag("--json", arguments->json, "for programs");
+  app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Info(*arguments, stop); }};
 }
 

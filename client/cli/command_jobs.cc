@@ -18,17 +18,21 @@
 #include "client/cli/reconstruct_options.h"
 #include "client/cli/report_output.h"
 #include "client/cli/server_connection.h"
-#include "client/cli/text_layout.h"
-#include "client/formats/atomic_file.h"
+#include "client/cli/server_words.h"
+#include "client/cli/surface_output.h"
 #include "client/library/jobs_client.h"
+#include "client/library/status_conversion.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
 
 struct JobsArguments {
   ServerArguments connection;
-  std::string scan, output, request_id, job_id, format;
+  std::string scan, request_id, job_id;
+  SurfaceOutputArguments surface;
+  ScanArguments reading;
   ReconstructArguments options;
   std::optional<double> timeout_seconds;
   size_t limit = 20;
@@ -75,7 +79,7 @@ nlohmann::ordered_json JsonOf(const v1::Job& job) {
                                  {"created", TimeText(job.create_time())},
                                  {"started", TimeText(job.start_time())},
                                  {"ended", TimeText(job.end_time())}};
-  if (job.has_error()) json["error"] = job.error().message();
+  if (job.has_error()) json["error"] = WordsOf(StatusFromRpc(job.error()));
   if (job.has_surface()) json["surface_bytes"] = job.surface().total_bytes();
   return json;
 }
@@ -85,7 +89,7 @@ void Print(const v1::Job& job, const JobsArguments& arguments) {
     std::cout << JsonOf(job).dump(2) << '\n';
     return;
   }
-  std::ostream& out = WordsBeside(arguments.output);
+  std::ostream& out = WordsBeside(arguments.surface.output);
   out << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
       << job.request_id() << "\n  created   " << TimeText(job.create_time()) << "\n  started   "
       << TimeText(job.start_time()) << "\n  ended     " << TimeText(job.end_time())
@@ -93,17 +97,24 @@ void Print(const v1::Job& job, const JobsArguments& arguments) {
   if (job.has_surface()) {
     out << "  surface   " << job.surface().total_bytes() << " bytes\n";
   }
-  if (job.has_error()) out << "  error     " << job.error().message() << '\n';
+  if (job.has_error()) out << "  error     " << WordsOf(StatusFromRpc(job.error())) << '\n';
 }
 
-absl::Status CheckJobOutput(const JobsArguments& arguments) {
-  return CheckOutputs({arguments.output}, {arguments.json ? "-" : ""});
+// Where the surface goes; what it is made from is not overwritten.
+absl::StatusOr<SurfaceTarget> CheckedTarget(const JobsArguments& arguments) {
+  RILIEVO_ASSIGN_OR_RETURN(SurfaceTarget target, SurfaceTargetOf(arguments.surface));
+  CommandFiles files{{arguments.scan}, PathsOf({target}), {arguments.json ? "-" : ""}};
+  AppendFilesOf(arguments.options, &files.inputs);
+  AppendFilesOf(arguments.connection, &files.inputs);
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
+  return target;
 }
 
 // What a job that did not succeed means for the one who waited for it.
 absl::Status StatusOfEnd(const v1::Job& job) {
   if (job.state() == v1::JOB_STATE_FAILED) {
-    return absl::Status(static_cast<absl::StatusCode>(job.error().code()), job.error().message());
+    const absl::Status error = StatusFromRpc(job.error());
+    return absl::Status(error.code(), WordsOf(error));
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) return absl::CancelledError("it was cancelled");
   return absl::OkStatus();
@@ -126,15 +137,20 @@ absl::StatusOr<v1::Job> Watch(const JobsArguments& arguments, const std::string&
   return job;
 }
 
-absl::Status Fetch(const JobsArguments& arguments, const std::string& job_id,
-                   const std::stop_token& stop) {
+absl::Status Fetch(const JobsArguments& arguments, const SurfaceTarget& target,
+                   const std::string& job_id, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> surface,
                            client.Fetch(job_id, {}, CallOf(arguments, stop)));
-  RILIEVO_RETURN_IF_ERROR(
-      WithExitCode(WriteBytesAtomically(arguments.output, surface), ExitCode::kOutput));
-  if (!arguments.json) {
-    WordsBeside(arguments.output) << arguments.output << ": " << surface.size() << " bytes\n";
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_RETURN_IF_ERROR(WriteSurface(target, surface, context));
+  if (arguments.json) return absl::OkStatus();
+  for (const std::string& path : PathsOf({target})) {
+    WordsBeside(path) << path << ": written";
+    if (path != target.path || !target.is_mesh())
+      WordsBeside(path) << ", " << surface.size() << " bytes";
+    WordsBeside(path) << '\n';
   }
   return absl::OkStatus();
 }
@@ -146,22 +162,27 @@ std::string RandomRequestId() {
 }
 
 absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  RILIEVO_RETURN_IF_ERROR(CheckJobOutput(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const v1::ReconstructOptions options, OptionsFrom(arguments.options));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading));
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
-  RILIEVO_ASSIGN_OR_RETURN(v1::Job job, client.Submit(PackScan(scan.cloud), options, request_id, {},
-                                                      CallOf(arguments, stop)));
-  if (!arguments.wait && arguments.output.empty()) {
+  absl::StatusOr<v1::Job> submitted =
+      client.Submit(PackScan(scan.cloud), options, request_id, {}, CallOf(arguments, stop));
+  if (!submitted.ok()) {
+    return absl::Status(submitted.status().code(), WordsOf(submitted.status()));
+  }
+  v1::Job job = *std::move(submitted);
+  if (!arguments.wait && arguments.surface.output.empty()) {
     Print(job, arguments);
     return absl::OkStatus();
   }
   RILIEVO_ASSIGN_OR_RETURN(job, Watch(arguments, job.job_id(), stop));
   Print(job, arguments);
   RILIEVO_RETURN_IF_ERROR(StatusOfEnd(job));
-  return arguments.output.empty() ? absl::OkStatus() : Fetch(arguments, job.job_id(), stop);
+  return arguments.surface.output.empty() ? absl::OkStatus()
+                                          : Fetch(arguments, target, job.job_id(), stop);
 }
 
 absl::Status RunList(const JobsArguments& arguments, const std::stop_token& stop) {
@@ -214,8 +235,8 @@ absl::Status RunDelete(const JobsArguments& arguments, const std::stop_token& st
 }
 
 absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& stop) {
-  RILIEVO_RETURN_IF_ERROR(CheckJobOutput(arguments));
-  RILIEVO_RETURN_IF_ERROR(Fetch(arguments, arguments.job_id, stop));
+  RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
+  RILIEVO_RETURN_IF_ERROR(Fetch(arguments, target, arguments.job_id, stop));
   if (arguments.json) return RunShow(arguments, stop);
   return absl::OkStatus();
 }
@@ -226,7 +247,8 @@ CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string&
   app->add_option("--server", a->connection.server, "HOST:PORT of a rilievod that keeps jobs")
       ->required();
   AddServerOptions(app, &a->connection);
-  app->add_option("--timeout", a->timeout_seconds, "seconds, all attempts together; default none")
+  app->add_option("--timeout", a->timeout_seconds,
+                  "seconds for all attempts together; default no limit")
       ->check(CLI::PositiveNumber);
   return app;
 }
@@ -235,7 +257,7 @@ CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string&
 CLI::App* AddJobCommand(CLI::App* jobs, const std::string& name, const std::string& words,
                         JobsArguments* a) {
   CLI::App* app = AddCommand(jobs, name, words, a);
-  app->add_option("JOB", a->job_id, "its id")->required();
+  app->add_option("JOB", a->job_id, "id of the job")->required();
   return app;
 }
 
@@ -243,12 +265,13 @@ void AddSubmit(CLI::App* app, JobsArguments* a) {
   app->add_option("SCAN", a->scan,
                   "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, PTX; - is standard input")
       ->required();
-  app->add_option("--request-id", a->request_id,
-                  "letters, digits, '-' and '_'; the same one never makes a second job");
-  app->add_flag("--wait", a->wait, "until the job is finished");
-  app->add_option("-o,--output", a->output,
-                  "wait, and write the surface, a .dss file; - is standard output");
-  AddFormatOption(app, &a->format);
+  app->add_option(
+      "--request-id", a->request_id,
+      "id of this request, of letters, digits, '-' and '_'; the same id never makes a second job");
+  app->add_flag("--wait", a->wait, "wait until the job is finished");
+  AddSurfaceOutput(app, "the command then waits for it; ", &a->surface);
+  AddFormatOption(app, &a->reading.format);
+  AddPointsOnlyOption(app, &a->reading);
   AddReconstructOptions(app, &a->options);
 }
 
@@ -267,14 +290,15 @@ Command AddJobs(CLI::App& program) {
   CLI::App* submit =
       add(AddCommand(jobs, "submit", "Upload a scan and queue a job", a.get()), RunSubmit);
   AddSubmit(submit, a.get());
-  CLI::App* list = add(AddCommand(jobs, "list", "The latest jobs", a.get()), RunList);
-  list->add_option("--limit", a->limit, "how many")->capture_default_str();
-  CLI::App* show = add(AddJobCommand(jobs, "show", "What is known of a job", a.get()), RunShow);
+  CLI::App* list = add(AddCommand(jobs, "list", "List the latest jobs", a.get()), RunList);
+  list->add_option("--limit", a->limit, "largest number of jobs")->capture_default_str();
+  CLI::App* show =
+      add(AddJobCommand(jobs, "show", "Show what is known of a job", a.get()), RunShow);
   CLI::App* watch =
       add(AddJobCommand(jobs, "watch", "Follow a job until it is finished", a.get()), RunWatch);
   CLI::App* fetch =
       add(AddJobCommand(jobs, "fetch", "Write the surface of a job", a.get()), RunFetch);
-  fetch->add_option("-o,--output", a->output, "a .dss file; - is standard output")->required();
+  AddSurfaceOutput(fetch, "", &a->surface)->required();
   CLI::App* cancel = add(AddJobCommand(jobs, "cancel", "End a job", a.get()), RunCancel);
   CLI::App* remove =
       add(AddJobCommand(jobs, "delete", "Remove a job and its surface", a.get()), RunDelete);

@@ -6,8 +6,7 @@
 
 namespace CLI {
 class App;
-class Option;
-}  // namespace CLI
+}
 
 namespace rilievo {
 
@@ -27,12 +26,6 @@ struct CommandOutline {
   std::vector<OptionOutline> options;
   std::vector<std::string> children;  // names of its own commands
 };
-
-// "N", "X", or the type's own name; empty for flags.
-std::string PlaceholderOf(const CLI::Option& option);
-
-// Description, range and default.
-std::string TextOf(const CLI::Option& option);
 
 // The program first, then its commands in order, each before its own. Hidden ones are left out.
 std::vector<CommandOutline> OutlineOf(const CLI::App& program);

@@ -15,12 +15,13 @@
 #include "client/cli/progress_display.h"
 #include "client/cli/reconstruct_options.h"
 #include "client/cli/report_output.h"
-#include "client/cli/text_layout.h"
+#include "client/cli/server_words.h"
+#include "client/cli/surface_output.h"
 #include "client/cli/working_server.h"
-#include "client/formats/atomic_file.h"
 #include "client/library/reconstruction_client.h"
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -30,7 +31,9 @@ constexpr int64_t kManyPoints = 300'000;
 
 struct Arguments {
   std::vector<std::string> scans;
-  std::string output, report, format;
+  std::string report;
+  SurfaceOutputArguments surface;
+  ScanArguments scan;
   ServerArguments connection;
   ReconstructArguments options;
   bool quiet = false, json = false;
@@ -52,11 +55,9 @@ ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* 
   return callbacks;
 }
 
-// The options are the server's to judge; here the field names of the protocol become options of the
-// command line.
 absl::Status Explain(const absl::Status& status, const std::string& scan,
                      const std::string& server) {
-  std::string message(status.message());
+  std::string message = WordsOf(status);
   if (status.code() == absl::StatusCode::kUnavailable && !server.empty()) {
     message = absl::StrCat("the server at ", server, " is unavailable: ", message,
                            "\nIs rilievod running there? Without --server the work is done here.");
@@ -75,57 +76,58 @@ struct Made {
 
 // One scan, from its file to the file of its surface.
 absl::StatusOr<Made> MakeSurface(const Arguments& arguments, const std::string& scan_path,
-                                 const std::string& output, const v1::ReconstructOptions& options,
-                                 const ReconstructionClient& client, std::stop_token stop) {
-  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.format));
+                                 const SurfaceTarget& target, const v1::ReconstructOptions& options,
+                                 const ReconstructionClient& client, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.scan));
   const bool works_here = arguments.connection.server.empty();
   if (works_here && scan.cloud.points.cols() >= kManyPoints) ReturnLargeBlocksAtOnce();
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);
   CallOptions call;
-  call.stop = std::move(stop);
+  call.stop = stop;
   const ReconstructCallbacks callbacks =
       ShowProgress(scan.cloud.points.cols(), !works_here, &display);
   absl::StatusOr<ReconstructResult> result =
       client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) return Explain(result.status(), scan_path, arguments.connection.server);
   display.Finish();
-  RILIEVO_RETURN_IF_ERROR(
-      WithExitCode(WriteBytesAtomically(output, result->dss), ExitCode::kOutput));
-  return Made{std::move(result->report), {scan_path, scan.format, output}};
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_RETURN_IF_ERROR(WriteSurface(target, result->dss, context));
+  return Made{std::move(result->report), {scan_path, scan.format, target}};
 }
 
-absl::Status MakeOne(const Arguments& arguments, const std::string& output,
+absl::Status MakeOne(const Arguments& arguments, const SurfaceTarget& target,
                      const v1::ReconstructOptions& options, const ReconstructionClient& client,
                      const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(
-      const Made made, MakeSurface(arguments, arguments.scans[0], output, options, client, stop));
+      const Made made, MakeSurface(arguments, arguments.scans[0], target, options, client, stop));
   const std::string json = ReportJson(made.report, made.paths);
   if (!arguments.report.empty()) RILIEVO_RETURN_IF_ERROR(WriteText(arguments.report, json));
   if (arguments.json) {
     std::cout << json;
   } else {
-    WordsBeside(IsStandardOutput(arguments.report) ? arguments.report : output)
+    WordsBeside(IsStandardOutput(arguments.report) ? arguments.report : target.path)
         << ReportText(made.report, made.paths);
   }
   return absl::OkStatus();
 }
 
 // Goes on after a scan that fails; ends with the exit code of the first that did.
-absl::Status MakeMany(const Arguments& arguments, const std::vector<std::string>& outputs,
+absl::Status MakeMany(const Arguments& arguments, const std::vector<SurfaceTarget>& targets,
                       const v1::ReconstructOptions& options, const ReconstructionClient& client,
                       const std::stop_token& stop) {
   std::vector<std::string> reports;
   absl::Status first;
   int failed = 0;
-  for (size_t i = 0; i < outputs.size(); ++i) {
+  for (size_t i = 0; i < targets.size(); ++i) {
     const std::string& scan = arguments.scans[i];
     const absl::StatusOr<Made> made =
-        MakeSurface(arguments, scan, outputs[i], options, client, stop);
+        MakeSurface(arguments, scan, targets[i], options, client, stop);
     if (stop.stop_requested()) {
       return absl::CancelledError(
-          absl::StrCat("cancelled after ", i, " of ", outputs.size(), " scans"));
+          absl::StrCat("cancelled after ", i, " of ", targets.size(), " scans"));
     }
     if (made.ok()) {
       reports.push_back(ReportJson(made->report, made->paths));
@@ -134,7 +136,7 @@ absl::Status MakeMany(const Arguments& arguments, const std::vector<std::string>
       continue;
     }
     ++failed;
-    reports.push_back(FailureJson(made.status(), {scan, "", outputs[i]}));
+    reports.push_back(FailureJson(made.status(), {scan, "", targets[i]}));
     std::cerr << Wrap(absl::StrCat(scan, ": failed: ", std::string(made.status().message())), 2)
               << std::endl;
     if (first.ok()) first = made.status();
@@ -144,39 +146,41 @@ absl::Status MakeMany(const Arguments& arguments, const std::vector<std::string>
   if (arguments.json) std::cout << json;
   if (failed == 0) return absl::OkStatus();
   return WithExitCode(
-      absl::Status(first.code(), absl::StrCat(failed, " of ", outputs.size(), " scans failed")),
+      absl::Status(first.code(), absl::StrCat(failed, " of ", targets.size(), " scans failed")),
       ExitCodeOf(first));
 }
 
 absl::Status Run(const Arguments& arguments, std::stop_token stop) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> outputs,
-                           SurfacePaths(arguments.scans, arguments.output));
-  RILIEVO_RETURN_IF_ERROR(CheckOutputs(outputs, {arguments.report, arguments.json ? "-" : ""}));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<SurfaceTarget> targets,
+                           SurfaceTargets(arguments.scans, arguments.surface));
+  CommandFiles files{
+      arguments.scans, PathsOf(targets), {arguments.report, arguments.json ? "-" : ""}};
+  AppendFilesOf(arguments.options, &files.inputs);
+  AppendFilesOf(arguments.connection, &files.inputs);
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
   RILIEVO_ASSIGN_OR_RETURN(const v1::ReconstructOptions options, OptionsFrom(arguments.options));
   RILIEVO_ASSIGN_OR_RETURN(const WorkingServer server, ConnectOrStart(arguments.connection));
   const ReconstructionClient client(server.channel);
-  return outputs.size() == 1 ? MakeOne(arguments, outputs[0], options, client, stop)
-                             : MakeMany(arguments, outputs, options, client, stop);
+  return targets.size() == 1 ? MakeOne(arguments, targets[0], options, client, stop)
+                             : MakeMany(arguments, targets, options, client, stop);
 }
 
 }  // namespace
 
 Command AddReconstruct(CLI::App& program) {
-  CLI::App* app = program.add_subcommand("reconstruct", "Make a surface from a scan");
+  CLI::App* app = program.add_subcommand("reconstruct", "Make a surface or a mesh from a scan");
   const auto a = std::make_shared<Arguments>();
   app->add_option(
          "SCAN", a->scans,
          "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, PTX; - is standard input; several become "
          "several surfaces")
       ->required();
-  app->add_option("-o,--output", a->output,
-                  "the surface, a .dss file; a folder (DIR/) for several scans; - is standard "
-                  "output")
-      ->required();
+  AddSurfaceOutput(app, "a folder (DIR/) for several scans; ", &a->surface)->required();
   app->add_option("--server", a->connection.server,
                   "HOST:PORT of a rilievod; without it the work is done in this process");
   AddServerOptions(app, &a->connection);
-  AddFormatOption(app, &a->format);
+  AddFormatOption(app, &a->scan.format);
+  AddPointsOnlyOption(app, &a->scan);
   AddReconstructOptions(app, &a->options);
   app->add_option("--report", a->report, "write the report as JSON to this file");
   app->add_flag("--json", a->json, "print the report as JSON; several scans: a list");

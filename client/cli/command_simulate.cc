@@ -9,10 +9,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/output_target.h"
-#include "client/cli/text_layout.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/mesh_writer.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/text_layout.h"
 #include "tests/scans/scanner.h"
 
 namespace rilievo {
@@ -25,7 +25,9 @@ struct SimulateArguments {
 };
 
 absl::Status Simulate(const SimulateArguments& arguments) {
-  RILIEVO_RETURN_IF_ERROR(CheckOutputs({arguments.output}, {arguments.json ? "-" : ""}));
+  RILIEVO_RETURN_IF_ERROR(CheckExtension(arguments.output, "ply", "the scan is a PLY file"));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckFiles({.outputs = {arguments.output}, .text = {arguments.json ? "-" : ""}}));
   RILIEVO_ASSIGN_OR_RETURN(const ShapePtr shape, MakeShape(arguments.shape));
   RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan scan, SimulateScan(*shape, arguments.scanner));
   const Eigen::Matrix3Xd none(3, 0);
@@ -69,7 +71,7 @@ Command AddSimulate(CLI::App& program) {
   app->add_option("-o,--output", arguments->output,
                   "the scan, a binary PLY of doubles; - is standard output")
       ->required();
-  app->add_option("--points", scanner.points, "points in all")
+  app->add_option("--points", scanner.points, "number of points")
       ->check(CLI::Range(int64_t{1}, int64_t{50000000}))
       ->capture_default_str();
   app->add_option("--noise", scanner.noise, "range error (1 sigma), fraction of the diagonal")
@@ -84,12 +86,13 @@ Command AddSimulate(CLI::App& program) {
   app->add_option("--dropout", scanner.dropout, "share of lost returns")
       ->check(CLI::Range(0.0, 0.95))
       ->capture_default_str();
-  app->add_option("--distance", scanner.view_distance, "of the viewpoints, in bounding radii")
+  app->add_option("--distance", scanner.view_distance,
+                  "distance of the viewpoints, in bounding radii")
       ->check(CLI::Range(1.2, 100.0))
       ->capture_default_str();
-  app->add_option("--seed", scanner.seed, "same seed, same scan")->capture_default_str();
+  app->add_option("--seed", scanner.seed, "seed of all random choices")->capture_default_str();
   app->add_flag("--normals", arguments->normals, "write the true normals as well");
-  app->add_flag("--json", arguments->json, "say in JSON what was scanned");
+  app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token) { return Simulate(*arguments); }};
 }
 

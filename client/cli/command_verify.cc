@@ -15,9 +15,9 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
-#include "client/cli/text_layout.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -26,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 struct VerifyArguments {
   std::string input, scan;
+  ScanArguments reading;
   bool json = false;
 };
 
@@ -114,13 +115,13 @@ void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& d
 }
 
 absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
-  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.scan}));
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.input, arguments.scan}, .text = {"-"}}));
   RunContext context;
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(scan, LoadScan(arguments.scan));
+    RILIEVO_ASSIGN_OR_RETURN(scan, LoadScan(arguments.scan, arguments.reading));
   }
   RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));
@@ -143,7 +144,8 @@ Command AddVerify(CLI::App& program) {
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
   app->add_option("SCAN", arguments->scan, "the scan it was made from: checks the errors too");
-  app->add_flag("--json", arguments->json, "for programs");
+  AddPointsOnlyOption(app, &arguments->reading);
+  app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
 }
 

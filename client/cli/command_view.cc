@@ -16,7 +16,6 @@
 #include "client/cli/frame_paths.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
-#include "client/cli/text_layout.h"
 #include "client/cli/web_viewer.h"
 #include "client/picture/animation.h"
 #include "client/picture/render.h"
@@ -25,6 +24,7 @@
 #include "core/geometry/vertex_normals.h"
 #include "core/surface/error_at_vertices.h"
 #include "proto/local_address.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -32,18 +32,15 @@ namespace {
 constexpr int kFrameMilliseconds = 100;
 
 struct ViewArguments {
-  std::string input, output, scan, format, size = "960x720", colors = "shade", up = "z";
+  std::string input, output, scan, size = "960x720", colors = "shade", up = "z";
   std::string show = "surface";
+  ScanArguments reading;
   std::optional<int> level;
   int views = 1, turntable = 1;
   PictureOptions picture;
   bool orthographic = false, json = false, open = false;
   WebViewerOptions web;
 };
-
-absl::Status UsageError(const std::string& message) {
-  return WithExitCode(absl::InvalidArgumentError(message), ExitCode::kUsage);
-}
 
 // "960" (three quarters as high) or "960x720".
 absl::Status ParseSize(const std::string& text, PictureOptions* picture) {
@@ -82,7 +79,7 @@ absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArgume
   if (arguments.scan.empty()) {
     return UsageError("--colors error: name the scan that the error is to: --scan SCAN");
   }
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.format));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading));
   RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors,
                            ErrorAtVertices(shape.mesh, scan.cloud.points, context));
   return Coloring{ColorsByValue(errors.at_vertex),
@@ -180,7 +177,6 @@ absl::Status OpenWebViewer(const ViewArguments& arguments, std::stop_token stop)
   web.file = arguments.input;
   if (web.file == "-") return UsageError("--open: the page reads a file, not the standard input");
   if (!web.file.empty()) {
-    RILIEVO_RETURN_IF_ERROR(CheckInputs({web.file}));
     if (!std::ifstream(web.file)) {
       return absl::NotFoundError(absl::StrCat(web.file, ": no such file, or it cannot be read"));
     }
@@ -204,25 +200,26 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   if (arguments.output.empty()) {
     return UsageError("-o is missing: the picture, a PNG; or --open, for the viewer in a browser");
   }
+  RILIEVO_RETURN_IF_ERROR(CheckExtension(arguments.output, "png", "the picture is a PNG"));
   RunContext context;
   context.stop = std::move(stop);
   PictureOptions picture = arguments.picture;
   picture.camera.perspective = !arguments.orthographic;
   picture.camera.up = arguments.up == "y" ? UpAxis::kY : UpAxis::kZ;
   RILIEVO_RETURN_IF_ERROR(ParseSize(arguments.size, &picture));
-  RILIEVO_RETURN_IF_ERROR(CheckInputs({arguments.input, arguments.scan}));
   std::vector<std::string> frame_paths;
   if (arguments.turntable > 1) {
     RILIEVO_ASSIGN_OR_RETURN(frame_paths, FramePaths(arguments.output, arguments.turntable));
   }
   const std::vector<std::string> paths =
       frame_paths.empty() ? std::vector{arguments.output} : frame_paths;
-  RILIEVO_RETURN_IF_ERROR(CheckOutputs(paths, {arguments.json ? "-" : ""}));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckFiles({{arguments.input, arguments.scan}, paths, {arguments.json ? "-" : ""}}));
   const ShownPart part = arguments.show == "surface"  ? ShownPart::kSurface
                          : arguments.show == "domain" ? ShownPart::kDomain
                                                       : ShownPart::kControlMesh;
   RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape, LoadShape(arguments.input, arguments.level, context,
-                                                        arguments.format, part));
+                                                        arguments.reading.format, part));
   RILIEVO_ASSIGN_OR_RETURN(Coloring coloring, ColoringOf(shape, arguments, context));
   const Scene scene{std::move(shape.mesh), std::move(coloring.colors)};
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Image> images,
@@ -278,8 +275,8 @@ Command AddView(CLI::App& program) {
   app->add_option("IN", arguments->input,
                   "a surface (.dss), a mesh or a scan; - is standard input");
   app->add_option("-o,--output", arguments->output, "the picture, a PNG; - is standard output");
-  AddFormatOption(app, &arguments->format);
-  app->add_option("--level", arguments->level, "of a surface; default the finest")
+  AddFormatOption(app, &arguments->reading.format);
+  app->add_option("--level", arguments->level, "level of detail of a surface; default the finest")
       ->check(CLI::Range(0, 10));
   app->add_option("--show", arguments->show,
                   "of a .dss: the surface, the domain (the smooth surface without heights), or the "
@@ -293,12 +290,14 @@ Command AddView(CLI::App& program) {
       ->check(CLI::IsMember({"shade", "displacement", "error", "flags", "normals"}))
       ->capture_default_str();
   app->add_option("--scan", arguments->scan, "the scan of --colors error");
-  app->add_option("--size", arguments->size, "in pixels: W or WxH")->capture_default_str();
+  AddPointsOnlyOption(app, &arguments->reading);
+  app->add_option("--size", arguments->size, "width, or width x height, in pixels: 960 or 960x720")
+      ->capture_default_str();
   AddCamera(app, arguments.get());
   AddWebViewer(app, arguments.get());
   app->add_flag("--flat", arguments->picture.flat, "show the facets");
   app->add_flag("--edges", arguments->picture.edges, "draw the edges");
-  app->add_flag("--json", arguments->json, "say in JSON what was drawn");
+  app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return View(*arguments, stop); }};
 }
 

@@ -19,17 +19,21 @@ const char kExitCodeHelp[] =
     "  1  a defect of the program or the server\n"
     "  2  the command line is wrong\n"
     "  3  an input cannot be read, or the scan cannot become a surface\n"
-    "  4  the server cannot be reached, lets nobody in without a token or\n"
-    "     certificate of its own, is full, or ran out of time\n"
+    "  4  the server cannot be reached, rejected the credentials, is full, or\n"
+    "     ran out of time\n"
     "  5  cancelled (Ctrl-C)\n"
     "  6  the result cannot be written\n"
-    "  7  verify: the file does not hold what it states\n";
+    "  7  verification failed\n";
 
 absl::Status WithExitCode(absl::Status status, ExitCode code) {
   if (!status.ok()) {
     status.SetPayload(kPayload, absl::Cord(absl::StrCat(static_cast<int>(code))));
   }
   return status;
+}
+
+absl::Status UsageError(const std::string& message) {
+  return WithExitCode(absl::InvalidArgumentError(message), ExitCode::kUsage);
 }
 
 ExitCode ExitCodeOf(const absl::Status& status) {

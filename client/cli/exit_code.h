@@ -1,6 +1,8 @@
 // How the program ends, and why.
 #pragma once
 
+#include <string>
+
 #include "absl/status/status.h"
 
 namespace rilievo {
@@ -22,6 +24,9 @@ extern const char kExitCodeHelp[];
 
 // Attaches an exit code that the status code alone would not give. OK stays OK.
 absl::Status WithExitCode(absl::Status status, ExitCode code);
+
+// INVALID_ARGUMENT with kUsage.
+absl::Status UsageError(const std::string& message);
 
 // The attached code, or the one that fits the status code.
 ExitCode ExitCodeOf(const absl::Status& status);

@@ -8,12 +8,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/text_layout.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
 #include "core/base/status_macros.h"
 #include "core/surface/displaced_surface.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -37,6 +37,12 @@ std::vector<uint8_t> AllBytes(std::istream& in) {
     bytes.resize(before + count);
   }
   return bytes;
+}
+
+absl::StatusOr<ScanFile> ReadStlVertices(std::istream& in) {
+  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadStlMesh(in));
+  const auto faces = static_cast<uint64_t>(file.mesh.triangles.cols());
+  return ScanFile{{std::move(file.mesh.vertices)}, std::move(file.format), {}, faces};
 }
 
 LoadedShape ControlMeshOf(const DisplacedSurface& surface) {
@@ -89,14 +95,34 @@ LoadedShape ShapeOf(MeshFile file) {
 
 void AddFormatOption(CLI::App* app, std::string* format) {
   app->add_option("--format", *format,
-                  "what an input without an extension is, where its first bytes do not tell")
+                  "format of an input that is not recognised by its content or extension")
       ->check(
           CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "ptx", "stl", "dss"}));
 }
 
-absl::StatusOr<ScanFile> LoadScan(const std::string& path, const std::string& format) {
-  return WithInput(path,
-                   [&](std::istream& in) { return ReadScanStream(in, NameOf(path, format)); });
+void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments) {
+  app->add_flag(
+      "--points-only", arguments->points_only,
+      "take the vertices of a mesh (PLY and OBJ with faces, STL) as a scan; its faces are "
+      "not used");
+}
+
+absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
+                                  const WantedLayers& wanted) {
+  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
+    const std::string name = NameOf(path, arguments.format);
+    HeadedInput input(in);
+    RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
+    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, kind == FileKind::kStl
+                                                ? ReadStlVertices(input.stream())
+                                                : ReadScanStream(input.stream(), name, wanted));
+    if (scan.faces == 0 || arguments.points_only) return scan;
+    return absl::InvalidArgumentError(
+        absl::StrCat("a mesh of ", Counted(static_cast<int64_t>(scan.faces), "face", "faces"),
+                     ", not a scan; add --points-only to take its ",
+                     Counted(scan.cloud.points.cols(), "vertex", "vertices"),
+                     " as the points of a scan and leave its faces out"));
+  });
 }
 
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {

@@ -28,8 +28,19 @@ struct LoadedShape {
 // --format of a command: the extension of inputs without one.
 void AddFormatOption(CLI::App* app, std::string* format);
 
-// All inputs: "-" is the standard input. `format`: see AddFormatOption; may be empty.
-absl::StatusOr<ScanFile> LoadScan(const std::string& path, const std::string& format = "");
+// How a scan is read.
+struct ScanArguments {
+  std::string format;        // see AddFormatOption; may be empty
+  bool points_only = false;  // a mesh may stand for its vertices
+};
+
+// --points-only of a command; `arguments` must outlive it.
+void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments);
+
+// All inputs: "-" is the standard input. INVALID_ARGUMENT for a mesh (PLY and OBJ with faces, STL)
+// unless its vertices alone are wanted.
+absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
+                                  const WantedLayers& wanted = {});
 
 // The whole file, or the status of what prevents it, with the path.
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);

@@ -9,9 +9,10 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/help_formatter.h"
 #include "client/cli/interrupt.h"
-#include "client/cli/text_layout.h"
+#include "server/command_line/help_formatter.h"
+#include "server/command_line/text_layout.h"
+#include "server/command_line/usage_message.h"
 
 namespace rilievo {
 
@@ -36,7 +37,9 @@ int RunProgram(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::cerr << UsageMessage(app, {argv + 1, argv + argc}, error);
+    return static_cast<int>(ExitCode::kUsage);
   }
   const Interrupt interrupt;
   for (const Command& command : commands) {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
-#include "client/cli/text_layout.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {

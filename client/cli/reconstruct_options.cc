@@ -31,7 +31,7 @@ absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
 
 void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   app->add_option("--topology", a->topology,
-                  "auto, planar (one sheet over a plane), spherical "
+                  "shape of the surface: auto, planar (one sheet over a plane), spherical "
                   "(star-shaped) or arbitrary")
       ->check(CLI::IsMember({"auto", "planar", "spherical", "arbitrary"}))
       ->capture_default_str();
@@ -46,33 +46,41 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
                   "auto: sharp edges of the scan become creases of the surface; off: none do")
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
-  app->add_option("--max-level", a->max_level, "levels of heights; default as dense as the points")
+  app->add_option("--max-level", a->max_level,
+                  "levels of heights; default as many as the points are dense enough for")
       ->check(CLI::Range(0, 8));
   app->add_option("--control-faces", a->control_faces,
-                  "about how many; default chosen from the points")
+                  "about how many faces the control mesh has; default chosen from the points")
       ->check(CLI::Range(0, 200000))
       ->excludes(mesh);
-  app->add_option("--threads", a->threads, "default all")->check(CLI::Range(0, 1024));
-  app->add_option("--fit", a->fit, "suzuki (fast) or least-squares (default, closer)")
+  app->add_option("--threads", a->threads, "threads to use; default all")
+      ->check(CLI::Range(0, 1024));
+  app->add_option(
+         "--fit", a->fit,
+         "how the smooth surface is fitted: suzuki (fast) or least-squares (closer; default)")
       ->check(CLI::IsMember({"suzuki", "least-squares"}));
   CLI::Option* error =
       app->add_option(
              "--max-error", a->max_error,
-             "RMS distance between the file's surface and the points, both ways, across the "
-             "surface, fraction of the diagonal; a warning says where the scan does not "
-             "allow it; default next to its own")
+             "largest RMS distance between the surface and the points, as a fraction of the "
+             "diagonal (0.001 is 0.1 %); a warning says where the scan does not allow it; default "
+             "chosen so that coding adds little to the error of the surface itself")
           ->check(CLI::Range(1e-6, 0.1));
   CLI::Option* bytes =
-      app->add_option("--max-bytes", a->max_bytes, "bytes of the file, as good as they allow")
+      app->add_option("--max-bytes", a->max_bytes, "largest size of the .dss file in bytes")
           ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
           ->excludes(error);
   app->add_option("--height-step", a->height_step,
-                  "step of the height quantiser, fraction of the diagonal")
+                  "step of the height quantiser, as a fraction of the diagonal")
       ->check(CLI::Range(1e-9, 0.01))
       ->excludes(error)
       ->excludes(bytes);
-  app->add_option("--seed", a->seed, "of all random choices; default 0");
+  app->add_option("--seed", a->seed, "seed of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
+}
+
+void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::string>* files) {
+  files->push_back(arguments.control_mesh);
 }
 
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {

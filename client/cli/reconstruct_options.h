@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "rilievo/v1/options.pb.h"
@@ -21,6 +22,9 @@ struct ReconstructArguments {
 
 // Adds them to a command; `arguments` must outlive it.
 void AddReconstructOptions(CLI::App* app, ReconstructArguments* arguments);
+
+// Appends the files that they name.
+void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::string>* files);
 
 // As the protocol says it; reads the file of the control mesh.
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments);

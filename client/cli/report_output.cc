@@ -11,7 +11,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
-#include "client/cli/text_layout.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -55,6 +55,14 @@ std::string ErrorText(const v1::ReconstructReport& report) {
                       Short(report.diagonal()));
 }
 
+std::string SizeText(const v1::ReconstructReport& report, const SurfaceTarget& target) {
+  const std::string bytes = Counted(report.encoded_bytes(), "byte", "bytes");
+  if (!target.is_mesh()) return bytes;
+  return absl::StrCat(bytes, " as a .dss file, ",
+                      target.kept_dss.empty() ? "which --keep-dss keeps"
+                                              : absl::StrCat("kept as ", target.kept_dss));
+}
+
 Json SummaryJson(const v1::DistanceSummary& summary) {
   return {{"rms", summary.rms()},
           {"mean", summary.mean()},
@@ -81,7 +89,7 @@ std::string StageLabel(v1::Stage stage) {
 }
 
 std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& paths) {
-  std::string text = absl::StrCat(paths.output, "\n");
+  std::string text = absl::StrCat(paths.target.path, "\n");
   const auto add = [&](const char* label, const std::string& line) {
     text += LabelledLine(label, line);
   };
@@ -104,7 +112,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
                    Percent(static_cast<double>(report.heights_smoothed()) / heights), " smoothed, ",
                    Percent(static_cast<double>(report.heights_filled()) / heights), " filled in"));
   if (report.has_error()) add("error", ErrorText(report));
-  add("size", Counted(report.encoded_bytes(), "byte", "bytes"));
+  add("size", SizeText(report, paths.target));
   add("time", TimesText(report));
   for (const std::string& warning : report.warnings()) add("warning", warning);
   return text;
@@ -112,8 +120,8 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
 
 std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths) {
   return Wrap(
-      absl::StrCat(paths.output, ": ", Grouped(report.points_used()), " points, ", report.road(),
-                   ", genus ", report.genus(), ", ",
+      absl::StrCat(paths.target.path, ": ", Grouped(report.points_used()), " points, ",
+                   report.road(), ", genus ", report.genus(), ", ",
                    report.boundary_loops() == 0 ? std::string("closed")
                                                 : Counted(report.boundary_loops(), "loop", "loops"),
                    report.has_error()
@@ -129,7 +137,7 @@ std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& p
 
 std::string FailureJson(const absl::Status& status, const ReportPaths& paths) {
   const Json json = {{"scan", paths.scan},
-                     {"output", paths.output},
+                     {"output", paths.target.path},
                      {"error",
                       {{"code", absl::StatusCodeToString(status.code())},
                        {"message", std::string(status.message())}}}};
@@ -140,7 +148,8 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   Json json;
   json["scan"] = paths.scan;
   json["scan_format"] = paths.scan_format;
-  json["output"] = paths.output;
+  json["output"] = paths.target.path;
+  if (!paths.target.kept_dss.empty()) json["kept_dss"] = paths.target.kept_dss;
   json["version"] = RILIEVO_VERSION;
   json["points_in"] = report.points_in();
   json["non_finite"] = report.non_finite();

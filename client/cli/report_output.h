@@ -4,12 +4,14 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "client/cli/surface_output.h"
 #include "rilievo/v1/report.pb.h"
 
 namespace rilievo {
 
 struct ReportPaths {
-  std::string scan, scan_format, output;
+  std::string scan, scan_format;
+  SurfaceTarget target;
 };
 
 // Lines of at most 80 columns.

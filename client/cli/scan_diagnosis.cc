@@ -8,12 +8,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "client/cli/text_layout.h"
 #include "core/base/status_macros.h"
 #include "core/control/build_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/fit_under_noise.h"
 #include "core/scan/scan_surface.h"
+#include "server/command_line/text_layout.h"
 #include "server/conversion/memory_estimate.h"
 
 namespace rilievo {
@@ -117,7 +117,7 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
                                   " separate parts; reconstruct them one by one if they should not "
                                   "share one file."));
   }
-  if (advice.empty()) advice.push_back("Nothing stands in the way of a good surface.");
+  if (advice.empty()) advice.push_back("No problems found.");
   return advice;
 }
 
@@ -134,8 +134,8 @@ void Expect(double seconds_so_far, ScanDiagnosis* d) {
 }
 
 std::string Spread(const Quantiles& q) {
-  return absl::StrCat(Short(q[2]), " in the middle; 5 % below ", Short(q[0]), ", 5 % above ",
-                      Short(q[4]));
+  return absl::StrCat("median ", Short(q[2]), " (5 to 95 %: ", Short(q[0]), " to ", Short(q[4]),
+                      ")");
 }
 
 std::string BytesText(int64_t bytes) {
@@ -201,7 +201,7 @@ std::string DiagnosisText(const ScanDiagnosis& d) {
   add("size", absl::StrCat(Short(d.size[0]), " x ", Short(d.size[1]), " x ", Short(d.size[2]),
                            ", diagonal ", Short(d.diagonal)));
   add("spacing", Spread(d.spacing));
-  add("density", absl::StrCat(Spread(d.density), " (points a square unit)"));
+  add("density", absl::StrCat(Spread(d.density), " points per square unit"));
   add("noise",
       absl::StrCat(Spread(d.noise), "; ", Percent(d.noise[2] / d.diagonal), " of the diagonal, ",
                    absl::StrFormat("%.2f", d.spacing[2] > 0 ? d.noise[2] / d.spacing[2] : 0),

@@ -33,13 +33,19 @@ void AddServerOptions(CLI::App* app, ServerArguments* arguments) {
                                     "encrypt, and trust certificates of the authorities in this "
                                     "PEM file (/etc/ssl/certs/ca-certificates.crt: all known)");
   CLI::Option* cert =
-      app->add_option("--tls-cert", arguments->tls_cert, "PEM file of one's own certificate");
-  CLI::Option* key = app->add_option("--tls-key", arguments->tls_key, "PEM file of its key");
+      app->add_option("--tls-cert", arguments->tls_cert, "client certificate, a PEM file");
+  CLI::Option* key = app->add_option("--tls-key", arguments->tls_key,
+                                     "private key of the client certificate, a PEM file");
   cert->needs(ca)->needs(key);
   key->needs(cert);
   app->add_flag("--allow-plaintext", arguments->allow_plaintext,
                 "send the token unencrypted even to another machine")
       ->excludes(ca);
+}
+
+void AppendFilesOf(const ServerArguments& arguments, std::vector<std::string>* files) {
+  files->insert(files->end(),
+                {arguments.token_file, arguments.tls_ca, arguments.tls_cert, arguments.tls_key});
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> ConnectTo(

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -23,6 +24,9 @@ struct ServerArguments {
 
 // All options but --server.
 void AddServerOptions(CLI::App* app, ServerArguments* arguments);
+
+// Appends the files that they name.
+void AppendFilesOf(const ServerArguments& arguments, std::vector<std::string>* files);
 
 // The token is that of the file, else of RILIEVO_TOKEN. NOT_FOUND for files that cannot be read.
 absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> ConnectTo(const ServerArguments& arguments);

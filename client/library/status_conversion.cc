@@ -29,20 +29,38 @@ std::optional<Detail> FindDetail(const absl::Status& status) {
 
 absl::Status StatusFromGrpc(const grpc::Status& status) {
   if (status.ok()) return absl::OkStatus();
-  const auto code = static_cast<absl::StatusCode>(status.error_code());
-  absl::Status plain(code, status.error_message());
-  if (status.error_details().empty()) return plain;
-  plain.SetPayload(kDetailsUrl, absl::Cord(status.error_details()));
-  std::string message = status.error_message();
-  if (const auto bad = FindDetail<google::rpc::BadRequest>(plain)) {
-    for (const auto& violation : bad->field_violations()) {
-      const std::string line = absl::StrCat(violation.field(), ": ", violation.description());
-      if (!absl::StrContains(message, line)) absl::StrAppend(&message, "; ", line);
-    }
+  google::rpc::Status details;
+  details.ParseFromString(status.error_details());  // nothing of it: no details
+  details.set_code(status.error_code());
+  details.set_message(status.error_message());
+  return StatusFromRpc(details);
+}
+
+absl::Status StatusFromRpc(const google::rpc::Status& status) {
+  if (status.code() == 0) return absl::OkStatus();
+  const auto code = static_cast<absl::StatusCode>(status.code());
+  absl::Status plain(code, status.message());
+  if (status.details().empty()) return plain;
+  const absl::Cord details(status.SerializeAsString());
+  plain.SetPayload(kDetailsUrl, details);
+  std::string message = status.message();
+  for (const ViolatedField& violated : ViolatedFields(plain)) {
+    const std::string line = absl::StrCat(violated.field, ": ", violated.description);
+    if (!absl::StrContains(message, line)) absl::StrAppend(&message, "; ", line);
   }
   absl::Status result(code, message);
-  result.SetPayload(kDetailsUrl, absl::Cord(status.error_details()));
+  result.SetPayload(kDetailsUrl, details);
   return result;
+}
+
+std::vector<ViolatedField> ViolatedFields(const absl::Status& status) {
+  std::vector<ViolatedField> violated;
+  const auto bad = FindDetail<google::rpc::BadRequest>(status);
+  if (!bad) return violated;
+  for (const auto& violation : bad->field_violations()) {
+    violated.push_back({violation.field(), violation.description()});
+  }
+  return violated;
 }
 
 std::optional<std::chrono::milliseconds> RetryDelay(const absl::Status& status) {

@@ -265,8 +265,9 @@ absl::StatusOr<AdaptiveMesh> TessellateAdaptively(const DisplacedSurface& surfac
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh finest, Tessellate(unit, unit.max_level, context));
   const int64_t control_faces = surface.control_mesh.faces.cols();
   if (options.triangles && *options.triangles < control_faces) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "triangles is ", *options.triangles, ", this surface needs ", control_faces, " at least"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("triangles ", *options.triangles, ": the surface has at least ", control_faces,
+                     ", those of its control mesh; ask for as many or more"));
   }
   if (surface.max_level == 0) {
     AdaptiveMesh whole;

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "absl/strings/cord.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "google/rpc/error_details.pb.h"
 
 namespace rilievo {
@@ -94,8 +96,10 @@ CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint6
   switch (status.code()) {
     case absl::StatusCode::kInvalidArgument:
     case absl::StatusCode::kOutOfRange: {
-      CallError error(ErrorCause::kUnusableScan, message);
-      error.violations = {{field, std::move(message)}};
+      // A stage may name the field itself: once is enough.
+      std::string description(absl::StripPrefix(message, absl::StrCat(field, ": ")));
+      CallError error(ErrorCause::kUnusableScan, absl::StrCat(field, ": ", description));
+      error.violations = {{field, std::move(description)}};
       return error;
     }
     case absl::StatusCode::kFailedPrecondition:

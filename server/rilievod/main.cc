@@ -5,6 +5,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -15,6 +16,8 @@
 #include "grpcpp/server.h"
 #include "server/auth/access_tokens.h"
 #include "server/auth/token_file.h"
+#include "server/command_line/help_formatter.h"
+#include "server/command_line/usage_message.h"
 #include "server/conversion/server_options.h"
 #include "server/health_probe.h"
 #include "server/observability/port/channelz_port.h"
@@ -52,104 +55,115 @@ std::string NotEmpty(const std::string& value) { return value.empty() ? "is empt
 void DeclareOptions(CommandLine* line, CLI::App* app) {
   ServerOptions& options = line->options;
   app->set_version_flag("--version", "rilievod " RILIEVO_VERSION);
-  app->add_option("--listen", options.listen, "HOST:PORT, port 0 takes a free one; or unix:PATH")
+  app->add_option("--listen", options.listen,
+                  "address to serve on: HOST:PORT (port 0 takes a free one) or unix:PATH")
       ->capture_default_str();
-  app->add_option("--max-points", options.max_points, "points of one scan")->capture_default_str();
-  app->add_option("--max-bytes", options.max_scan_bytes, "bytes of one scan on the wire")
+  app->add_option("--max-points", options.max_points, "maximum points of one scan")
+      ->capture_default_str();
+  app->add_option("--max-bytes", options.max_scan_bytes, "maximum bytes of one scan as it is sent")
       ->capture_default_str();
   app->add_option("--max-surface-faces", options.max_surface_faces,
-                  "control faces times 4^max_level")
+                  "maximum faces of a surface: control faces times 4^max_level")
       ->capture_default_str();
   app->add_option("--max-concurrent-jobs", options.max_concurrent_jobs,
                   "jobs worked on at the same time")
       ->capture_default_str();
-  app->add_option("--queue", options.max_queued_jobs, "jobs that may upload or wait beside them")
+  app->add_option("--queue", options.max_queued_jobs,
+                  "maximum jobs that upload or wait besides those")
       ->capture_default_str();
-  app->add_option("--threads", options.threads, "threads a job gets at most; 0: all")
+  app->add_option("--threads", options.threads, "maximum threads per job; 0: all")
       ->capture_default_str();
   app->add_option("--max-job-seconds", line->max_job_seconds,
-                  "of work, waiting not counted; also of a stream that uploads a scan at under "
-                  "4096 bytes/s")
+                  "longest work on one job, waiting not counted; also the longest stream that "
+                  "uploads a scan at under 4096 bytes/s")
       ->capture_default_str();
-  app->add_option("--max-idle-seconds", line->max_idle_seconds, "between two messages of a call")
+  app->add_option("--max-idle-seconds", line->max_idle_seconds,
+                  "longest pause between two messages of a call")
       ->capture_default_str();
-  app->add_option("--drain-seconds", line->drain_seconds, "running jobs get after SIGTERM")
+  app->add_option("--drain-seconds", line->drain_seconds,
+                  "time that running jobs get to finish after SIGTERM")
       ->capture_default_str();
   app->add_option("--max-job-memory", options.max_job_memory,
-                  "bytes that the worker of a job may map; 0: no limit")
+                  "maximum bytes of memory that the worker of one job may map; 0: no limit")
       ->capture_default_str();
   CLI::Option* store =
-      app->add_option("--store", options.store, "a folder to keep jobs, scans and surfaces in");
+      app->add_option("--store", options.store, "folder where jobs, scans and surfaces are kept");
   app->add_flag("--ephemeral", options.ephemeral,
-                "keep jobs in a temporary folder, until this server ends")
+                "keep jobs in a temporary folder that ends with this server")
       ->excludes(store);
-  app->add_option("--keep-days", line->keep_days, "finished jobs and unused scans are kept")
+  app->add_option("--keep-days", line->keep_days,
+                  "days that finished jobs and unused scans are kept")
       ->capture_default_str();
-  app->add_option("--keep-bytes", options.keep_bytes, "of all scans and surfaces together")
+  app->add_option("--keep-bytes", options.keep_bytes,
+                  "maximum bytes of all kept scans and surfaces together")
       ->capture_default_str();
   app->add_option("--max-waiting-jobs", options.max_waiting_jobs,
-                  "kept jobs that are not finished; one client alone gets half")
+                  "maximum kept jobs that are not finished; one client alone gets half")
       ->capture_default_str();
-  app->add_option("--memory-budget", options.memory_budget,
-                  "bytes that the running jobs may need together; 0: 80 % of what there is")
+  app->add_option(
+         "--memory-budget", options.memory_budget,
+         "maximum bytes of memory that the running jobs may need together, by estimate; 0: "
+         "80 % of what there is")
       ->capture_default_str();
   app->add_option("--worker", line->worker,
-                  "the program rilievo-worker (default: the one beside this)");
+                  "path of the program rilievo-worker; default: the one beside this program");
   app->add_flag("--in-process", line->in_process,
-                "work in this process: a job that crashes takes all others along");
+                "work in this process; a job that crashes then ends the server");
   app->add_option("--reflection", line->reflection,
-                  "serve the protocol's description: on, off, or auto: unless callers need a token "
-                  "or a certificate")
+                  "serve the protocol's description: on, off, or auto (on unless callers need a "
+                  "token or a certificate)")
       ->check(CLI::IsMember({"on", "off", "auto"}))
       ->capture_default_str();
   app->add_flag_callback(
-      "--no-reflection", [line] { line->reflection = "off"; }, "as --reflection off");
+      "--no-reflection", [line] { line->reflection = "off"; }, "the same as --reflection off");
   app->add_option("--max-calls", options.max_calls,
-                  "streams under way, all clients together; one alone gets half")
+                  "maximum streams under way, of all clients together; one client alone gets half")
       ->capture_default_str();
   app->add_option("--max-uploads", options.max_uploads,
-                  "scans that are being uploaded; one client alone gets half (without tokens all "
-                  "behind one gateway, NAT or unix socket are one)")
+                  "maximum scans that are being uploaded; one client alone gets half (without "
+                  "tokens, all callers behind one gateway, NAT or unix socket are one client)")
       ->capture_default_str();
   app->add_option("--max-server-memory", options.max_server_memory,
-                  "bytes that the server itself may take, without workers and points; above it the "
-                  "connections that cost most are closed")
+                  "maximum bytes of memory that the server itself may take, without workers and "
+                  "points; above it the connections that cost most are closed")
       ->capture_default_str();
-  app->add_option("--max-connections", options.max_connections, "connections that are open")
+  app->add_option("--max-connections", options.max_connections, "maximum open connections")
       ->capture_default_str();
   app->add_option("--max-address-connections", options.max_address_connections,
-                  "of them of one address; raise it behind a proxy")
+                  "maximum open connections per address; raise it behind a proxy")
       ->capture_default_str();
   app->add_option("--max-connection-streams", options.max_connection_streams,
-                  "calls under way on one connection")
+                  "maximum calls under way per connection")
       ->capture_default_str();
   app->add_option("--keepalive-seconds", line->keepalive_seconds,
-                  "of silence, then a peer is asked whether it lives")
+                  "silence after which a peer is asked whether it is still there")
       ->capture_default_str();
   app->add_option("--keepalive-timeout-seconds", line->keepalive_timeout_seconds,
-                  "without an answer, then its connection is closed")
+                  "longest wait for that answer; then the connection is closed")
       ->capture_default_str();
   app->add_option("--metrics", line->metrics,
-                  "HOST:PORT for Prometheus' GET /metrics, which asks nobody for a token");
+                  "HOST:PORT where Prometheus finds GET /metrics; it asks for no token");
   app->add_option("--channelz", line->channelz,
-                  "HOST:PORT of a loopback address for gRPC's own view of its connections");
-  app->add_option("--log", line->log, "one line an event on standard error: json or text")
+                  "HOST:PORT, a loopback address, for gRPC's own view of its connections");
+  app->add_option("--log", line->log,
+                  "format of the log on standard error, one line per event: json or text")
       ->check(CLI::IsMember({"json", "text"}))
       ->capture_default_str();
   app->add_option("--tokens", options.tokens,
                   "file of the tokens that callers must have; read again when it changes")
       ->check(NotEmpty);
   app->add_option("--tls-cert", options.tls_certificate,
-                  "PEM file of this server's certificate; without it plaintext")
+                  "certificate of this server, a PEM file; without one it speaks plaintext")
       ->check(NotEmpty);
-  app->add_option("--tls-key", options.tls_key, "PEM file of its key")->check(NotEmpty);
+  app->add_option("--tls-key", options.tls_key, "private key of the certificate, a PEM file")
+      ->check(NotEmpty);
   app->add_option("--tls-client-ca", options.tls_client_ca,
-                  "PEM file of the authorities whose certificates callers must have")
+                  "authorities whose certificates callers must have, a PEM file")
       ->check(NotEmpty);
   app->add_flag("--allow-plaintext", options.allow_plaintext,
-                "plaintext though other machines reach the address");
+                "speak plaintext though other machines reach the address");
   app->add_option("--make-token", line->make_token,
-                  "print a new token for this NAME, and add its line to the file of --tokens")
+                  "print a new token for this caller, and add its line to the file of --tokens")
       ->check(NotEmpty);
   app->add_option(
          "--token-out", line->token_out,
@@ -157,10 +171,10 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
          "read")
       ->check(NotEmpty);
   app->add_option("--probe", line->probe,
-                  "ask the server at HOST:PORT for its health and exit 0 (serving) or 1");
+                  "ask the server at HOST:PORT for its health; exit code 0 (serving) or 1");
   app->add_option("--probe-service", line->probe_service,
-                  "of --probe: ask for this service; alive: whether the server works, also while "
-                  "it drains");
+                  "service that --probe asks for; alive: whether the server works, also while it "
+                  "drains");
 }
 
 std::chrono::milliseconds Milliseconds(double seconds) {
@@ -246,8 +260,8 @@ absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
     return InWorkerProcess(SettingsOfWorkers(line, std::move(program)));
   }
   if (access(line.worker.c_str(), X_OK) != 0) {
-    return absl::NotFoundError(
-        absl::StrCat("--worker ", line.worker, " is no program; give the path of rilievo-worker"));
+    return absl::NotFoundError(absl::StrCat("--worker ", line.worker,
+                                            " is not a program; give the path of rilievo-worker"));
   }
   return InWorkerProcess(SettingsOfWorkers(line, line.worker));
 }
@@ -305,8 +319,16 @@ int Serve(const CommandLine& line, JobWork work) {
 int Main(int argc, char** argv) {
   CommandLine line;
   CLI::App app{"Reconstructs displaced subdivision surfaces from point clouds, over gRPC."};
+  app.name("rilievod");
+  app.formatter(std::make_shared<HelpFormatter>());
   DeclareOptions(&line, &app);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    std::fputs(UsageMessage(app, {argv + 1, argv + argc}, error).c_str(), stderr);
+    return error.get_exit_code();
+  }
   if (!line.make_token.empty()) {
     return PrintNewToken(line.make_token, line.options.tokens, line.token_out);
   }
@@ -322,7 +344,7 @@ int Main(int argc, char** argv) {
         std::pair("--keepalive-timeout-seconds", line.keepalive_timeout_seconds)}) {
     if (std::isfinite(seconds)) continue;
     return Fail(absl::InvalidArgumentError(
-        absl::StrCat(name, " ", seconds, " is no number of seconds; give for example 60")));
+        absl::StrCat(name, " ", seconds, " is not a number of seconds; give for example 60")));
   }
   line.options.max_job_time = Milliseconds(line.max_job_seconds);
   line.options.max_idle_time = Milliseconds(line.max_idle_seconds);

@@ -169,7 +169,8 @@ def measure_bad_files(a, server, work):
         if not file.endswith(".ply"):
             continue
         with server.watched() as peak:
-            run = reconstruct(a, server, os.path.join(folder, file), os.path.join(work, "bad.dss"))
+            run = reconstruct(a, server, os.path.join(folder, file), os.path.join(work, "bad.dss"),
+                              "--points-only")
         rows.append(dict(file=file, status=run.status, seconds=run.seconds,
                          megabytes=max(run.megabytes, peak[0]),
                          healthy=server.healthy(), message=run.output.strip().split("\n")[-1]))

@@ -21,7 +21,7 @@ sed -i 's/^\(rilievod .*\) &$/\1 >server.log 2>\&1 \& server=$!; until grep -q l
 echo 'kill $server; wait $server' >>commands
 trap 'rm -rf "$root"' EXIT
 bash -euo pipefail -x commands
-for file in surface.dss surface.png surface.obj few.ply surfaces/scan.dss surfaces/other.dss \
+for file in mesh.glb surface.dss surface.png surface.obj few.ply surfaces/scan.dss surfaces/other.dss \
   turning.png error.png; do
   [ -s "$file" ] || { echo "the commands left no $file" >&2; exit 1; }
 done

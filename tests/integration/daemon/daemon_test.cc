@@ -4,6 +4,9 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <cstdio>
+#include <sstream>
+
 #include "client/library/reconstruction_client.h"
 #include "client/library/status_conversion.h"
 #include "grpcpp/generic/generic_stub.h"
@@ -37,6 +40,26 @@ TEST(Daemon, SaysWhereItListensAndAnswersTheProbe) {
   EXPECT_EQ(daemon.WaitForExit(seconds(5)), 0);
   EXPECT_LT(SecondsSince(start), 2) << "nothing runs, so nothing is waited for";
   EXPECT_EQ(Probe(daemon.address()), 1);
+}
+
+// What rilievod prints, errors included.
+std::string Printed(const std::string& arguments) {
+  std::FILE* pipe = popen((RILIEVOD_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
+  std::string text;
+  for (int c; (c = std::fgetc(pipe)) != EOF;) text += static_cast<char>(c);
+  pclose(pipe);
+  return text;
+}
+
+TEST(Daemon, HelpFitsATerminalAndWrongOptionsAreExplained) {
+  const std::string help = Printed("--help");
+  EXPECT_THAT(help, HasSubstr("--max-address-connections N"));
+  EXPECT_THAT(help, HasSubstr("default 127.0.0.1:50051"));
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  EXPECT_THAT(Printed("--max-point 5"), HasSubstr("did you mean --max-points?"));
+  EXPECT_THAT(Printed("--log loud"), HasSubstr("'loud' is not one of"));
+  EXPECT_THAT(Printed("--threads many"), HasSubstr("'many' is not a number"));
 }
 
 TEST(Daemon, MayOpenAsManyFilesAsTheHardLimitAllows) {

@@ -60,6 +60,22 @@ TEST_F(JobsCommandTest, FromAFileToAFile) {
       &code);
   EXPECT_EQ(code, 0);
   EXPECT_EQ(Content(test_ / "a.dss"), Content(test_ / "b.dss"));
+  // As a mesh, by every road through a server.
+  Rilievo("export " + (test_ / "a.dss") + " " + (test_ / "expected.glb"), &code);
+  Rilievo("jobs fetch " + id + server + " -o " + (test_ / "a.glb") + " --keep-dss", &code);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(Content(test_ / "a.glb"), Content(test_ / "expected.glb"));
+  Rilievo(
+      "jobs submit " + (test_ / "scan.xyz") + server + " --request-id one -o " + (test_ / "b.glb"),
+      &code);
+  EXPECT_EQ(Content(test_ / "b.glb"), Content(test_ / "expected.glb"));
+  Rilievo("reconstruct " + (test_ / "scan.xyz") + server + " --keep-dss -o " + (test_ / "c.glb"),
+          &code);
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(Content(test_ / "c.glb"), Content(test_ / "expected.glb"));
+  EXPECT_EQ(Content(test_ / "c.dss"), Content(test_ / "a.dss"));
+  Rilievo("jobs fetch " + id + server + " -o " + (test_ / "a.foo"), &code);
+  EXPECT_EQ(code, 2);
   EXPECT_THAT(Rilievo("jobs list" + server, &code), testing::HasSubstr(id));
   EXPECT_THAT(Rilievo("jobs show " + id + server + " --json", &code),
               testing::HasSubstr("\"state\": \"succeeded\""));

@@ -11,7 +11,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/report_output.h"
-#include "client/cli/text_layout.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {

@@ -64,6 +64,26 @@ TEST(StatusFromGrpc, TakesReasonsOfTheServerAlone) {
   }
 }
 
+TEST(StatusFromRpc, KeepsTheFieldsAtFault) {
+  EXPECT_TRUE(StatusFromRpc(google::rpc::Status()).ok());
+  google::rpc::BadRequest bad;
+  auto* violation = bad.add_field_violations();
+  violation->set_field("points");
+  violation->set_description("all are one");
+  google::rpc::Status failed;
+  failed.set_code(static_cast<int>(absl::StatusCode::kInvalidArgument));
+  failed.set_message("points: all are one");
+  EXPECT_TRUE(ViolatedFields(StatusFromRpc(failed)).empty());
+  failed.add_details()->PackFrom(bad);
+  const absl::Status status = StatusFromRpc(failed);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(status.message(), "points: all are one");
+  const std::vector<ViolatedField> fields = ViolatedFields(status);
+  ASSERT_EQ(fields.size(), 1u);
+  EXPECT_EQ(fields[0].field, "points");
+  EXPECT_EQ(fields[0].description, "all are one");
+}
+
 TEST(StatusFromGrpc, SurvivesDetailsThatAreNoStatus) {
   const absl::Status status =
       StatusFromGrpc(grpc::Status(grpc::StatusCode::INTERNAL, "broken", "\xff\xff\x01garbage"));

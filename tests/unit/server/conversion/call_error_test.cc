@@ -21,6 +21,14 @@ TEST(CallError, JobErrorsNameTheFieldOrHideTheCause) {
   EXPECT_EQ(bad.violations[0].field, "points");
   EXPECT_EQ(bad.violations[0].description, "12 distinct points; 20 needed");
 
+  EXPECT_EQ(bad.message, "points: 12 distinct points; 20 needed");
+
+  // A stage that names the field itself does not make it be named twice.
+  const CallError named =
+      ErrorOfJob(absl::InvalidArgumentError("points: all 500 are identical"), "points", 7);
+  EXPECT_EQ(named.message, "points: all 500 are identical");
+  EXPECT_EQ(named.violations[0].description, "all 500 are identical");
+
   const CallError wrong_road = ErrorOfJob(absl::FailedPreconditionError("not planar"), "points", 7);
   EXPECT_EQ(wrong_road.reason, ErrorCause::kUnsuitableTopology);
   EXPECT_EQ(wrong_road.message, "not planar");

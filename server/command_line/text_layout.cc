@@ -1,4 +1,4 @@
-#include "client/cli/text_layout.h"
+#include "server/command_line/text_layout.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
-#include "client/cli/help_formatter.h"
+#include "server/command_line/help_formatter.h"
 
-#include "client/cli/command_outline.h"
-#include "client/cli/text_layout.h"
+#include "server/command_line/option_text.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {

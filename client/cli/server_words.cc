@@ -1,0 +1,57 @@
+#include "client/cli/server_words.h"
+
+#include <array>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "client/library/status_conversion.h"
+
+namespace rilievo {
+namespace {
+
+// By the last word of the path, or by a word within it.
+constexpr std::array<std::pair<absl::string_view, const char*>, 13> kOptions = {{
+    {"max_level", "--max-level"},
+    {"threads", "--threads"},
+    {"seed", "--seed"},
+    {"topology", "--topology"},
+    {"boundary", "--boundary"},
+    {"creases", "--creases"},
+    {"control_faces", "--control-faces"},
+    {"control_mesh", "--control-mesh"},
+    {"method", "--fit"},
+    {"max_error_ratio", "--max-error"},
+    {"max_bytes", "--max-bytes"},
+    {"height_step_ratio", "--height-step"},
+    {"request_id", "--request-id"},
+}};
+
+}  // namespace
+
+std::string OptionOfField(absl::string_view field) {
+  for (const auto& [word, option] : kOptions) {
+    if (field == word || absl::EndsWith(field, absl::StrCat(".", word)) ||
+        absl::StrContains(field, absl::StrCat(".", word, "."))) {
+      return option;
+    }
+  }
+  if (field == "points" || absl::StartsWith(field, "points.") ||
+      absl::EndsWith(field, "point_count")) {
+    return "";
+  }
+  const size_t dot = field.rfind('.');
+  return std::string(dot == absl::string_view::npos ? field : field.substr(dot + 1));
+}
+
+std::string WordsOf(const absl::Status& status) {
+  std::string words;
+  for (const ViolatedField& violated : ViolatedFields(status)) {
+    const std::string option = OptionOfField(violated.field);
+    absl::StrAppend(&words, words.empty() ? "" : "; ", option, option.empty() ? "" : ": ",
+                    violated.description);
+  }
+  return words.empty() ? std::string(status.message()) : words;
+}
+
+}  // namespace rilievo

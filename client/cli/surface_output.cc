@@ -1,0 +1,148 @@
+#include "client/cli/surface_output.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/output_target.h"
+#include "client/formats/atomic_file.h"
+#include "client/formats/file_kind.h"
+#include "client/formats/mesh_writer.h"
+#include "client/formats/surface_writer.h"
+#include "core/base/status_macros.h"
+#include "core/codec/dss.h"
+#include "core/surface/displaced_surface.h"
+
+namespace rilievo {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsMesh(const std::string& extension) {
+  const std::vector<std::string> meshes = {"ply", "obj", "stl", "glb", "usda"};
+  return std::find(meshes.begin(), meshes.end(), extension) != meshes.end();
+}
+
+bool NamesAFolder(const std::string& path) {
+  std::error_code error;
+  return absl::EndsWith(path, "/") || fs::is_directory(path, error);
+}
+
+absl::Status MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (!error || fs::is_directory(path)) return absl::OkStatus();
+  return WithExitCode(absl::PermissionDeniedError(
+                          absl::StrCat(path, ": cannot be made a folder: ", error.message())),
+                      ExitCode::kOutput);
+}
+
+// As `rilievo export` does without options.
+absl::Status WriteMeshOf(const DisplacedSurface& surface, const std::string& path,
+                         const RunContext& context) {
+  const std::string extension = Extension(path);
+  if (extension == "usda") {
+    return WriteFileAtomically(path, [&](std::ostream& out) {
+      return WriteUsdSurface(surface, surface.max_level, context, out);
+    });
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh,
+                           Tessellate(surface, surface.max_level, context));
+  return WriteMesh(path, extension, mesh, SourcesAtLevel(surface, surface.max_level));
+}
+
+absl::Status WriteDss(const std::string& path, std::span<const uint8_t> dss) {
+  return WithExitCode(WriteBytesAtomically(path, dss), ExitCode::kOutput);
+}
+
+}  // namespace
+
+CLI::Option* AddSurfaceOutput(CLI::App* app, const std::string& what,
+                              SurfaceOutputArguments* arguments) {
+  CLI::Option* output = app->add_option(
+      "-o,--output", arguments->output,
+      absl::StrCat("the surface, a .dss file; or a mesh of it at its finest level: .ply, .obj, "
+                   ".stl, .glb, .usda; ",
+                   what, "- is standard output (.dss)"));
+  app->add_flag("--keep-dss", arguments->keep_dss,
+                "with a mesh as the output: keep the .dss file beside it");
+  return output;
+}
+
+bool SurfaceTarget::is_mesh() const { return IsMesh(Extension(path)); }
+
+absl::StatusOr<SurfaceTarget> SurfaceTargetOf(const SurfaceOutputArguments& arguments) {
+  const std::string& path = arguments.output;
+  const std::string extension = Extension(path);
+  if (IsMesh(extension)) {
+    return SurfaceTarget{
+        path, arguments.keep_dss ? fs::path(path).replace_extension(".dss").string() : ""};
+  }
+  if (!extension.empty() && extension != "dss") {
+    return UsageError(absl::StrCat("--output ", path, ": .", extension,
+                                   " is not known; write .dss for the surface, or .ply, .obj, "
+                                   ".stl, .glb or .usda for a mesh of it"));
+  }
+  if (arguments.keep_dss) {
+    return UsageError(
+        absl::StrCat("--keep-dss: the output ", path,
+                     " is the .dss itself; leave --keep-dss out, or name a mesh as the output"));
+  }
+  return SurfaceTarget{path, ""};
+}
+
+absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std::string>& scans,
+                                                          const SurfaceOutputArguments& arguments) {
+  const std::string& output = arguments.output;
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = scans}));
+  std::vector<SurfaceTarget> targets;
+  if (!NamesAFolder(output)) {
+    if (scans.size() > 1) {
+      return UsageError(absl::StrCat("--output ", output, ": ", scans.size(),
+                                     " scans need a folder; write ", output, "/"));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(targets.emplace_back(), SurfaceTargetOf(arguments));
+    return targets;
+  }
+  if (arguments.keep_dss) {
+    return UsageError("--keep-dss: the files in a folder are .dss files; leave --keep-dss out");
+  }
+  RILIEVO_RETURN_IF_ERROR(MakeFolder(output));
+  std::map<std::string, std::string> scan_of;
+  for (const std::string& scan : scans) {
+    const std::string stem = scan == "-" ? "stdin" : fs::path(scan).stem().string();
+    targets.push_back({(fs::path(output) / (stem + ".dss")).string(), ""});
+    const auto [other, is_new] = scan_of.emplace(targets.back().path, scan);
+    if (is_new) continue;
+    return UsageError(absl::StrCat(other->second, " and ", scan, " would both become ",
+                                   targets.back().path, "; reconstruct them one by one"));
+  }
+  return targets;
+}
+
+std::vector<std::string> PathsOf(const std::vector<SurfaceTarget>& targets) {
+  std::vector<std::string> paths;
+  for (const SurfaceTarget& target : targets) {
+    paths.push_back(target.path);
+    if (!target.kept_dss.empty()) paths.push_back(target.kept_dss);
+  }
+  return paths;
+}
+
+absl::Status WriteSurface(const SurfaceTarget& target, std::span<const uint8_t> dss,
+                          const RunContext& context) {
+  if (!target.is_mesh()) return WriteDss(target.path, dss);
+  // The .dss first: what took the time is kept whatever becomes of the mesh.
+  if (!target.kept_dss.empty()) RILIEVO_RETURN_IF_ERROR(WriteDss(target.kept_dss, dss));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(dss, context));
+  absl::Status written = WriteMeshOf(decoded.surface, target.path, context);
+  if (absl::IsCancelled(written)) return written;
+  return WithExitCode(std::move(written), ExitCode::kOutput);
+}
+
+}  // namespace rilievo
