@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kBusyWindow{100};
 constexpr std::chrono::nanoseconds kTimeOfByte{50};
 // That the memory grows before it is worth a look for what can be given back.
 constexpr int64_t kGrowth = 32 << 20;
-constexpr std::chrono::seconds kGiveBackAgain{1};
+constexpr std::chrono::seconds kGiveBackAgain{1}, kGiveBackLate{5};
 constexpr int kLinesPerSecond = 5;
 constexpr int kPauses = 10;  // as long as the look before
 // Of other threads. A flood that costs less in a period is none.
@@ -34,7 +34,8 @@ ConnectionWatch::ConnectionWatch(OpenConnections* connections,
     : connections_(connections),
       hooks_(std::move(hooks)),
       judge_(limits),
-      least_resident_(ResidentBytes()),
+      first_resident_(ResidentBytes()),
+      least_resident_(first_resident_),
       thread_([this](const std::stop_token& stop) { WatchUntil(stop); }) {}
 
 ConnectionWatch::~ConnectionWatch() = default;
@@ -115,7 +116,10 @@ void ConnectionWatch::Look(Clock::time_point now) {
 
 void ConnectionWatch::GiveBackMemory(int64_t resident, Clock::time_point now) {
   least_resident_ = std::min(least_resident_, resident);
-  if (resident - least_resident_ < kGrowth || now - gave_back_ < kGiveBackAgain) return;
+  // What was in use at the last time may be free by now.
+  const bool grown = resident - least_resident_ >= kGrowth && now - gave_back_ >= kGiveBackAgain;
+  const bool large = resident - first_resident_ >= kGrowth && now - gave_back_ >= kGiveBackLate;
+  if (!grown && !large) return;
   gave_back_ = now;
   malloc_trim(0);
   least_resident_ = ResidentBytes();

@@ -71,7 +71,8 @@ class ConnectionWatch {
   Clock::time_point looked_{};
   std::chrono::nanoseconds others_time_{0};  // of the processors, at the last look
   Clock::time_point gave_back_{};
-  int64_t least_resident_ = 0;  // since memory was given back
+  const int64_t first_resident_;
+  int64_t least_resident_;  // since memory was given back
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;
