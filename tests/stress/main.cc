@@ -22,14 +22,9 @@ struct Part {
 
 const std::vector<Part>& Parts() {
   static const std::vector<Part> parts = {
-      {"clients", ManyClients},
-      {"kills", Kills},
-      {"repeats", Repeats},
-      {"readers", SlowReaders},
-      {"bombs", Bombs},
-      {"http2", HostileHttp2},
-      {"exhaustion", Exhaustion},
-      {"cost", ServingCost, false},
+      {"clients", ManyClients},       {"kills", Kills},   {"repeats", Repeats},
+      {"readers", SlowReaders},       {"bombs", Bombs},   {"http2", HostileHttp2},
+      {"exhaustion", Exhaustion},     {"faults", Faults}, {"cost", ServingCost, false},
       {"options", OddOptions, false},
   };
   return parts;
@@ -52,7 +47,10 @@ int Run(const CommandLine& line) {
   PrepareToConnect();
   Scale scale;
   scale.client_time = std::chrono::seconds(line.seconds);
-  if (line.brief) scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
+  if (line.brief) {
+    scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
+    scale.faults = 4;
+  }
   scale.options_time = std::chrono::seconds(line.option_seconds);
   scale.seed = line.seed;
   scale.first_case = line.first_case;

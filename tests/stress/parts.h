@@ -17,6 +17,7 @@ struct Scale {
   std::chrono::seconds flood_time{10};  // of hostile frames
   std::chrono::seconds options_time{300};
   uint64_t seed = 1, first_case = 0;  // of the odd requests
+  int faults = 1'000'000;             // of each kind, spread over all that there are
 };
 
 // 64 clients, a third of them cancelling or cutting the line.
@@ -45,6 +46,9 @@ void OddOptions(const Scale& scale, Report* report);
 
 // No disk, no files, no memory.
 void Exhaustion(const Scale& scale, Report* report);
+
+// The n-th write, sync, rename or allocation of the server fails, for every n.
+void Faults(const Scale& scale, Report* report);
 
 // What a server costs over the library call.
 void ServingCost(const Scale& scale, Report* report);

@@ -47,11 +47,12 @@ StressServer::~StressServer() {
   if (own_folder_) std::filesystem::remove_all(folder_, error);
 }
 
-void StressServer::Start(std::vector<std::string> arguments) {
+void StressServer::Start(std::vector<std::string> arguments,
+                         const std::vector<std::string>& environment) {
   process_.reset();
   arguments.insert(arguments.end(), {"--store", folder_ + "/store"});
   if (!address_.empty()) arguments.insert(arguments.end(), {"--listen", address_});
-  process_ = std::make_unique<DaemonProcess>(arguments);
+  process_ = std::make_unique<DaemonProcess>(arguments, environment);
   if (process_->address().empty()) {
     for (const auto& line : process_->Log()) std::fprintf(stderr, "%s\n", line.c_str());
     std::fprintf(stderr, "rilievo_stress: rilievod did not start\n");

@@ -27,7 +27,8 @@ class StressServer {
   StressServer& operator=(const StressServer&) = delete;
 
   // The second time at the same port. Ends this program when the server does not start.
-  void Start(std::vector<std::string> arguments = {});
+  void Start(std::vector<std::string> arguments = {},
+             const std::vector<std::string>& environment = {});
   void Kill();
 
   const std::string& address() const { return address_; }

@@ -18,17 +18,27 @@ extern char** environ;
 namespace rilievo {
 namespace {
 
+// Ends with a null pointer, as exec wants it.
+std::vector<char*> Pointers(const std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (const auto& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
 // posix_spawn: a fork of a process with gRPC's threads could hang in the child.
-pid_t Spawn(const std::vector<std::string>& arguments, int out, int err) {
-  std::vector<char*> argv;
-  for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
+pid_t Spawn(const std::vector<std::string>& arguments, const std::vector<std::string>& environment,
+            int out, int err) {
+  std::vector<char*> argv = Pointers(arguments), variables = Pointers(environment);
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    variables.insert(variables.end() - 1, *variable);
+  }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   if (out >= 0) posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
   if (err >= 0) posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
   pid_t pid = -1;
-  const int failed = posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ);
+  const int failed = posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), variables.data());
   posix_spawn_file_actions_destroy(&actions);
   return failed == 0 ? pid : -1;
 }
@@ -50,13 +60,14 @@ int64_t MemoryBytes(pid_t process, const std::string& field) {
 int64_t PeakBytesOf(pid_t process) { return MemoryBytes(process, "VmHWM:"); }
 
 int RunProgram(const std::vector<std::string>& arguments) {
-  const pid_t pid = Spawn(arguments, -1, -1);
+  const pid_t pid = Spawn(arguments, {}, -1, -1);
   int status = 0;
   if (pid < 0 || waitpid(pid, &status, 0) != pid || !WIFEXITED(status)) return -1;
   return WEXITSTATUS(status);
 }
 
-DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments) {
+DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments,
+                             const std::vector<std::string>& environment) {
   std::vector<std::string> all = {RILIEVOD_PROGRAM};
   if (std::find(arguments.begin(), arguments.end(), "--listen") == arguments.end()) {
     all.insert(all.end(), {"--listen", "127.0.0.1:0"});
@@ -64,7 +75,7 @@ DaemonProcess::DaemonProcess(const std::vector<std::string>& arguments) {
   all.insert(all.end(), arguments.begin(), arguments.end());
   int out[2], err[2];
   if (pipe2(out, O_CLOEXEC) != 0 || pipe2(err, O_CLOEXEC) != 0) return;
-  pid_ = Spawn(all, out[1], err[1]);
+  pid_ = Spawn(all, environment, out[1], err[1]);
   close(out[1]);
   close(err[1]);
   log_reader_ = std::jthread([this, end = err[0]] { ReadLog(end); });

@@ -23,7 +23,9 @@ int64_t PeakBytesOf(pid_t process);
 class DaemonProcess {
  public:
   // Starts `rilievod --listen 127.0.0.1:0` with more arguments, and waits for its ready line.
-  explicit DaemonProcess(const std::vector<std::string>& arguments = {});
+  // `environment`: variables beside this process's own, as "NAME=VALUE".
+  explicit DaemonProcess(const std::vector<std::string>& arguments = {},
+                         const std::vector<std::string>& environment = {});
   ~DaemonProcess();  // kills what still runs
   DaemonProcess(const DaemonProcess&) = delete;
   DaemonProcess& operator=(const DaemonProcess&) = delete;

@@ -1,0 +1,213 @@
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "client/library/status_conversion.h"
+#include "core/base/sanitized.h"
+#include "server/os/file_descriptor.h"
+#include "tests/stress/known_scans.h"
+#include "tests/stress/parts.h"
+#include "tests/stress/preload/fault_control.h"
+#include "tests/stress/stress_server.h"
+
+namespace rilievo::stress {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr char kPart[] = "faults";
+constexpr char kRequest[] = "only";
+
+struct Kind {
+  FaultKind kind;
+  int error;
+  const char* name;
+  int most;              // calls that are made to fail, at most
+  bool may_end = false;  // the server itself
+};
+
+constexpr int kAll = 1'000'000;
+// A server without memory may end, as gRPC ends it; what it acknowledged is there when it is
+// started again. There are too many allocations to fail them all.
+constexpr Kind kKinds[] = {{FaultKind::kWrite, ENOSPC, "write: disk full", kAll},
+                           {FaultKind::kWrite, EIO, "write: I/O error", kAll},
+                           {FaultKind::kSync, EIO, "sync: I/O error", kAll},
+                           {FaultKind::kRename, EIO, "rename: I/O error", kAll},
+                           {FaultKind::kAllocate, ENOMEM, "allocation", 150, true}};
+
+// The control file, mapped here.
+class FaultFile {
+ public:
+  explicit FaultFile(const std::string& folder) : path_(folder + "/faults") {
+    const FileDescriptor file(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    if (!file.valid() || ftruncate(file.get(), sizeof(FaultControl)) != 0) return;
+    void* mapped =
+        mmap(nullptr, sizeof(FaultControl), PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
+    if (mapped != MAP_FAILED) control_ = static_cast<FaultControl*>(mapped);
+  }
+  ~FaultFile() {
+    if (control_ != nullptr) munmap(control_, sizeof(FaultControl));
+  }
+  FaultFile(const FaultFile&) = delete;
+  FaultFile& operator=(const FaultFile&) = delete;
+
+  bool valid() const { return control_ != nullptr; }
+  std::vector<std::string> environment() const {
+    return {std::string("LD_PRELOAD=") + RILIEVO_FAILING_CALLS,
+            std::string(kFaultVariable) + "=" + path_};
+  }
+  int64_t calls(FaultKind kind) const { return control_->calls[static_cast<int>(kind)]; }
+  void FailAt(const Kind& kind, int64_t n) {
+    control_->error = kind.error;
+    control_->countdown[static_cast<int>(kind.kind)] = n;
+  }
+  void Disarm() {
+    for (auto& countdown : control_->countdown) countdown = 0;
+  }
+  bool happened() const { return control_->failed > 0; }
+
+ private:
+  const std::string path_;
+  FaultControl* control_ = nullptr;
+};
+
+// What came of one upload, job and download while a call failed.
+struct Attempt {
+  bool scan_acknowledged = false;
+  std::string job;  // its id when it was acknowledged
+  std::vector<absl::Status> refusals;
+};
+
+Attempt UploadAndReconstruct(const StressServer& server, const KnownScan& scan) {
+  const JobsClient jobs = server.HastyJobs();
+  Attempt attempt;
+  const auto note = [&](const absl::Status& status) {
+    if (!status.ok()) attempt.refusals.push_back(status);
+    return status.ok();
+  };
+  attempt.scan_acknowledged = note(jobs.Upload(scan.packed, {}, Within(seconds(20))));
+  if (!attempt.scan_acknowledged) return attempt;
+  v1::CreateJobRequest request;
+  request.set_request_id(kRequest);
+  request.set_scan_id(scan.packed.scan_id);
+  request.mutable_header()->set_format(scan.packed.format);
+  request.mutable_header()->set_point_count(scan.packed.point_count);
+  const auto job = jobs.Create(request, Within(seconds(20)));
+  if (!note(job.status())) return attempt;
+  attempt.job = job->job_id();
+  if (!note(jobs.Watch(attempt.job, {}, Within(seconds(20))).status())) return attempt;
+  note(jobs.Fetch(attempt.job, {}, Within(seconds(20))).status());
+  return attempt;
+}
+
+// The right bytes of the acknowledged job, or of a new one; empty when all is well.
+std::string WrongAfter(const StressServer& server, const KnownScan& scan, const Attempt& attempt) {
+  const JobsClient jobs = server.Jobs(OwnConnection(server.address()));
+  std::string id = attempt.job;
+  if (id.empty()) {
+    const auto job = jobs.Submit(scan.packed, {}, kRequest, {}, Within(seconds(20)));
+    if (!job.ok()) return "a new job is refused: " + job.status().ToString();
+    id = job->job_id();
+  }
+  const auto done = jobs.Watch(id, {}, Within(seconds(20)));
+  if (!done.ok()) return "the job is lost: " + done.status().ToString();
+  if (done->state() != v1::JOB_STATE_SUCCEEDED) return "the job failed: " + done->error().message();
+  const auto surface = jobs.Fetch(id, {}, Within(seconds(20)));
+  if (!surface.ok()) return "the surface is lost: " + surface.status().ToString();
+  return *surface == scan.surface ? "" : "the surface has other bytes";
+}
+
+class FaultyRuns {
+ public:
+  // Counts the calls of an undisturbed run.
+  bool Count() {
+    StressServer server;
+    FaultFile faults(server.folder());
+    if (!faults.valid()) return false;
+    server.Start({}, faults.environment());
+    for (const Kind& kind : kKinds) started_[kind.kind] = faults.calls(kind.kind);
+    const Attempt attempt = UploadAndReconstruct(server, scan_);
+    for (const Kind& kind : kKinds) {
+      calls_[kind.kind] = faults.calls(kind.kind) - started_[kind.kind];
+    }
+    return attempt.refusals.empty() && calls_[FaultKind::kWrite] > 0;
+  }
+
+  int64_t calls(FaultKind kind) const { return calls_.at(kind); }
+
+  // One run whose n-th call fails.
+  void Run(const Kind& kind, int64_t n) {
+    StressServer server;
+    FaultFile faults(server.folder());
+    server.Start({}, faults.environment());
+    faults.FailAt(kind, n);
+    const Attempt attempt = UploadAndReconstruct(server, scan_);
+    faults.Disarm();
+    happened_ += faults.happened();
+    const bool ended = server.process().WaitForExit(std::chrono::milliseconds(0)).has_value();
+    ended_ += ended;
+    for (const absl::Status& refusal : attempt.refusals) {
+      ++refusals_;
+      if (ErrorReason(refusal).empty() && !(ended && absl::IsUnavailable(refusal))) {
+        Wrong(kind, n, "a refusal without a reason: " + refusal.ToString());
+      }
+    }
+    if (ended && !kind.may_end) Wrong(kind, n, "the server ended");
+    if (!ended) Wrong(kind, n, WrongAfter(server, scan_, attempt));
+    server.Kill();
+    server.Start();
+    const std::string again = WrongAfter(server, scan_, attempt);
+    Wrong(kind, n, again.empty() ? "" : "started again: " + again);
+  }
+
+  int wrong() const { return wrong_; }
+  std::string Seen(int64_t runs) const {
+    return absl::StrFormat("%d of %d calls failed, %d refusals, the server ended %d times%s%s",
+                           happened_, runs, refusals_, ended_, wrong_ > 0 ? "; WRONG: " : "",
+                           first_wrong_);
+  }
+
+ private:
+  void Wrong(const Kind& kind, int64_t n, const std::string& what) {
+    if (what.empty()) return;
+    ++wrong_;
+    if (first_wrong_.empty()) first_wrong_ = what;
+    std::fprintf(stderr, "%s, call %d: %s\n", kind.name, static_cast<int>(n), what.c_str());
+  }
+
+  const KnownScan& scan_ = KnownScans().front();
+  std::map<FaultKind, int64_t> started_, calls_;
+  int happened_ = 0, refusals_ = 0, ended_ = 0, wrong_ = 0;
+  std::string first_wrong_;
+};
+
+}  // namespace
+
+void Faults(const Scale& scale, Report* report) {
+  const std::string asked = "the n-th call fails: nothing acknowledged is lost, refusals say why";
+  if (kSanitized) {
+    report->NotLookedAt(kPart, asked, "a sanitizer has allocators and calls of its own");
+    return;
+  }
+  FaultyRuns counting;
+  if (!counting.Count()) {
+    report->Expect(kPart, asked, false, "the undisturbed run failed");
+    return;
+  }
+  for (const Kind& kind : kKinds) {
+    FaultyRuns runs;
+    const int64_t all = counting.calls(kind.kind);
+    const int64_t count = std::min<int64_t>({all, kind.most, scale.faults});
+    for (int64_t i = 0; i < count; ++i) runs.Run(kind, 1 + i * all / count);
+    report->Expect(kPart, absl::StrFormat("%s: %s", kind.name, asked), runs.wrong() == 0,
+                   absl::StrFormat("%d calls: ", all) + runs.Seen(count));
+  }
+}
+
+}  // namespace rilievo::stress
