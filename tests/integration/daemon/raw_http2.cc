@@ -6,6 +6,9 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+
 namespace rilievo::http2 {
 namespace {
 
@@ -39,7 +42,7 @@ uint32_t FromBigEndian(const char* bytes, int count) {
   return value;
 }
 
-std::string Text(const std::string& text) { return Integer(text.size(), 7) + text; }
+std::string Text(const std::string& text) { return absl::StrCat(Integer(text.size(), 7), text); }
 
 }  // namespace
 
@@ -57,7 +60,8 @@ std::string Integer(uint64_t value, int bits, uint8_t first) {
 }
 
 std::string Header(const std::string& name, const std::string& value) {
-  return std::string(1, '\0') + Text(name) + Text(value);
+  constexpr absl::string_view kWithoutIndex("\0", 1);
+  return absl::StrCat(kWithoutIndex, Text(name), Text(value));
 }
 
 std::string CallHeaders(const std::string& path, const std::string& te) {
