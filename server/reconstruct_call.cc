@@ -108,13 +108,20 @@ void ReconstructCall::Tick(Clock::time_point now) {
     const bool transferring = receiving || (phase_ == Phase::kDownload && write_in_flight_);
     if (transferring && now - last_transfer_ > core_->options.max_idle_time) {
       reason = StopReason::kIdle;
-    } else if (phase_ == Phase::kUpload && now - begin_ > core_->options.max_job_time) {
+    } else if (phase_ == Phase::kUpload && UploadIsSlow(now)) {
       reason = StopReason::kUploadTime;  // a place is not held by a point a minute
     } else if (phase_ == Phase::kWork && now - work_begin_ > core_->options.max_job_time) {
       reason = StopReason::kJobTime;
     }
   }
   if (reason != StopReason::kNone) Stop(reason);
+}
+
+bool ReconstructCall::UploadIsSlow(Clock::time_point now) const {
+  const double seconds = SecondsBetween(begin_, now);
+  const bool trickles = now - begin_ > kUploadGrace &&
+                        static_cast<double>(record_.bytes_in) < seconds * kSteadyBytesPerSecond;
+  return trickles || now - begin_ > core_->options.max_job_time;
 }
 
 void ReconstructCall::Stop(StopReason reason) {
@@ -152,10 +159,11 @@ void ReconstructCall::TakeHeader() {
     Fail(*error);
     return;
   }
-  ticket_ = core_->pool.TryAdmit();
+  ticket_ = core_->pool.TryAdmit(caller_.client);
   if (!ticket_) {
     Fail(CallError(ErrorCause::kJobsLimit,
-                   "as many jobs as this server takes are running and waiting; try again later")
+                   "as many jobs as this server takes of one client, or of all, are running and "
+                   "waiting; try again later")
              .Limit(core_->options.max_concurrent_jobs + core_->options.max_queued_jobs)
              .RetryAfter(core_->pool.RetryDelay()));
     return;

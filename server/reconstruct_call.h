@@ -54,6 +54,7 @@ class ReconstructCall final
   void TakePoints();
   void EndUpload();
   void PumpWrites();
+  bool UploadIsSlow(Clock::time_point now) const;
   void EndWork(absl::StatusOr<JobResult> result);
   void Fail(const CallError& error);
   void FinishOnce(const grpc::Status& status, absl::StatusCode code);

@@ -91,11 +91,13 @@ ReconstructionServer::ReconstructionServer() = default;
 ReconstructionServer::~ReconstructionServer() {
   if (core_) core_->metrics->Watch({});
   if (server_) Shutdown();
-  jobs_.reset();
-  // Calls whose gRPC side is gone may still be held by work that is just ending.
+  if (jobs_) jobs_->BeginDrain();
+  // Calls whose gRPC side is gone may still be held by work that is just ending; what they use goes
+  // after them.
   while (core_ && !core_->live_calls.WaitUntilEmpty(std::chrono::seconds(1))) {
     core_->live_calls.StopAll(StopReason::kShutdown);
   }
+  jobs_.reset();
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Listen(
@@ -180,6 +182,8 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
                                                      !options.store.empty());
     result->WatchThreads();
     result->core_->machine.Watch([raw = result->health_.get()](bool able) { raw->SetAble(able); });
+    result->jobs_->WatchRoom(
+        [health = result->health_.get()](bool room) { health->SetRoom(room); });
   }
   return result;
 }
@@ -203,6 +207,7 @@ void ReconstructionServer::WatchThreads() {
       {"the job pool", &core_->pool.heart()}};
   if (const Heartbeat* disk = jobs_->disk_heart()) {
     hearts.emplace_back("a thread that waits for the disk", disk);
+    hearts.emplace_back("a thread that moves scans and surfaces", jobs_->bulk_heart());
   }
   vital_signs_ = std::make_unique<VitalSigns>(std::move(hearts), core_->options.stuck_time,
                                               [this](bool alive) { health_->SetAlive(alive); });
@@ -255,6 +260,7 @@ void ReconstructionServer::Shutdown() {
   listener_.reset();
   watch_.reset();
   vital_signs_.reset();
+  jobs_->WatchRoom({});
   server_->Shutdown(std::chrono::system_clock::now() + kLingerTime);
   server_.reset();
 }

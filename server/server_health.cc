@@ -23,6 +23,13 @@ void ServerHealth::SetAble(bool able) {
   Tell();
 }
 
+void ServerHealth::SetRoom(bool room) {
+  const std::lock_guard lock(mutex_);
+  if (room_ == room) return;
+  room_ = room;
+  Tell();
+}
+
 void ServerHealth::SetDraining() {
   const std::lock_guard lock(mutex_);
   draining_ = true;
@@ -33,7 +40,8 @@ void ServerHealth::Tell() const {
   const bool serving = alive_ && !draining_;
   health_->SetServingStatus("", serving);
   health_->SetServingStatus(v1::ReconstructionService::service_full_name(), serving && able_);
-  health_->SetServingStatus(v1::JobsService::service_full_name(), serving && able_ && keeps_jobs_);
+  health_->SetServingStatus(v1::JobsService::service_full_name(),
+                            serving && able_ && keeps_jobs_ && room_);
   health_->SetServingStatus(kAliveService, alive_);
 }
 

@@ -23,6 +23,8 @@ class ServerHealth {
   void SetAlive(bool alive);
   // Whether this machine can work on jobs (MachineHealth); if not, the two services do not serve.
   void SetAble(bool able);
+  // Whether the store has room for more; JobsService alone depends on it.
+  void SetRoom(bool room);
   // No new jobs, for good.
   void SetDraining();
 
@@ -32,7 +34,7 @@ class ServerHealth {
   grpc::HealthCheckServiceInterface* const health_;
   const bool keeps_jobs_;
   std::mutex mutex_;
-  bool alive_ = true, able_ = true, draining_ = false;
+  bool alive_ = true, able_ = true, room_ = true, draining_ = false;
 };
 
 }  // namespace rilievo

@@ -1,7 +1,10 @@
 #include "server/surface_download.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
+
+#include "core/base/sha256.h"
 
 namespace rilievo {
 
@@ -33,7 +36,13 @@ bool SurfaceDownload::Next(v1::ReconstructResponse* response) {
 
 void SurfaceDownload::WriteHeader(v1::SurfaceHeader* header) const {
   header->set_total_bytes(static_cast<uint64_t>(total_bytes_));
-  for (const auto& chunk : encoded_.chunks) header->add_chunk_bytes(chunk.size());
+  Sha256 hash;
+  for (const auto& chunk : encoded_.chunks) {
+    header->add_chunk_bytes(chunk.size());
+    hash.Add(chunk);
+  }
+  const std::array<uint8_t, 32> digest = hash.Finish();
+  header->set_sha256(digest.data(), digest.size());
 }
 
 bool SurfaceDownload::WritePiece(v1::SurfacePiece* piece) {

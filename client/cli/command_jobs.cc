@@ -91,9 +91,9 @@ void Print(const v1::Job& job, const JobsArguments& arguments) {
   }
   std::ostream& out = WordsBeside(arguments.surface.output);
   out << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
-      << job.request_id() << "\n  created   " << TimeText(job.create_time()) << "\n  started   "
-      << TimeText(job.start_time()) << "\n  ended     " << TimeText(job.end_time())
-      << "\n  attempts  " << job.attempts() << '\n';
+      << job.request_id() << "\n  scan      " << job.scan_id() << "\n  created   "
+      << TimeText(job.create_time()) << "\n  started   " << TimeText(job.start_time())
+      << "\n  ended     " << TimeText(job.end_time()) << "\n  attempts  " << job.attempts() << '\n';
   if (job.has_surface()) {
     out << "  surface   " << job.surface().total_bytes() << " bytes\n";
   }
@@ -234,6 +234,16 @@ absl::Status RunDelete(const JobsArguments& arguments, const std::stop_token& st
   return absl::OkStatus();
 }
 
+absl::Status RunDeleteScan(const JobsArguments& arguments, const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
+  RILIEVO_RETURN_IF_ERROR(client.DeleteScan(arguments.scan, CallOf(arguments, stop)));
+  if (arguments.json) {
+    std::cout << nlohmann::ordered_json{{"scan_id", arguments.scan}, {"deleted", true}}.dump(2)
+              << '\n';
+  }
+  return absl::OkStatus();
+}
+
 absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
   RILIEVO_RETURN_IF_ERROR(Fetch(arguments, target, arguments.job_id, stop));
@@ -300,9 +310,12 @@ Command AddJobs(CLI::App& program) {
       add(AddJobCommand(jobs, "fetch", "Write the surface of a job", a.get()), RunFetch);
   AddSurfaceOutput(fetch, "", &a->surface)->required();
   CLI::App* cancel = add(AddJobCommand(jobs, "cancel", "End a job", a.get()), RunCancel);
-  CLI::App* remove =
-      add(AddJobCommand(jobs, "delete", "Remove a job and its surface", a.get()), RunDelete);
-  for (CLI::App* app : {submit, list, show, watch, fetch, cancel, remove}) {
+  CLI::App* remove = add(
+      AddJobCommand(jobs, "delete", "Remove a job, its surface and its scan", a.get()), RunDelete);
+  CLI::App* remove_scan = add(
+      AddCommand(jobs, "delete-scan", "Remove a scan that was uploaded", a.get()), RunDeleteScan);
+  remove_scan->add_option("SCAN_ID", a->scan, "as `jobs show` tells it")->required();
+  for (CLI::App* app : {submit, list, show, watch, fetch, cancel, remove, remove_scan}) {
     app->add_flag("--json", a->json, "print JSON");
   }
   for (CLI::App* app : {submit, watch}) app->add_flag("--quiet", a->quiet, "show no progress");

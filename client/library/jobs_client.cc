@@ -8,6 +8,7 @@
 #include "absl/strings/escaping.h"
 #include "client/library/point_packing.h"
 #include "client/library/status_conversion.h"
+#include "client/library/surface_assembly.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "grpcpp/channel.h"
@@ -243,7 +244,7 @@ absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
     const CallOptions& call) const {
   Attempts attempts(retry_, call);
   std::vector<uint8_t> bytes;
-  uint64_t total = 0;
+  v1::SurfaceHeader header;
   for (;;) {
     v1::StreamSurfaceRequest request;
     request.set_job_id(job_id);
@@ -254,7 +255,7 @@ absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
       v1::StreamSurfaceResponse response;
       while (!gap && stream->Read(&response)) {
         attempts.retry.Progress();
-        if (response.has_surface()) total = response.surface().total_bytes();
+        if (response.has_surface()) header = response.surface();
         if (!response.has_piece()) continue;
         gap = response.piece().offset() != bytes.size();
         if (gap) continue;
@@ -266,7 +267,10 @@ absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
       return stream->Finish();
     });
     if (gap) return absl::DataLossError("the server left out a part of the surface");
-    if (status.ok() && bytes.size() == total) return bytes;
+    if (status.ok() && bytes.size() == header.total_bytes()) {
+      RILIEVO_RETURN_IF_ERROR(CheckDigest(header, bytes));
+      return bytes;
+    }
     if (status.ok()) return absl::DataLossError("the server ended before the surface did");
     if (!attempts.retry.AfterFailure(status)) return status;
   }
@@ -291,6 +295,18 @@ absl::Status JobsClient::Delete(const std::string& job_id, const CallOptions& ca
   const absl::Status status = Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
     ++calls;
     return stub_->DeleteJob(context, request, &response);
+  });
+  return calls > 1 && absl::IsNotFound(status) ? absl::OkStatus() : status;
+}
+
+absl::Status JobsClient::DeleteScan(const std::string& scan_id, const CallOptions& call) const {
+  v1::DeleteScanRequest request;
+  request.set_scan_id(scan_id);
+  v1::DeleteScanResponse response;
+  int calls = 0;
+  const absl::Status status = Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
+    ++calls;
+    return stub_->DeleteScan(context, request, &response);
   });
   return calls > 1 && absl::IsNotFound(status) ? absl::OkStatus() : status;
 }

@@ -70,6 +70,9 @@ class JobsClient {
   // OK also when a repeated call found the job gone.
   absl::Status Delete(const std::string& job_id, const CallOptions& call = {}) const;
 
+  // Of a scan that was uploaded; OK also when a repeated call found it gone.
+  absl::Status DeleteScan(const std::string& scan_id, const CallOptions& call = {}) const;
+
  private:
   struct Attempts;
 

@@ -1,10 +1,26 @@
 #include "client/library/surface_assembly.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/sha256.h"
 
 namespace rilievo {
+
+absl::Status CheckDigest(const v1::SurfaceHeader& header, const std::vector<uint8_t>& bytes) {
+  if (header.sha256().empty()) return absl::OkStatus();
+  Sha256 hash;
+  hash.Add(bytes);
+  const std::array<uint8_t, 32> digest = hash.Finish();
+  if (std::equal(digest.begin(), digest.end(), header.sha256().begin(), header.sha256().end(),
+                 [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); })) {
+    return absl::OkStatus();
+  }
+  return absl::DataLossError(
+      "the surface that arrived is not the one that was made: its SHA-256 differs; fetch it again");
+}
 
 absl::Status SurfaceAssembly::Begin(const v1::SurfaceHeader& header) {
   if (header_) return absl::DataLossError("the answer holds two surface headers");
@@ -40,6 +56,7 @@ absl::StatusOr<std::vector<uint8_t>> SurfaceAssembly::Finish() && {
                                             header_ ? header_->total_bytes() : 0,
                                             " bytes of the surface"));
   }
+  if (const absl::Status digest = CheckDigest(*header_, bytes_); !digest.ok()) return digest;
   return std::move(bytes_);
 }
 

@@ -11,6 +11,9 @@
 
 namespace rilievo {
 
+// DATA_LOSS when the header tells a SHA-256 and these bytes have another.
+absl::Status CheckDigest(const v1::SurfaceHeader& header, const std::vector<uint8_t>& bytes);
+
 // Takes the answers of one call in order. Memory grows by what arrived, whatever was announced.
 class SurfaceAssembly {
  public:
@@ -19,7 +22,7 @@ class SurfaceAssembly {
   // DATA_LOSS unless the piece begins where the last one ended and lies in its chunk.
   absl::Status Append(const v1::SurfacePiece& piece);
 
-  // The whole file; DATA_LOSS when bytes are missing.
+  // The whole file; DATA_LOSS when bytes are missing, or as CheckDigest().
   absl::StatusOr<std::vector<uint8_t>> Finish() &&;
 
   std::vector<int64_t> chunk_bytes() const;

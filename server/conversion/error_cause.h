@@ -29,6 +29,8 @@ enum class ErrorCause {
   kScanIncomplete,  // the stream ended before the scan did
   kScanMismatch,    // size or SHA-256 are not those announced
   kScanDamaged,     // what is stored is not what was uploaded
+  kSurfaceDamaged,
+  kJobDamaged,
   kUploadTakenOver,
   kJobsLimit,
   kCallsLimit,
@@ -41,6 +43,8 @@ enum class ErrorCause {
   kUploadTimeLimit,
   kClientCancelled,
   kShuttingDown,
+  kStoreBusy,  // another program holds it
+  kTryAgain,
   kWorkerUnavailable,  // of the machine, not of the job
   kUnknownMethod,
   kServerDefect,

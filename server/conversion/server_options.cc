@@ -37,6 +37,7 @@ absl::Status ServerOptions::Validate() const {
   if (drain_time.count() < 0) return Outside("drain_time", drain_time.count(), "[0, inf) ms");
   if (keep_time.count() <= 0) return Outside("keep_time", keep_time.count(), "[1, inf) ms");
   if (keep_bytes <= 0) return Outside("keep_bytes", keep_bytes, "[1, inf)");
+  if (owner_bytes < 0) return Outside("owner_bytes", owner_bytes, "[0, inf)");
   if (max_waiting_jobs < 1 || max_waiting_jobs > 1'000'000) {
     return Outside("max_waiting_jobs", max_waiting_jobs, "[1, 1000000]");
   }
@@ -68,6 +69,12 @@ absl::Status ServerOptions::Validate() const {
 int ServerOptions::ThreadLimit() const {
   if (threads > 0) return threads;
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+int64_t ServerOptions::OwnerBytes() const {
+  if (owner_bytes > 0) return owner_bytes;
+  const bool named = !tokens.empty() || !tls_client_ca.empty();
+  return named ? keep_bytes / 2 : keep_bytes;
 }
 
 int64_t ServerOptions::MemoryBudget() const {

@@ -36,8 +36,10 @@ struct ServerOptions {
   // Where jobs are kept; empty: nowhere, and nothing of a client outlives its call.
   std::string store;
   std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
-  int64_t keep_bytes = 20'000'000'000;  // of all scans and surfaces in the store, > 0
-  int max_waiting_jobs = 1000;          // kept jobs that are not finished, [1, 1000000]
+  int64_t keep_bytes = 20'000'000'000;                        // of all that the store holds, > 0
+  // Of them of one owner; 0: half of keep_bytes where callers have names, else all of it. >= 0
+  int64_t owner_bytes = 0;
+  int max_waiting_jobs = 1000;  // kept jobs that are not finished, [1, 1000000]
   // File of the tokens that callers must have, see server/auth/access_tokens.h; empty: none.
   std::string tokens;
   // PEM files: the server's certificate and its key, empty for plaintext; and the authorities whose
@@ -46,8 +48,8 @@ struct ServerOptions {
   bool allow_plaintext = false;  // though other machines reach `listen`
   bool ephemeral =
       false;  // without `store`: keep jobs in a temporary folder that ends with the server
-  int max_calls = 1024;               // streams under way, all clients together, [1, 1000000]
-  int max_uploads = 64;               // of them UploadScan, [1, 1000000]
+  int max_calls = 1024;  // streams under way, all clients together, [1, 1000000]
+  int max_uploads = 64;  // of them UploadScan, [1, 1000000]
   // Resident memory of the server itself, without workers and the points of one-call jobs; above it
   // the connections that cost most are closed. Bytes; 0: the default. >= 0
   int64_t max_server_memory = 512'000'000;
@@ -67,6 +69,9 @@ struct ServerOptions {
 
   // `threads`, or what the machine has.
   int ThreadLimit() const;
+
+  // `owner_bytes`, or what follows from the others.
+  int64_t OwnerBytes() const;
 
   // `memory_budget`, or what follows from the machine.
   int64_t MemoryBudget() const;

@@ -22,7 +22,7 @@ class DiskPool {
   DiskPool(const DiskPool&) = delete;
   DiskPool& operator=(const DiskPool&) = delete;
 
-  // First come, first served, on any of the threads. `task` must not throw.
+  // First come, first served, on any of the threads.
   void Post(std::function<void()> task);
 
   const Heartbeat& heart() const { return heart_; }

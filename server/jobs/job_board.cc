@@ -1,6 +1,8 @@
 #include "server/jobs/job_board.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -10,12 +12,46 @@
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
 #include "server/rpc/grpc_status.h"
+#include "server/store/control_mesh_blob.h"
 
 namespace rilievo {
 namespace {
 
-// A worker that is killed again and again, by the kernel for want of memory, will be so for ever.
-constexpr int kMaxKills = 10;
+// A job whose attempts end with their worker or with the server again and again, as for want of
+// memory, will do so for ever.
+constexpr int kMaxUncleanEnds = 10;
+// From so many on it is worked on alone, and when nothing else waits: it may take others along.
+constexpr int kSuspectUncleanEnds = 3;
+
+// Of surfaces that wait for the store; beyond, the threads that compute wait too.
+constexpr int64_t kMaxUnkeptBytes = 256 << 20;
+constexpr std::chrono::milliseconds kStorePause{200};
+
+bool MayPassLater(const absl::Status& status) {
+  return absl::IsResourceExhausted(status) || absl::IsUnavailable(status);
+}
+
+int64_t BytesOf(const JobOutcome& outcome) {
+  int64_t bytes = 0;
+  for (const auto& part : outcome.surface) bytes += static_cast<int64_t>(part.size());
+  return bytes;
+}
+
+v1::Job Queued(v1::Job job) {
+  job.set_state(v1::JOB_STATE_QUEUED);
+  job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, job.attempts()));
+  return job;
+}
+
+v1::Job Failed(v1::Job job, const CallError& error) {
+  job.set_state(v1::JOB_STATE_FAILED);
+  job.clear_surface();
+  job.clear_report();
+  *job.mutable_error() = RpcStatus(error);
+  SetTime(job.mutable_end_time());
+  job.set_sequence(SequenceOfState(v1::JOB_STATE_FAILED, job.attempts()));
+  return job;
+}
 
 absl::StatusCode CodeOf(const v1::Job& job) {
   if (job.state() == v1::JOB_STATE_SUCCEEDED) return absl::StatusCode::kOk;
@@ -39,21 +75,43 @@ JobBoard::~JobBoard() {
 absl::Status JobBoard::Restore() {
   RILIEVO_ASSIGN_OR_RETURN(std::vector<StoredJob> unfinished, store_->Unfinished());
   for (StoredJob& stored : unfinished) {
-    stored.job.set_state(v1::JOB_STATE_QUEUED);
-    stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, stored.job.attempts()));
-    Add(std::move(stored));
+    // The server that worked on it has had no time to write another state.
+    const bool unclean = stored.job.state() == v1::JOB_STATE_RUNNING;
+    stored.unclean_ends += unclean;
+    stored.job = stored.unclean_ends < kMaxUncleanEnds
+                     ? Queued(std::move(stored.job))
+                     : Failed(std::move(stored.job),
+                              ErrorOfJob(absl::AbortedError("the server or the job's worker was "
+                                                            "killed at each attempt"),
+                                         "", 0));
+    // Not to be written is no reason not to start.
+    if (unclean) store_->Update(stored).IgnoreError();
+  }
+  std::stable_partition(unfinished.begin(), unfinished.end(), [](const StoredJob& stored) {
+    return stored.unclean_ends < kSuspectUncleanEnds;
+  });
+  for (StoredJob& stored : unfinished) {
+    if (!IsFinished(stored.job.state())) Add(std::move(stored));
   }
   return absl::OkStatus();
 }
 
+// One whose mesh is lost needs none, and fails as soon as it begins.
+int64_t JobBoard::MemoryOf(const StoredJob& stored) const {
+  const auto header = WholeHeader(store_->blobs(), stored);
+  if (!header.ok()) return 0;
+  const auto parsed = ParseHeader(*header, core_->options);
+  const auto* request = std::get_if<JobRequest>(&parsed);
+  return request == nullptr ? 0 : EstimateMemory(*request);
+}
+
 void JobBoard::Add(StoredJob stored) {
   const std::string id = stored.job.job_id();
+  const int64_t memory = MemoryOf(stored);
   const std::lock_guard lock(mutex_);
   LiveJob& live = jobs_[id];
   live.events = std::make_shared<JobEvents>(stored.job);
-  const auto parsed = ParseHeader(stored.header, core_->options);
-  if (const auto* request = std::get_if<JobRequest>(&parsed))
-    live.memory = EstimateMemory(*request);
+  live.memory = memory;
   live.stored = std::move(stored);
   Submit(id, &live);
 }
@@ -64,8 +122,10 @@ void JobBoard::Submit(const std::string& job_id, LiveJob* live) {
     return;
   }
   ++running_;
-  live->work_number = core_->pool.Submit([this, job_id] { Work(job_id); },
-                                         {.client = live->stored.client, .memory = live->memory});
+  live->work_number = core_->pool.Submit(
+      [this, job_id] { Work(job_id); }, {.client = live->stored.client,
+                                         .memory = live->memory,
+                                         .last = live->stored.unclean_ends >= kSuspectUncleanEnds});
 }
 
 int JobBoard::size() const {
@@ -114,7 +174,7 @@ std::shared_ptr<JobRun> JobBoard::BeginRun(const std::string& job_id) {
   const absl::Status kept = store_->Update(run->stored());
   if (absl::IsFailedPrecondition(kept)) {
     // Cancelled or removed while it was not on the board.
-    TakeOff(run->stored(), kept);
+    TakeOff(run->stored());
     core_->live_calls.Leave(run.get());
     return nullptr;
   }
@@ -124,18 +184,15 @@ std::shared_ptr<JobRun> JobBoard::BeginRun(const std::string& job_id) {
 
 void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   const std::string& id = run->stored().job.job_id();
-  const JobOutcome outcome = run->Work();
+  JobOutcome outcome = run->Work();
   using Kind = JobOutcome::Kind;
   const bool again = outcome.kind == Kind::kKilled && Requeue(id);
   if (outcome.kind == Kind::kUntried) {
     RequeueUntried(run->stored());
-  } else if (!again && outcome.kind != Kind::kAbandoned) {
-    const absl::Status kept = run->Keep(outcome);
-    if (kept.ok()) {
-      Publish(outcome.job.job);
-    } else if (!absl::IsResourceExhausted(kept)) {  // else the server ends before there was room
-      TakeOff(outcome.job, kept);
-    }
+  } else if (outcome.kind == Kind::kAbandoned) {
+    PutBack(run->stored());
+  } else if (!again) {
+    Conclude(*run, std::move(outcome));
   }
   {
     const std::lock_guard lock(mutex_);
@@ -145,49 +202,112 @@ void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   core_->live_calls.Leave(run.get());
 }
 
+void JobBoard::PutBack(StoredJob stored) {
+  stored.job = Queued(std::move(stored.job));
+  stored.unclean_ends = 0;
+  // A job that was cancelled is finished by now, and stays so.
+  store_->Update(stored).IgnoreError();
+}
+
+void JobBoard::Conclude(const JobRun& run, JobOutcome outcome) {
+  while (!Keep(&outcome) && !PutOff(&outcome)) {
+    if (run.stopped()) return;
+    std::this_thread::sleep_for(kStorePause);
+  }
+}
+
+bool JobBoard::Keep(JobOutcome* outcome) {
+  absl::Status kept = JobRun::Keep(*outcome, store_);
+  if (!kept.ok() && !MayPassLater(kept) && !absl::IsFailedPrecondition(kept)) {
+    StoredJob& stored = outcome->job;
+    stored.job = Failed(std::move(stored.job), ErrorOfStore(absl::InternalError(kept.message())));
+    stored.surface.clear();
+    outcome->surface.clear();
+    kept = store_->Update(stored);
+  }
+  if (kept.ok()) {
+    Publish(outcome->job.job);
+  } else if (absl::IsFailedPrecondition(kept)) {
+    TakeOff(outcome->job);
+  }
+  return kept.ok() || absl::IsFailedPrecondition(kept);
+}
+
+bool JobBoard::PutOff(JobOutcome* outcome) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(outcome->job.job.job_id());
+  if (found == jobs_.end()) return true;  // cancelled meanwhile
+  const int64_t bytes = BytesOf(*outcome);
+  if (unkept_bytes_ > 0 && unkept_bytes_ + bytes > kMaxUnkeptBytes) return false;
+  unkept_bytes_ += bytes;
+  found->second.unkept = std::move(*outcome);
+  return true;
+}
+
+void JobBoard::KeepResults() {
+  std::vector<std::string> ids;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, live] : jobs_) {
+      if (live.unkept) ids.push_back(id);
+    }
+  }
+  for (const std::string& id : ids) {
+    JobOutcome outcome;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto found = jobs_.find(id);
+      if (found == jobs_.end() || !found->second.unkept) continue;
+      outcome = *std::move(found->second.unkept);
+      found->second.unkept.reset();
+      unkept_bytes_ -= BytesOf(outcome);
+    }
+    if (!Keep(&outcome) && !PutOff(&outcome)) return;
+  }
+}
+
 void JobBoard::Publish(const v1::Job& job) {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job.job_id());
   if (found == jobs_.end()) return;
   core_->metrics->CountKeptJob(CodeOf(job));
   found->second.events->Push(job);
-  jobs_.erase(found);
+  Erase(found);
 }
 
-void JobBoard::TakeOff(StoredJob stored, absl::Status refusal) {
-  if (!absl::IsFailedPrecondition(refusal)) {
-    v1::Job& job = stored.job;
-    job.set_state(v1::JOB_STATE_FAILED);
-    job.clear_surface();
-    job.clear_report();
-    *job.mutable_error() = RpcStatus(ErrorOfStore(absl::InternalError(refusal.message())));
-    stored.surface.clear();
-    job.set_sequence(SequenceOfState(job.state(), job.attempts()));
-    refusal = store_->Update(stored);
-    // What the store does not take either stays RUNNING there: the next server works on it again.
-    if (!absl::IsFailedPrecondition(refusal)) return Publish(job);
-  }
+void JobBoard::Erase(std::map<std::string, LiveJob>::iterator job) {
+  if (job->second.unkept) unkept_bytes_ -= BytesOf(*job->second.unkept);
+  jobs_.erase(job);
+}
+
+void JobBoard::TakeOff(const StoredJob& stored) {
   const absl::StatusOr<StoredJob> held = store_->Get(stored.owner, stored.job.job_id());
   if (held.ok()) return Publish(held->job);
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(stored.job.job_id());
   if (found == jobs_.end()) return;
   found->second.events->Close(held.status());
-  jobs_.erase(found);
+  Erase(found);
 }
 
 bool JobBoard::Requeue(const std::string& job_id) {
+  StoredJob stored;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(job_id);
+    if (found == jobs_.end()) return true;  // cancelled meanwhile
+    LiveJob& live = found->second;
+    if (++live.stored.unclean_ends >= kMaxUncleanEnds) return false;
+    live.stored.job = Queued(std::move(live.stored.job));
+    stored = live.stored;
+  }
+  // What cannot be written now is RUNNING there, which a later server takes for the same.
+  store_->Update(stored).IgnoreError();
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job_id);
-  if (found == jobs_.end()) return true;  // cancelled meanwhile
-  LiveJob& live = found->second;
-  if (++live.kills >= kMaxKills) return false;
-  v1::Job& job = live.stored.job;
-  job.set_state(v1::JOB_STATE_QUEUED);
-  job.set_sequence(SequenceOfState(job.state(), job.attempts()));
-  // On disk it is RUNNING, which a later server takes for the same.
-  live.events->Push(job);
-  Submit(job_id, &live);
+  if (found == jobs_.end()) return true;
+  found->second.events->Push(stored.job);
+  Submit(job_id, &found->second);
   return true;
 }
 

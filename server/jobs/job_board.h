@@ -14,12 +14,11 @@
 #include "absl/status/statusor.h"
 #include "rilievo/v1/jobs.pb.h"
 #include "server/jobs/job_events.h"
+#include "server/jobs/job_run.h"
 #include "server/rpc/service_core.h"
 #include "server/store/job_store.h"
 
 namespace rilievo {
-
-class JobRun;
 
 // Thread-safe. Functions that wait for the disk say so. What a watcher or a client is told is on
 // disk.
@@ -36,8 +35,11 @@ class JobBoard {
   // Queues what an earlier server left unfinished. Waits for the disk.
   absl::Status Restore();
 
-  // Queues a job that the store holds.
+  // Queues a job that the store holds. Waits for the disk.
   void Add(StoredJob stored);
+
+  // Tries again to keep results that the store had no room or no time for.
+  void KeepResults();
 
   // How many are not finished; and of one client.
   int size() const;
@@ -53,36 +55,43 @@ class JobBoard {
   void BeginDrain();
 
  private:
-  friend class JobRun;
-
   struct LiveJob {
     StoredJob stored;
     std::shared_ptr<JobEvents> events;
     int64_t memory = 0;  // by estimate
     uint64_t work_number = 0;
-    std::shared_ptr<JobRun> run;  // while it is worked on
-    int kills = 0;                // of its workers, by this server's count
-    bool untried = false;         // its last attempt was none
+    bool untried = false;              // its last attempt was none
+    std::shared_ptr<JobRun> run;       // while it is worked on
+    std::optional<JobOutcome> unkept;  // done, but not on disk yet
   };
 
+  int64_t MemoryOf(const StoredJob& stored) const;
   // With mutex_ held.
   void Submit(const std::string& job_id, LiveJob* live);
+  void Erase(std::map<std::string, LiveJob>::iterator job);
 
   // On a thread of the job pool.
   void Work(const std::string& job_id);
   // Nothing when the job is not to be worked on.
   std::shared_ptr<JobRun> BeginRun(const std::string& job_id);
   void EndRun(const std::shared_ptr<JobRun>& run);
+  // Keeps what a job came to, or puts it with the job until the store takes it. Waits where too
+  // much is put off already.
+  void Conclude(const JobRun& run, JobOutcome outcome);
+  // True when nothing is left to do for the outcome: it is kept, or cannot be.
+  bool Keep(JobOutcome* outcome);
+  bool PutOff(JobOutcome* outcome);
 
   // Takes a finished job off the board.
   void Publish(const v1::Job& job);
-  // Takes off a job whose state the store refused to keep: as the store holds it when it was
-  // finished or removed meanwhile, else as FAILED with INTERNAL.
-  void TakeOff(StoredJob stored, absl::Status refusal);
-  // Puts it back into the queue; false after too many kills.
+  // Takes off a job that was finished or removed meanwhile, as the store holds it.
+  void TakeOff(const StoredJob& stored);
+  // Puts a job whose worker was killed back into the queue; false after too many unclean ends.
   bool Requeue(const std::string& job_id);
   // Puts back what this machine could not work on; its attempt does not count. Waits for the disk.
   void RequeueUntried(StoredJob stored);
+  // The server ends in order: the next one begins with this job as if it had never run.
+  void PutBack(StoredJob stored);
 
   ServiceCore* const core_;
   JobStore* const store_;
@@ -90,6 +99,7 @@ class JobBoard {
   std::condition_variable idle_;
   bool draining_ = false;
   int running_ = 0;
+  int64_t unkept_bytes_ = 0;  // of surfaces that wait for the store
   std::map<std::string, LiveJob> jobs_;
 };
 

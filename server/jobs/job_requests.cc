@@ -25,14 +25,17 @@ std::string NewJobId() {
   return id;
 }
 
+std::optional<CallError> CheckScanId(const std::string& scan_id) {
+  if (IsContentName(scan_id)) return std::nullopt;
+  return BadRequestError(
+      {{"scan_id", "it is not a scan_id; give the 64 hexadecimal digits of UploadScan"}});
+}
+
 // Everything that is wrong with a request before the store is asked.
 std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRequest& request) {
   if (core.service->draining) return ShutdownError();
   if (auto error = CheckId("request_id", request.request_id())) return error;
-  if (!IsContentName(request.scan_id())) {
-    return BadRequestError(
-        {{"scan_id", "it is no scan_id; give the 64 hexadecimal digits of UploadScan"}});
-  }
+  if (auto error = CheckScanId(request.scan_id())) return error;
   auto parsed = ParseHeader(request.header(), core.service->options);
   if (auto* error = std::get_if<CallError>(&parsed)) return *std::move(error);
   return CheckMemory(std::get<JobRequest>(parsed), core.service->options);
@@ -65,8 +68,15 @@ std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {
 
 // The job of an earlier CreateJob, if this one asks for the same.
 grpc::Status Known(const StoredJob& known, const v1::CreateJobRequest& request, v1::Job* job) {
-  if (known.job.scan_id() != request.scan_id() ||
-      known.header.SerializeAsString() != request.header().SerializeAsString()) {
+  v1::ReconstructHeader header = request.header();
+  std::string mesh;
+  if (header.options().control().has_control_mesh()) {
+    v1::ControlOptions* control = header.mutable_options()->mutable_control();
+    mesh = ContentNameOf(control->control_mesh().SerializeAsString());
+    control->clear_control_mesh();
+  }
+  if (known.job.scan_id() != request.scan_id() || known.mesh != mesh ||
+      known.header.SerializeAsString() != header.SerializeAsString()) {
     return Refused(
         CallError(ErrorCause::kRequestIdUsed,
                   "request_id: it was used for another scan or other options; choose a new one"));
@@ -100,7 +110,7 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   if (const auto error = CheckScan(*core, caller, request)) return Refused(*error);
   if (const auto error = CheckRoom(*core, caller)) return Refused(*error);
 
-  StoredJob stored{caller.owner, caller.client, request.header(), "", {}};
+  StoredJob stored{.owner = caller.owner, .client = caller.client, .header = request.header()};
   stored.job.set_job_id(NewJobId());
   stored.job.set_request_id(request.request_id());
   stored.job.set_scan_id(request.scan_id());
@@ -108,14 +118,14 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, 0));
   stored.job.set_trace_id(caller.trace_id);
   SetTime(stored.job.mutable_create_time());
-  const auto kept = core->store->Insert(stored);
+  auto kept = core->store->Insert(stored);
   if (!kept.ok()) return Refused(kept.status());
   // Another call with the same request_id may have come first.
   if (kept->job.job_id() != stored.job.job_id()) {
     return Known(*kept, request, response->mutable_job());
   }
   *response->mutable_job() = stored.job;
-  core->board.Add(std::move(stored));
+  core->board.Add(*std::move(kept));
   return grpc::Status::OK;
 }
 
@@ -150,8 +160,15 @@ grpc::Status CancelJob(JobsCore* core, const Caller& caller, const v1::CancelJob
 grpc::Status DeleteJob(JobsCore* core, const Caller& caller, const v1::DeleteJobRequest& request,
                        v1::DeleteJobResponse* /*response*/) {
   const auto job = core->board.Cancel(caller.owner, request.job_id());
-  if (!job.ok()) return Refused(job.status());
-  const absl::Status removed = core->store->Remove(request.job_id());
+  if (!job.ok() && !absl::IsDataLoss(job.status())) return Refused(job.status());
+  const absl::Status removed = core->store->Remove(caller.owner, request.job_id());
+  return removed.ok() ? grpc::Status::OK : Refused(removed);
+}
+
+grpc::Status DeleteScan(JobsCore* core, const Caller& caller, const v1::DeleteScanRequest& request,
+                        v1::DeleteScanResponse* /*response*/) {
+  if (auto error = CheckScanId(request.scan_id())) return Refused(*error);
+  const absl::Status removed = core->store->RemoveScan(caller.owner, request.scan_id());
   return removed.ok() ? grpc::Status::OK : Refused(removed);
 }
 

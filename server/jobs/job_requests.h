@@ -22,6 +22,8 @@ grpc::Status CancelJob(JobsCore* core, const Caller& caller, const v1::CancelJob
                        v1::CancelJobResponse* response);
 grpc::Status DeleteJob(JobsCore* core, const Caller& caller, const v1::DeleteJobRequest& request,
                        v1::DeleteJobResponse* response);
+grpc::Status DeleteScan(JobsCore* core, const Caller& caller, const v1::DeleteScanRequest& request,
+                        v1::DeleteScanResponse* response);
 
 // The name under which an upload of the caller is stored: no other caller's.
 std::string UploadName(const Caller& caller, const std::string& upload_id);

@@ -1,19 +1,19 @@
 #include "server/jobs/job_run.h"
 
+#include <array>
 #include <chrono>
-#include <thread>
 #include <utility>
 #include <variant>
 
+#include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/memory_estimate.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
+#include "server/store/control_mesh_blob.h"
 
 namespace rilievo {
 namespace {
-
-constexpr std::chrono::milliseconds kStorePause{1000};
 
 v1::Job Failed(v1::Job job, const CallError& error) {
   job.set_state(v1::JOB_STATE_FAILED);
@@ -24,11 +24,15 @@ v1::Job Failed(v1::Job job, const CallError& error) {
 v1::Job Succeeded(v1::Job job, const JobResult& result) {
   job.set_state(v1::JOB_STATE_SUCCEEDED);
   uint64_t total = 0;
+  Sha256 hash;
   for (const auto& chunk : result.encoded.chunks) {
+    hash.Add(chunk);
     job.mutable_surface()->add_chunk_bytes(chunk.size());
     total += chunk.size();
   }
   job.mutable_surface()->set_total_bytes(total);
+  const std::array<uint8_t, 32> digest = hash.Finish();
+  job.mutable_surface()->set_sha256(digest.data(), digest.size());
   *job.mutable_report() = result.report;
   return job;
 }
@@ -56,7 +60,8 @@ JobRun::JobRun(ServiceCore* core, JobStore* store, StoredJob stored,
 }
 
 absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
-  auto parsed = ParseHeader(stored_.header, core_->options);
+  RILIEVO_ASSIGN_OR_RETURN(const auto header, WholeHeader(store_->blobs(), stored_));
+  auto parsed = ParseHeader(header, core_->options);
   if (const auto* error = std::get_if<CallError>(&parsed)) {
     return StatusOf(*error);
   }
@@ -80,7 +85,7 @@ JobOutcome JobRun::Work() {
   absl::StatusOr<JobResult> result = Reconstruct(&request);
   if (absl::IsDataLoss(result.status())) {
     // Whoever makes a job of this scan next is asked for its bytes.
-    store_->blobs().Remove(stored_.job.scan_id()).IgnoreError();
+    store_->SetScanAside(stored_.job.scan_id()).IgnoreError();
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - begin_).count();
   StopReason reason;
@@ -134,24 +139,15 @@ void JobRun::Log(const JobOutcome& outcome, const JobRequest& request,
   core_->Report(record);
 }
 
-absl::Status JobRun::Keep(const JobOutcome& outcome) {
-  for (;;) {
-    const absl::Status kept = outcome.job.job.state() == v1::JOB_STATE_SUCCEEDED
-                                  ? store_->Finish(outcome.job, outcome.surface)
-                                  : store_->Update(outcome.job);
-    if (!absl::IsResourceExhausted(kept)) return kept;
-    for (auto waited = std::chrono::milliseconds(0); waited < kStorePause;) {
-      if (stop_reason() != StopReason::kNone) return kept;
-      constexpr std::chrono::milliseconds kStep{50};
-      std::this_thread::sleep_for(kStep);
-      waited += kStep;
-    }
-  }
+absl::Status JobRun::Keep(const JobOutcome& outcome, JobStore* store) {
+  return outcome.job.job.state() == v1::JOB_STATE_SUCCEEDED
+             ? store->Finish(outcome.job, outcome.surface)
+             : store->Update(outcome.job);
 }
 
-StopReason JobRun::stop_reason() const {
+bool JobRun::stopped() const {
   const std::lock_guard lock(mutex_);
-  return stop_reason_;
+  return stop_reason_ != StopReason::kNone;
 }
 
 void JobRun::Tick(Clock::time_point now) {

@@ -39,16 +39,17 @@ class JobRun final : public LiveCall {
   // The work, on the thread that calls.
   JobOutcome Work();
 
-  // Keeps a finished outcome. Tries again every second while the disk is full, until it is stopped.
-  // OK when it is on disk; FAILED_PRECONDITION when the job was finished or removed meanwhile.
-  absl::Status Keep(const JobOutcome& outcome);
+  // Keeps a finished outcome. OK when it is on disk; FAILED_PRECONDITION when the job was finished
+  // or removed meanwhile.
+  static absl::Status Keep(const JobOutcome& outcome, JobStore* store);
+
+  bool stopped() const;
 
   void Tick(Clock::time_point now) override;
   void Stop(StopReason reason) override;
 
  private:
   absl::StatusOr<JobResult> Reconstruct(JobRequest* job);
-  StopReason stop_reason() const;
   void Log(const JobOutcome& outcome, const JobRequest& request,
            const absl::StatusOr<JobResult>& result, double seconds) const;
 

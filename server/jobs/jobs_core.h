@@ -1,7 +1,9 @@
 // What the calls of JobsService share.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 
 #include "server/jobs/disk_pool.h"
@@ -13,25 +15,40 @@
 
 namespace rilievo {
 
-// What waits for the disk is little: two threads keep one slow sync from delaying all others.
+// Two threads keep one slow sync from delaying all others.
 inline constexpr int kDiskThreads = 2;
+// What requests that wait for a disk thread may take, bytes as parsed; one takes the least at
+// least.
+inline constexpr int64_t kRequestBytes = 128 << 20, kLeastRequestBytes = 64 << 10;
+
+// As the options say; what the store reports goes to the operator's log.
+StoreSettings SettingsOfStore(const ServerOptions& options);
 
 struct JobsCore {
   JobsCore(ServiceCore* service_core, std::unique_ptr<JobStore> job_store)
       : service(service_core),
         store(std::move(job_store)),
-        keeper(store.get(), {.age_ms = service_core->options.keep_time.count(),
-                             .bytes = service_core->options.keep_bytes}),
         board(service_core, store.get()),
+        keeper(store.get(), [this] { EachSecond(); }),
         uploads(service_core->options.max_uploads),
+        requests(kRequestBytes),
+        bulk(kDiskThreads),
         disk(kDiskThreads) {}
+
+  // Tells whether the store has room, from now on and each second; {} ends it.
+  void WatchRoom(std::function<void(bool room)> tell);
+  void EachSecond();
 
   ServiceCore* const service;
   const std::unique_ptr<JobStore> store;
-  StoreKeeper keeper;
   JobBoard board;
-  ClientPlaces uploads;  // of streams under way
-  DiskPool disk;         // first to end: its tasks use all others
+  std::mutex room_mutex;
+  std::function<void(bool)> tell_room;
+  StoreKeeper keeper;
+  ClientPlaces uploads;   // of streams under way
+  ClientPlaces requests;  // bytes of those that wait
+  DiskPool bulk;          // bytes of scans and surfaces
+  DiskPool disk;          // all else, which is little. First to end, as bulk: they use all others
 };
 
 }  // namespace rilievo

@@ -1,5 +1,7 @@
 #include "server/jobs/jobs_service.h"
 
+#include <algorithm>
+#include <new>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -17,6 +19,14 @@ namespace {
 grpc::Status NoStore() {
   return GrpcStatus({ErrorCause::kNoStore,
                      "this server keeps nothing: use Reconstruct, or a server with a store"});
+}
+
+CallError TooManyRequests() {
+  return CallError(
+             ErrorCause::kCallsLimit,
+             "as many requests as this server takes of one client, or of all, are waiting for "
+             "the disk; try again later")
+      .RetryAfter(std::chrono::seconds(1));
 }
 
 }  // namespace
@@ -45,8 +55,20 @@ grpc::ServerUnaryReactor* JobsService::OnDisk(grpc::CallbackServerContext* conte
     reactor->Finish(*refused);
     return reactor;
   }
+  const auto bytes = std::max(kLeastRequestBytes, static_cast<int64_t>(request->SpaceUsedLong()));
+  if (!core_->requests.Take(caller.client, bytes)) {
+    reactor->Finish(GrpcStatus(TooManyRequests()));
+    return reactor;
+  }
   core_->disk.Post([=, core = core_.get(), caller = std::move(caller)] {
-    reactor->Finish(function(core, caller, *request, response));
+    grpc::Status status;
+    try {
+      status = function(core, caller, *request, response);
+    } catch (const std::bad_alloc&) {
+      status = GrpcStatus(TooManyRequests());
+    }
+    core->requests.Give(caller.client, bytes);
+    reactor->Finish(status);
   });
   return reactor;
 }
@@ -54,7 +76,8 @@ grpc::ServerUnaryReactor* JobsService::OnDisk(grpc::CallbackServerContext* conte
 absl::StatusOr<std::unique_ptr<JobsService>> JobsService::Open(ServiceCore* core) {
   std::unique_ptr<JobsService> service(new JobsService(core));
   if (core->options.store.empty()) return service;
-  RILIEVO_ASSIGN_OR_RETURN(auto store, JobStore::Open(core->options.store));
+  RILIEVO_ASSIGN_OR_RETURN(auto store,
+                           JobStore::Open(core->options.store, SettingsOfStore(core->options)));
   service->core_ = std::make_unique<JobsCore>(core, std::move(store));
   RILIEVO_RETURN_IF_ERROR(service->core_->board.Restore());
   return service;
@@ -64,6 +87,10 @@ JobsService::~JobsService() = default;
 
 int64_t JobsService::foreign_requests() const {
   return core_ ? core_->store->foreign_requests() : 0;
+}
+
+void JobsService::WatchRoom(std::function<void(bool room)> tell) {
+  if (core_) core_->WatchRoom(std::move(tell));
 }
 
 void JobsService::BeginDrain() {
@@ -131,6 +158,12 @@ grpc::ServerUnaryReactor* JobsService::DeleteJob(grpc::CallbackServerContext* co
                                                  const v1::DeleteJobRequest* request,
                                                  v1::DeleteJobResponse* response) {
   return OnDisk(context, request, response, rilievo::DeleteJob);
+}
+
+grpc::ServerUnaryReactor* JobsService::DeleteScan(grpc::CallbackServerContext* context,
+                                                  const v1::DeleteScanRequest* request,
+                                                  v1::DeleteScanResponse* response) {
+  return OnDisk(context, request, response, rilievo::DeleteScan);
 }
 
 }  // namespace rilievo

@@ -1,6 +1,7 @@
 // rilievo.v1.JobsService over a store, or its refusal where there is none.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -24,9 +25,13 @@ class JobsService final : public v1::JobsService::CallbackService {
 
   // Of the threads that wait for the disk; none without a store.
   const Heartbeat* disk_heart() const { return core_ ? &core_->disk.heart() : nullptr; }
+  const Heartbeat* bulk_heart() const { return core_ ? &core_->bulk.heart() : nullptr; }
 
   // How many requests so far were for a job of another owner.
   int64_t foreign_requests() const;
+
+  // As JobsCore's; never called without a store.
+  void WatchRoom(std::function<void(bool room)> tell);
 
   // No more jobs begin, and watchers are sent elsewhere.
   void BeginDrain();
@@ -55,6 +60,9 @@ class JobsService final : public v1::JobsService::CallbackService {
   grpc::ServerUnaryReactor* DeleteJob(grpc::CallbackServerContext* context,
                                       const v1::DeleteJobRequest* request,
                                       v1::DeleteJobResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteScan(grpc::CallbackServerContext* context,
+                                       const v1::DeleteScanRequest* request,
+                                       v1::DeleteScanResponse* response) override;
 
  private:
   template <typename Request, typename Response>

@@ -5,6 +5,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/conversion/job_request.h"
@@ -91,6 +92,12 @@ CallError ErrorOfStore(const absl::Status& status) {
   if (absl::IsResourceExhausted(status)) {
     return CallError(ErrorCause::kStoreFull, "the server has no room to store it; try again later")
         .RetryAfter(std::chrono::seconds(30));
+  }
+  if (absl::IsUnavailable(status)) {
+    LogMessage(absl::StrCat("store: ", status.message()));
+    return CallError(ErrorCause::kStoreBusy,
+                     "the server's store is in use by another program; try again")
+        .RetryAfter(std::chrono::seconds(1));
   }
   LogMessage(absl::StrCat("store: ", status.message()));
   return {ErrorCause::kStoreFailed,

@@ -1,49 +1,33 @@
 #include "server/jobs/store_keeper.h"
 
 #include <chrono>
+#include <utility>
+
+#include "server/observability/server_log.h"
 
 namespace rilievo {
 namespace {
 
-constexpr std::chrono::seconds kPeriod{60};
-
-int64_t NowMilliseconds() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
+constexpr std::chrono::seconds kPeriod{1};
+constexpr int kPeriodsOfCleaning = 60;
 
 }  // namespace
 
-StoreKeeper::StoreKeeper(JobStore* store, const Retention& retention)
-    : store_(store), retention_(retention), stored_bytes_(Clean()) {
-  thread_ = std::jthread([this](const std::stop_token& stop) { CleanUntil(stop); });
+StoreKeeper::StoreKeeper(JobStore* store, std::function<void()> each_second)
+    : store_(store), each_second_(std::move(each_second)) {
+  thread_ = std::jthread([this](const std::stop_token& stop) { KeepUntil(stop); });
 }
 
-bool StoreKeeper::MakeRoomFor(int64_t bytes) {
-  if (bytes > retention_.bytes) return false;
-  if (stored_bytes_ + bytes > retention_.bytes) {
-    Retention smaller = retention_;
-    smaller.bytes -= bytes;
-    const auto stored = store_->Clean(smaller, NowMilliseconds());
-    if (!stored.ok()) return false;
-    stored_bytes_ = *stored;
-    if (*stored + bytes > retention_.bytes) return false;
-  }
-  stored_bytes_ += bytes;  // until the next cleaning counts what is there
-  return true;
-}
-
-int64_t StoreKeeper::Clean() {
-  const auto stored = store_->Clean(retention_, NowMilliseconds());
-  return stored.ok() ? *stored : stored_bytes_.load();
-}
-
-void StoreKeeper::CleanUntil(const std::stop_token& stop) {
+void StoreKeeper::KeepUntil(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!stop.stop_requested()) {
+  for (int period = 0; !stop.stop_requested(); ++period) {
+    if (store_->full()) store_->LookForRoom();
+    each_second_();
+    if (period % kPeriodsOfCleaning == 0) {
+      const auto cleaned = store_->Clean();
+      if (!cleaned.ok()) LogMessage("store: " + cleaned.status().ToString());
+    }
     wake_.wait_for(lock, stop, kPeriod, [] { return false; });
-    if (!stop.stop_requested()) stored_bytes_ = Clean();
   }
 }
 

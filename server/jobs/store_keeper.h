@@ -1,9 +1,8 @@
 // Keeps a store within its retention.
 #pragma once
 
-#include <atomic>
 #include <condition_variable>
-#include <cstdint>
+#include <functional>
 #include <mutex>
 #include <thread>
 
@@ -11,22 +10,17 @@
 
 namespace rilievo {
 
-// One thread of its own, which cleans once a minute.
+// One thread of its own, which cleans once a minute, and once a second looks for room while the
+// disk is full and calls `each_second`.
 class StoreKeeper {
  public:
-  StoreKeeper(JobStore* store, const Retention& retention);
-
-  // Whether `bytes` more may be stored; cleans when they may not yet. Waits for the disk. What was
-  // granted counts as stored until the next cleaning.
-  bool MakeRoomFor(int64_t bytes);
+  StoreKeeper(JobStore* store, std::function<void()> each_second);
 
  private:
-  int64_t Clean();
-  void CleanUntil(const std::stop_token& stop);
+  void KeepUntil(const std::stop_token& stop);
 
   JobStore* const store_;
-  const Retention retention_;
-  std::atomic<int64_t> stored_bytes_;
+  const std::function<void()> each_second_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
   std::jthread thread_;

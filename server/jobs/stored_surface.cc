@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/call_error.h"
+#include "server/store/content_name.h"
 
 namespace rilievo {
 namespace {
@@ -29,15 +30,23 @@ absl::StatusOr<uint64_t> FirstByte(const v1::StreamSurfaceRequest& request,
   return begin;
 }
 
-absl::StatusOr<StoredSurface> StoredSurface::From(FileDescriptor file, v1::SurfaceHeader header,
-                                                  uint64_t offset) {
+absl::Status DamagedSurface() {
+  return StatusOf({ErrorCause::kSurfaceDamaged,
+                   "the surface of this job is damaged or lost; create the job again, with another "
+                   "request_id"});
+}
+
+absl::StatusOr<StoredSurface> StoredSurface::From(FileDescriptor file, std::string name,
+                                                  v1::SurfaceHeader header, uint64_t offset) {
   if (offset > header.total_bytes()) {
     return StatusOf(CallError(ErrorCause::kOffsetOutOfRange,
                               absl::StrCat("offset: ", offset, " of a surface with ",
                                            header.total_bytes(), " bytes; begin within these"))
                         .Limit(header.total_bytes(), offset));
   }
-  return StoredSurface(std::move(file), std::move(header), offset);
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
+  if (static_cast<uint64_t>(size) != header.total_bytes()) return DamagedSurface();
+  return StoredSurface(std::move(file), std::move(name), std::move(header), offset);
 }
 
 absl::StatusOr<bool> StoredSurface::Next(v1::StreamSurfaceResponse* response) {
@@ -47,7 +56,10 @@ absl::StatusOr<bool> StoredSurface::Next(v1::StreamSurfaceResponse* response) {
     header_sent_ = true;
     return true;
   }
-  if (offset_ >= header_.total_bytes()) return false;
+  if (offset_ >= header_.total_bytes()) {
+    if (hash_ && ContentName(*hash_) != name_) return DamagedSurface();
+    return false;
+  }
   while (offset_ >= chunk_begin_ + header_.chunk_bytes(chunk_)) {
     chunk_begin_ += header_.chunk_bytes(chunk_++);
   }
@@ -58,6 +70,7 @@ absl::StatusOr<bool> StoredSurface::Next(v1::StreamSurfaceResponse* response) {
   piece.mutable_data()->resize(size);
   RILIEVO_RETURN_IF_ERROR(
       file_.ReadAt(static_cast<int64_t>(offset_), piece.mutable_data()->data(), size));
+  if (hash_) AddBytes(piece.data().data(), size, &*hash_);
   offset_ += size;
   return true;
 }

@@ -4,6 +4,7 @@
 
 #include "grpcpp/server_context.h"
 #include "server/jobs/request_checks.h"
+#include "server/observability/server_log.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
 
@@ -16,6 +17,14 @@ CallError NotSucceeded(v1::JobState state) {
 }
 
 }  // namespace
+
+CallError StreamSurfaceCall::Damaged(const absl::Status& status) const {
+  // No file handle, or a disk that fails: the bytes may be right the next time.
+  if (absl::IsResourceExhausted(status)) return ErrorOfStore(absl::UnavailableError("surface"));
+  LogMessage("store: the surface of job " + request_.job_id() + ": " +
+             std::string(status.message()));
+  return ErrorOfStore(DamagedSurface());
+}
 
 StreamSurfaceCall* StreamSurfaceCall::Begin(JobsCore* core, grpc::CallbackServerContext* context,
                                             Caller caller,
@@ -41,7 +50,7 @@ StreamSurfaceCall::~StreamSurfaceCall() { core_->service->live_calls.Leave(this)
 
 void StreamSurfaceCall::PostNext() {
   busy_ = true;
-  core_->disk.Post([call = shared_from_this()] {
+  core_->bulk.Post([call = shared_from_this()] {
     const std::optional<grpc::Status> end = call->Next();
     const std::lock_guard lock(call->mutex_);
     call->busy_ = false;
@@ -62,7 +71,7 @@ std::optional<grpc::Status> StreamSurfaceCall::Next() {
     if (const auto error = Open()) return GrpcStatus(*error);
   }
   const absl::StatusOr<bool> more = surface_->Next(&response_);
-  if (!more.ok()) return GrpcStatus(ErrorOfStore(absl::InternalError(more.status().message())));
+  if (!more.ok()) return GrpcStatus(Damaged(more.status()));
   if (!*more) return grpc::Status::OK;
   return std::nullopt;
 }
@@ -75,9 +84,11 @@ std::optional<CallError> StreamSurfaceCall::Open() {
   if (!first.ok()) return ErrorOfStore(first.status());
   // Once open it can be read to its end, though retention may remove it meanwhile.
   auto file = core_->store->blobs().Read(stored->surface);
-  if (!file.ok()) return ErrorOfStore(file.status());
-  auto surface = StoredSurface::From(*std::move(file), stored->job.surface(), *first);
-  if (!surface.ok()) return ErrorOfStore(surface.status());
+  if (!file.ok()) return Damaged(file.status());
+  auto surface =
+      StoredSurface::From(*std::move(file), stored->surface, stored->job.surface(), *first);
+  if (absl::IsOutOfRange(surface.status())) return ErrorOfStore(surface.status());
+  if (!surface.ok()) return Damaged(surface.status());
   surface_ = *std::move(surface);
   return std::nullopt;
 }

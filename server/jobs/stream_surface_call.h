@@ -42,6 +42,7 @@ class StreamSurfaceCall final : public grpc::ServerWriteReactor<v1::StreamSurfac
   // On a disk thread: the status to end with, or response_ filled.
   std::optional<grpc::Status> Next();
   std::optional<CallError> Open();
+  CallError Damaged(const absl::Status& status) const;
 
   // With mutex_ held.
   void FinishOnce(const grpc::Status& status);

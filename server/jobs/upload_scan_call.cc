@@ -65,7 +65,7 @@ void UploadScanCall::OnReadDone(bool ok) {
   const std::lock_guard lock(mutex_);
   if (finished_) return;
   busy_ = true;
-  core_->disk.Post([call = shared_from_this(), ok] {
+  core_->bulk.Post([call = shared_from_this(), ok] {
     const std::optional<grpc::Status> end = call->Take(ok);
     const std::lock_guard done(call->mutex_);
     call->busy_ = false;
@@ -163,12 +163,12 @@ std::optional<CallError> UploadScanCall::TakeHeader() {
   if (!request_.has_header()) return OrderError("header", "the first message must hold it");
   const v1::UploadHeader& header = request_.header();
   if (auto error = CheckUploadHeader(header, core_->service->options)) return error;
-  if (!core_->keeper.MakeRoomFor(static_cast<int64_t>(header.total_bytes() - header.offset()))) {
-    return ErrorOfStore(absl::ResourceExhaustedError("kept bytes"));
-  }
   total_bytes_ = header.total_bytes();
-  auto writer = core_->store->uploads().Continue(UploadName(caller_, header.upload_id()),
-                                                 static_cast<int64_t>(header.offset()));
+  name_ = UploadName(caller_, header.upload_id());
+  const absl::Status room =
+      core_->store->BeginUpload(caller_.owner, name_, static_cast<int64_t>(total_bytes_));
+  if (!room.ok()) return ErrorOfStore(room);
+  auto writer = core_->store->uploads().Continue(name_, static_cast<int64_t>(header.offset()));
   if (!writer.ok()) return ErrorOfStore(writer.status());
   writer_ = *std::move(writer);
   return std::nullopt;
@@ -198,11 +198,9 @@ std::optional<CallError> UploadScanCall::TakeChunk() {
 std::optional<CallError> UploadScanCall::TakeEnd() {
   std::string sha256;
   if (auto error = ReadEnd(request_.end(), &sha256)) return error;
-  const absl::Status kept = writer_->Finish(static_cast<int64_t>(request_.end().total_bytes()),
-                                            sha256, core_->store->blobs());
+  const absl::Status kept = core_->store->FinishUpload(
+      caller_.owner, name_, static_cast<int64_t>(request_.end().total_bytes()), sha256, &*writer_);
   if (!kept.ok()) return ErrorOfStore(kept);
-  const absl::Status owned = core_->store->AddScan(caller_.owner, sha256);
-  if (!owned.ok()) return ErrorOfStore(owned);
   response_->set_scan_id(sha256);
   response_->set_total_bytes(request_.end().total_bytes());
   ended_ = true;

@@ -21,10 +21,6 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
                              public LiveCall,
                              public std::enable_shared_from_this<UploadScanCall> {
  public:
-  // A stream that has sent as much a second, in the mean since its begin, goes on beyond
-  // max_job_time: an old modem sends more, and a place held by less is a place lost to others.
-  static constexpr double kSteadyBytesPerSecond = 4096;
-
   // The reactor gRPC asks for; owns itself until OnDone().
   static UploadScanCall* Begin(JobsCore* core, Caller caller, v1::UploadScanResponse* response);
 
@@ -59,6 +55,7 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
 
   v1::UploadScanRequest request_;                 // of the read in flight, then of the disk thread
   std::optional<PartialUploads::Writer> writer_;  // the disk thread's
+  std::string name_;                              // of the upload in the store
   uint64_t total_bytes_ = 0;
   bool ended_ = false;   // the scan is stored
   bool placed_ = false;  // among the uploads

@@ -10,8 +10,11 @@
 namespace rilievo {
 namespace {
 
-CallError ErrorOfEnd(const absl::Status& reason) {
-  return absl::IsUnavailable(reason) ? ShutdownError() : ErrorOfStore(reason);
+CallError ErrorOfEnd(const absl::Status& reason, bool draining) {
+  if (!absl::IsUnavailable(reason)) return ErrorOfStore(reason);
+  if (draining) return ShutdownError();
+  return CallError(ErrorCause::kTryAgain, "the job is not in the queue yet; watch it again")
+      .RetryAfter(std::chrono::milliseconds(100));
 }
 
 }  // namespace
@@ -80,7 +83,8 @@ void WatchJobCall::Pump() {
     write_in_flight_ = true;
     StartWrite(&response_);
   } else if (const auto end = events_->EndAfter(sequence_)) {
-    FinishOnce(end->ok() ? grpc::Status::OK : GrpcStatus(ErrorOfEnd(*end)));
+    FinishOnce(end->ok() ? grpc::Status::OK
+                         : GrpcStatus(ErrorOfEnd(*end, core_->service->draining)));
   }
 }
 

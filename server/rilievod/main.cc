@@ -27,6 +27,8 @@
 #include "server/os/open_files.h"
 #include "server/os/private_files.h"
 #include "server/reconstruction_server.h"
+#include "server/store/store_backup.h"
+#include "server/store/store_check.h"
 #include "server/worker/in_worker_process.h"
 #include "server/worker/worker_process.h"
 
@@ -44,6 +46,8 @@ struct CommandLine {
   bool in_process = false;
   std::string probe, probe_service;
   std::string make_token, token_out;
+  bool check_store = false, repair = false;
+  std::string backup;
   std::string metrics, channelz;
   std::string log = "json", reflection = "auto";
   double keepalive_seconds = 20, keepalive_timeout_seconds = 10;
@@ -68,8 +72,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--max-concurrent-jobs", options.max_concurrent_jobs,
                   "jobs worked on at the same time")
       ->capture_default_str();
-  app->add_option("--queue", options.max_queued_jobs,
-                  "maximum jobs that upload or wait besides those")
+  app->add_option(
+         "--queue", options.max_queued_jobs,
+         "maximum jobs that upload or wait besides those; one client alone gets half of both")
       ->capture_default_str();
   app->add_option("--threads", options.threads, "maximum threads per job; 0: all")
       ->capture_default_str();
@@ -92,11 +97,27 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                 "keep jobs in a temporary folder that ends with this server")
       ->excludes(store);
   app->add_option("--keep-days", line->keep_days,
-                  "days that finished jobs and unused scans are kept")
+                  "days that finished jobs and idle scans are kept, by a clock that no step moves")
       ->capture_default_str();
   app->add_option("--keep-bytes", options.keep_bytes,
-                  "maximum bytes of all kept scans and surfaces together")
+                  "maximum bytes of all kept scans, surfaces, uploads and job records together")
       ->capture_default_str();
+  app->add_option(
+         "--owner-bytes", options.owner_bytes,
+         "maximum of those bytes for one owner; 0: half of --keep-bytes where callers have names, "
+         "else all")
+      ->capture_default_str();
+  CLI::Option* check =
+      app->add_flag("--check-store", line->check_store,
+                    "read all of --store, say what is damaged, and end: 0 when nothing is, else 1")
+          ->needs(store);
+  app->add_flag("--repair", line->repair,
+                "with --check-store: set aside what is damaged and save the rest")
+      ->needs(check);
+  app->add_option("--backup", line->backup,
+                  "copy --store, which a server may be using, to this empty folder, and end")
+      ->needs(store)
+      ->check(NotEmpty);
   app->add_option("--max-waiting-jobs", options.max_waiting_jobs,
                   "maximum kept jobs that are not finished; one client alone gets half")
       ->capture_default_str();
@@ -185,6 +206,14 @@ int Fail(const absl::Status& status) {
   FlushLog(kLastWords);
   std::fprintf(stderr, "rilievod: %s\n", std::string(status.message()).c_str());
   return 1;
+}
+
+int Check(const std::string& store, bool repair) {
+  const auto left =
+      CheckStore(store, repair, [](const std::string& line) { std::printf("%s\n", line.c_str()); });
+  if (!left.ok()) return Fail(left.status());
+  std::printf("%lld problems are left\n", static_cast<long long>(*left));
+  return *left == 0 ? 0 : 1;
 }
 
 // The token into its file, else on standard output, where nothing else goes; the line into the file
@@ -331,6 +360,11 @@ int Main(int argc, char** argv) {
   }
   if (!line.make_token.empty()) {
     return PrintNewToken(line.make_token, line.options.tokens, line.token_out);
+  }
+  if (line.check_store) return Check(line.options.store, line.repair);
+  if (!line.backup.empty()) {
+    const absl::Status done = BackUpStore(line.options.store, line.backup);
+    return done.ok() ? 0 : Fail(done);
   }
   if (!line.probe.empty()) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout, line.probe_service);

@@ -12,11 +12,12 @@ constexpr double kMeanWeight = 0.3;  // of the latest job
 
 JobPool::Ticket& JobPool::Ticket::operator=(Ticket&& other) noexcept {
   std::swap(pool_, other.pool_);
+  std::swap(client_, other.client_);
   return *this;
 }
 
 JobPool::Ticket::~Ticket() {
-  if (pool_ != nullptr) pool_->Release();
+  if (pool_ != nullptr) pool_->Release(client_);
 }
 
 JobPool::Charge& JobPool::Charge::operator=(Charge&& other) noexcept {
@@ -33,7 +34,7 @@ void JobPool::Charge::Set(int64_t bytes) {
 }
 
 JobPool::JobPool(int workers, int waiting, int64_t memory)
-    : workers_(workers), places_(workers + waiting), memory_(memory) {
+    : workers_(workers), memory_(memory), admissions_(workers + waiting) {
   threads_.reserve(static_cast<size_t>(workers));
   for (int i = 0; i < workers; ++i) threads_.emplace_back([this] { Work(); });
 }
@@ -44,16 +45,15 @@ JobPool::~JobPool() {
     const std::lock_guard lock(mutex_);
     closing_ = true;
     dropped.swap(lines_);
+    dropped.push_back(std::move(last_));
   }
   wake_.notify_all();
   threads_.clear();
 }
 
-std::optional<JobPool::Ticket> JobPool::TryAdmit() {
-  const std::lock_guard lock(mutex_);
-  if (admitted_ >= places_) return std::nullopt;
-  ++admitted_;
-  return Ticket(this);
+std::optional<JobPool::Ticket> JobPool::TryAdmit(const std::string& client) {
+  if (!admissions_.Take(client)) return std::nullopt;
+  return Ticket(this, client);
 }
 
 std::optional<JobPool::Charge> JobPool::TryCharge(int64_t bytes) {
@@ -73,21 +73,23 @@ void JobPool::ChangeCharged(int64_t by) {
   if (by < 0) wake_.notify_all();
 }
 
-void JobPool::Release() {
-  const std::lock_guard lock(mutex_);
-  --admitted_;
-}
+void JobPool::Release(const std::string& client) { admissions_.Give(client); }
 
 uint64_t JobPool::Submit(std::function<void()> work, const Demand& demand) {
   uint64_t number;
   {
     const std::lock_guard lock(mutex_);
     number = next_number_++;
+    Entry entry{number, std::move(work), demand.memory, std::chrono::steady_clock::now()};
     auto line = std::find_if(lines_.begin(), lines_.end(),
                              [&](const Line& other) { return other.client == demand.client; });
-    if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
-    line->entries.push_back(
-        {number, std::move(work), demand.memory, std::chrono::steady_clock::now()});
+    if (demand.last) {
+      entry.memory = memory_;
+      last_.entries.push_back(std::move(entry));
+    } else {
+      if (line == lines_.end()) line = lines_.insert(line, {demand.client, {}});
+      line->entries.push_back(std::move(entry));
+    }
     TellHeart();
   }
   wake_.notify_one();
@@ -100,14 +102,11 @@ bool JobPool::Withdraw(uint64_t number) {
   bool found = false;
   {
     const std::lock_guard lock(mutex_);
+    found = WithdrawFrom(&last_, number, &withdrawn);
     for (auto line = lines_.begin(); line != lines_.end() && !found; ++line) {
-      const auto entry = std::find_if(line->entries.begin(), line->entries.end(),
-                                      [&](const Entry& other) { return other.number == number; });
-      if (entry == line->entries.end()) continue;
-      found = true;
-      withdrawn = std::move(*entry);
-      line->entries.erase(entry);
-      if (line->entries.empty()) lines_.erase(line);
+      found = WithdrawFrom(&*line, number, &withdrawn);
+      if (!line->entries.empty()) continue;
+      lines_.erase(line);
       break;
     }
     TellHeart();
@@ -128,13 +127,28 @@ void JobPool::Hold(std::chrono::milliseconds time) {
   wake_.notify_all();
 }
 
+bool JobPool::WithdrawFrom(Line* line, uint64_t number, Entry* withdrawn) {
+  const auto entry = std::find_if(line->entries.begin(), line->entries.end(),
+                                  [&](const Entry& other) { return other.number == number; });
+  if (entry == line->entries.end()) return false;
+  *withdrawn = std::move(*entry);
+  line->entries.erase(entry);
+  return true;
+}
+
 bool JobPool::HasRoomForNext() const {
-  if (lines_.empty() || std::chrono::steady_clock::now() < held_until_) return false;
+  if (std::chrono::steady_clock::now() < held_until_) return false;
+  if (lines_.empty()) return running_ == 0 && !last_.entries.empty();
   const int64_t needed = lines_.front().entries.front().memory;
   return running_ == 0 || needed <= memory_ - memory_in_use_ - charged_;
 }
 
 JobPool::Entry JobPool::TakeNext() {
+  if (lines_.empty()) {
+    Entry entry = std::move(last_.entries.front());
+    last_.entries.pop_front();
+    return entry;
+  }
   Entry entry = std::move(lines_.front().entries.front());
   lines_.front().entries.pop_front();
   if (lines_.front().entries.empty()) {
@@ -146,8 +160,8 @@ JobPool::Entry JobPool::TakeNext() {
 }
 
 std::chrono::milliseconds JobPool::RetryDelay() const {
+  const double rounds = static_cast<double>(admissions_.taken()) / workers_;
   const std::lock_guard lock(mutex_);
-  const double rounds = static_cast<double>(admitted_) / workers_;
   return std::chrono::milliseconds(
       static_cast<int64_t>(1000 * std::clamp(rounds * mean_seconds_, 1.0, 60.0)));
 }
@@ -157,9 +171,11 @@ JobPool::State JobPool::state() const {
   const std::lock_guard lock(mutex_);
   State state;
   state.running = running_;
-  for (const Line& line : lines_) {
-    state.waiting += static_cast<int>(line.entries.size());
-    for (const Entry& entry : line.entries) {
+  std::vector<const Line*> lines = {&last_};
+  for (const Line& line : lines_) lines.push_back(&line);
+  for (const Line* line : lines) {
+    state.waiting += static_cast<int>(line->entries.size());
+    for (const Entry& entry : line->entries) {
       state.oldest_wait =
           std::max<std::chrono::duration<double>>(state.oldest_wait, now - entry.since);
     }
@@ -167,10 +183,7 @@ JobPool::State JobPool::state() const {
   return state;
 }
 
-int JobPool::admitted() const {
-  const std::lock_guard lock(mutex_);
-  return admitted_;
-}
+int JobPool::admitted() const { return static_cast<int>(admissions_.taken()); }
 
 int JobPool::running() const {
   const std::lock_guard lock(mutex_);

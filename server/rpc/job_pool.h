@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/rpc/client_places.h"
 #include "server/rpc/heartbeat.h"
 
 namespace rilievo {
@@ -26,13 +27,16 @@ class JobPool {
   // A taken place; gives it back when destroyed. Must not outlive the pool.
   class Ticket {
    public:
-    explicit Ticket(JobPool* pool) : pool_(pool) {}
-    Ticket(Ticket&& other) noexcept : pool_(other.pool_) { other.pool_ = nullptr; }
+    Ticket(JobPool* pool, std::string client) : pool_(pool), client_(std::move(client)) {}
+    Ticket(Ticket&& other) noexcept : pool_(other.pool_), client_(std::move(other.client_)) {
+      other.pool_ = nullptr;
+    }
     Ticket& operator=(Ticket&& other) noexcept;
     ~Ticket();
 
    private:
     JobPool* pool_;
+    std::string client_;
   };
 
   // Memory that a scan on its way in, or a surface on its way out, takes of what jobs may need;
@@ -56,6 +60,7 @@ class JobPool {
   struct Demand {
     std::string client;  // clients take turns; the jobs of one are done in their order
     int64_t memory = 0;  // bytes, by estimate
+    bool last = false;   // runs when nothing else waits or runs, and nothing beside it
   };
 
   // `workers` >= 1; `waiting` >= 0 places beside those of the workers. `memory`: bytes that the
@@ -68,8 +73,8 @@ class JobPool {
   JobPool(const JobPool&) = delete;
   JobPool& operator=(const JobPool&) = delete;
 
-  // Nothing when all places are taken. Never waits.
-  std::optional<Ticket> TryAdmit();
+  // Nothing when all places are taken, or as many as a client gets (MayTakePlace()). Never waits.
+  std::optional<Ticket> TryAdmit(const std::string& client = "");
 
   // Nothing when all charges together would be more than the memory of the running jobs may be. The
   // only one is always granted. Never waits.
@@ -116,29 +121,30 @@ class JobPool {
     std::deque<Entry> entries;
   };
 
-  void Release();
+  void Release(const std::string& client);
   void ChangeCharged(int64_t by);
   void Work();
 
   // With mutex_ held.
+  static bool WithdrawFrom(Line* line, uint64_t number, Entry* withdrawn);
   bool HasRoomForNext() const;
   void TellHeart() { heart_.SetBusy(running_ < workers_ && HasRoomForNext()); }
   Entry TakeNext();
 
   const int workers_;
-  const int places_;
   const int64_t memory_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   bool closing_ = false;
   std::chrono::steady_clock::time_point held_until_{};
-  int admitted_ = 0;
+  ClientPlaces admissions_;
   int running_ = 0;
   uint64_t next_number_ = 1;
   double mean_seconds_ = 1;    // exponential mean of a job's time
   int64_t memory_in_use_ = 0;  // by running jobs
   int64_t charged_ = 0;
   std::list<Line> lines_;  // the first one is next
+  Line last_;              // when there are no lines
   Heartbeat heart_;
   std::vector<std::jthread> threads_;
 };

@@ -24,6 +24,12 @@ enum class StopReason {
   kShutdown,    // the server ends
 };
 
+// What an upload sends at least, in the mean since its begin: an old modem sends more, and a place
+// held by less is a place lost to others.
+inline constexpr double kSteadyBytesPerSecond = 4096;
+// A call that waits with its points in memory is given so long to get going.
+inline constexpr std::chrono::seconds kUploadGrace{10};
+
 class LiveCall {
  public:
   using Clock = std::chrono::steady_clock;

@@ -20,16 +20,6 @@ std::string NewName() {
   return absl::StrCat("new-", number++);
 }
 
-absl::StatusOr<std::string> Write(const std::vector<std::vector<uint8_t>>& parts,
-                                  const FileDescriptor& file) {
-  Sha256 hash;
-  for (const auto& part : parts) {
-    AddBytes(part.data(), part.size(), &hash);
-    RILIEVO_RETURN_IF_ERROR(file.Write(part.data(), part.size()));
-  }
-  return ContentName(hash);
-}
-
 }  // namespace
 
 absl::StatusOr<BlobFolder> BlobFolder::Open(std::string path) {
@@ -41,16 +31,31 @@ absl::StatusOr<BlobFolder> BlobFolder::Open(std::string path) {
   return BlobFolder(std::move(path));
 }
 
-absl::StatusOr<std::string> BlobFolder::Put(const std::vector<std::vector<uint8_t>>& parts) const {
+BlobFolder::Staged::~Staged() {
+  // Adopted or moved from, it is no longer there.
+  if (file_.valid()) RemoveFile(path_).IgnoreError();
+}
+
+absl::StatusOr<BlobFolder::Staged> BlobFolder::Stage(
+    const std::vector<std::vector<uint8_t>>& parts) const {
+  Sha256 hash;
+  int64_t bytes = 0;
   const std::string path = path_ + "/" + NewName();
-  RILIEVO_ASSIGN_OR_RETURN(const FileDescriptor file, OpenFile(path, O_RDWR | O_CREAT | O_EXCL));
-  absl::StatusOr<std::string> name = Write(parts, file);
-  absl::Status status = name.ok() ? Adopt(path, file, *name) : name.status();
-  if (!status.ok()) {
-    RemoveFile(path).IgnoreError();
-    return status;
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, OpenFile(path, O_RDWR | O_CREAT | O_EXCL));
+  Staged staged(path, std::move(file), "", 0);
+  for (const auto& part : parts) {
+    AddBytes(part.data(), part.size(), &hash);
+    RILIEVO_RETURN_IF_ERROR(staged.file().Write(part.data(), part.size()));
+    bytes += static_cast<int64_t>(part.size());
   }
-  return name;
+  RILIEVO_RETURN_IF_ERROR(SyncFile(staged.file()));
+  return Staged(std::move(staged), ContentName(hash), bytes);
+}
+
+absl::StatusOr<std::string> BlobFolder::Put(const std::vector<std::vector<uint8_t>>& parts) const {
+  RILIEVO_ASSIGN_OR_RETURN(const Staged staged, Stage(parts));
+  RILIEVO_RETURN_IF_ERROR(Adopt(staged.path(), staged.file(), staged.name()));
+  return staged.name();
 }
 
 absl::Status BlobFolder::Adopt(const std::string& path, const FileDescriptor& file,
@@ -69,6 +74,16 @@ absl::StatusOr<FileDescriptor> BlobFolder::Read(const std::string& name) const {
 
 absl::Status BlobFolder::Remove(const std::string& name) const {
   return RemoveFile(path_ + "/" + name);
+}
+
+absl::Status BlobFolder::SetAside(const std::string& name) const {
+  const std::string folder = path_.substr(0, path_.rfind('/')) + "/damaged";
+  RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
+  if (std::rename((path_ + "/" + name).c_str(), (folder + "/" + name).c_str()) != 0 &&
+      errno != ENOENT) {
+    return StatusOfErrno(errno, "setting a damaged file aside");
+  }
+  return SyncFolder(path_);
 }
 
 absl::StatusOr<std::vector<FileEntry>> BlobFolder::List() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -22,8 +23,9 @@ class Query {
   Query& Bind(int64_t value);
   Query& Bind(const std::string& value);  // text or bytes
 
-  // Whether there is a(nother) row. RESOURCE_EXHAUSTED when the disk is full, ALREADY_EXISTS when a
-  // value must be unique, else INTERNAL.
+  // Whether there is a(nother) row. RESOURCE_EXHAUSTED when the disk is full, UNAVAILABLE when
+  // another program holds the database, ALREADY_EXISTS when a value must be unique, DATA_LOSS when
+  // the file is damaged, else INTERNAL.
   absl::StatusOr<bool> Step();
 
   // To its end; rows are dropped.
@@ -45,18 +47,31 @@ class Query {
 };
 
 // Used by one thread at a time. Write-ahead log; every transaction is synced to disk before it
-// returns.
+// returns. What another program holds is waited for, up to five seconds.
 class Database {
  public:
-  // Opened or made. `schema` makes the tables of `version`; `from_previous`, when given, makes them
-  // of those of the version before. UNAVAILABLE when the tables are of another version.
-  static absl::StatusOr<Database> Open(const std::string& path, int version, const char* schema,
-                                       const char* from_previous = nullptr);
+  // Opened or made, readable by its owner only.
+  static absl::StatusOr<Database> Open(const std::string& path);
 
-  absl::StatusOr<Query> Prepare(const char* sql);
+  // The version that Make() was given; 0 before.
+  absl::StatusOr<int64_t> Version();
+
+  // Makes the tables of a new database.
+  absl::Status Make(int version, const char* schema);
+
+  absl::StatusOr<Query> Prepare(const std::string& sql);
 
   // Several statements without parameters.
-  absl::Status Execute(const char* sql);
+  absl::Status Execute(const std::string& sql);
+
+  // The first column of the first row, 0 when there is none.
+  absl::StatusOr<int64_t> Number(const std::string& sql);
+
+  // `body` as one transaction: all of it is on disk when this returns OK, else nothing of it.
+  absl::Status Transact(const std::function<absl::Status()>& body);
+
+  // Gives pages that hold nothing back to the disk, and empties the write-ahead log.
+  absl::Status Shrink();
 
   // Rows that the latest statement changed.
   int Changes() const;

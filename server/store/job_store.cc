@@ -1,5 +1,8 @@
 #include "server/store/job_store.h"
 
+#include <sys/stat.h>
+
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -7,95 +10,179 @@
 #include "core/base/status_macros.h"
 #include "server/conversion/call_error.h"
 #include "server/store/content_name.h"
+#include "server/store/control_mesh_blob.h"
 #include "server/store/folder.h"
+#include "server/store/store_tables.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kSchemaVersion = 2;
-// `number` only grows: the order of creation. `end_ms` is 0 while the job is not finished.
-constexpr char kSchema[] = R"(
-  CREATE TABLE jobs(
-    number INTEGER PRIMARY KEY AUTOINCREMENT,
-    job_id BLOB NOT NULL UNIQUE,
-    owner BLOB NOT NULL,
-    request_id BLOB NOT NULL,
-    client BLOB NOT NULL,
-    scan BLOB NOT NULL,
-    surface BLOB NOT NULL,
-    end_ms INTEGER NOT NULL,
-    header BLOB NOT NULL,
-    job BLOB NOT NULL,
-    UNIQUE(owner, request_id));
-  CREATE INDEX jobs_by_end ON jobs(end_ms, number);
-  CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
-  CREATE INDEX scans_by_name ON scans(scan))";
-// Version 1 had no table of scans: whoever named one could use it. Whoever made a job of it goes on
-// using it, whether sent by the same owner or not; nobody can tell that any more.
-constexpr char kFromVersion1[] = R"(
-  CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
-  CREATE INDEX scans_by_name ON scans(scan);
-  INSERT OR IGNORE INTO scans SELECT owner, scan FROM jobs)";
-
-constexpr char kColumns[] = "owner, client, surface, header, job";
-
-int64_t EndMilliseconds(const v1::Job& job) {
-  if (!IsFinished(job.state())) return 0;
-  return job.end_time().seconds() * 1000 + job.end_time().nanos() / 1'000'000;
-}
-
-// Of a row of kColumns.
-absl::StatusOr<StoredJob> Decode(const Query& row) {
-  StoredJob stored;
-  stored.owner = row.Bytes(0);
-  stored.client = row.Bytes(1);
-  stored.surface = row.Bytes(2);
-  if (!stored.header.ParseFromString(row.Bytes(3)) || !stored.job.ParseFromString(row.Bytes(4))) {
-    return absl::InternalError("a job of the store is damaged");
-  }
-  return stored;
-}
+constexpr char kStoreTime[] = "store_ms", kWallTime[] = "wall_ms";
 
 absl::Status NoSuchJob() {
   return StatusOf({ErrorCause::kJobNotFound, "there is no such job; it may have been removed"});
 }
 
-}  // namespace
-
-absl::StatusOr<std::unique_ptr<JobStore>> JobStore::Open(const std::string& folder) {
-  RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(Database database, Database::Open(folder + "/jobs.db", kSchemaVersion,
-                                                             kSchema, kFromVersion1));
-  RILIEVO_ASSIGN_OR_RETURN(BlobFolder blobs, BlobFolder::Open(folder + "/blobs"));
-  RILIEVO_ASSIGN_OR_RETURN(auto uploads, PartialUploads::Open(folder + "/uploads"));
-  RILIEVO_RETURN_IF_ERROR(SyncFolder(folder));
-  return std::unique_ptr<JobStore>(
-      new JobStore(std::move(lock), std::move(database), std::move(blobs), std::move(uploads)));
+absl::Status NoSuchScan() {
+  return StatusOf({ErrorCause::kScanNotFound, "there is no such scan; upload it, then repeat"});
 }
 
-absl::StatusOr<StoredJob> JobStore::Insert(const StoredJob& stored) {
+absl::Status NotToBeChanged() {
+  return absl::FailedPreconditionError("the job is finished or was removed");
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<JobStore>> JobStore::Open(const std::string& folder,
+                                                         StoreSettings settings) {
+  RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(folder));
+  RILIEVO_ASSIGN_OR_RETURN(BlobFolder blobs, BlobFolder::Open(folder + "/blobs"));
+  RILIEVO_ASSIGN_OR_RETURN(JobTables tables, OpenTables(folder, blobs));
+  RILIEVO_ASSIGN_OR_RETURN(auto uploads, PartialUploads::Open(folder + "/uploads"));
+  RILIEVO_RETURN_IF_ERROR(SyncFolder(folder));
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t store_ms, tables.State(kStoreTime));
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t wall_ms, tables.State(kWallTime));
+  const StoreClock clock(store_ms, wall_ms, settings.clock);
+  std::unique_ptr<JobStore> store(new JobStore(folder, std::move(lock), std::move(tables),
+                                               std::move(blobs), std::move(uploads),
+                                               std::move(settings), clock));
+  RILIEVO_RETURN_IF_ERROR(store->Reconcile());
+  return store;
+}
+
+JobStore::JobStore(const std::string& folder, FileDescriptor lock, JobTables tables,
+                   BlobFolder blobs, std::unique_ptr<PartialUploads> uploads,
+                   StoreSettings settings, const StoreClock& clock)
+    : folder_(folder),
+      lock_(std::move(lock)),
+      settings_(std::move(settings)),
+      clock_(clock),
+      tables_(std::move(tables)),
+      blobs_(std::move(blobs)),
+      uploads_(std::move(uploads)),
+      room_(folder) {}
+
+JobStore::~JobStore() {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(auto known, FindLocked(stored.owner, stored.job.request_id()));
-  if (known) return *std::move(known);
-  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_.Prepare("INSERT INTO jobs(job_id, owner, request_id, client, scan, surface, end_ms,"
-                        " header, job) VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?)"));
-  query.Bind(stored.job.job_id()).Bind(stored.owner).Bind(stored.job.request_id());
-  query.Bind(stored.client).Bind(stored.job.scan_id()).Bind(stored.surface);
-  query.Bind(EndMilliseconds(stored.job));
-  query.Bind(stored.header.SerializeAsString()).Bind(stored.job.SerializeAsString());
-  RILIEVO_RETURN_IF_ERROR(query.Run());
-  return stored;
+  Change([&] { return KeepTime(); }).IgnoreError();
+  tables_.database().Shrink().IgnoreError();
+}
+
+absl::Status JobStore::KeepTime() {
+  RILIEVO_RETURN_IF_ERROR(tables_.SetState(kStoreTime, clock_.Now()));
+  return tables_.SetState(kWallTime, clock_.Wall());
+}
+
+absl::Status JobStore::Reconcile() {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_.List());
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> uploads, uploads_->List());
+  const std::lock_guard lock(mutex_);
+  struct stat rights {};
+  if (stat(folder_.c_str(), &rights) == 0 && (rights.st_mode & 077) != 0) {
+    Report(absl::StrCat(folder_, " is open to others than its owner; chmod 700 it"));
+  }
+  // A full disk is no reason not to start: what is stored can be read and removed.
+  const absl::Status done = Change([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(KeepTime());
+    for (const FileEntry& file : files) {
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t known, tables_.BytesOfBlob(file.name));
+      if (known >= 0) continue;
+      RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(file.name, file.bytes, clock_.Now()));
+    }
+    std::set<std::string> there;
+    for (const FileEntry& file : uploads) {
+      there.insert(file.name);
+      RILIEVO_ASSIGN_OR_RETURN(const auto known, tables_.FindUpload(file.name));
+      if (known) continue;
+      RILIEVO_RETURN_IF_ERROR(tables_.PutUpload("", file.name, file.bytes, clock_.Now()));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(const auto announced, tables_.UploadsBefore(INT64_MAX));
+    for (const auto& upload : announced) {
+      if (!there.contains(upload.name)) RILIEVO_RETURN_IF_ERROR(tables_.DropUpload(upload.name));
+    }
+    return absl::OkStatus();
+  });
+  room_.Note(done);
+  return absl::IsResourceExhausted(done) ? absl::OkStatus() : done;
+}
+
+void JobStore::Report(const std::string& line) const {
+  if (settings_.report) settings_.report(line);
+}
+
+void JobStore::ReportDamaged() {
+  for (const std::string& id : tables_.TakeDamaged()) {
+    Report(absl::StrCat("the record of job ", id, " is damaged; it is set aside"));
+  }
+}
+
+absl::Status JobStore::Change(const std::function<absl::Status()>& body) {
+  RILIEVO_RETURN_IF_ERROR(tables_.Transact(body));
+  // A file that stays though its row is gone is found when the store is opened again.
+  for (const std::string& blob : tables_.TakeGone()) blobs_.Remove(blob).IgnoreError();
+  return absl::OkStatus();
+}
+
+absl::Status JobStore::Write(const std::function<absl::Status()>& body) {
+  RILIEVO_RETURN_IF_ERROR(room_.Check());
+  const absl::Status written = Change(body);
+  room_.Note(written);
+  return written;
+}
+
+absl::Status JobStore::Free(const std::function<absl::Status()>& body) {
+  const absl::Status done = Change(body);
+  if (!absl::IsResourceExhausted(done)) return done;
+  room_.Release();
+  return Change(body);
+}
+
+absl::Status JobStore::Adopt(const std::string& path, const FileDescriptor& file,
+                             const std::string& name, const std::function<absl::Status()>& body) {
+  const absl::Status done = Write([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file.Size());
+    RILIEVO_RETURN_IF_ERROR(blobs_.Adopt(path, file, name));
+    RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(name, bytes, clock_.Now()));
+    return body();
+  });
+  if (!done.ok() && tables_.BytesOfBlob(name).value_or(0) < 0) blobs_.Remove(name).IgnoreError();
+  return done;
+}
+
+absl::Status JobStore::BeginUpload(const std::string& owner, const std::string& name,
+                                   int64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  RILIEVO_ASSIGN_OR_RETURN(const auto known, tables_.FindUpload(name));
+  RILIEVO_RETURN_IF_ERROR(MakeRoom(owner, bytes - (known ? known->bytes : 0), name));
+  return Write([&] { return tables_.PutUpload(owner, name, bytes, clock_.Now()); });
+}
+
+absl::Status JobStore::FinishUpload(const std::string& owner, const std::string& name,
+                                    int64_t bytes, const std::string& sha256,
+                                    PartialUploads::Writer* writer) {
+  const auto take = [&](const std::string& path, const FileDescriptor& file) {
+    const std::lock_guard lock(mutex_);
+    return Adopt(path, file, sha256, [&]() -> absl::Status {
+      RILIEVO_RETURN_IF_ERROR(tables_.DropUpload(name));
+      return tables_.AddScan(owner, sha256, clock_.Now());
+    });
+  };
+  const absl::Status done = writer->Finish(bytes, sha256, take);
+  if (!absl::IsDataLoss(done)) return done;
+  const std::lock_guard lock(mutex_);
+  Free([&] { return tables_.DropUpload(name); }).IgnoreError();
+  return done;
 }
 
 absl::Status JobStore::AddScan(const std::string& owner, const std::string& scan) {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("INSERT OR IGNORE INTO scans VALUES(?, ?)"));
-  return query.Bind(owner).Bind(scan).Run();
+  RILIEVO_ASSIGN_OR_RETURN(const FileDescriptor file, blobs_.Read(scan));
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file.Size());
+  return Write([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(scan, bytes, clock_.Now()));
+    return tables_.AddScan(owner, scan, clock_.Now());
+  });
 }
 
 absl::StatusOr<FileDescriptor> JobStore::ReadScan(const std::string& owner,
@@ -106,218 +193,128 @@ absl::StatusOr<FileDescriptor> JobStore::ReadScan(const std::string& owner,
 
 absl::StatusOr<FileDescriptor> JobStore::ReadScanLocked(const std::string& owner,
                                                         const std::string& scan) {
-  const absl::Status none =
-      StatusOf({ErrorCause::kScanNotFound, "there is no such scan; upload it, then repeat"});
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT 1 FROM scans WHERE owner = ? AND scan = ?"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool owned, query.Bind(owner).Bind(scan).Step());
-  if (!owned) return none;
+  RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables_.HasScan(owner, scan));
+  if (!owned) return NoSuchScan();
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables_.BytesOfBlob(scan));
   absl::StatusOr<FileDescriptor> file = blobs_.Read(scan);
-  if (absl::IsNotFound(file.status())) return none;
-  return file;
+  if (file.ok() ? file->Size().value_or(-1) == bytes : !absl::IsNotFound(file.status())) {
+    return file;
+  }
+  Report(absl::StrCat("scan ", scan, " is lost or cut; it is forgotten until it is sent again"));
+  RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.ForgetScan(scan); }));
+  return NoSuchScan();
 }
 
-absl::Status JobStore::ForgetScans(const std::vector<std::string>& blobs) {
-  for (const std::string& blob : blobs) {
-    RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM scans WHERE scan = ?"));
-    RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Run());
-  }
-  return absl::OkStatus();
+absl::Status JobStore::RemoveScan(const std::string& owner, const std::string& scan) {
+  const std::lock_guard lock(mutex_);
+  bool found = false;
+  const absl::Status dropped = Free([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(found, tables_.DropScan(owner, scan));
+    return absl::OkStatus();
+  });
+  if (!dropped.ok()) return dropped;
+  return found ? absl::OkStatus() : NoSuchScan();
 }
 
-absl::Status JobStore::RemoveBlobs(const std::vector<std::string>& blobs) {
-  if (blobs.empty()) return absl::OkStatus();
-  // One transaction, as each is synced to disk. A file without its row goes the next time; a row
-  // without its file would give the scan back to its owner when somebody else sends it.
-  RILIEVO_RETURN_IF_ERROR(database_.Execute("BEGIN"));
-  absl::Status forgotten = ForgetScans(blobs);
-  if (forgotten.ok()) forgotten = database_.Execute("COMMIT");
-  if (!forgotten.ok()) {
-    // Says an error where the failure has ended the transaction already.
-    database_.Execute("ROLLBACK").IgnoreError();
-    return forgotten;
-  }
-  for (const std::string& blob : blobs) RILIEVO_RETURN_IF_ERROR(blobs_.Remove(blob));
-  return absl::OkStatus();
+absl::Status JobStore::SetScanAside(const std::string& scan) {
+  const std::lock_guard lock(mutex_);
+  Report(absl::StrCat("scan ", scan, " is damaged; it is set aside"));
+  RILIEVO_RETURN_IF_ERROR(blobs_.SetAside(scan));
+  return Free([&] { return tables_.ForgetScan(scan); });
+}
+
+absl::StatusOr<StoredJob> JobStore::Insert(StoredJob stored) {
+  RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(blobs_, &stored));
+  const std::lock_guard lock(mutex_);
+  RILIEVO_ASSIGN_OR_RETURN(auto known, tables_.Find(stored.owner, stored.job.request_id()));
+  ReportDamaged();
+  if (known) return *std::move(known);
+  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
+  RILIEVO_RETURN_IF_ERROR(MakeRoom(stored.owner, kJobRecordBytes + (mesh ? mesh->bytes() : 0), ""));
+  // Making room may have taken it.
+  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
+  const auto insert = [&] { return tables_.Insert(stored, /*end_ms=*/0, clock_.Now()); };
+  RILIEVO_RETURN_IF_ERROR(mesh ? Adopt(mesh->path(), mesh->file(), mesh->name(), insert)
+                               : Write(insert));
+  return stored;
 }
 
 absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::string& job_id) {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_.Prepare(absl::StrCat("SELECT ", kColumns, " FROM jobs WHERE job_id = ?").c_str()));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(job_id).Step());
-  if (!found) return NoSuchJob();
-  RILIEVO_ASSIGN_OR_RETURN(StoredJob stored, Decode(query));
-  if (stored.owner == owner) return stored;
-  ++foreign_requests_;
-  return NoSuchJob();
+  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables_.Find(job_id));
+  ReportDamaged();
+  if (stored && stored->owner == owner) return *std::move(stored);
+  if (stored) {
+    ++foreign_requests_;
+    return NoSuchJob();
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables_.IsDamaged(owner, job_id));
+  if (!damaged) return NoSuchJob();
+  return StatusOf({ErrorCause::kJobDamaged,
+                   "what was kept of this job is damaged; delete it, and create it again"});
 }
 
 absl::StatusOr<std::optional<StoredJob>> JobStore::Find(const std::string& owner,
                                                         const std::string& request_id) {
   const std::lock_guard lock(mutex_);
-  return FindLocked(owner, request_id);
-}
-
-absl::StatusOr<std::optional<StoredJob>> JobStore::FindLocked(const std::string& owner,
-                                                              const std::string& request_id) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare(absl::StrCat("SELECT ", kColumns,
-                                                  " FROM jobs WHERE owner = ? AND request_id = ?")
-                                         .c_str()));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(owner).Bind(request_id).Step());
-  if (!found) return std::nullopt;
-  return Decode(query);
+  auto found = tables_.Find(owner, request_id);
+  ReportDamaged();
+  return found;
 }
 
 absl::StatusOr<std::vector<v1::Job>> JobStore::List(const std::string& owner, int limit,
                                                     int64_t* before) {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("SELECT number, job FROM jobs WHERE owner = ? AND"
-                                     " (?2 = 0 OR number < ?2) ORDER BY number DESC LIMIT ?3"));
-  query.Bind(owner).Bind(*before).Bind(limit + 1);
-  *before = 0;
+  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables_.List(owner, limit, before));
+  ReportDamaged();
   std::vector<v1::Job> jobs;
-  int64_t last = 0;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return jobs;
-    if (jobs.size() == static_cast<size_t>(limit)) {
-      *before = last;
-      return jobs;
-    }
-    last = query.Integer(0);
-    if (!jobs.emplace_back().ParseFromString(query.Bytes(1))) {
-      return absl::InternalError("a job of the store is damaged");
-    }
-  }
+  jobs.reserve(stored.size());
+  for (StoredJob& one : stored) jobs.push_back(std::move(one.job));
+  return jobs;
 }
 
 absl::Status JobStore::Update(const StoredJob& stored) {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("UPDATE jobs SET surface = ?, end_ms = ?, job = ?"
-                                             " WHERE job_id = ? AND end_ms = 0"));
-  query.Bind(stored.surface).Bind(EndMilliseconds(stored.job));
-  query.Bind(stored.job.SerializeAsString()).Bind(stored.job.job_id());
-  RILIEVO_RETURN_IF_ERROR(query.Run());
-  if (database_.Changes() == 1) return absl::OkStatus();
-  return absl::FailedPreconditionError("the job is finished or was removed");
+  const auto update = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables_.Update(stored, clock_.Now()));
+    return changed ? absl::OkStatus() : NotToBeChanged();
+  };
+  // What is cancelled gives room, and must be possible without any.
+  return stored.job.state() == v1::JOB_STATE_CANCELLED ? Free(update) : Write(update);
 }
 
 absl::Status JobStore::Finish(StoredJob stored, const std::vector<std::vector<uint8_t>>& surface) {
-  Sha256 hash;
-  for (const auto& part : surface) AddBytes(part.data(), part.size(), &hash);
-  stored.surface = ContentName(hash);
-  {
-    const std::lock_guard lock(mutex_);
-    coming_.insert(stored.surface);
-  }
-  absl::Status status = blobs_.Put(surface).status();
-  if (status.ok()) status = Update(stored);
+  RILIEVO_RETURN_IF_ERROR(room_.Check());
+  auto staged = blobs_.Stage(surface);
+  room_.Note(staged.status());
+  RILIEVO_RETURN_IF_ERROR(staged.status());
+  stored.surface = staged->name();
   const std::lock_guard lock(mutex_);
-  coming_.erase(coming_.find(stored.surface));
-  return status;
+  return Adopt(staged->path(), staged->file(), staged->name(), [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables_.Update(stored, clock_.Now()));
+    return changed ? absl::OkStatus() : NotToBeChanged();
+  });
 }
 
-absl::Status JobStore::Remove(const std::string& job_id) {
+absl::Status JobStore::Remove(const std::string& owner, const std::string& job_id) {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM jobs WHERE job_id = ?"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(job_id).Run());
-  return database_.Changes() == 1 ? absl::OkStatus() : NoSuchJob();
+  bool found = false;
+  const absl::Status removed = Free([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables_.IsDamaged(owner, job_id));
+    if (damaged) RILIEVO_RETURN_IF_ERROR(tables_.ForgetDamaged(job_id));
+    RILIEVO_ASSIGN_OR_RETURN(found, tables_.Remove(job_id, /*its_scan=*/true));
+    found = found || damaged;
+    return absl::OkStatus();
+  });
+  if (!removed.ok()) return removed;
+  return found ? absl::OkStatus() : NoSuchJob();
 }
 
 absl::StatusOr<std::vector<StoredJob>> JobStore::Unfinished() {
   const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare(absl::StrCat("SELECT ", kColumns,
-                                                  " FROM jobs WHERE end_ms = 0 ORDER BY number")
-                                         .c_str()));
-  std::vector<StoredJob> jobs;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return jobs;
-    RILIEVO_ASSIGN_OR_RETURN(StoredJob stored, Decode(query));
-    jobs.push_back(std::move(stored));
-  }
-}
-
-absl::StatusOr<int64_t> JobStore::RemoveUnusedBlobs(int64_t older_than_ms) {
-  std::set<std::string> used;
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("SELECT scan, surface FROM jobs"));
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) break;
-    used.insert(query.Bytes(0));
-    used.insert(query.Bytes(1));
-  }
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_.List());
-  int64_t left = 0;
-  std::vector<std::string> unused;
-  for (const FileEntry& file : files) {
-    if (file.modified_ms < older_than_ms && !used.contains(file.name) &&
-        !coming_.contains(file.name)) {
-      unused.push_back(file.name);
-    } else {
-      left += file.bytes;
-    }
-  }
-  RILIEVO_RETURN_IF_ERROR(RemoveBlobs(unused));
-  return left;
-}
-
-// Bytes that it gave back.
-absl::StatusOr<int64_t> JobStore::RemoveIfUnused(const std::string& blob) {
-  if (coming_.contains(blob)) return 0;
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("SELECT 1 FROM jobs WHERE scan = ?1 OR surface = ?1 LIMIT 1"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool used, query.Bind(blob).Step());
-  if (used) return 0;
-  const auto file = blobs_.Read(blob);
-  if (!file.ok()) return 0;
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file->Size());
-  RILIEVO_RETURN_IF_ERROR(RemoveBlobs({blob}));
-  return bytes;
-}
-
-// Bytes that it gave back; NOT_FOUND when no job is finished.
-absl::StatusOr<int64_t> JobStore::RemoveOldestFinished() {
-  std::string blobs[2];
-  {
-    RILIEVO_ASSIGN_OR_RETURN(
-        Query query, database_.Prepare("DELETE FROM jobs WHERE number = (SELECT number FROM jobs"
-                                       " WHERE end_ms > 0 ORDER BY end_ms, number LIMIT 1)"
-                                       " RETURNING scan, surface"));
-    RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
-    if (!found) return NoSuchJob();
-    blobs[0] = query.Bytes(0);
-    blobs[1] = query.Bytes(1);
-    RILIEVO_RETURN_IF_ERROR(query.Run());
-  }
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t scan_bytes, RemoveIfUnused(blobs[0]));
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t surface_bytes, RemoveIfUnused(blobs[1]));
-  return scan_bytes + surface_bytes;
-}
-
-absl::StatusOr<int64_t> JobStore::Clean(const Retention& retention, int64_t now_ms) {
-  const int64_t oldest = now_ms - retention.age_ms;
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t uploads, uploads_->RemoveOlderThan(oldest));
-  const std::lock_guard lock(mutex_);
-  {
-    RILIEVO_ASSIGN_OR_RETURN(Query query,
-                             database_.Prepare("DELETE FROM jobs WHERE end_ms > 0 AND end_ms < ?"));
-    RILIEVO_RETURN_IF_ERROR(query.Bind(oldest).Run());
-  }
-  RILIEVO_ASSIGN_OR_RETURN(int64_t stored, RemoveUnusedBlobs(oldest));
-  while (stored + uploads > retention.bytes) {
-    const absl::StatusOr<int64_t> freed = RemoveOldestFinished();
-    if (absl::IsNotFound(freed.status())) break;
-    RILIEVO_RETURN_IF_ERROR(freed.status());
-    stored -= *freed;
-  }
-  return stored + uploads;
+  auto jobs = tables_.Unfinished();
+  ReportDamaged();
+  return jobs;
 }
 
 }  // namespace rilievo

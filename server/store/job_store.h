@@ -3,10 +3,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -15,50 +15,70 @@
 #include "rilievo/v1/jobs.pb.h"
 #include "server/os/file_descriptor.h"
 #include "server/store/blob_folder.h"
-#include "server/store/database.h"
+#include "server/store/disk_room.h"
+#include "server/store/job_record.h"
+#include "server/store/job_tables.h"
 #include "server/store/partial_uploads.h"
+#include "server/store/store_clock.h"
 
 namespace rilievo {
 
-// A job as it is kept. `job` is what its client sees.
-struct StoredJob {
-  std::string owner;   // whose jobs it is among; empty: nobody's in particular
-  std::string client;  // whose turn it takes in the queue
-  v1::ReconstructHeader header;
-  std::string surface;  // its blob; empty before it succeeded
-  v1::Job job;
-};
-
-inline bool IsFinished(v1::JobState state) {
-  return state == v1::JOB_STATE_SUCCEEDED || state == v1::JOB_STATE_FAILED ||
-         state == v1::JOB_STATE_CANCELLED;
-}
-
 // What is kept, for how long.
 struct Retention {
-  int64_t age_ms = 7 * 24 * 3600 * int64_t{1000};  // of finished jobs, unused scans, cut uploads
-  int64_t bytes = 20'000'000'000;                  // of all scans, surfaces and uploads together
+  int64_t age_ms = 7 * 24 * 3600 * int64_t{1000};  // of finished jobs, idle scans, cut uploads
+  int64_t bytes = 20'000'000'000;                  // of scans, surfaces, meshes, uploads, records
+  int64_t owner_bytes = 0;                         // of them of one owner; 0: no limit
 };
 
-// A folder: `jobs.db` (SQLite), `blobs/`, `uploads/`, `lock`. Thread-safe; every function waits for
-// the disk, and what it changed is on disk when it returns OK. RESOURCE_EXHAUSTED when the disk is
-// full: nothing has changed then, and the same call may succeed later.
+struct StoreSettings {
+  Retention retention = {};
+  StoreClock::Source clock = StoreClock::System();
+  // Told of what an operator should know, a line each; called with the store locked.
+  std::function<void(const std::string&)> report = {};
+};
+
+// A folder: `jobs.db` (SQLite), `blobs/`, `uploads/`, `reserve`, `lock`. Thread-safe; every
+// function waits for the disk, and what it changed is on disk when it returns OK.
+// RESOURCE_EXHAUSTED when the disk is full or the store has no room, UNAVAILABLE when another
+// program holds the database: nothing has changed then, and the same call may succeed later.
 class JobStore {
  public:
-  // Made when it is not there. UNAVAILABLE when another process uses it.
-  static absl::StatusOr<std::unique_ptr<JobStore>> Open(const std::string& folder);
+  // Made when it is not there. UNAVAILABLE when another process uses it; else as OpenTables().
+  static absl::StatusOr<std::unique_ptr<JobStore>> Open(const std::string& folder,
+                                                        StoreSettings settings = {});
 
-  // The scan of that name is `owner`'s too from now on: it showed that it has the bytes.
+  // Keeps how far the store's clock got, and gives free pages back.
+  ~JobStore();
+
+  // Makes room for an upload of that many bytes and counts it as the owner's. Room is made of what
+  // can go (idle scans, cut uploads, finished jobs, oldest first): the owner's own above its limit
+  // and where nobody takes more; else of who takes most.
+  absl::Status BeginUpload(const std::string& owner, const std::string& name, int64_t bytes);
+
+  // Takes a whole upload as a scan of `owner`'s; else DATA_LOSS, and it is dropped.
+  absl::Status FinishUpload(const std::string& owner, const std::string& name, int64_t bytes,
+                            const std::string& sha256, PartialUploads::Writer* writer);
+
+  // The scan of that name, whose blob is there, is `owner`'s too from now on.
   absl::Status AddScan(const std::string& owner, const std::string& scan);
 
   // NOT_FOUND when there is none, or it is none of `owner`'s: to others it is as if it were not.
+  // One whose file is lost or has another size is forgotten.
   absl::StatusOr<FileDescriptor> ReadScan(const std::string& owner, const std::string& scan);
 
-  // Keeps `job`, unless its owner has one of the same request_id: then that one is returned.
-  // NOT_FOUND when its scan is not stored, or none of the owner's.
-  absl::StatusOr<StoredJob> Insert(const StoredJob& job);
+  // It is no longer the owner's; NOT_FOUND when it was not. Its bytes go when no other owner and no
+  // unfinished job needs them.
+  absl::Status RemoveScan(const std::string& owner, const std::string& scan);
 
-  // NOT_FOUND when there is none, or it is another's.
+  // Its bytes are not what its name says: nobody has it any more, so that a new upload heals it.
+  absl::Status SetScanAside(const std::string& scan);
+
+  // Keeps `job`, unless its owner has one of the same request_id: then that one is returned, and a
+  // mesh of its header as blob in both cases. NOT_FOUND when its scan is not stored, or none of the
+  // owner's.
+  absl::StatusOr<StoredJob> Insert(StoredJob job);
+
+  // NOT_FOUND when there is none, or it is another's; DATA_LOSS when its record is damaged.
   absl::StatusOr<StoredJob> Get(const std::string& owner, const std::string& job_id);
 
   // How many Get() calls were for a job of another owner.
@@ -69,7 +89,7 @@ class JobStore {
                                                 const std::string& request_id);
 
   // Newest first, at most `limit` (>= 1); `before`: of the page before, 0 for the first. Sets it
-  // for the next page, to 0 after the last job.
+  // for the next page, to 0 after the last job. It counts the owner's own jobs.
   absl::StatusOr<std::vector<v1::Job>> List(const std::string& owner, int limit, int64_t* before);
 
   // Replaces what is kept of the job of that id, unless that is finished or was removed:
@@ -79,44 +99,59 @@ class JobStore {
   // The same for a job that succeeded: stores its surface first, and fills in `surface`.
   absl::Status Finish(StoredJob job, const std::vector<std::vector<uint8_t>>& surface);
 
-  absl::Status Remove(const std::string& job_id);
+  // With its surface, and its scan unless another job of its owner names it.
+  absl::Status Remove(const std::string& owner, const std::string& job_id);
 
   // Those that are not finished, oldest first.
   absl::StatusOr<std::vector<StoredJob>> Unfinished();
 
-  // Removes what Retention no longer keeps: by age finished jobs, uploads and blobs that no job
-  // refers to; then by size finished jobs, oldest first, with the blobs that only they refer to.
-  // Returns the bytes that are stored.
-  absl::StatusOr<int64_t> Clean(const Retention& retention, int64_t now_ms);
+  // Removes what retention no longer keeps, by age, then by size. Returns the bytes that are
+  // stored.
+  absl::StatusOr<int64_t> Clean();
+
+  // Whether a write found no room, and there is none yet.
+  bool full() const { return room_.full(); }
+  // Looks whether there is room again.
+  void LookForRoom() { room_.Check().IgnoreError(); }
 
   const BlobFolder& blobs() const { return blobs_; }
   PartialUploads& uploads() { return *uploads_; }
 
  private:
-  JobStore(FileDescriptor lock, Database database, BlobFolder blobs,
-           std::unique_ptr<PartialUploads> uploads)
-      : lock_(std::move(lock)),
-        database_(std::move(database)),
-        blobs_(std::move(blobs)),
-        uploads_(std::move(uploads)) {}
+  JobStore(const std::string& folder, FileDescriptor lock, JobTables tables, BlobFolder blobs,
+           std::unique_ptr<PartialUploads> uploads, StoreSettings settings,
+           const StoreClock& clock);
 
-  // With mutex_ held.
+  // What files and tables do not agree on after a crash.
+  absl::Status Reconcile();
+
+  // All with mutex_ held. `body` as one transaction; then blobs that it left unused are removed.
+  absl::Status Change(const std::function<absl::Status()>& body);
+  absl::Status Write(const std::function<absl::Status()>& body);  // what takes room
+  absl::Status Free(const std::function<absl::Status()>& body);   // what gives room
+  // Takes a staged file into the tables by `body`; removes it when that fails and nobody had it.
+  absl::Status Adopt(const std::string& path, const FileDescriptor& file, const std::string& name,
+                     const std::function<absl::Status()>& body);
   absl::StatusOr<FileDescriptor> ReadScanLocked(const std::string& owner, const std::string& scan);
-  absl::Status RemoveBlobs(const std::vector<std::string>& blobs);
-  absl::Status ForgetScans(const std::vector<std::string>& blobs);
-  absl::StatusOr<std::optional<StoredJob>> FindLocked(const std::string& owner,
-                                                      const std::string& request_id);
-  absl::StatusOr<int64_t> RemoveOldestFinished();
-  absl::StatusOr<int64_t> RemoveUnusedBlobs(int64_t older_than_ms);
-  absl::StatusOr<int64_t> RemoveIfUnused(const std::string& blob);
+  absl::Status MakeRoom(const std::string& owner, int64_t bytes, const std::string& for_upload);
+  absl::StatusOr<bool> Evict(const std::string& owner, const std::string& except_upload);
+  absl::StatusOr<bool> EvictForSize(const std::string& owner, int64_t bytes,
+                                    const std::string& for_upload);
+  absl::Status RemoveOld();
+  absl::Status KeepTime();
+  void ReportDamaged();
+  void Report(const std::string& line) const;
 
+  const std::string folder_;
   const FileDescriptor lock_;
+  const StoreSettings settings_;
+  const StoreClock clock_;
   std::atomic<int64_t> foreign_requests_{0};
-  std::mutex mutex_;  // of the database, and of what refers to blobs
-  Database database_;
-  std::multiset<std::string> coming_;  // surfaces whose jobs do not refer to them yet
+  std::mutex mutex_;  // of the tables, and of which blobs there are
+  JobTables tables_;
   const BlobFolder blobs_;
   const std::unique_ptr<PartialUploads> uploads_;
+  DiskRoom room_;
 };
 
 }  // namespace rilievo

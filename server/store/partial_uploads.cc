@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -43,7 +44,9 @@ struct PartialUploads::Writer::File {
   std::mutex mutex;
   uint64_t turn = 0;  // of the writer that may write
   FileDescriptor file;
-  Sha256 hash;
+  // Of all bytes while they came in one go; a hash of what is stored is worth its reading only
+  // once, at the end.
+  std::optional<Sha256> hash;
   int64_t size = 0;
 };
 
@@ -76,7 +79,8 @@ absl::StatusOr<PartialUploads::Writer> PartialUploads::Continue(const std::strin
                                            stored, " are stored; go on there"))
                         .Limit(stored, offset));
   }
-  RILIEVO_ASSIGN_OR_RETURN(file->hash, HashOf(file->file, offset));
+  file->hash.reset();
+  if (offset == 0) file->hash.emplace();
   if (ftruncate(file->file.number(), offset) != 0 ||
       lseek(file->file.number(), offset, SEEK_SET) < 0) {
     return StatusOfErrno(errno, "upload");
@@ -92,20 +96,12 @@ absl::StatusOr<int64_t> PartialUploads::StoredBytes(const std::string& name) {
   return file->Size();
 }
 
-absl::StatusOr<int64_t> PartialUploads::RemoveOlderThan(int64_t time_ms) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, ListFiles(path_));
-  int64_t left = 0;
-  for (const FileEntry& entry : files) {
-    if (entry.modified_ms >= time_ms) {
-      left += entry.bytes;
-      continue;
-    }
-    const auto file = FileOf(entry.name);
-    const std::lock_guard lock(file->mutex);
-    ++file->turn;
-    RILIEVO_RETURN_IF_ERROR(RemoveFile(file->path));
-  }
-  return left;
+absl::StatusOr<bool> PartialUploads::RemoveIfIdle(const std::string& name) {
+  const std::lock_guard lock(mutex_);  // nobody begins to write meanwhile
+  const auto found = files_.find(name);
+  if (found != files_.end() && !found->second.expired()) return false;
+  RILIEVO_RETURN_IF_ERROR(RemoveFile(path_ + "/" + name));
+  return true;
 }
 
 int64_t PartialUploads::Writer::size() const { return size_; }
@@ -119,26 +115,30 @@ absl::Status PartialUploads::Writer::Append(const std::string& bytes) {
     lseek(file_->file.number(), size_, SEEK_SET);
     return written;
   }
-  AddBytes(bytes.data(), bytes.size(), &file_->hash);
+  if (file_->hash) AddBytes(bytes.data(), bytes.size(), &*file_->hash);
   size_ += static_cast<int64_t>(bytes.size());
   file_->size = size_;
   return absl::OkStatus();
 }
 
 absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::string& sha256,
-                                            const BlobFolder& scans) {
+                                            const Take& take) {
   const std::lock_guard lock(file_->mutex);
   if (file_->turn != turn_) return TakenOver();
-  const std::string stored = ContentName(file_->hash);
+  if (size_ == total_bytes && !file_->hash) {
+    RILIEVO_ASSIGN_OR_RETURN(file_->hash, HashOf(file_->file, size_));
+  }
+  const std::string stored = file_->hash ? ContentName(*file_->hash) : "";
   if (size_ != total_bytes || stored != sha256) {
     ++file_->turn;
     RILIEVO_RETURN_IF_ERROR(RemoveFile(file_->path));
     return StatusOf(
         {ErrorCause::kScanMismatch,
          absl::StrCat("the scan was to have ", total_bytes, " bytes with SHA-256 ", sha256,
-                      ", but ", size_, " with ", stored, " arrived; send it again from 0")});
+                      ", but ", size_, stored.empty() ? "" : absl::StrCat(" with ", stored),
+                      " arrived; send it again from 0")});
   }
-  RILIEVO_RETURN_IF_ERROR(scans.Adopt(file_->path, file_->file, stored));
+  RILIEVO_RETURN_IF_ERROR(take(file_->path, file_->file));
   ++file_->turn;
   return absl::OkStatus();
 }

@@ -2,16 +2,18 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/os/file_descriptor.h"
-#include "server/store/blob_folder.h"
 #include "server/store/content_name.h"
+#include "server/store/folder.h"
 
 namespace rilievo {
 
@@ -29,9 +31,11 @@ class PartialUploads {
     // Where the next byte goes.
     int64_t size() const;
 
-    // Moves the file into `scans` when it has `total_bytes` and this SHA-256 (hexadecimal);
-    // otherwise DATA_LOSS, and the upload is dropped.
-    absl::Status Finish(int64_t total_bytes, const std::string& sha256, const BlobFolder& scans);
+    // Hands the file to `take`, which moves it away, when it has `total_bytes` and this SHA-256
+    // (hexadecimal); otherwise DATA_LOSS, and the upload is dropped. Reads what is stored of an
+    // upload that went on, as its hash is not known.
+    using Take = std::function<absl::Status(const std::string& path, const FileDescriptor& file)>;
+    absl::Status Finish(int64_t total_bytes, const std::string& sha256, const Take& take);
 
    private:
     friend class PartialUploads;
@@ -45,15 +49,16 @@ class PartialUploads {
   };
 
   // Goes on with upload `name` (letters, digits, '-', '_' and '.') at `offset`; what is stored
-  // beyond is dropped. OUT_OF_RANGE when less is stored. Reads what is stored, to go on hashing.
+  // beyond is dropped. OUT_OF_RANGE when less is stored.
   absl::StatusOr<Writer> Continue(const std::string& name, int64_t offset);
 
   // 0 when there is none.
   absl::StatusOr<int64_t> StoredBytes(const std::string& name);
 
-  // Removes those that nobody has written to since `time_ms` (since 1970). Returns the bytes that
-  // are left.
-  absl::StatusOr<int64_t> RemoveOlderThan(int64_t time_ms);
+  // Removes one unless somebody has a writer of it; false then.
+  absl::StatusOr<bool> RemoveIfIdle(const std::string& name);
+
+  absl::StatusOr<std::vector<FileEntry>> List() const { return ListFiles(path_); }
 
  private:
   explicit PartialUploads(std::string path) : path_(std::move(path)) {}

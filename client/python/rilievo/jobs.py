@@ -13,7 +13,7 @@ from .connection import Server, as_server, error_of, error_of_status
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, InvalidArgument, NotFound,
                      RilievoError, Unavailable)
 from .options import Options, as_message
-from .reconstruction import ProgressCallback, progress_of, report_of
+from .reconstruction import ProgressCallback, check_digest, progress_of, report_of
 from .scan import Packed, pack
 from .surface import Surface
 from .v1 import jobs_pb2, jobs_pb2_grpc
@@ -39,6 +39,10 @@ class Job:
     @property
     def request_id(self) -> str:
         return str(self._message.request_id)
+
+    @property
+    def scan_id(self) -> str:
+        return str(self._message.scan_id)
 
     @property
     def state(self) -> str:
@@ -91,7 +95,8 @@ class Job:
         return self
 
     def delete(self) -> None:
-        """Removes the job and what came of it; a running one is cancelled first."""
+        """Removes the job, its surface, and its scan unless another job of yours names it; a running
+        one is cancelled first."""
         self._jobs._delete(self.job_id)
 
 
@@ -154,6 +159,17 @@ class Jobs:
             if not request.page_token:
                 break
         return jobs
+
+    def delete_scan(self, scan_id: str) -> None:
+        """Removes a scan that was uploaded; unfinished jobs on it go on."""
+        tries = _Tries(self._server, None)
+        request = jobs_pb2.DeleteScanRequest(scan_id=scan_id)
+        try:
+            tries.repeat(lambda left: self._stub.DeleteScan(request, timeout=left,
+                                                            metadata=self._server.metadata()))
+        except NotFound:
+            if tries.calls == 1:
+                raise
 
     def _call(self, method: str, request: Any) -> Any:
         return _Tries(self._server, None).repeat(
@@ -222,10 +238,10 @@ class Jobs:
     def _fetch(self, job_id: str, timeout: Optional[float]) -> bytes:
         tries = _Tries(self._server, timeout)
         data = bytearray()
-        total = -1
+        total, digest = -1, b""
 
         def stream(left: Optional[float]) -> None:
-            nonlocal total
+            nonlocal total, digest
             request = jobs_pb2.StreamSurfaceRequest(job_id=job_id, offset=len(data))
             call = self._stub.StreamSurface(request, timeout=left,
                                             metadata=self._server.metadata())
@@ -234,7 +250,7 @@ class Jobs:
                 for response in call:
                     tries.progress()
                     if response.HasField("surface"):
-                        total = response.surface.total_bytes
+                        total, digest = response.surface.total_bytes, response.surface.sha256
                         continue
                     if response.piece.offset != len(data):
                         raise DataLoss("the server left out a part of the surface")
@@ -243,6 +259,7 @@ class Jobs:
         tries.repeat(stream)
         if len(data) != total:
             raise DataLoss("the server ended before the surface did")
+        check_digest(digest, data)
         return bytes(data)
 
 

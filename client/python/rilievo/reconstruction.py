@@ -1,5 +1,6 @@
 """Points in, surface out, in one call."""
 import contextlib
+import hashlib
 import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Union
@@ -103,6 +104,13 @@ class _Requests:
             raise
 
 
+def check_digest(sha256: bytes, data: bytes) -> None:
+    """Raises DataLoss when `data` has another SHA-256 than the server told, if it told one."""
+    if sha256 and hashlib.sha256(data).digest() != sha256:
+        raise DataLoss("the surface that arrived is not the one that was made: its SHA-256 "
+                       "differs; fetch it again")
+
+
 class _Receiver:
     """Puts the answers together."""
 
@@ -147,6 +155,7 @@ class _Receiver:
             raise DataLoss(f"the answer ended after {len(self._bytes)} bytes of the surface")
         if self._report is None:
             raise DataLoss("the answer ended without a summary")
+        check_digest(self._header.sha256, self._bytes)
         surface = Surface(bytes(self._bytes), len(self._bytes), self._report)
         if self._layer:
             self._layer(surface)

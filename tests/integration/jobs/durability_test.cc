@@ -189,6 +189,49 @@ TEST_F(JobsTest, SilentClientsAreSentAway) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, seconds(3));
 }
 
+TEST_F(JobsTest, UploadJobFetchDeleteForEverFillsNothing) {
+  StartServer({"--keep-bytes", "400000"});
+  for (int round = 0; round < 12; ++round) {
+    PointCloud scan = SphereScan(10'000);
+    scan.points.array() *= 1 + 0.01 * round;
+    const auto job = HastyClient().Submit(PackScan(scan), {}, "r-" + std::to_string(round));
+    ASSERT_TRUE(job.ok()) << round << ": " << job.status();
+    ASSERT_EQ(Client().Watch(job->job_id())->state(), v1::JOB_STATE_SUCCEEDED);
+    ASSERT_TRUE(Client().Fetch(job->job_id()).ok());
+    ASSERT_TRUE(Client().Delete(job->job_id()).ok());
+    EXPECT_TRUE(std::filesystem::is_empty(test_ / "store/blobs"));
+  }
+}
+
+TEST_F(JobsTest, AScanIsDeletedByItself) {
+  StartServer();
+  const PackedScan scan = PackScan(SphereScan(1'000));
+  ASSERT_TRUE(Client().Upload(scan).ok());
+  EXPECT_TRUE(Client().DeleteScan(scan.scan_id).ok());
+  EXPECT_TRUE(std::filesystem::is_empty(test_ / "store/blobs"));
+  EXPECT_TRUE(absl::IsNotFound(HastyClient().DeleteScan(scan.scan_id)));
+  EXPECT_TRUE(absl::IsInvalidArgument(HastyClient().DeleteScan("../x")));
+}
+
+TEST_F(JobsTest, AJobThatTakesTheServerAlongFailsInTheEnd) {
+  StartServer({"--threads", "1"});
+  const auto job = Client().Submit(PackScan(SphereScan(200'000)), {}, "poison");
+  ASSERT_TRUE(job.ok()) << job.status();
+  for (int kill = 0; kill < 10; ++kill) {
+    const auto end = std::chrono::steady_clock::now() + seconds(10);
+    while (Client().Get(job->job_id())->state() != v1::JOB_STATE_RUNNING &&
+           std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(milliseconds(5));
+    }
+    KillServer();
+    StartServer({"--threads", "1"});
+  }
+  const auto failed = Client().Get(job->job_id());
+  ASSERT_TRUE(failed.ok()) << failed.status();
+  EXPECT_EQ(failed->state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(failed->error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted));
+}
+
 // A disk of 1 MB.
 TEST_F(JobsTest, AFullDiskIsAClearStatusAndNoEnd) {
   const std::string folder = test_ / "store";

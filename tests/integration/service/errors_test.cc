@@ -82,11 +82,19 @@ void DocumentedErrorsTest::WrongRequests() {
          Ask<v1::CancelJobResponse>(&Jobs::CancelJob, v1::CancelJobRequest()));
   Expect("DeleteJob", "JOB_NOT_FOUND",
          Ask<v1::DeleteJobResponse>(&Jobs::DeleteJob, v1::DeleteJobRequest()));
+  v1::DeleteScanRequest deletion;
+  Expect("DeleteScan", "INVALID_FIELD", Ask<v1::DeleteScanResponse>(&Jobs::DeleteScan, deletion));
+  deletion.set_scan_id(std::string(64, 'a'));
+  Expect("DeleteScan", "SCAN_NOT_FOUND", Ask<v1::DeleteScanResponse>(&Jobs::DeleteScan, deletion));
   Expect("WatchJob", "JOB_NOT_FOUND", Watch("none"));
   Expect("StreamSurface", "JOB_NOT_FOUND", Stream("none"));
   ASSERT_TRUE(Watch(job).ok());
   Expect("StreamSurface", "OFFSET_OUT_OF_RANGE", Stream(job, 1'000'000'000));
   Expect("StreamSurface", "OFFSET_OUT_OF_RANGE", Stream(job, 0, /*chunk=*/true));
+  for (const auto& blob : std::filesystem::directory_iterator(store_ + "/blobs")) {
+    std::filesystem::resize_file(blob.path(), 1);
+  }
+  Expect("StreamSurface", "SURFACE_DAMAGED", Stream(job));
 }
 
 void DocumentedErrorsTest::WrongUploads() {

@@ -112,7 +112,7 @@ TEST_F(JobBoardTest, WhatEndedBeforeItCameIsNotWorkedOn) {
   ASSERT_TRUE(work_.WaitForBegun(1));
   const StoredJob cancelled = Stored("cancelled"), removed = Stored("removed");
   ASSERT_TRUE(board().Cancel("", "cancelled").ok());
-  ASSERT_TRUE(core_->store->Remove("removed").ok());
+  ASSERT_TRUE(core_->store->Remove("", "removed").ok());
   board().Add(cancelled);
   board().Add(removed);
   const auto watched = board().EventsOf("cancelled"), lost = board().EventsOf("removed");
@@ -132,7 +132,7 @@ TEST_F(JobBoardTest, WhatEndedWhileItRanLeavesTheBoard) {
   ASSERT_TRUE(work_.WaitForBegun(2));
   const auto watched = board().EventsOf("cancelled"), lost = board().EventsOf("removed");
   ASSERT_TRUE(core_->store->Update(Cancelled(cancelled)).ok());
-  ASSERT_TRUE(core_->store->Remove("removed").ok());
+  ASSERT_TRUE(core_->store->Remove("", "removed").ok());
   work_.Release();
   EXPECT_TRUE(WaitForEmpty());
   EXPECT_TRUE(watched->EndAfter(kLast).value_or(absl::UnknownError("goes on")).ok());

@@ -28,9 +28,10 @@ TEST_F(JobRunTest, SuccessBringsTheSurfaceAndIsKept) {
   EXPECT_EQ(outcome.job.job.report().road(), "spherical");
   EXPECT_EQ(outcome.job.job.surface().chunk_bytes_size(), 1);
   EXPECT_EQ(outcome.job.job.sequence(), SequenceOfState(v1::JOB_STATE_SUCCEEDED, 1));
-  EXPECT_TRUE(run->Keep(outcome).ok());
+  EXPECT_TRUE(JobRun::Keep(outcome, core_->store.get()).ok());
   EXPECT_FALSE(core_->store->Get("ann", "a")->surface.empty());
-  EXPECT_TRUE(absl::IsFailedPrecondition(run->Keep(outcome))) << "it is finished";
+  EXPECT_TRUE(absl::IsFailedPrecondition(JobRun::Keep(outcome, core_->store.get())))
+      << "it is finished";
   ASSERT_EQ(log_.size(), 1u);
   EXPECT_EQ(log_[0].id, "a");
   EXPECT_EQ(log_[0].owner, "ann");
@@ -68,7 +69,7 @@ TEST_F(JobRunTest, AStoppedRunIsAbandonedAndOneThatTakesTooLongFails) {
   EXPECT_EQ(stopped->Work().kind, JobOutcome::Kind::kAbandoned);
   EXPECT_EQ(log_.at(0).code, absl::StatusCode::kCancelled);
 
-  core_->store->Remove("a").IgnoreError();
+  core_->store->Remove("ann", "a").IgnoreError();
   const auto late = NewRun();
   late->Tick(LiveCall::Clock::now() + std::chrono::seconds(6));
   const JobOutcome outcome = late->Work();
@@ -80,8 +81,8 @@ TEST_F(JobRunTest, AStoppedRunIsAbandonedAndOneThatTakesTooLongFails) {
 TEST_F(JobRunTest, WhatWasRemovedMeanwhileIsNotKept) {
   Open();
   const auto run = NewRun();
-  ASSERT_TRUE(core_->store->Remove("a").ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(run->Keep(run->Work())));
+  ASSERT_TRUE(core_->store->Remove("ann", "a").ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(JobRun::Keep(run->Work(), core_->store.get())));
 }
 
 TEST_F(JobRunTest, AScanThatIsGoneFailsTheJob) {

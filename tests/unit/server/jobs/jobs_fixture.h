@@ -93,7 +93,8 @@ class JobsRoomTest : public testing::Test {
           log_.push_back(record);
         },
         std::make_unique<Doorkeeper>());
-    core_ = std::make_unique<JobsCore>(service_.get(), *JobStore::Open(test_ / "store"));
+    core_ = std::make_unique<JobsCore>(service_.get(),
+                                       *JobStore::Open(test_ / "store", SettingsOfStore(options)));
   }
 
   ~JobsRoomTest() override {
@@ -119,7 +120,8 @@ class JobsRoomTest : public testing::Test {
 
   // As CreateJob keeps it.
   StoredJob Stored(const std::string& id, const std::string& owner = "") {
-    StoredJob stored{owner, "c", Request("r-" + id, AddScan(owner)).header(), "", {}};
+    StoredJob stored{.owner = owner, .client = "c"};
+    stored.header = Request("r-" + id, AddScan(owner)).header();
     stored.job.set_job_id(id);
     stored.job.set_request_id("r-" + id);
     stored.job.set_scan_id(AddScan(owner));

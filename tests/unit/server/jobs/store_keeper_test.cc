@@ -2,42 +2,33 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
+
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
 namespace {
 
-TEST(StoreKeeper, MakesRoomByRemovingFinishedJobs) {
+TEST(StoreKeeper, CleansAtOnceAndCallsEachSecond) {
   const TestFolder test;
-  auto store = *JobStore::Open(test / "store");
-  StoredJob stored;
-  stored.job.set_job_id("a");
-  stored.job.set_request_id("r");
-  stored.job.set_scan_id(*store->blobs().Put({std::vector<uint8_t>(400, 1)}));
-  ASSERT_TRUE(store->AddScan("", stored.job.scan_id()).ok());
-  ASSERT_TRUE(store->Insert(stored).ok());
-  stored.job.set_state(v1::JOB_STATE_SUCCEEDED);
-  stored.job.mutable_end_time()->set_seconds(std::time(nullptr));
-  ASSERT_TRUE(store->Finish(stored, {std::vector<uint8_t>(500, 2)}).ok());
-
-  StoreKeeper keeper(store.get(), {.age_ms = 3'600'000, .bytes = 1000});
-  EXPECT_FALSE(keeper.MakeRoomFor(1001)) << "more than there ever is";
-  EXPECT_TRUE(store->Get("", "a").ok()) << "nothing is removed for what cannot fit";
-  EXPECT_TRUE(keeper.MakeRoomFor(100));
-  EXPECT_TRUE(store->Get("", "a").ok());
-  EXPECT_TRUE(keeper.MakeRoomFor(101));
-  EXPECT_FALSE(store->Get("", "a").ok());
-}
-
-TEST(StoreKeeper, WhatWasGrantedCounts) {
-  const TestFolder test;
-  auto store = *JobStore::Open(test / "store");
-  ASSERT_TRUE(store->blobs().Put({std::vector<uint8_t>(400, 1)}).ok());  // too young to be removed
-  StoreKeeper keeper(store.get(), {.age_ms = 3'600'000, .bytes = 1000});
-  EXPECT_TRUE(keeper.MakeRoomFor(500));
-  // The first 500 never came, as the cleaning that this one causes finds.
-  EXPECT_TRUE(keeper.MakeRoomFor(600));
-  EXPECT_FALSE(keeper.MakeRoomFor(601));
+  std::atomic<int64_t> now{1'000'000};
+  StoreSettings settings;
+  settings.retention.age_ms = 1000;
+  settings.clock = {.wall_ms = [] { return int64_t{1'700'000'000'000}; },
+                    .steady_ms = [&] { return now.load(); }};
+  auto store = *JobStore::Open(test / "store", settings);
+  const std::string scan = *store->blobs().Put({std::vector<uint8_t>(400, 1)});
+  ASSERT_TRUE(store->AddScan("", scan).ok());
+  now += 2000;
+  std::atomic<int> calls{0};
+  const StoreKeeper keeper(store.get(), [&] { ++calls; });
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while ((calls < 2 || store->blobs().Read(scan).ok()) && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_GE(calls, 2);
+  EXPECT_FALSE(store->blobs().Read(scan).ok());
 }
 
 }  // namespace

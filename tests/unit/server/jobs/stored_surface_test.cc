@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "server/store/content_name.h"
+
 namespace rilievo {
 namespace {
 
@@ -31,7 +33,7 @@ FileDescriptor File() {
 
 TEST(StoredSurface, FromEveryKindOfByteTheRestComesInOrder) {
   for (const uint64_t offset : {0, 1, 999, 1000, 1001, 132'072, 300'999, 301'000, 301'007}) {
-    auto surface = StoredSurface::From(File(), Header(), offset);
+    auto surface = StoredSurface::From(File(), ContentNameOf(Content()), Header(), offset);
     ASSERT_TRUE(surface.ok());
     v1::StreamSurfaceResponse response;
     ASSERT_TRUE(*surface->Next(&response));
@@ -47,8 +49,9 @@ TEST(StoredSurface, FromEveryKindOfByteTheRestComesInOrder) {
     }
     EXPECT_EQ(bytes, Content().substr(offset));
   }
-  EXPECT_EQ(StoredSurface::From(File(), Header(), 301'008).status().code(),
-            absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(
+      StoredSurface::From(File(), ContentNameOf(Content()), Header(), 301'008).status().code(),
+      absl::StatusCode::kOutOfRange);
 }
 
 TEST(StoredSurface, AChunkIsAByte) {
@@ -62,13 +65,19 @@ TEST(StoredSurface, AChunkIsAByte) {
   EXPECT_EQ(FirstByte(request, Header()).status().code(), absl::StatusCode::kOutOfRange);
 }
 
-TEST(StoredSurface, AFileThatIsTooShortIsAnError) {
+TEST(StoredSurface, AnotherSizeIsDataLoss) {
   FileDescriptor file(memfd_create("surface", MFD_CLOEXEC));
   ASSERT_TRUE(file.Write("x", 1).ok());
-  auto surface = StoredSurface::From(std::move(file), Header(), 0);
+  EXPECT_TRUE(absl::IsDataLoss(
+      StoredSurface::From(std::move(file), ContentNameOf(Content()), Header(), 0).status()));
+}
+
+TEST(StoredSurface, OtherBytesAreDataLossAtTheEnd) {
+  auto surface = StoredSurface::From(File(), ContentNameOf("something else"), Header(), 0);
   v1::StreamSurfaceResponse response;
-  ASSERT_TRUE(surface->Next(&response).ok());
-  EXPECT_FALSE(surface->Next(&response).ok());
+  absl::StatusOr<bool> more = true;
+  while (more.ok() && *more) more = surface->Next(&response);
+  EXPECT_TRUE(absl::IsDataLoss(more.status()));
 }
 
 }  // namespace

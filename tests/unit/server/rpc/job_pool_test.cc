@@ -17,7 +17,7 @@ TEST(JobPool, AdmitsAsManyAsItHasPlacesAndTakesThemBack) {
   JobPool pool(/*workers=*/2, /*waiting=*/1);
   std::vector<JobPool::Ticket> tickets;
   for (int i = 0; i < 3; ++i) {
-    auto ticket = pool.TryAdmit();
+    auto ticket = pool.TryAdmit(std::string(1, static_cast<char>('a' + i)));
     ASSERT_TRUE(ticket.has_value()) << i;
     tickets.push_back(*std::move(ticket));
   }
@@ -25,7 +25,7 @@ TEST(JobPool, AdmitsAsManyAsItHasPlacesAndTakesThemBack) {
   EXPECT_FALSE(pool.TryAdmit().has_value());
   tickets.pop_back();
   EXPECT_EQ(pool.admitted(), 2);
-  EXPECT_TRUE(pool.TryAdmit().has_value());
+  EXPECT_TRUE(pool.TryAdmit("c").has_value());
   // That ticket was dropped at once; a moved-from one gives nothing back twice.
   EXPECT_EQ(pool.admitted(), 2);
   tickets.clear();
@@ -110,8 +110,46 @@ TEST(JobPool, DestructionWaitsForWhatRunsAndDropsTheRest) {
   EXPECT_FALSE(dropped_ran);
 }
 
+TEST(JobPool, OneClientLeavesPlacesToOthers) {
+  JobPool pool(/*workers=*/2, /*waiting=*/8);
+  std::vector<JobPool::Ticket> tickets;
+  while (auto ticket = pool.TryAdmit("mallory")) tickets.push_back(*std::move(ticket));
+  EXPECT_EQ(tickets.size(), 5u);
+  EXPECT_TRUE(pool.TryAdmit("alice").has_value());
+}
+
+TEST(JobPool, ASuspectRunsAloneAndLast) {
+  JobPool pool(/*workers=*/2, /*waiting=*/0);
+  std::promise<void> gate;
+  std::mutex mutex;
+  std::vector<std::string> order;
+  std::atomic<int> running{0};
+  std::promise<void> done;
+  const auto work = [&](const std::string& name) {
+    return [&, name] {
+      const int beside = running++;
+      const std::lock_guard lock(mutex);
+      order.push_back(name);
+      if (name == "suspect") {
+        EXPECT_EQ(beside, 0);
+      }
+      --running;
+      if (order.size() == 4) done.set_value();
+    };
+  };
+  pool.Submit([&] { gate.get_future().wait(); });
+  const uint64_t withdrawn = pool.Submit(work("withdrawn"), {.client = "a", .last = true});
+  pool.Submit(work("suspect"), {.client = "a", .last = true});
+  EXPECT_TRUE(pool.Withdraw(withdrawn));
+  EXPECT_EQ(pool.state().waiting, 1);
+  for (int i = 0; i < 3; ++i) pool.Submit(work("other"), {.client = "b"});
+  gate.set_value();
+  done.get_future().wait();
+  EXPECT_EQ(order.back(), "suspect");
+}
+
 TEST(JobPool, RetryDelayGrowsWithTheQueueWithinItsBounds) {
-  JobPool pool(1, 200);
+  JobPool pool(1, 400);
   EXPECT_EQ(pool.RetryDelay(), std::chrono::seconds(1));
   std::vector<JobPool::Ticket> tickets;
   for (int i = 0; i < 10; ++i) tickets.push_back(*pool.TryAdmit());

@@ -2,25 +2,38 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <thread>
+
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
 namespace {
 
-constexpr char kSchema[] = "CREATE TABLE t(a INTEGER PRIMARY KEY, b BLOB UNIQUE)";
+// With a table t(a, b).
+absl::StatusOr<Database> Opened(const std::string& path) {
+  auto database = Database::Open(path);
+  if (database.ok() && *database->Version() == 0) {
+    EXPECT_TRUE(database->Make(1, "CREATE TABLE t(a INTEGER PRIMARY KEY, b BLOB UNIQUE)").ok());
+  }
+  return database;
+}
 
 TEST(Database, KeepsRowsOverItsEnd) {
   const TestFolder test;
   const std::string bytes("x\0y", 3);
   {
-    auto database = Database::Open(test / "db", 1, kSchema);
+    auto database = Opened(test / "db");
     ASSERT_TRUE(database.ok()) << database.status();
     auto query = database->Prepare("INSERT INTO t VALUES(?, ?)");
     ASSERT_TRUE(query.ok());
     ASSERT_TRUE(query->Bind(7).Bind(bytes).Run().ok());
     EXPECT_EQ(database->Changes(), 1);
   }
-  auto database = Database::Open(test / "db", 1, kSchema);
+  auto database = Opened(test / "db");
   ASSERT_TRUE(database.ok());
   auto query = database->Prepare("SELECT a, b FROM t");
   ASSERT_TRUE(*query->Step());
@@ -31,7 +44,7 @@ TEST(Database, KeepsRowsOverItsEnd) {
 
 TEST(Database, IsSyncedAtEachTransaction) {
   const TestFolder test;
-  auto database = Database::Open(test / "db", 1, kSchema);
+  auto database = Opened(test / "db");
   auto synchronous = database->Prepare("PRAGMA synchronous");
   ASSERT_TRUE(*synchronous->Step());
   EXPECT_EQ(synchronous->Integer(0), 2) << "FULL";
@@ -42,7 +55,7 @@ TEST(Database, IsSyncedAtEachTransaction) {
 
 TEST(Database, ErrorsHaveTheirCodes) {
   const TestFolder test;
-  auto database = Database::Open(test / "db", 1, kSchema);
+  auto database = Opened(test / "db");
   EXPECT_FALSE(database->Prepare("SELECT nonsense").ok());
   ASSERT_TRUE(database->Execute("INSERT INTO t VALUES(1, 'x')").ok());
   EXPECT_EQ(database->Execute("INSERT INTO t VALUES(2, 'x')").code(),
@@ -54,8 +67,52 @@ TEST(Database, ErrorsHaveTheirCodes) {
     full = database->Execute("INSERT INTO t(b) VALUES(randomblob(4000))");
   }
   EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
-  EXPECT_EQ(Database::Open(test / "db", 2, kSchema).status().code(),
-            absl::StatusCode::kUnavailable);
+}
+
+TEST(Database, AnotherProgramThatWritesIsWaitedFor) {
+  const TestFolder test;
+  auto database = Opened(test / "db");
+  std::optional<Database> tool(*Opened(test / "db"));
+  ASSERT_TRUE(tool->Execute("BEGIN IMMEDIATE").ok());
+  std::jthread release([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    tool->Execute("COMMIT").IgnoreError();
+  });
+  EXPECT_TRUE(database->Execute("INSERT INTO t VALUES(1, 'x')").ok());
+}
+
+TEST(Database, ATransactionIsKeptWholeOrNotAtAll) {
+  const TestFolder test;
+  auto database = Opened(test / "db");
+  const auto insert = [&](const absl::Status& end) {
+    return database->Transact([&] {
+      EXPECT_TRUE(database->Execute("INSERT INTO t(b) VALUES(randomblob(9))").ok());
+      return end;
+    });
+  };
+  EXPECT_EQ(insert(absl::CancelledError("no")).code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 0);
+  EXPECT_TRUE(insert(absl::OkStatus()).ok());
+  EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 1);
+}
+
+TEST(Database, IsItsOwnersAndShrinks) {
+  const TestFolder test;
+  auto database = Opened(test / "db");
+  const auto rights = std::filesystem::status(test / "db").permissions();
+  EXPECT_EQ(rights, std::filesystem::perms(0600));
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(database->Execute("INSERT INTO t(b) VALUES(randomblob(40000))").ok());
+  }
+  ASSERT_TRUE(database->Execute("DELETE FROM t").ok());
+  ASSERT_TRUE(database->Shrink().ok());
+  EXPECT_LT(std::filesystem::file_size(test / "db"), 100'000);
+}
+
+TEST(Database, DamageIsToldFromOtherErrors) {
+  const TestFolder test;
+  std::ofstream(test / "db") << std::string(10'000, 'x');
+  EXPECT_TRUE(absl::IsDataLoss(Database::Open(test / "db").status()));
 }
 
 }  // namespace

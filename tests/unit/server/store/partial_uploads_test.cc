@@ -7,6 +7,7 @@
 #include <fstream>
 #include <random>
 
+#include "server/store/blob_folder.h"
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
@@ -29,7 +30,10 @@ class PartialUploadsTest : public testing::Test {
   }
 
   absl::Status Finish(PartialUploads::Writer* writer) {
-    return writer->Finish(static_cast<int64_t>(scan_.size()), ContentNameOf(scan_), blobs_);
+    return writer->Finish(static_cast<int64_t>(scan_.size()), ContentNameOf(scan_),
+                          [&](const std::string& path, const FileDescriptor& file) {
+                            return blobs_.Adopt(path, file, ContentNameOf(scan_));
+                          });
   }
 
   TestFolder test_;
@@ -100,18 +104,25 @@ TEST_F(PartialUploadsTest, TheLatestWriterWins) {
   EXPECT_TRUE(Finish(&*second).ok());
 }
 
-TEST_F(PartialUploadsTest, ForgottenOnesAreRemoved) {
-  auto writer = uploads_->Continue("old", 0);
-  Append(&*writer, 5000);
-  std::filesystem::last_write_time(
-      test_ / "uploads/old", std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
-  auto fresh = uploads_->Continue("new", 0);
-  Append(&*fresh, 700);
-  const auto now = std::chrono::duration_cast<std::chrono::milliseconds>(
-      std::chrono::system_clock::now().time_since_epoch());
-  EXPECT_EQ(*uploads_->RemoveOlderThan(now.count() - 3'600'000), 700);
-  EXPECT_EQ(*uploads_->StoredBytes("old"), 0);
-  EXPECT_EQ(writer->Append("x").code(), absl::StatusCode::kAborted);
+TEST_F(PartialUploadsTest, OneThatNobodyWritesIsRemoved) {
+  {
+    auto writer = uploads_->Continue("a", 0);
+    Append(&*writer, 5000);
+    EXPECT_FALSE(*uploads_->RemoveIfIdle("a")) << "somebody is at it";
+  }
+  EXPECT_TRUE(*uploads_->RemoveIfIdle("a"));
+  EXPECT_EQ(*uploads_->StoredBytes("a"), 0);
+}
+
+// Whoever asks to go on costs the server no reading of what is stored.
+TEST_F(PartialUploadsTest, GoingOnReadsNothing) {
+  {
+    auto writer = uploads_->Continue("a", 0);
+    ASSERT_TRUE(writer->Append(std::string(64 << 20, 'x')).ok());
+  }
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(uploads_->Continue("a", 64 << 20).ok());
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
 }
 
 }  // namespace
