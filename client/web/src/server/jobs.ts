@@ -76,16 +76,28 @@ export function errorOfJob(job: Job): ConnectError {
   return error;
 }
 
+// Browsers hash in secure contexts alone (loopback, HTTPS); elsewhere the checksums within the file do.
+async function isWhole(bytes: Uint8Array<ArrayBuffer>, sha256: Uint8Array): Promise<boolean> {
+  if (sha256.length === 0 || !globalThis.crypto?.subtle) return true;
+  const digest = new Uint8Array(await crypto.subtle.digest('SHA-256', bytes));
+  return digest.every((byte, i) => byte === sha256[i]);
+}
+
 /** The .dss of a job that succeeded, as it comes. */
 export async function streamSurface(jobId: string, signal: AbortSignal, onWhole: (stream: SurfaceStream) => void): Promise<SurfaceStream> {
   let stream: SurfaceStream | undefined;
+  let sha256: Uint8Array = new Uint8Array();
   for await (const { message } of jobs.streamSurface({ jobId }, { signal })) {
     if (message.case === 'surface') {
       stream = new SurfaceStream(Number(message.value.totalBytes), message.value.chunkBytes.map(Number));
+      sha256 = message.value.sha256;
     } else if (message.case === 'piece' && stream) {
       if (stream.add(Number(message.value.offset), message.value.data)) onWhole(stream);
     }
   }
   if (!stream?.isComplete) throw new ConnectError('the surface ended too early', Code.DataLoss);
+  if (!(await isWhole(stream.bytes, sha256))) {
+    throw new ConnectError('the surface was damaged on its way; fetch it again', Code.DataLoss);
+  }
   return stream;
 }
