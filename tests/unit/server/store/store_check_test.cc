@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "absl/strings/str_cat.h"
 #include "server/store/content_name.h"
 #include "server/store/job_store.h"
 #include "server/store/store_backup.h"
@@ -95,7 +96,7 @@ TEST_F(StoreCheckTest, WhatCanBeReadOfADamagedDatabaseIsSaved) {
     auto store = Open();
     for (int i = 0; i < 200; ++i) {
       StoredJob stored{.owner = "ann", .client = "ann"};
-      stored.job.set_job_id("j" + std::to_string(i));
+      stored.job.set_job_id(absl::StrCat("j", i));
       stored.job.set_request_id(stored.job.job_id());
       stored.job.set_scan_id(scan_);
       stored.job.set_trace_id(std::string(300, 't'));
