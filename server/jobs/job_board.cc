@@ -12,6 +12,7 @@
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
 #include "server/rpc/grpc_status.h"
+#include "server/rpc/job_error.h"
 #include "server/store/control_mesh_blob.h"
 
 namespace rilievo {
@@ -59,7 +60,7 @@ absl::StatusCode CodeOf(const v1::Job& job) {
   return static_cast<absl::StatusCode>(job.error().code());
 }
 
-absl::Status Stopping() { return absl::UnavailableError("the server is shutting down"); }
+absl::Status Stopping() { return StatusOf(ShutdownError()); }
 
 }  // namespace
 

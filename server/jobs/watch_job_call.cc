@@ -10,11 +10,10 @@
 namespace rilievo {
 namespace {
 
-CallError ErrorOfEnd(const absl::Status& reason, bool draining) {
-  if (!absl::IsUnavailable(reason)) return ErrorOfStore(reason);
-  if (draining) return ShutdownError();
-  return CallError(ErrorCause::kTryAgain, "the job is not in the queue yet; watch it again")
-      .RetryAfter(std::chrono::milliseconds(100));
+CallError ErrorOfEnd(const absl::Status& reason) {
+  CallError error = ErrorOfStore(reason);
+  if (error.reason == ErrorCause::kTryAgain) error.RetryAfter(std::chrono::milliseconds(100));
+  return error;
 }
 
 }  // namespace
@@ -47,7 +46,10 @@ void WatchJobCall::FindJob() {
       const auto again = core_->store->Get(caller_.owner, job_id_);
       const v1::Job& job = again.ok() ? again->job : stored->job;
       events = std::make_shared<JobEvents>(job);
-      if (!IsFinished(job.state())) events->Close(absl::UnavailableError("not in the queue yet"));
+      if (!IsFinished(job.state())) {
+        events->Close(
+            StatusOf({ErrorCause::kTryAgain, "the job is not in the queue yet; watch it again"}));
+      }
     }
   }
   const std::lock_guard lock(mutex_);
@@ -83,8 +85,7 @@ void WatchJobCall::Pump() {
     write_in_flight_ = true;
     StartWrite(&response_);
   } else if (const auto end = events_->EndAfter(sequence_)) {
-    FinishOnce(end->ok() ? grpc::Status::OK
-                         : GrpcStatus(ErrorOfEnd(*end, core_->service->draining)));
+    FinishOnce(end->ok() ? grpc::Status::OK : GrpcStatus(ErrorOfEnd(*end)));
   }
 }
 

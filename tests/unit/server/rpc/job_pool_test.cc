@@ -120,7 +120,7 @@ TEST(JobPool, OneClientLeavesPlacesToOthers) {
 
 TEST(JobPool, ASuspectRunsAloneAndLast) {
   JobPool pool(/*workers=*/2, /*waiting=*/0);
-  std::promise<void> gate;
+  std::promise<void> started, gate;
   std::mutex mutex;
   std::vector<std::string> order;
   std::atomic<int> running{0};
@@ -137,7 +137,11 @@ TEST(JobPool, ASuspectRunsAloneAndLast) {
       if (order.size() == 4) done.set_value();
     };
   };
-  pool.Submit([&] { gate.get_future().wait(); });
+  pool.Submit([&] {
+    started.set_value();
+    gate.get_future().wait();
+  });
+  started.get_future().wait();
   const uint64_t withdrawn = pool.Submit(work("withdrawn"), {.client = "a", .last = true});
   pool.Submit(work("suspect"), {.client = "a", .last = true});
   EXPECT_TRUE(pool.Withdraw(withdrawn));
