@@ -46,9 +46,9 @@ class FaultFile {
  public:
   explicit FaultFile(const std::string& folder) : path_(folder + "/faults") {
     const FileDescriptor file(open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-    if (!file.valid() || ftruncate(file.get(), sizeof(FaultControl)) != 0) return;
+    if (!file.valid() || ftruncate(file.number(), sizeof(FaultControl)) != 0) return;
     void* mapped =
-        mmap(nullptr, sizeof(FaultControl), PROT_READ | PROT_WRITE, MAP_SHARED, file.get(), 0);
+        mmap(nullptr, sizeof(FaultControl), PROT_READ | PROT_WRITE, MAP_SHARED, file.number(), 0);
     if (mapped != MAP_FAILED) control_ = static_cast<FaultControl*>(mapped);
   }
   ~FaultFile() {
@@ -96,7 +96,7 @@ Attempt UploadAndReconstruct(const StressServer& server, const KnownScan& scan) 
   v1::CreateJobRequest request;
   request.set_request_id(kRequest);
   request.set_scan_id(scan.packed.scan_id);
-  request.mutable_header()->set_format(scan.packed.format);
+  request.mutable_header()->set_coordinate_format(scan.packed.format);
   request.mutable_header()->set_point_count(scan.packed.point_count);
   const auto job = jobs.Create(request, Within(seconds(20)));
   if (!note(job.status())) return attempt;

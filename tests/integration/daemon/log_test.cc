@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/str_cat.h"
 #include "client/library/reconstruction_client.h"
 #include "tests/integration/daemon/daemon_process.h"
 #include "tests/integration/daemon/raw_http2.h"
@@ -35,9 +36,9 @@ TEST(Log, NoClientWritesALine) {
   DaemonProcess daemon;
   const auto start = steady_clock::now();
   const std::string forged = R"({"time":"2026-01-01T00:00:00Z","event":"job","owner":"forged"})";
-  SendBadHeader(PortOf(daemon), "x\n" + forged);
+  SendBadHeader(PortOf(daemon), absl::StrCat("x\n", forged));
   SendBadHeader(PortOf(daemon), "x\x1b[31m red");
-  for (int i = 0; i < 60; ++i) SendBadHeader(PortOf(daemon), "x" + std::to_string(i));
+  for (int i = 0; i < 60; ++i) SendBadHeader(PortOf(daemon), absl::StrCat("x", i));
   const double attacked = std::chrono::duration<double>(steady_clock::now() - start).count();
   std::this_thread::sleep_for(milliseconds(1100));
   SendBadHeader(PortOf(daemon), "last");

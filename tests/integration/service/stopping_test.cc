@@ -194,6 +194,7 @@ TEST_F(StoppingTest, CancelWhileWaitingNeverBeginsTheWork) {
 }
 
 TEST_F(StoppingTest, ASurfaceThatNobodyReadsTakesOfTheMemory) {
+  work_.wait = false;
   work_.chunk_sizes = {50'000'000};
   ServerOptions options;
   options.memory_budget = 40'000'000;
