@@ -11,12 +11,14 @@
 namespace rilievo {
 namespace {
 
-// "/package.Service/Method".
+// "/package.Service/Method" of the protocol. gRPC's own services are known to the program too,
+// whether they are served or not.
 bool IsServed(std::string method) {
   if (method.empty()) return false;
   std::replace(method.begin() + 1, method.end(), '/', '.');
-  return v1::ReconstructRequest::descriptor()->file()->pool()->FindMethodByName(method.substr(1)) !=
-         nullptr;
+  const auto* file = v1::ReconstructRequest::descriptor()->file();
+  const auto* found = file->pool()->FindMethodByName(method.substr(1));
+  return found != nullptr && found->file()->package() == file->package();
 }
 
 class ExplainOneStatus final : public grpc::experimental::Interceptor {

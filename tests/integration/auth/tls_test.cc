@@ -81,7 +81,7 @@ TEST_F(TlsTest, AClientsNameIsThatOfItsCertificate) {
   const auto line = daemon_->WaitForLine("metrics at ", std::chrono::seconds(10));
   ASSERT_TRUE(line.has_value());
   ASSERT_EQ(std::system(("curl -s --max-time 10 -o " + Path("metrics") + " " +
-                         line->substr(line->find("http")))
+                         line->substr(line->find("http"), line->rfind('"') - line->find("http")))
                             .c_str()),
             0);
   EXPECT_THAT(FileText(Path("metrics")),

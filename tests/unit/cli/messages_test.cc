@@ -43,7 +43,7 @@ See 'rilievo --help'.
 )"},
     {"jobs", 2,
      R"(rilievo jobs: a command is missing; the commands are submit, list, show, watch,
-  fetch, cancel, delete
+  fetch, cancel, delete, delete-scan
 See 'rilievo jobs --help'.
 )"},
     {"jobs sumbit scan.ply", 2,

@@ -52,7 +52,8 @@ class JobStoreTest : public testing::Test {
       while (*uses.Step()) {
         absl::StrAppend(&now, uses.Bytes(0), " ", uses.Bytes(1), " ", uses.Integer(2), "\n");
       }
-      for (const auto& [owner, bytes] : *tables.Owners()) {
+      const auto owners = *tables.Owners();
+      for (const auto& [owner, bytes] : owners) {
         if (bytes != 0) absl::StrAppend(&now, owner, ": ", bytes, "\n");
       }
       EXPECT_TRUE(tables.Recount().ok());
