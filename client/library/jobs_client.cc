@@ -128,8 +128,9 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
     if (offset > scan.bytes.size()) offset = 0;
     const absl::Status status = UploadOnce(scan, offset, sent, &attempts);
     if (status.ok()) return status;
-    // What the server had was not what was sent: it has dropped it, and once more may be right.
-    if (absl::IsDataLoss(status) && !begun_anew) {
+    // What the server had was not what was sent: it has dropped it, perhaps after it was asked how
+    // much that was, and once more may be right.
+    if ((absl::IsDataLoss(status) || absl::IsOutOfRange(status)) && !begun_anew) {
       begun_anew = true;
       continue;
     }

@@ -44,6 +44,8 @@ absl::Status StatusOfErrno(int error, std::string_view what) {
     case ENFILE:
     case EAGAIN:
       return absl::ResourceExhaustedError(message);
+    case EIO:  // of a disk that may be there again: no reason to give up what was made
+      return absl::UnavailableError(message);
     default:
       return absl::InternalError(message);
   }

@@ -2,6 +2,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <map>
 #include <random>
@@ -150,7 +151,11 @@ class FaultyRuns {
     const Attempt attempt = UploadAndReconstruct(server, scan_);
     faults.Disarm();
     happened_ += faults.happened();
-    const bool ended = server.process().WaitForExit(std::chrono::milliseconds(0)).has_value();
+    // Who is aborted takes a moment to be gone.
+    const bool silent =
+        std::any_of(attempt.refusals.begin(), attempt.refusals.end(),
+                    [](const absl::Status& refusal) { return ErrorReason(refusal).empty(); });
+    const bool ended = server.process().WaitForExit(seconds(silent ? 5 : 0)).has_value();
     ended_ += ended;
     for (const absl::Status& refusal : attempt.refusals) {
       ++refusals_;
