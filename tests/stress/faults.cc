@@ -206,6 +206,8 @@ void Faults(const Scale& scale, Report* report) {
     return;
   }
   for (const Kind& kind : kKinds) {
+    // Four of thousands say little.
+    if (kind.kind == FaultKind::kAllocate && scale.faults < kind.most) continue;
     FaultyRuns runs;
     const int64_t all = counting.calls(kind.kind);
     const int64_t count = std::min<int64_t>({all, kind.most, scale.faults});
