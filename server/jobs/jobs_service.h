@@ -23,7 +23,7 @@ class JobsService final : public v1::JobsService::CallbackService {
   // The gRPC server is gone. Stops what runs; a later server goes on with it.
   ~JobsService() override;
 
-  // Of the threads that wait for the disk; none without a store.
+  // Heartbeats of the disk threads; null without a store.
   const Heartbeat* disk_heart() const { return core_ ? &core_->disk.heart() : nullptr; }
   const Heartbeat* bulk_heart() const { return core_ ? &core_->bulk.heart() : nullptr; }
 

@@ -12,7 +12,7 @@ namespace rilievo {
 // the port. No two open connections to one socket have the same.
 std::string PeerKey(const std::string& address_bytes, int port);
 
-// Of a connected socket; empty when it is none over IP.
+// The peer of a connected socket; empty when the socket does not use IP.
 std::string PeerKeyOf(int socket);
 
 // The number that the system gives to a socket, and to no other while it is open; 0 when `file` is

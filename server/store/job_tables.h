@@ -68,7 +68,7 @@ class JobTables {
 
   absl::Status AddScan(const std::string& owner, const std::string& scan, int64_t now_ms);
   absl::StatusOr<bool> HasScan(const std::string& owner, const std::string& scan);
-  // False when it is none of the owner's.
+  // False when the scan does not belong to the owner.
   absl::StatusOr<bool> DropScan(const std::string& owner, const std::string& scan);
   // For all of its owners.
   absl::Status ForgetScan(const std::string& scan);

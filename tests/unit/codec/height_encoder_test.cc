@@ -198,8 +198,8 @@ TEST(HeightEncoderTest, SmoothHeightsTakeAFractionOfABit) {
   EXPECT_LT(encoded.rms, 3e-5);
 }
 
-// Few told heights of either sign amid filled ones: what needs no coefficients overshoots them by
-// far, and a step that fine leaves the format little room.
+// A few measured heights of either sign among filled ones: the filled heights overshoot far, and so
+// fine a step leaves the format little room.
 TEST(HeightEncoderTest, TheUnitWidensUntilAllHeightsFit) {
   for (const int group_limit : {0, kLeastGroupLimit}) {
     DisplacedSurface surface = SurfaceOver(Torus(10, 8), 6, 1e-4, 0);
