@@ -43,7 +43,8 @@ TEST(FileDescriptor, AFullDeviceIsExhausted) {
   ASSERT_TRUE(full.valid());
   EXPECT_EQ(full.Write("x", 1).code(), absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(StatusOfErrno(EMFILE, "open").code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(StatusOfErrno(EIO, "read").code(), absl::StatusCode::kInternal);
+  EXPECT_EQ(StatusOfErrno(EIO, "read").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(StatusOfErrno(EBADF, "read").code(), absl::StatusCode::kInternal);
 }
 
 }  // namespace
