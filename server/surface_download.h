@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "rilievo/v1/reconstruction.pb.h"
 
 namespace rilievo {

@@ -21,7 +21,7 @@
 #include "client/formats/scan_reader.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
-#include "core/codec/decode_region.h"
+#include "core/codec/container/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
 #include "server/command_line/text_layout.h"

@@ -72,7 +72,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   json["format_version"] = decoded.format_version;
   json["bytes"] = facts.bytes;
   json["generator"] = metadata.generator;
-  json["road"] = metadata.road;
+  json["road"] = metadata.topology;
   json["scan_points"] = metadata.scan_points;
   json["error_rms_ratio"] = metadata.error_rms < 0 ? Json() : Json(metadata.error_rms);
   json["error_max_ratio"] = metadata.error_max < 0 ? Json() : Json(metadata.error_max);
@@ -120,7 +120,7 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
                             ", ", frame.center.y(), ", ", frame.center.z(), ")"));
   if (metadata.scan_points > 0) {
     std::cout << LabelledLine("scan", absl::StrCat(Counted(metadata.scan_points, "point", "points"),
-                                                   ", road ", metadata.road));
+                                                   ", topology ", metadata.topology));
   }
   if (metadata.error_rms >= 0) {
     std::cout << LabelledLine("error",

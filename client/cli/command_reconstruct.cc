@@ -80,7 +80,7 @@ absl::StatusOr<Made> MakeSurface(const Arguments& arguments, const std::string& 
                                  const ReconstructionClient& client, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.scan));
   const bool works_here = arguments.connection.server.empty();
-  if (works_here && scan.cloud.points.cols() >= kManyPoints) ReturnLargeBlocksAtOnce();
+  if (works_here && scan.cloud.points.cols() >= kManyPoints) ReleaseLargeBlocksAtOnce();
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);

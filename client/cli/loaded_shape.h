@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "client/formats/scan_reader.h"
 #include "core/base/run_context.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace CLI {

@@ -11,7 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/build_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/pipeline/fit_under_noise.h"
+#include "core/pipeline/domain_resolution.h"
 #include "core/scan/scan_surface.h"
 #include "server/command_line/text_layout.h"
 #include "server/conversion/memory_estimate.h"
@@ -172,9 +172,9 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.noise = QuantilesOf(cloud.noise, d.diagonal);
   d.density = DensityFrom(d.spacing);
   d.normal_disagreement = surface.orientation.disagreement;
-  d.contested = Share(std::count(cloud.contested.begin(), cloud.contested.end(), 1), d.points_used);
+  d.contested = Share(std::count(cloud.ambiguous.begin(), cloud.ambiguous.end(), 1), d.points_used);
   d.point_components = surface.orientation.components;
-  d.road = TopologyName(control.road);
+  d.road = TopologyName(control.topology);
   d.road_reason = control.reason;
   d.components = control.components;
   d.genus = control.genus;

@@ -39,7 +39,7 @@ struct ScanDiagnosis {
 
 // Runs the stages up to the fit of the domain as a reconstruction with default options does; no
 // heights, no coding: what the heights may yet change, openings that show only then, is not
-// foretold. Errors are those of the stages: a scan that cannot become a surface says so here.
+// predicted. Errors are those of the stages: a scan that cannot become a surface says so here.
 absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunContext& context);
 
 // Lines of at most 80 columns.

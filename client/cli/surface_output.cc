@@ -15,7 +15,7 @@
 #include "client/formats/mesh_writer.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {

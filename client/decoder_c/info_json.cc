@@ -114,8 +114,8 @@ std::string InfoJson(const DecodedSurface& decoded) {
       "],\"control\":{\"vertices\":", control.vertices.cols(), ",\"faces\":", control.faces.cols(),
       ",\"closed\":", closed ? "true" : "false", ",\"creases\":", control.creases.size(),
       ",\"corners\":", control.corners.size(), "},\"certificate\":", Certificate(metadata),
-      ",\"metadata\":{\"generator\":", Text(metadata.generator), ",\"road\":", Text(metadata.road),
-      ",\"scan_points\":", metadata.scan_points,
+      ",\"metadata\":{\"generator\":", Text(metadata.generator),
+      ",\"road\":", Text(metadata.topology), ",\"scan_points\":", metadata.scan_points,
       ",\"input_hash\":", Text(absl::BytesToHexString(metadata.input_hash)),
       ",\"options\":", Text(metadata.options), "}}");
 }

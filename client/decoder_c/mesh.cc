@@ -7,7 +7,7 @@
 #include "client/decoder_c/guarded.h"
 #include "client/decoder_c/surface.h"
 #include "core/base/status_macros.h"
-#include "core/codec/decode_region.h"
+#include "core/codec/container/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 
 struct RilievoMesh {

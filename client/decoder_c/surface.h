@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/decoder_c/rilievo_decoder.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 
 struct RilievoSurface {
   rilievo::DecodedSurface decoded;

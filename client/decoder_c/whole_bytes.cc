@@ -3,8 +3,8 @@
 
 #include "absl/status/status.h"
 #include "client/decoder_c/guarded.h"
-#include "core/codec/byte_stream.h"
-#include "core/codec/chunk.h"
+#include "core/codec/bytes/byte_stream.h"
+#include "core/codec/bytes/chunk.h"
 
 namespace rilievo::decoder_c {
 namespace {

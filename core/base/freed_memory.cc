@@ -13,17 +13,17 @@ constexpr int64_t kManyPoints = 200'000;
 
 }  // namespace
 
-void ReturnFreedMemoryOf(int64_t points) {
-  if (points >= kManyPoints) ReturnFreedMemory();
+void ReleaseToOsAfter(int64_t points) {
+  if (points >= kManyPoints) ReleaseToOs();
 }
 
-void ReturnFreedMemory() {
+void ReleaseToOs() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
 }
 
-void ReturnLargeBlocksAtOnce() {
+void ReleaseLargeBlocksAtOnce() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
 #endif

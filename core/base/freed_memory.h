@@ -7,18 +7,18 @@ namespace rilievo {
 
 // Gives back what the allocator keeps of memory already freed: what one stage needed for a while
 // would otherwise lie beneath what the next one needs. For glibc; does nothing elsewhere.
-void ReturnFreedMemory();
+void ReleaseToOs();
 
 // The same after work on so many points, where these are many. Of 100 000 the peak is lower by 2 MB
 // of 85 with it, and a twenty-fifth of the time goes into giving pages back and asking for them
 // anew.
-void ReturnFreedMemoryOf(int64_t points);
+void ReleaseToOsAfter(int64_t points);
 
 // For a program to call before much work, process-wide and for good: from here on a block of a
 // megabyte or more goes back to the system as soon as it is freed. Left to itself the allocator of
 // glibc soon keeps blocks of up to 32 MB, and of 500 000 points 30 bytes each lie in the holes
 // between them; to ask for them anew takes up to a twentieth of the time. For glibc; does nothing
 // elsewhere.
-void ReturnLargeBlocksAtOnce();
+void ReleaseLargeBlocksAtOnce();
 
 }  // namespace rilievo

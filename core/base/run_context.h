@@ -14,7 +14,7 @@ enum class Stage {
   kCheck = 0,     // non-finite points, duplicates, degenerate sets
   kNeighbors,     // the k-nearest-neighbour graph
   kNormals,       // covariance normals, outliers, orientation
-  kControlMesh,   // one of the four roads
+  kControlMesh,   // for one of four topologies
   kDomainFit,     // Loop surface fitted to the points
   kDisplacement,  // heights along the limit normals
   kMeasure,       // the two-sided error against the points

@@ -1,21 +1,22 @@
+#include "core/control/arbitrary_control_mesh.h"
+
 #include <algorithm>
 #include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/control/control_roads.h"
-#include "core/control/implicit_function.h"
-#include "core/control/iso_surface.h"
-#include "core/control/mesh_part.h"
-#include "core/control/out_of_reach.h"
-#include "core/control/relax_mesh.h"
-#include "core/control/side_planes.h"
-#include "core/control/simplify_around.h"
-#include "core/control/simplify_mesh.h"
-#include "core/control/small_handles.h"
-#include "core/control/tag_creases.h"
-#include "core/control/trim_surface.h"
+#include "core/control/creases/feature_planes.h"
+#include "core/control/creases/tag_creases.h"
+#include "core/control/implicit/implicit_function.h"
+#include "core/control/implicit/marching_cubes.h"
+#include "core/control/simplify/adaptive_simplify.h"
+#include "core/control/simplify/relax_mesh.h"
+#include "core/control/simplify/simplify_mesh.h"
+#include "core/control/simplify/uncovered_points.h"
+#include "core/control/topology/mesh_subset.h"
+#include "core/control/topology/remove_handles.h"
+#include "core/control/topology/trim_surface.h"
 
 namespace rilievo {
 namespace {
@@ -43,7 +44,7 @@ constexpr double kFlatDihedralDegrees = 40;
 // Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
 // .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
 // thin walls.
-constexpr ReachLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
+constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
 
 // A zero set and the finest cell of its function, unit frame.
 struct ZeroSet {
@@ -83,7 +84,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (trimmed.faces.cols() == 0) {
     return absl::FailedPreconditionError(absl::StrCat(
         "no surface was found in the ", cloud.points.cols(),
-        " points: they do not lie densely enough on one; the road user takes a control mesh of "
+        " points: they do not lie densely enough on one; topology user takes a control mesh of "
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
@@ -94,13 +95,13 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (trimmed.faces.cols() > kHandleSearchShare * to_points.target_faces) {
     RILIEVO_ASSIGN_OR_RETURN(trimmed, SimplifyMesh(std::move(trimmed), to_points, context));
   }
-  const LoopWitness witness(cloud, index);
+  const LoopSupport support(cloud, index);
   const HandleLengths searches[] = {
       {.longest = unit * kSmallHandle, .tiny = unit * kTinyHandle},
       {.longest = unit * kWideHandle, .tiny = 0},
   };
-  RILIEVO_ASSIGN_OR_RETURN(SmallHandleResult clean,
-                           RemoveSmallHandles(std::move(trimmed), searches, &witness, context));
+  RILIEVO_ASSIGN_OR_RETURN(HandleRemoval clean,
+                           RemoveHandles(std::move(trimmed), searches, &support, context));
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
   // Few enough faces to look at the points beside each that bends.
   const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4),
@@ -109,11 +110,11 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
                            SimplifyMesh(std::move(clean.mesh), to_fine, context));
   FacePlanes planes;
   if (creases == CreaseRule::kAuto) {
-    RILIEVO_ASSIGN_OR_RETURN(planes, SidePlanes(cloud, index, fine, context));
+    RILIEVO_ASSIGN_OR_RETURN(planes, FeaturePlanes(cloud, index, fine, context));
   }
-  const auto simplified = [&](const OutOfReach& lost) -> absl::StatusOr<ControlMesh> {
+  const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
     RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
-                             SimplifyAround(lost, fine, simplify, context, planes));
+                             AdaptiveSimplify(lost, fine, simplify, context, planes));
     for (int round = 0; round < kShapeRounds; ++round) {
       ImproveValence(&mesh, kFlatDihedralDegrees);
       RelaxTangentially(&mesh, 3);
@@ -124,8 +125,9 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
     return mesh;
   };
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, simplified({}));
-  RILIEVO_ASSIGN_OR_RETURN(const OutOfReach lost,
-                           FindOutOfReach(cloud, control, ControlStage::kTaken, kInReach, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const UncoveredPoints lost,
+      FindUncoveredPoints(cloud, control, ControlStage::kTaken, kInReach, context));
   if (!lost.points.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }

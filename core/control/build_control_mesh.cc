@@ -5,14 +5,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/control/arbitrary_control_mesh.h"
 #include "core/control/choose_topology.h"
-#include "core/control/control_roads.h"
+#include "core/control/planar/planar_control_mesh.h"
+#include "core/control/spherical/spherical_control_mesh.h"
+#include "core/control/user_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kMostTargetFaces = 200000;
 constexpr double kPointsPerFace = 30;
 constexpr int kFewestFaces = 200;
 constexpr int64_t kMostFacesPerPoint = 4;
@@ -26,14 +28,14 @@ absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlO
                                                        " was asked for")};
 }
 
-absl::StatusOr<ControlMesh> TakeRoad(Topology road, const NeighborGraph& graph,
-                                     const PointIndex& index, const ControlOptions& options,
-                                     const RunContext& context, OrientedCloud* oriented) {
+absl::StatusOr<ControlMesh> BuildByTopology(Topology topology, const NeighborGraph& graph,
+                                            const PointIndex& index, const ControlOptions& options,
+                                            const RunContext& context, OrientedCloud* oriented) {
   const OrientedCloud& cloud = *oriented;
   const int target_faces = options.target_faces > 0
                                ? UsefulControlFaces(options.target_faces, cloud.points.cols())
                                : DefaultControlFaces(cloud);
-  switch (road) {
+  switch (topology) {
     case Topology::kPlanar:
       return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
     case Topology::kSpherical:
@@ -52,8 +54,9 @@ absl::Status AddTopologyFigures(ControlMeshResult* result) {
   const TopologySummary summary =
       SummarizeTopology(result->mesh.faces, static_cast<int>(result->mesh.vertices.cols()));
   if (!summary.manifold() || !summary.oriented) {
-    return absl::InternalError(absl::StrCat("the road ", TopologyName(result->road),
-                                            " made a control mesh that is no oriented manifold"));
+    return absl::InternalError(
+        absl::StrCat("topology ", TopologyName(result->topology),
+                     " made a control mesh that is not an oriented manifold"));
   }
   result->components = static_cast<int>(summary.components);
   result->boundary_loops = static_cast<int>(summary.boundary_loops);
@@ -62,37 +65,6 @@ absl::Status AddTopologyFigures(ControlMeshResult* result) {
 }
 
 }  // namespace
-
-const char* TopologyName(Topology topology) {
-  switch (topology) {
-    case Topology::kAuto:
-      return "auto";
-    case Topology::kPlanar:
-      return "planar";
-    case Topology::kSpherical:
-      return "spherical";
-    case Topology::kArbitrary:
-      return "arbitrary";
-    case Topology::kUser:
-      return "user";
-  }
-  return "unknown";
-}
-
-absl::Status ControlOptions::Validate() const {
-  if (target_faces < 0 || target_faces > kMostTargetFaces) {
-    return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
-                                                   "; it must lie in [0, ", kMostTargetFaces, "]"));
-  }
-  if (topology == Topology::kUser && !user_mesh) {
-    return absl::InvalidArgumentError("topology user needs user_mesh");
-  }
-  if (user_mesh && topology != Topology::kUser && topology != Topology::kAuto) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "user_mesh is set, but topology is ", TopologyName(topology), "; it must be user or auto"));
-  }
-  return absl::OkStatus();
-}
 
 int DefaultControlFaces(const OrientedCloud& cloud) {
   const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
@@ -114,16 +86,16 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,
   context.Report(Stage::kControlMesh, 0);
   RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(*cloud, options, context));
   ControlMeshResult result;
-  result.road = choice.road;
+  result.topology = choice.topology;
   result.reason = choice.reason;
-  auto mesh = TakeRoad(result.road, graph, index, options, context, cloud);
+  auto mesh = BuildByTopology(result.topology, graph, index, options, context, cloud);
   const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh &&
-                             result.road != Topology::kArbitrary;
+                             result.topology != Topology::kArbitrary;
   if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
-    result.reason = absl::StrCat("arbitrary after ", TopologyName(result.road),
+    result.reason = absl::StrCat("arbitrary after ", TopologyName(result.topology),
                                  " was tried: ", mesh.status().message());
-    result.road = Topology::kArbitrary;
-    mesh = TakeRoad(result.road, graph, index, options, context, cloud);
+    result.topology = Topology::kArbitrary;
+    mesh = BuildByTopology(result.topology, graph, index, options, context, cloud);
   }
   RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));

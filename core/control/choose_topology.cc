@@ -1,10 +1,10 @@
 #include "core/control/choose_topology.h"
 
 #include "absl/strings/str_format.h"
-#include "core/base/side_by_side.h"
+#include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
-#include "core/control/plane_frame.h"
-#include "core/control/star_shape.h"
+#include "core/control/planar/plane_frame.h"
+#include "core/control/spherical/star_shape.h"
 
 namespace rilievo {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr double kPlanarSingleSheet = 0.92;
 constexpr double kPlanarFacing = 0.8;
 
-// The octahedron spends its faces evenly over the directions: no loss against the arbitrary road
+// The octahedron spends its faces evenly over the directions: no loss against topology arbitrary
 // only where the surface is seen nearly head-on from the centre, at about one distance.
 constexpr double kSphericalCertain = 0.999;
 constexpr double kSphericalRadial = 0.99;
@@ -35,7 +35,7 @@ absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
     RILIEVO_ASSIGN_OR_RETURN(star, CheckStarShape(cloud, FindStarCenter(cloud), context));
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(SideBySide(context, check_plane, check_star));
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check_plane, check_star));
   if (plane.single_sheet >= kPlanarSingleSheet && plane.facing >= kPlanarFacing) {
     return TopologyChoice{
         Topology::kPlanar,

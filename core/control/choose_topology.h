@@ -1,4 +1,4 @@
-// Which road a cloud takes when the caller leaves it open.
+// Which topology suits a cloud, when the caller leaves it open.
 #pragma once
 
 #include <string>
@@ -6,13 +6,13 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/control/build_control_mesh.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/oriented_cloud.h"
 
 namespace rilievo {
 
 struct TopologyChoice {
-  Topology road = Topology::kArbitrary;  // kPlanar, kSpherical or kArbitrary
-  std::string reason;                    // one sentence
+  Topology topology = Topology::kArbitrary;  // kPlanar, kSpherical or kArbitrary
+  std::string reason;                        // one sentence
 };
 
 // Planar for an open cloud that is nearly everywhere a height field of moderate slope over its

@@ -1,3 +1,5 @@
+#include "core/control/user_control_mesh.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -6,9 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
-#include "core/control/control_roads.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/scan/neighbor_graph.h"
+#include "core/points/neighbor_graph.h"
 
 namespace rilievo {
 namespace {

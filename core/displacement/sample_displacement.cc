@@ -8,15 +8,15 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/displacement/calibrate_noise.h"
-#include "core/displacement/domain_sampling.h"
-#include "core/displacement/fill_heights.h"
-#include "core/displacement/height_sampler.h"
-#include "core/displacement/input_laplacian.h"
-#include "core/displacement/keep_amid.h"
-#include "core/displacement/ray_cloud.h"
-#include "core/displacement/reach_points.h"
-#include "core/displacement/return_strays.h"
+#include "core/displacement/local_fit/calibrate_noise.h"
+#include "core/displacement/rays/ray_cloud.h"
+#include "core/displacement/regularize/fill_heights.h"
+#include "core/displacement/regularize/fit_missed_points.h"
+#include "core/displacement/regularize/input_laplacian.h"
+#include "core/displacement/regularize/project_to_points.h"
+#include "core/displacement/regularize/retract_heights.h"
+#include "core/displacement/sampling/domain_sampling.h"
+#include "core/displacement/sampling/height_sampler.h"
 
 namespace rilievo {
 namespace {
@@ -86,26 +86,6 @@ DisplacementField MakeField(const std::vector<float>& sampled, HeightSamples sam
 
 }  // namespace
 
-absl::Status DisplacementOptions::Validate() const {
-  const auto refuse = [](const char* name, double value, const char* range) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("displacement.", name, " is ", value, "; it must be in ", range));
-  };
-  if (!(max_height > 0 && max_height <= 0.5)) return refuse("max_height", max_height, "(0, 0.5]");
-  if (!(min_normal_agreement >= -1 && min_normal_agreement < 1)) {
-    return refuse("min_normal_agreement", min_normal_agreement, "[-1, 1)");
-  }
-  if (max_queue < 3 || max_queue > 256) return refuse("max_queue", max_queue, "[3, 256]");
-  if (!(max_triangle_spacings > 1 && std::isfinite(max_triangle_spacings))) {
-    return refuse("max_triangle_spacings", max_triangle_spacings, "(1, inf)");
-  }
-  if (!(plane_noise_ratio >= 0)) return refuse("plane_noise_ratio", plane_noise_ratio, "[0, inf]");
-  if (smoothing_rounds < 0 || smoothing_rounds > 20) {
-    return refuse("smoothing_rounds", smoothing_rounds, "[0, 20]");
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
     const LoopRefinement& refinement, const LevelRings& rings, const LimitSurface& limit,
@@ -118,7 +98,7 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(
       CalibrateNoise(graph, LeastNoiseWorthFitting(options), context, &ray_cloud));
   DomainSampling sampling(ray_cloud, graph, index, refinement, rings, limit, options, context);
-  RILIEVO_RETURN_IF_ERROR(sampling.PierceLevels(0.5));
+  RILIEVO_RETURN_IF_ERROR(sampling.IntersectNormals(0.5));
   RILIEVO_RETURN_IF_ERROR(sampling.RefineNoisy());
   context.Report(Stage::kDisplacement, 0.8);
   RILIEVO_RETURN_IF_ERROR(sampling.Despike());
@@ -132,12 +112,12 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   context.Report(Stage::kDisplacement, 0.9);
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
   RILIEVO_RETURN_IF_ERROR(
-      KeepAmidPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
+      ProjectToPoints(cloud, index, limit, LeastNoiseWorthFitting(options), context, &samples));
   RILIEVO_RETURN_IF_ERROR(KeepWithinBounds(sampling, context, &samples.height));
-  RILIEVO_RETURN_IF_ERROR(ReturnStrays(cloud, index, limit, context, &samples));
+  RILIEVO_RETURN_IF_ERROR(RetractHeights(cloud, index, limit, context, &samples));
   const auto bounded = [&](int v, float height) { return sampling.Bounded(v, height); };
   RILIEVO_RETURN_IF_ERROR(
-      ReachPoints(cloud, graph, refinement, rings, limit, bounded, context, &samples));
+      FitMissedPoints(cloud, graph, refinement, rings, limit, bounded, context, &samples));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(sampled, std::move(samples));
 }

@@ -1,4 +1,7 @@
-// Heights along the limit normals from the unorganized points (seed 004, 4.3 and 4.4).
+// Heights along the limit normals, sampled from unorganized points (W.-K. Jeong and C.-H. Kim,
+// "Direct reconstruction of a displaced subdivision surface from unorganized points", Graphical
+// Models 64, 2002, sections 4.3 and 4.4), over a domain as in A. Lee, H. Moreton and H. Hoppe,
+// "Displaced subdivision surfaces", SIGGRAPH 2000.
 #pragma once
 
 #include <cstdint>
@@ -6,30 +9,14 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/displacement/displacement_options.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 #include "core/surface/height_source.h"
 
 namespace rilievo {
-
-struct DisplacementOptions {
-  // Largest |height| kept, fraction of the diagonal. (0, 0.5].
-  double max_height = 0.05;
-  // A point takes part only if its normal and the ray agree: n_point . n_ray > this. [-1, 1).
-  double min_normal_agreement = 0.2;
-  // Points pulled into a vertex's queue before it is given up. [3, 256].
-  int max_queue = 24;
-  // Longest edge of a virtual triangle, in local spacings. > 1.
-  double max_triangle_spacings = 4.0;
-  // Above this ratio of local noise to local spacing a local fit replaces the bare triangle; from a
-  // third of it on, improves it. >= 0.
-  double plane_noise_ratio = 0.15;
-  // Rounds of the input-dependent Laplacian (4.4), along the normal. [0, 20].
-  int smoothing_rounds = 2;
-  absl::Status Validate() const;
-};
 
 struct DisplacementField {
   std::vector<float> heights;        // per vertex of the finest level, unit frame

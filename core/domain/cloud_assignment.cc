@@ -7,7 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/scan/neighbor_graph.h"
+#include "core/points/neighbor_graph.h"
 
 namespace rilievo {
 namespace {

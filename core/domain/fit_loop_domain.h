@@ -6,20 +6,20 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/geometry/triangle_mesh.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 
 namespace rilievo {
 
 enum class FitMethod {
-  kSuzuki,        // c += lambda (q - S), Suzuki 1999; seed 004 eq. 2. Fast.
+  kSuzuki,        // c += lambda (q - S), Suzuki 1999; Jeong and Kim 2002, eq. 2. Fast.
   kLeastSquares,  // robust squared distance with Ceres, started from some of Suzuki's updates
 };
 
 struct FitOptions {
   FitMethod method = FitMethod::kLeastSquares;
   int suzuki_rounds = 1;       // [0, 50]
-  double suzuki_lambda = 0.8;  // (0, 1], seed 004 section 4.2
+  double suzuki_lambda = 0.8;  // (0, 1], Jeong and Kim 2002, section 4.2
   int rounds = 4;              // of foot points and solve in turn, [1, 50]
   // A control face is sampled at this level's vertices, [0, 4]; at a lower level, but not below 1,
   // where the lower one already gives as many samples as there are points, or the higher one more

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/base/side_by_side.h"
+#include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
+#include "core/domain/drift_guard.h"
 #include "core/domain/fold_guard.h"
-#include "core/domain/stray_guard.h"
 
 namespace rilievo {
 
@@ -34,7 +34,7 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
     folds_before = FindFolds(samples, state->surface, context);
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(SideBySide(context, move_points, find_folds));
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, move_points, find_folds));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   *taken = state->control_points.allFinite();
   if (*taken) {
@@ -44,7 +44,7 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
         const std::vector<float> gaps,
         GapsToPoints(search->cloud(), search->index(), samples, state->surface, context));
     RILIEVO_RETURN_IF_ERROR(
-        UndoStrays(samples, before, state->gaps_at_start, gaps, context, &points, &state->surface));
+        UndoDrift(samples, before, state->gaps_at_start, gaps, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(
         UndoFolds(samples, before, folds_before, context, &points, &state->surface));
     RILIEVO_RETURN_IF_ERROR(search->Update(state->surface, context, &state->feet));

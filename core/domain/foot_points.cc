@@ -9,7 +9,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/domain/sharp_feet.h"
+#include "core/domain/sharp_foot_points.h"
 
 namespace rilievo {
 namespace {
@@ -172,7 +172,7 @@ void FootPointSearch::FindSharp(const SampledSurface& surface, int sample, FootP
   const int wanted = std::min(kNearestOfCrease, index_.size());
   const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
   const auto foot =
-      FindSharpFoot(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
+      FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
   const double reach = Reach(samples_, surface, sample);
   if (!foot || foot->move.norm() > reach) return;
   const auto i = static_cast<size_t>(sample);

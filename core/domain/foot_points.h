@@ -8,8 +8,8 @@
 #include "core/base/run_context.h"
 #include "core/domain/cloud_assignment.h"
 #include "core/domain/domain_samples.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 
 namespace rilievo {
 

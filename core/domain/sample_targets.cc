@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "core/base/parallel_for.h"
-#include "core/domain/sharp_feet.h"
+#include "core/domain/sharp_foot_points.h"
 
 namespace rilievo {
 namespace {

@@ -11,7 +11,7 @@ namespace {
 typedef double Pair __attribute__((vector_size(16)));
 
 // The faces around a face (0, 1, 2) whose corner 0 has this valence, numbered as PatchRing does.
-ControlMesh FacesAround(int valence) {
+ControlMesh CollapseGuards(int valence) {
   const std::array<int, 3> valences = {valence, 6, 6};
   const int outer = valence + 3;
   std::vector<Eigen::Vector3i> faces = {{0, 1, 2}};
@@ -38,7 +38,7 @@ int CornerAt(const MeshTopology& topology, int face, int vertex) {
 }  // namespace
 
 absl::StatusOr<PatchTable> PatchTable::Build(int valence, const PatchLattice& lattice) {
-  const ControlMesh mesh = FacesAround(valence);
+  const ControlMesh mesh = CollapseGuards(valence);
   RunContext alone;
   alone.threads = 1;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,

@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "core/base/freed_memory.h"
+#include "core/base/run_concurrently.h"
 #include "core/base/sha256.h"
-#include "core/base/side_by_side.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/options_text.h"
-#include "core/scan/check_scan.h"
+#include "core/scan/clean/check_scan.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/count_folds.h"
 
@@ -59,7 +59,7 @@ absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const Run
   unit.frame = {};
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
   Shape shape{std::move(mesh.vertices), std::move(mesh.triangles)};
-  shape.brood = 1 << (2 * unit.max_level);
+  shape.children_per_face = 1 << (2 * unit.max_level);
   return shape;
 }
 
@@ -165,9 +165,9 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
   if (points == nullptr) {
     RILIEVO_RETURN_IF_ERROR(count_folds());
   } else {
-    ReturnFreedMemoryOf(points->shape.vertices.cols());
+    ReleaseToOsAfter(points->shape.vertices.cols());
     // The domain is refined for the folds on one thread.
-    RILIEVO_RETURN_IF_ERROR(SideBySide(context, measure, count_folds));
+    RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, measure, count_folds));
     certificate->error_rms = error.rms;
     certificate->error_mean = error.mean;
     certificate->error_p95 = error.p95;

@@ -7,9 +7,9 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/point_cloud.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/oriented_cloud.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {

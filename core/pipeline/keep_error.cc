@@ -58,7 +58,7 @@ class KeepSearch {
 
 absl::StatusOr<bool> KeepError(const OrientedCloud& cloud, const ReconstructOptions& options,
                                const RunContext& context, ReconstructReport* report,
-                               CodedRelief* coded) {
+                               CodedSurface* coded) {
   if (!options.encode.max_error || !options.measure) return true;
   const double limit = *options.encode.max_error, own = report->error.across_rms;
   if (own >= limit || !NoiseAllows(limit, *report)) return false;
@@ -88,7 +88,8 @@ absl::StatusOr<bool> KeepError(const OrientedCloud& cloud, const ReconstructOpti
     if (next > 0) next = std::clamp(next, kFinestCoding, kCoarsestCoding);
     if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
     coding = next;
-    RILIEVO_ASSIGN_OR_RETURN(coded->encoded, EncodeRelief(*coded, coding, options, silent, report));
+    RILIEVO_ASSIGN_OR_RETURN(coded->encoded,
+                             RecodeSurface(*coded, coding, options, silent, report));
   }
   if (kept) coded->encoded = *std::move(kept);
   return kept.has_value();

@@ -10,14 +10,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/freed_memory.h"
-#include "core/base/side_by_side.h"
+#include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
+#include "core/pipeline/build_surface.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
-#include "core/pipeline/fit_under_noise.h"
+#include "core/pipeline/domain_resolution.h"
 #include "core/pipeline/keep_error.h"
 #include "core/pipeline/options_text.h"
-#include "core/pipeline/relief.h"
 #include "core/pipeline/report_warnings.h"
 #include "core/pipeline/search_control_faces.h"
 #include "core/pipeline/stage_timer.h"
@@ -61,7 +61,7 @@ absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOption
   return scan;
 }
 
-// The control mesh; the scan's normals take the sides that its road found.
+// The control mesh. Flips those of the scan's normals that disagree with its implicit function.
 absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const RunContext& context,
                                     ScanSurface* cleaned, ReconstructReport* report) {
   ScanSurface& scan = *cleaned;
@@ -74,8 +74,8 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
   }
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult result,
                            BuildControlMesh(scan.graph, scan.index, control, context, &scan.cloud));
-  report->road = TopologyName(result.road);
-  report->road_reason = result.reason;
+  report->topology = TopologyName(result.topology);
+  report->topology_reason = result.reason;
   report->components = result.components;
   report->boundary_loops = result.boundary_loops;
   report->genus = result.genus;
@@ -90,7 +90,7 @@ DssMetadata MetadataOf(std::string input_hash, const ReconstructOptions& options
   DssMetadata metadata;
   metadata.generator = "rilievo " RILIEVO_VERSION;
   metadata.scan_points = report.points_in;
-  metadata.road = report.road;
+  metadata.topology = report.topology;
   metadata.input_hash = std::move(input_hash);
   metadata.options = OptionsText(options, seed);
   return metadata;
@@ -108,17 +108,17 @@ absl::StatusOr<SearchableShape> MakeSearchable(Shape points,
 
 // Decodes the bytes that go out, and writes into them what they are worth.
 absl::Status Certify(Shape points, const ReconstructOptions& options, const RunContext& context,
-                     CodedRelief* relief, ReconstructReport* report) {
+                     CodedSurface* coded, ReconstructReport* report) {
   RunContext silent = context;  // progress has passed this stage
   silent.progress = nullptr;
   const StageTimer timer(Stage::kMeasure, silent, report);
-  EncodedSurface* encoded = &relief->encoded;
-  DssMetadata metadata = relief->metadata;
+  EncodedSurface* encoded = &coded->encoded;
+  DssMetadata metadata = coded->metadata;
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded->Concatenate(), silent));
   std::optional<SearchableShape> to_measure;
   if (options.measure) {
     RILIEVO_ASSIGN_OR_RETURN(
-        to_measure, MakeSearchable(std::move(points), std::move(relief->points_tree), silent));
+        to_measure, MakeSearchable(std::move(points), std::move(coded->points_tree), silent));
   }
   RILIEVO_ASSIGN_OR_RETURN(
       report->error,
@@ -156,9 +156,10 @@ namespace {
 
 // The number of control faces is the caller's, or the one that serves best. Leaves of the scan what
 // its measurement asks for.
-absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata& metadata,
-                                    const ReconstructOptions& options, const RunContext& context,
-                                    ScanSurface* cleaned, ReconstructReport* report) {
+absl::StatusOr<CodedSurface> BuildAsAsked(const ControlMesh& start, const DssMetadata& metadata,
+                                          const ReconstructOptions& options,
+                                          const RunContext& context, ScanSurface* cleaned,
+                                          ReconstructReport* report) {
   const ScanSurface& scan = *cleaned;
   const bool given = options.control.target_faces > 0 || options.control.user_mesh;
   if (!given && (options.encode.max_error || options.encode.max_bytes)) {
@@ -166,19 +167,19 @@ absl::StatusOr<CodedRelief> Relieve(const ControlMesh& start, const DssMetadata&
   }
   const auto fit = given ? FitDomain : FitUnderNoise;
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(scan, start, options, context, report));
-  ReturnFreedMemoryOf(scan.cloud.points.cols());
-  RILIEVO_ASSIGN_OR_RETURN(SampledRelief sampled,
-                           SampleRelief(scan, std::move(domain), options, context, report));
+  ReleaseToOsAfter(scan.cloud.points.cols());
+  RILIEVO_ASSIGN_OR_RETURN(UncodedSurface sampled,
+                           SampleSurfaceHeights(scan, std::move(domain), options, context, report));
   cleaned->graph = NeighborGraph();
   { const PointIndex done = std::move(cleaned->index); }
   cleaned->cloud.noise = std::vector<float>();
-  cleaned->cloud.contested = std::vector<uint8_t>();
-  ReturnFreedMemoryOf(scan.cloud.points.cols());
+  cleaned->cloud.ambiguous = std::vector<uint8_t>();
+  ReleaseToOsAfter(scan.cloud.points.cols());
   const bool with_tree = options.measure;
-  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief, CodeRelief(scan.cloud, std::move(sampled), metadata,
-                                                          options, context, report, with_tree));
-  RILIEVO_RETURN_IF_ERROR(KeepError(scan.cloud, options, context, report, &relief).status());
-  return relief;
+  RILIEVO_ASSIGN_OR_RETURN(CodedSurface coded, CodeSurface(scan.cloud, std::move(sampled), metadata,
+                                                           options, context, report, with_tree));
+  RILIEVO_RETURN_IF_ERROR(KeepError(scan.cloud, options, context, report, &coded).status());
+  return coded;
 }
 
 // `spent`: the scan, where its memory may go once its points have been checked; or null.
@@ -200,22 +201,22 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
     input_hash = HashOfScan(scan);
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(SideBySide(context, check, hash));
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, hash));
   const int64_t point_count = checked.points.cols();
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
                            Analyze(std::move(checked), options, context, report));
-  ReturnFreedMemoryOf(point_count);
+  ReleaseToOsAfter(point_count);
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
-  ReturnFreedMemoryOf(point_count);
+  ReleaseToOsAfter(point_count);
   const DssMetadata metadata = MetadataOf(std::move(input_hash), options, context.seed, *report);
-  RILIEVO_ASSIGN_OR_RETURN(CodedRelief relief,
-                           Relieve(coarse, metadata, options, context, &cleaned, report));
+  RILIEVO_ASSIGN_OR_RETURN(CodedSurface coded,
+                           BuildAsAsked(coarse, metadata, options, context, &cleaned, report));
   Shape points = PointsAlone(std::move(cleaned));
-  ReturnFreedMemoryOf(point_count);
-  RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &relief, report));
-  result.encoded = std::move(relief.encoded);
-  result.surface = std::move(relief.surface);
+  ReleaseToOsAfter(point_count);
+  RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &coded, report));
+  result.encoded = std::move(coded.encoded);
+  result.surface = std::move(coded.surface);
 
   report->total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

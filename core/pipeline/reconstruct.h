@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/control/build_control_mesh.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/domain/fit_loop_domain.h"
@@ -47,8 +47,8 @@ struct ReconstructReport {
   double diagonal = 0;  // scan unit
   double median_spacing = 0, median_noise = 0;
   double normal_disagreement = 0;
-  std::string road;  // "planar", "spherical", "arbitrary", "user"
-  std::string road_reason;
+  std::string topology;  // "planar", "spherical", "arbitrary", "user"
+  std::string topology_reason;
   int components = 0, boundary_loops = 0, genus = 0;
   int control_vertices = 0, control_faces = 0, max_level = 0;
   int64_t surface_vertices = 0, surface_faces = 0;  // at max_level

@@ -9,7 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/coding_error.h"
-#include "core/pipeline/fewer_faces.h"
+#include "core/pipeline/domain_resolution.h"
 #include "core/pipeline/keep_error.h"
 #include "core/pipeline/position_step.h"
 
@@ -18,15 +18,15 @@ namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr double kNone = -1, kHalf = 0.5, kQuarter = 0.25;  // rungs
+constexpr double kNone = -1, kHalf = 0.5, kQuarter = 0.25;  // steps
 constexpr double kStepRatio = 1.5;                          // of position steps
 constexpr double kAlike = 1.01;                             // errors
 constexpr double kCoarsestStep = 0.01;                      // EncodeOptions::position_step
 // Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
 constexpr double kBytesPerFace = 1.0;
 
-// What a trial is worth.
-struct Worth {
+// What a trial costs.
+struct Cost {
   double own = 0, coding = 0;  // RMS errors
   double from_points = 0;      // RMS distance of the points, noise and strays with it
   double bytes = 0;
@@ -35,9 +35,9 @@ struct Worth {
 
 struct Trial {
   Domain domain;
-  CodedRelief relief;
+  CodedSurface coded;
   ReconstructReport report;
-  Worth worth;
+  Cost cost;
 };
 
 class Search {
@@ -52,18 +52,18 @@ class Search {
         report_(report),
         before_(*report) {}
 
-  absl::StatusOr<CodedRelief> Run() {
+  absl::StatusOr<CodedSurface> Run() {
     const int first = FirstRung();
     RILIEVO_RETURN_IF_ERROR(Try(first));
-    int rung = first;
+    int step = first;
     // Fewer faces while they win, else more.
-    while (FacesAt(rung + 1) >= kFewestFaces && best_rung_ == (best_ ? rung : kNone)) {
-      RILIEVO_RETURN_IF_ERROR(Try(++rung));
+    while (FacesAt(step + 1) >= kFewestFaces && best_step_ == (best_ ? step : kNone)) {
+      RILIEVO_RETURN_IF_ERROR(Try(++step));
     }
     // What no coarser mesh could keep, a finer one cannot.
-    if (best_ && best_rung_ <= first) {
-      for (rung = first - 1; rung >= 0 && best_rung_ == rung + 1; --rung) {
-        RILIEVO_RETURN_IF_ERROR(Try(rung));
+    if (best_ && best_step_ <= first) {
+      for (step = first - 1; step >= 0 && best_step_ == step + 1; --step) {
+        RILIEVO_RETURN_IF_ERROR(Try(step));
       }
     }
     RILIEVO_RETURN_IF_ERROR(TryBeside(kHalf));
@@ -74,22 +74,22 @@ class Search {
     if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());
     SetReport(best_->report);
-    return std::move(best_->relief);
+    return std::move(best_->coded);
   }
 
  private:
-  int FacesAt(double rung) const {
-    return static_cast<int>(static_cast<double>(start_.faces.cols()) * std::pow(kRatio, rung));
+  int FacesAt(double step) const {
+    return static_cast<int>(static_cast<double>(start_.faces.cols()) * std::pow(kRatio, step));
   }
 
   int FirstRung() const {
-    int rung = FacesAt(1) >= kFewestFaces ? 1 : 0;
-    if (!options_.encode.max_bytes) return rung;
-    while (FacesAt(rung + 1) >= kFewestFaces &&
-           FacesAt(rung) * kBytesPerFace > static_cast<double>(*options_.encode.max_bytes)) {
-      ++rung;
+    int step = FacesAt(1) >= kFewestFaces ? 1 : 0;
+    if (!options_.encode.max_bytes) return step;
+    while (FacesAt(step + 1) >= kFewestFaces &&
+           FacesAt(step) * kBytesPerFace > static_cast<double>(*options_.encode.max_bytes)) {
+      ++step;
     }
-    return rung;
+    return step;
   }
 
   // With the time spent since.
@@ -100,9 +100,9 @@ class Search {
               std::begin(report_->stage_seconds));
   }
 
-  // Part of a rung to either side of the best one.
+  // Part of a step to either side of the best one.
   absl::Status TryBeside(double part) {
-    const double middle = best_rung_;
+    const double middle = best_step_;
     for (const double between : {middle + part, middle - part}) {
       if (best_ && between > 0 && FacesAt(between) >= kFewestFaces) {
         RILIEVO_RETURN_IF_ERROR(Try(between));
@@ -111,15 +111,15 @@ class Search {
     return absl::OkStatus();
   }
 
-  absl::Status Try(double rung) {
+  absl::Status Try(double step) {
     SetReport(before_);
     ControlMesh mesh = start_;
-    if (rung > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(rung), context_));
+    if (step > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(step), context_));
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
                              FitDomain(scan_, mesh, options_, context_, report_));
-    return TryDomain(domain, rung, options_);
+    return TryDomain(domain, step, options_);
   }
 
   // Coarser steps of the control points while they win, else one finer: what they save, heights
@@ -133,7 +133,7 @@ class Search {
         RILIEVO_ASSIGN_OR_RETURN(const Domain domain, RoundDomain(best_->domain.fitted, step));
         // A domain that is cut is fitted again.
         options.encode.position_step = step;
-        RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_rung_, options));
+        RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_step_, options));
         if (best_->domain.position_step != step) break;
       }
       if (best_->domain.position_step != first) break;
@@ -141,22 +141,22 @@ class Search {
     return absl::OkStatus();
   }
 
-  absl::Status TryDomain(const Domain& domain, double rung, const ReconstructOptions& options) {
-    auto relief = MakeRelief(scan_, domain, metadata_, options, context_, report_);
-    if (absl::IsResourceExhausted(relief.status())) {
-      failure_ = relief.status();
+  absl::Status TryDomain(const Domain& domain, double step, const ReconstructOptions& options) {
+    auto coded = BuildSurface(scan_, domain, metadata_, options, context_, report_);
+    if (absl::IsResourceExhausted(coded.status())) {
+      failure_ = coded.status();
       return absl::OkStatus();
     }
-    RILIEVO_RETURN_IF_ERROR(relief.status());
-    Worth worth{OwnError(*report_, options_.measure), relief->encoded.height_rms,
-                report_->error.b_to_a.rms, 0, report_->error.across_rms};
-    for (const auto& chunk : relief->encoded.chunks) {
-      worth.bytes += static_cast<double>(chunk.size());
+    RILIEVO_RETURN_IF_ERROR(coded.status());
+    Cost cost{OwnError(*report_, options_.measure), coded->encoded.height_rms,
+              report_->error.b_to_a.rms, 0, report_->error.across_rms};
+    for (const auto& chunk : coded->encoded.chunks) {
+      cost.bytes += static_cast<double>(chunk.size());
     }
-    kept_of_rung_[rung] = worth.kept;
-    if (!best_ || IsBetter(worth, best_->worth)) {
-      best_ = Trial{domain, *std::move(relief), *report_, worth};
-      best_rung_ = rung;
+    kept_of_step_[step] = cost.kept;
+    if (!best_ || IsBetter(cost, best_->cost)) {
+      best_ = Trial{domain, *std::move(coded), *report_, cost};
+      best_step_ = step;
     }
     return absl::OkStatus();
   }
@@ -167,53 +167,53 @@ class Search {
     RILIEVO_ASSIGN_OR_RETURN(bool kept, KeepBest());
     if (kept || !NoiseAllows(*options_.encode.max_error, *report_)) return absl::OkStatus();
     const Trial nearest = *best_;
-    const double rung_of_nearest = best_rung_;
-    for (int rung = static_cast<int>(std::ceil(rung_of_nearest)) - 1; rung >= 0; --rung) {
-      const auto tried = kept_of_rung_.find(rung);
-      if (tried != kept_of_rung_.end() && tried->second >= *options_.encode.max_error) continue;
+    const double step_of_nearest = best_step_;
+    for (int step = static_cast<int>(std::ceil(step_of_nearest)) - 1; step >= 0; --step) {
+      const auto tried = kept_of_step_.find(step);
+      if (tried != kept_of_step_.end() && tried->second >= *options_.encode.max_error) continue;
       best_.reset();
-      RILIEVO_RETURN_IF_ERROR(Try(rung));
+      RILIEVO_RETURN_IF_ERROR(Try(step));
       if (!best_) continue;
       RILIEVO_ASSIGN_OR_RETURN(kept, KeepBest());
       if (kept) return absl::OkStatus();
     }
     best_ = nearest;
-    best_rung_ = rung_of_nearest;
+    best_step_ = step_of_nearest;
     return absl::OkStatus();
   }
 
   absl::StatusOr<bool> KeepBest() {
     SetReport(best_->report);
     RILIEVO_ASSIGN_OR_RETURN(const bool kept,
-                             KeepError(scan_.cloud, options_, context_, report_, &best_->relief));
+                             KeepError(scan_.cloud, options_, context_, report_, &best_->coded));
     best_->report = *report_;
     return kept;
   }
 
-  bool Keeps(const Worth& worth) const {
+  bool Keeps(const Cost& cost) const {
     const double limit = *options_.encode.max_error;
-    return worth.kept >= 0 && NoiseAllows(limit, before_) &&
-           std::hypot(worth.kept, worth.coding) <= limit;
+    return cost.kept >= 0 && NoiseAllows(limit, before_) &&
+           std::hypot(cost.kept, cost.coding) <= limit;
   }
 
   // Parts of the scan that one trial has and the other lost stand out of what both have of noise.
-  static double Error(const Worth& worth, const Worth& other) {
-    const double least = std::min(worth.from_points, other.from_points);
-    const double lost = worth.from_points * worth.from_points - least * least;
-    return std::sqrt(std::max(worth.own * worth.own, lost) + worth.coding * worth.coding);
+  static double Error(const Cost& cost, const Cost& other) {
+    const double least = std::min(cost.from_points, other.from_points);
+    const double lost = cost.from_points * cost.from_points - least * least;
+    return std::sqrt(std::max(cost.own * cost.own, lost) + cost.coding * cost.coding);
   }
 
-  bool IsBetter(const Worth& worth, const Worth& other) const {
-    const double error = Error(worth, other), other_error = Error(other, worth);
+  bool IsBetter(const Cost& cost, const Cost& other) const {
+    const double error = Error(cost, other), other_error = Error(other, cost);
     if (options_.encode.max_bytes) return error < other_error;
-    if (Keeps(worth) != Keeps(other)) return Keeps(worth);
-    if (Keeps(worth)) return worth.bytes < other.bytes;
+    if (Keeps(cost) != Keeps(other)) return Keeps(cost);
+    if (Keeps(cost)) return cost.bytes < other.bytes;
     const double limit = *options_.encode.max_error;
-    if (error <= limit && other_error <= limit) return worth.bytes < other.bytes;
-    if (error > limit && other_error > limit && worth.own > limit && other.own > limit) {
+    if (error <= limit && other_error <= limit) return cost.bytes < other.bytes;
+    if (error > limit && other_error > limit && cost.own > limit && other.own > limit) {
       // Neither can: the default coding is used, and a little error buys no bytes.
       const bool alike = error < kAlike * other_error && other_error < kAlike * error;
-      return alike ? worth.bytes < other.bytes : error < other_error;
+      return alike ? cost.bytes < other.bytes : error < other_error;
     }
     return error < other_error;
   }
@@ -226,18 +226,18 @@ class Search {
   ReconstructReport* report_;
   const ReconstructReport before_;  // the first trial
   std::optional<Trial> best_;
-  double best_rung_ = kNone;
-  std::map<double, double> kept_of_rung_;  // Worth::kept
+  double best_step_ = kNone;
+  std::map<double, double> kept_of_step_;  // Cost::kept
   absl::Status failure_;
 };
 
 }  // namespace
 
-absl::StatusOr<CodedRelief> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
-                                               const DssMetadata& metadata,
-                                               const ReconstructOptions& options,
-                                               const RunContext& context,
-                                               ReconstructReport* report) {
+absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
+                                                const DssMetadata& metadata,
+                                                const ReconstructOptions& options,
+                                                const RunContext& context,
+                                                ReconstructReport* report) {
   return Search(scan, start, metadata, options, context, report).Run();
 }
 

@@ -9,10 +9,10 @@
 #include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/scan/crease_normals.h"
-#include "core/scan/noise_scale.h"
-#include "core/scan/normals.h"
-#include "core/scan/separate_sheets.h"
+#include "core/scan/local_shape/estimate_normals.h"
+#include "core/scan/local_shape/separate_sheets.h"
+#include "core/scan/local_shape/sharpen_normals.h"
+#include "core/scan/local_shape/thick_noise.h"
 
 namespace rilievo {
 namespace {
@@ -142,7 +142,7 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   const bool is_large = count >= kManyPoints;
   if (is_large) {  // made again below; normals need the room
     index.reset();
-    ReturnFreedMemory();
+    ReleaseToOs();
   }
   RILIEVO_ASSIGN_OR_RETURN(EstimatedNormals estimated,
                            EstimateNormals(std::move(kept.points), graph, replaced, context));
@@ -150,14 +150,14 @@ absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& opt
   context.Report(Stage::kNormals, 0.6);
   RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
                            OrientNormals(graph, &cloud, context));
-  RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.bent, context, &cloud));
+  RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.near_edge, context, &cloud));
   JoinSheets(replaced, &graph);
   if (is_large) {
     RILIEVO_RETURN_IF_ERROR(graph.Pack(context));
     RILIEVO_ASSIGN_OR_RETURN(
         index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
   }
-  RILIEVO_RETURN_IF_ERROR(ScaleNoise(*index, context, &cloud));
+  RILIEVO_RETURN_IF_ERROR(CorrectThickNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
   return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,
                      found.outliers,   found.island_points, orientation};

@@ -5,11 +5,11 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
-#include "core/scan/check_scan.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/orientation.h"
-#include "core/scan/oriented_cloud.h"
-#include "core/scan/outliers.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
+#include "core/scan/clean/check_scan.h"
+#include "core/scan/clean/remove_outliers.h"
+#include "core/scan/orientation/orient_normals.h"
 
 namespace rilievo {
 

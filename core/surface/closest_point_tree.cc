@@ -25,11 +25,15 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 template <typename BoxOfItem>
 class ClosestPointTree::Builder {
  public:
-  Builder(const ClosestPointTree& tree, const BoxOfItem& box_of, int brood,
+  Builder(const ClosestPointTree& tree, const BoxOfItem& box_of, int children_per_face,
           const RunContext& context, std::vector<Center>& centers)
-      : tree_(tree), box_of_(box_of), brood_(brood), context_(context), centers_(centers) {
-    for (int count = brood; count > tree.most_in_run(); count /= kWidth) {
-      nodes_of_brood_ += brood / count;
+      : tree_(tree),
+        box_of_(box_of),
+        brood_(children_per_face),
+        context_(context),
+        centers_(centers) {
+    for (int count = children_per_face; count > tree.most_in_run(); count /= kWidth) {
+      nodes_of_brood_ += children_per_face / count;
     }
   }
 
@@ -66,11 +70,12 @@ class ClosestPointTree::Builder {
       FloatBox part;
       if (to - from == 1) {
         int32_t child = 0;
-        part = Place(from * brood_, centers_[from].brood * brood_, brood_, nodes, next, &child);
+        part = Place(from * brood_, centers_[from].children_per_face * brood_, brood_, nodes, next,
+                     &child);
         nodes[at].child[slot] = child;
       } else if (IsRun(to - from)) {
         nodes[at].child[slot] = tree_.ChildOf({from, to - from});
-        for (int i = from; i < to; ++i) part.Add(box_of_(centers_[i].brood));
+        for (int i = from; i < to; ++i) part.Add(box_of_(centers_[i].children_per_face));
       } else {
         nodes[at].child[slot] = *next;
         part = Split(from, to, nodes, next);
@@ -105,7 +110,7 @@ class ClosestPointTree::Builder {
     std::nth_element(centers_.begin() + begin, centers_.begin() + begin + half,
                      centers_.begin() + end, [axis](const Center& a, const Center& b) {
                        if (a.at[axis] != b.at[axis]) return a.at[axis] < b.at[axis];
-                       return a.brood < b.brood;
+                       return a.children_per_face < b.children_per_face;
                      });
     return begin + half;
   }
@@ -181,13 +186,13 @@ class ClosestPointTree::Builder {
 // A large tree has a root, its four children and their sixteen, each made by a job of its own: the
 // same tree for any number of threads.
 template <typename BoxOfItem>
-absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
+absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int children_per_face,
                                           const RunContext& context, std::vector<Center>& centers) {
-  Builder<BoxOfItem> builder(*this, box_of, brood, context, centers);
+  Builder<BoxOfItem> builder(*this, box_of, children_per_face, context, centers);
   const int count = static_cast<int>(centers.size());
   constexpr int kJobs = kWidth * kWidth;
   constexpr int kSmall = 4096;  // items
-  if (count <= kSmall / brood || count < kWidth * kJobs) {
+  if (count <= kSmall / children_per_face || count < kWidth * kJobs) {
     int32_t next = 0;
     nodes_.resize(static_cast<size_t>(builder.CountNodes(count)));
     builder.Split(0, count, nodes_, &next);
@@ -237,7 +242,8 @@ absl::Status ClosestPointTree::BuildNodes(const BoxOfItem& box_of, int brood,
 
 absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd& vertices,
                                                          const Eigen::Matrix3Xi& triangles,
-                                                         const RunContext& context, int brood) {
+                                                         const RunContext& context,
+                                                         int children_per_face) {
   ClosestPointTree tree;
   tree.points_ = triangles.cols() == 0;
   const int count = static_cast<int>(tree.points_ ? vertices.cols() : triangles.cols());
@@ -268,29 +274,30 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   // Four items are asked in the time that a node of their own would take, in a third of its memory.
   constexpr int kRunBits = 2;
   tree.run_bits_ = count > std::numeric_limits<int>::max() >> kRunBits ? 0 : kRunBits;
-  if (count % brood != 0) brood = 1;
-  std::vector<Center> centers(count / brood);
+  if (count % children_per_face != 0) children_per_face = 1;
+  std::vector<Center> centers(count / children_per_face);
   constexpr int64_t kBlock = 8192;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(centers.size()), kBlock / brood, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        for (int i = static_cast<int>(begin); i < end; ++i) {
-                                          // Of a brood, one of each quarter tells the middle well
-                                          // enough.
-                                          FloatBox box;
-                                          const int quarter = std::max(1, brood / kWidth);
-                                          for (int item = i * brood; item < (i + 1) * brood;
-                                               item += quarter)
-                                            box.Add(box_of(item));
-                                          for (int k = 0; k < 3; ++k)
-                                            centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
-                                          centers[i].brood = i;
-                                        }
-                                      }));
-  RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, brood, context, centers));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(centers.size()), kBlock / children_per_face, context,
+                  [&](int64_t begin, int64_t end) {
+                    for (int i = static_cast<int>(begin); i < end; ++i) {
+                      // Of a children_per_face, one of each quarter tells the middle well
+                      // enough.
+                      FloatBox box;
+                      const int quarter = std::max(1, children_per_face / kWidth);
+                      for (int item = i * children_per_face; item < (i + 1) * children_per_face;
+                           item += quarter)
+                        box.Add(box_of(item));
+                      for (int k = 0; k < 3; ++k) centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
+                      centers[i].children_per_face = i;
+                    }
+                  }));
+  RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, children_per_face, context, centers));
 
   tree.items_.resize(count);
   for (int i = 0; i < count; ++i) {
-    tree.items_[i] = centers[i / brood].brood * brood + i % brood;
+    tree.items_[i] = centers[i / children_per_face].children_per_face * children_per_face +
+                     i % children_per_face;
   }
   centers = std::vector<Center>();
   tree.vertices_.resize(3, vertices.cols());

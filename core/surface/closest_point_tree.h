@@ -20,11 +20,13 @@ class ClosestPointTree {
  public:
   // `triangles` empty: the items are the points themselves. Indices must be in range, coordinates
   // finite, and there must be at least one item. CANCELLED is the only error.
-  // `brood`: a power of four; so many triangles in a row come of one by repeated quartering, as
-  // those of a subdivision surface do. The tree takes their order over where it would sort them.
+  // `children_per_face`: a power of four; so many triangles in a row come of one by repeated
+  // quartering, as those of a subdivision surface do. The tree takes their order over where it
+  // would sort them.
   static absl::StatusOr<ClosestPointTree> Build(const Eigen::Matrix3Xd& vertices,
                                                 const Eigen::Matrix3Xi& triangles,
-                                                const RunContext& context, int brood = 1);
+                                                const RunContext& context,
+                                                int children_per_face = 1);
 
   // The item nearest to `point`; `hint` (an item index, e.g. the result for a point close by)
   // makes the search shorter and never changes the distance. -1: no hint.
@@ -60,16 +62,16 @@ class ClosestPointTree {
     FourBoxes boxes;
     int32_t child[kWidth];
   };
-  // The middle of a brood's box.
+  // The middle of a children_per_face's box.
   struct Center {
     float at[3];
-    int brood;
+    int children_per_face;
   };
   template <typename BoxOfItem>
   class Builder;
 
   template <typename BoxOfItem>
-  absl::Status BuildNodes(const BoxOfItem& box_of, int brood, const RunContext& context,
+  absl::Status BuildNodes(const BoxOfItem& box_of, int children_per_face, const RunContext& context,
                           std::vector<Center>& centers);
 
   // Items that follow each other and share a box.

@@ -13,7 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
-#include "core/base/side_by_side.h"
+#include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/surface/closest_point_tree.h"
 #include "core/surface/surface_samples.h"
@@ -55,7 +55,7 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
 }
 
 absl::StatusOr<ClosestPointTree> TreeOf(const Shape& shape, const RunContext& context) {
-  return ClosestPointTree::Build(shape.vertices, shape.triangles, context, shape.brood);
+  return ClosestPointTree::Build(shape.vertices, shape.triangles, context, shape.children_per_face);
 }
 
 // The vertices in the order in which the triangles of `order` first name them, so that neighbours
@@ -260,7 +260,7 @@ absl::StatusOr<TwoSidedError> MeasureBothWays(const Shape& a, const ClosestPoint
         b_to_a, MeasureOneWay(b, tree_b.source(), a, tree_a, options.samples, context));
     return absl::OkStatus();
   };
-  RILIEVO_RETURN_IF_ERROR(SideBySide(context, there, back));
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, there, back));
   TwoSidedError error;
   error.a_to_b = a_to_b.summary;
   error.b_to_a = b_to_a.summary;

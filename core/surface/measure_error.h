@@ -43,7 +43,7 @@ struct Shape {
   // Of a point set: how far from each point a surface through it counts as seen. Empty: not known.
   std::vector<float> gaps = {};
   Eigen::Matrix3Xd normals = {};  // of a point set: unit, of either sign, one a point or none
-  int brood = 1;  // of the triangles, as for ClosestPointTree: makes a search quicker
+  int children_per_face = 1;  // of the triangles, as for ClosestPointTree: makes a search quicker
 };
 
 struct MeasureOptions {

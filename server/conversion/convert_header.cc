@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/scan/check_scan.h"
+#include "core/scan/clean/check_scan.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
 

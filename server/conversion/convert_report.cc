@@ -36,8 +36,8 @@ void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
 }
 
 void ConvertSurface(const ReconstructReport& from, v1::ReconstructReport* to) {
-  to->set_road(from.road);
-  to->set_road_reason(from.road_reason);
+  to->set_road(from.topology);
+  to->set_road_reason(from.topology_reason);
   to->set_components(from.components);
   to->set_boundary_loops(from.boundary_loops);
   to->set_genus(from.genus);

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "core/pipeline/relief.h"
+#include "core/control/spherical/spherical_control_mesh.h"
+#include "core/pipeline/build_surface.h"
 
 namespace rilievo {
 namespace {

@@ -3,8 +3,8 @@
 #include <numbers>
 
 #include "benchmark/benchmark.h"
-#include "core/codec/dss.h"
-#include "core/codec/prepare_control_mesh.h"
+#include "core/codec/container/dss.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {

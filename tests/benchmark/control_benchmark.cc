@@ -1,11 +1,13 @@
-// The control room: simplification of iso-surfaces, the cheap roads and the choice among them.
+// The control room: simplification of iso-surfaces, the cheap topologies and the choice among them.
 #include <benchmark/benchmark.h>
 
+#include "core/control/arbitrary_control_mesh.h"
 #include "core/control/build_control_mesh.h"
 #include "core/control/choose_topology.h"
-#include "core/control/control_roads.h"
-#include "core/control/relax_mesh.h"
-#include "core/control/simplify_mesh.h"
+#include "core/control/planar/planar_control_mesh.h"
+#include "core/control/simplify/relax_mesh.h"
+#include "core/control/simplify/simplify_mesh.h"
+#include "core/control/spherical/spherical_control_mesh.h"
 #include "tests/unit/control/control_test_meshes.h"
 
 namespace rilievo {

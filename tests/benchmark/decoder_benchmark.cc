@@ -10,8 +10,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/codec/dss.h"
-#include "core/codec/prepare_control_mesh.h"
+#include "core/codec/container/dss.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -46,7 +46,7 @@ ControlMesh BumpyTorus() {
   return mesh;
 }
 
-DisplacedSurface Relief() {
+DisplacedSurface DisplacedExample() {
   DisplacedSurface surface;
   surface.control_mesh = *PrepareControlMesh(BumpyTorus(), kPositionStep);
   surface.max_level = kLevel;
@@ -94,7 +94,7 @@ std::unique_ptr<Far::TopologyRefiner> RefineUniformly(const ControlMesh& mesh) {
 }
 
 void OpenSubdivTopology(benchmark::State& state) {
-  const ControlMesh mesh = Relief().control_mesh;
+  const ControlMesh mesh = DisplacedExample().control_mesh;
   int64_t vertices = 0;
   for (auto _ : state) vertices += RefineUniformly(mesh)->GetLevel(kLevel).GetNumVertices();
   state.SetItemsProcessed(vertices);
@@ -103,7 +103,7 @@ BENCHMARK(OpenSubdivTopology)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 // Limit positions and normals in single precision, no displacement.
 void OpenSubdivLimit(benchmark::State& state) {
-  const ControlMesh mesh = Relief().control_mesh;
+  const ControlMesh mesh = DisplacedExample().control_mesh;
   const auto refiner = RefineUniformly(mesh);
   const size_t count = static_cast<size_t>(refiner->GetLevel(kLevel).GetNumVertices());
   std::vector<Value> position(count), u(count), v(count), normal(count);
@@ -134,7 +134,7 @@ BENCHMARK(OpenSubdivLimit)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 // Displaced vertices, triangles, normals of the displaced triangles. Argument: threads.
 void TessellateSurface(benchmark::State& state) {
-  const DisplacedSurface surface = Relief();
+  const DisplacedSurface surface = DisplacedExample();
   const RunContext context = Threads(static_cast<int>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(Tessellate(surface, kLevel, context));
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(surface.heights.size()));
@@ -144,7 +144,7 @@ BENCHMARK(TessellateSurface)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMi
 // Bytes to heights: entropy decoding and wavelets. Argument: RMS error, in millionths of the
 // diagonal; the heights are noise of 58.
 void DecodeHeights(benchmark::State& state) {
-  const DisplacedSurface surface = Relief();
+  const DisplacedSurface surface = DisplacedExample();
   EncodeOptions options;
   options.max_error = 1e-6 * static_cast<double>(state.range(0));
   const std::vector<uint8_t> bytes = EncodeDss(surface, {}, options, RunContext())->Concatenate();

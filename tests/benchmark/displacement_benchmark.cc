@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/displacement/fill_heights.h"
-#include "core/displacement/ray_cloud.h"
+#include "core/displacement/rays/ray_cloud.h"
+#include "core/displacement/regularize/fill_heights.h"
 #include "core/displacement/sample_displacement.h"
-#include "core/scan/morton_order.h"
+#include "core/points/morton_order.h"
 #include "tests/unit/displacement/domain_fixtures.h"
 
 namespace rilievo {

@@ -3,7 +3,7 @@
 
   measure.py --bin build/release/bin [--shared ../shared] [--readme README.md] [--only REGEX]
 
-Without the folder of benchmark scans (--shared) only the seed's own case is measured, and the
+Without the folder of benchmark scans (--shared) only the paper's own case is measured, and the
 README stays as it is.
 """
 import argparse
@@ -183,17 +183,17 @@ def measure_bad_files(a, server, work):
 
 
 def measure_seed_case(a, server, work):
-    """Seed 004, table 1: 9 218 points, an octahedron refined to 4 098 vertices. 55 s there."""
+    """Jeong and Kim 2002, table 1: 9 218 points, an octahedron refined to 4 098 vertices. 55 s there."""
     cloud = os.path.join(work, "star.ply")
     subprocess.run([os.path.join(a.bin, "rilievo"), "simulate", "star", "-o", cloud, "--points",
                     "9218", "--views", "0", "--seed", "4"], check=True, stdout=subprocess.DEVNULL)
     runs = [reconstruct(a, server, cloud, os.path.join(work, "star.dss"), "--topology", "spherical",
                         "--control-faces", "512", "--max-level", "2") for _ in range(5)]
     if any(r.status != 0 for r in runs):
-        sys.exit("the seed's case failed: " + runs[0].output)
+        sys.exit("the paper's case failed: " + runs[0].output)
     row = dict(runs[0].report, whole_seconds=statistics.median(r.seconds for r in runs),
                core_seconds=statistics.median(r.report["total_seconds"] for r in runs))
-    print(f"seed's case: {row['surface_vertices']} vertices in {row['whole_seconds']:.3f} s, "
+    print(f"paper's case: {row['surface_vertices']} vertices in {row['whole_seconds']:.3f} s, "
           f"the paper's 55 s", flush=True)
     return row
 

@@ -1,10 +1,10 @@
 // The scan stages at 100 000 points.
 #include <benchmark/benchmark.h>
 
-#include "core/scan/check_scan.h"
-#include "core/scan/normals.h"
-#include "core/scan/orientation.h"
-#include "core/scan/outliers.h"
+#include "core/scan/clean/check_scan.h"
+#include "core/scan/clean/remove_outliers.h"
+#include "core/scan/local_shape/estimate_normals.h"
+#include "core/scan/orientation/orient_normals.h"
 #include "core/scan/scan_surface.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"

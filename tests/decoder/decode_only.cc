@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 
 int main(int argc, char** argv) {
   if (argc < 2) {

@@ -11,10 +11,10 @@
 #include <span>
 #include <vector>
 
-#include "core/codec/chunk.h"
-#include "core/codec/crc32c.h"
-#include "core/codec/decode_region.h"
-#include "core/codec/dss.h"
+#include "core/codec/bytes/chunk.h"
+#include "core/codec/bytes/crc32c.h"
+#include "core/codec/container/decode_region.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/region_tessellation.h"

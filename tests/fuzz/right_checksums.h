@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "core/codec/byte_stream.h"
-#include "core/codec/crc32c.h"
+#include "core/codec/bytes/byte_stream.h"
+#include "core/codec/bytes/crc32c.h"
 
 namespace rilievo {
 

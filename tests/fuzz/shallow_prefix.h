@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <span>
 
-#include "core/codec/byte_stream.h"
-#include "core/codec/chunk.h"
-#include "core/codec/dss_header.h"
+#include "core/codec/bytes/byte_stream.h"
+#include "core/codec/bytes/chunk.h"
+#include "core/codec/container/dss_header.h"
 
 namespace rilievo {
 

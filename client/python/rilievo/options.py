@@ -21,7 +21,7 @@ class Options(TypedDict, total=False):
     height_step: Optional[float]
     """Step of the height quantiser."""
     topology: Optional[Topology]
-    """The road to the control mesh."""
+    """The topology of the control mesh."""
     boundary: Optional[Boundary]
     """Keep an open scan open, or close it."""
     creases: Optional[Creases]

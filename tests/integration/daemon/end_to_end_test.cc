@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "client/library/reconstruction_client.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/reconstruct.h"
 #include "server/embedded_server.h"

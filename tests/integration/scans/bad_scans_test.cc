@@ -10,7 +10,7 @@
 
 #include "client/formats/scan_reader.h"
 #include "client/library/reconstruction_client.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "server/health_probe.h"
 #include "tests/integration/daemon/daemon_process.h"
 

@@ -10,7 +10,7 @@
 #include "client/formats/mesh_reader.h"
 #include "client/formats/scan_reader.h"
 #include "client/library/reconstruction_client.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/measure_error.h"
 #include "tests/integration/daemon/daemon_process.h"

@@ -48,7 +48,7 @@ absl::StatusOr<Reconstruction> FakeWork::Run(const PointCloud& scan, const RunCo
   Reconstruction result;
   result.encoded = Encoded();
   result.report.points_in = scan.points.cols();
-  result.report.road = "spherical";
+  result.report.topology = "spherical";
   return result;
 }
 

@@ -34,7 +34,7 @@ TEST(FreedMemoryTest, GoesBackAlsoFromBelowWhatIsStillUsed) {
   const std::vector<char> last(kBytes, 1);
   blocks.clear();
   const int64_t before = ResidentBytes();
-  ReturnFreedMemory();
+  ReleaseToOs();
   EXPECT_LT(ResidentBytes(), before - kBlocks / 2 * int64_t{kBytes});
   EXPECT_EQ(last[0], 1);
 }

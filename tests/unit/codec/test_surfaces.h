@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/codec/prepare_control_mesh.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
 #include "core/loop/refinement.h"
 #include "core/surface/displaced_surface.h"
 #include "gtest/gtest.h"

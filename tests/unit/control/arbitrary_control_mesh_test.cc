@@ -1,8 +1,9 @@
 // The main road, core/control/arbitrary_control_mesh.cc.
+#include "core/control/arbitrary_control_mesh.h"
+
 #include <gtest/gtest.h>
 
-#include "core/control/control_roads.h"
-#include "core/control/out_of_reach.h"
+#include "core/control/simplify/uncovered_points.h"
 #include "core/geometry/mesh_topology.h"
 #include "tests/unit/control/oriented_shapes.h"
 #include "tests/unit/control/pronged_ball.h"
@@ -56,9 +57,10 @@ TEST(ArbitraryControlMeshTest, ProngsStayInReach) {
       BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext{}).value();
   const ControlMesh mesh =
       ArbitraryControlMesh(graph, index, BoundaryRule::kKeep, 60, RunContext{}, &cloud).value();
-  const OutOfReach lost = FindOutOfReach(cloud, mesh, ControlStage::kTaken,
-                                         {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext{})
-                              .value();
+  const UncoveredPoints lost =
+      FindUncoveredPoints(cloud, mesh, ControlStage::kTaken,
+                          {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext{})
+          .value();
   EXPECT_LT(lost.points.size(), 20);
 }
 

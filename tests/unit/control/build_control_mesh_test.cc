@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/control/octahedron.h"
+#include "core/control/spherical/octahedron.h"
 #include "tests/unit/control/control_test_meshes.h"
 
 namespace rilievo {
@@ -19,7 +19,7 @@ absl::StatusOr<ControlMeshResult> Build(OrientedCloud cloud, const ControlOption
 TEST(BuildControlMesh, AutoTakesThePlanarRoadOverATerrain) {
   const auto result = Build(TerrainCloud(9000, 0.12), ControlOptions{});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->road, Topology::kPlanar);
+  EXPECT_EQ(result->topology, Topology::kPlanar);
   EXPECT_EQ(result->components, 1);
   EXPECT_EQ(result->boundary_loops, 2);
   EXPECT_EQ(result->genus, 0);
@@ -29,14 +29,14 @@ TEST(BuildControlMesh, AutoTakesThePlanarRoadOverATerrain) {
 TEST(BuildControlMesh, AutoTakesTheSphericalRoadAroundAStar) {
   const auto result = Build(StarCloud(9218), ControlOptions{});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->road, Topology::kSpherical);
+  EXPECT_EQ(result->topology, Topology::kSpherical);
   EXPECT_EQ(result->boundary_loops, 0);
 }
 
 TEST(BuildControlMesh, AutoFindsTheHandleOfATorus) {
   const auto result = Build(TorusCloud(200, 80), ControlOptions{});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->road, Topology::kArbitrary);
+  EXPECT_EQ(result->topology, Topology::kArbitrary);
   EXPECT_EQ(result->components, 1);
   EXPECT_EQ(result->genus, 1);
   EXPECT_EQ(result->boundary_loops, 0);
@@ -73,7 +73,7 @@ TEST(BuildControlMesh, AUserMeshIsTaken) {
     options.topology = topology;
     const auto result = Build(SphereCloud(2000), options);
     ASSERT_TRUE(result.ok()) << result.status();
-    EXPECT_EQ(result->road, Topology::kUser);
+    EXPECT_EQ(result->topology, Topology::kUser);
     EXPECT_EQ(result->mesh.faces, octahedron.faces());
   }
 }

@@ -10,15 +10,18 @@ namespace {
 using Eigen::Vector3d;
 
 TEST(ChooseTopology, TakesTheRoadOfEachShape) {
-  EXPECT_EQ(ChooseTopology(TerrainCloud(10000, 0.1), RunContext{}).value().road, Topology::kPlanar);
-  EXPECT_EQ(ChooseTopology(SphereCloud(10000), RunContext{}).value().road, Topology::kSpherical);
-  EXPECT_EQ(ChooseTopology(StarCloud(10000), RunContext{}).value().road, Topology::kSpherical);
-  EXPECT_EQ(ChooseTopology(TorusCloud(160, 60), RunContext{}).value().road, Topology::kArbitrary);
+  EXPECT_EQ(ChooseTopology(TerrainCloud(10000, 0.1), RunContext{}).value().topology,
+            Topology::kPlanar);
+  EXPECT_EQ(ChooseTopology(SphereCloud(10000), RunContext{}).value().topology,
+            Topology::kSpherical);
+  EXPECT_EQ(ChooseTopology(StarCloud(10000), RunContext{}).value().topology, Topology::kSpherical);
+  EXPECT_EQ(ChooseTopology(TorusCloud(160, 60), RunContext{}).value().topology,
+            Topology::kArbitrary);
   EXPECT_EQ(ChooseTopology(Joined(SphereCloud(4000, 0.12, Vector3d(0.3, 0, 0)),
                                   SphereCloud(4000, 0.12, Vector3d(-0.3, 0, 0))),
                            RunContext{})
                 .value()
-                .road,
+                .topology,
             Topology::kArbitrary);
 }
 
@@ -30,15 +33,15 @@ TEST(ChooseTopology, AnOpenSphereIsNotSpherical) {
   }
   const OrientedCloud open =
       MakeCloud(whole.points(Eigen::all, kept), whole.normals(Eigen::all, kept));
-  EXPECT_EQ(ChooseTopology(open, RunContext{}).value().road, Topology::kArbitrary);
+  EXPECT_EQ(ChooseTopology(open, RunContext{}).value().topology, Topology::kArbitrary);
 }
 
 TEST(ChooseTopology, TheOrderOfThePointsDoesNotMatter) {
   const OrientedCloud cloud = StarCloud(6000);
   const Eigen::Matrix3Xd points = cloud.points.rowwise().reverse();
   const Eigen::Matrix3Xd normals = cloud.normals.rowwise().reverse();
-  EXPECT_EQ(ChooseTopology(MakeCloud(points, normals), RunContext{}).value().road,
-            ChooseTopology(cloud, RunContext{}).value().road);
+  EXPECT_EQ(ChooseTopology(MakeCloud(points, normals), RunContext{}).value().topology,
+            ChooseTopology(cloud, RunContext{}).value().topology);
 }
 
 TEST(ChooseTopology, SaysWhyInOneSentence) {

@@ -13,11 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/control/half_edge_mesh.h"
+#include "core/control/simplify/half_edge_mesh.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 
 namespace rilievo {
 

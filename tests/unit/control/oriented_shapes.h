@@ -5,8 +5,8 @@
 #include <numbers>
 #include <vector>
 
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
 

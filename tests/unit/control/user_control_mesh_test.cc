@@ -1,8 +1,9 @@
+#include "core/control/user_control_mesh.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/control/control_roads.h"
-#include "core/control/octahedron.h"
+#include "core/control/spherical/octahedron.h"
 #include "tests/unit/control/control_test_meshes.h"
 
 namespace rilievo {

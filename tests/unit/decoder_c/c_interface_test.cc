@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "client/decoder_c/rilievo_decoder.h"
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/surface/adaptive_tessellation.h"
 #include "core/surface/displaced_surface.h"
 

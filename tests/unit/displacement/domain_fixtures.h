@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/displacement/ray_cloud.h"
+#include "core/displacement/rays/ray_cloud.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/refinement.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
 
 namespace rilievo::testing {
 
@@ -155,8 +155,8 @@ inline Scan SphereScan(double radius, int count) {
 }
 
 // `count` points of z = height(x, y) over [-half, half]^2, jittered off a grid.
-inline Points ReliefPoints(double half, int count, Random* random,
-                           const std::function<double(double, double)>& height) {
+inline Points HeightFieldPoints(double half, int count, Random* random,
+                                const std::function<double(double, double)>& height) {
   Points points;
   const int side = static_cast<int>(std::sqrt(count));
   constexpr double kStep = 1e-5;

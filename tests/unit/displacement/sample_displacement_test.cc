@@ -68,14 +68,16 @@ TEST(SampleDisplacementTest, WavySphereFollowsTheWaves) {
 
 TEST(SampleDisplacementTest, SineReliefOverAPlane) {
   Random random(1);
-  const auto relief = [](double x, double y) { return 0.01 * std::sin(30 * x) * std::cos(25 * y); };
-  const Points points = ReliefPoints(0.35, 22500, &random, relief);
+  const auto height_field = [](double x, double y) {
+    return 0.01 * std::sin(30 * x) * std::cos(25 * y);
+  };
+  const Points points = HeightFieldPoints(0.35, 22500, &random, height_field);
   const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
   const Domain domain = MakeDomain(Sheet(0.33, 8), 4);
   const DisplacementField field = Sample(scan, domain);
   EXPECT_EQ(field.filled, 0);
   const HeightError error = Compare(field, [&](int v) {
-    return relief(domain.limit.positions(0, v), domain.limit.positions(1, v));
+    return height_field(domain.limit.positions(0, v), domain.limit.positions(1, v));
   });
   EXPECT_LT(error.rms, 0.01 * scan.cloud.median_spacing);
   EXPECT_LT(error.max, 0.1 * scan.cloud.median_spacing);
@@ -85,7 +87,7 @@ class NoisySheetTest : public ::testing::TestWithParam<double> {};
 
 TEST_P(NoisySheetTest, NoiseIsAveragedAway) {
   Random random(2);
-  Points points = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  Points points = HeightFieldPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
   const double sigma = GetParam() * 0.7 / 150 * 2 / std::sqrt(M_PI);  // times the spacing
   for (Eigen::Vector3d& p : points.at) p[2] += sigma * Gauss(&random);
   const Scan scan = MakeScan(points.Positions(), points.Normals(), sigma);
@@ -98,9 +100,9 @@ INSTANTIATE_TEST_SUITE_P(NoiseOverSpacing, NoisySheetTest, ::testing::Values(0.2
 
 TEST(SampleDisplacementTest, TwoSheetsOfAThinWallKeepTheirOwn) {
   Random random(3);
-  Points points = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  Points points = HeightFieldPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
   const double thickness = 0.004;  // below the spacing of 0.0053
-  const Points back = ReliefPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
+  const Points back = HeightFieldPoints(0.35, 22500, &random, [](double, double) { return 0.0; });
   for (size_t i = 0; i < back.at.size(); ++i) {
     points.Add(back.at[i] - Eigen::Vector3d(0, 0, thickness), -back.normal[i]);
   }
@@ -180,7 +182,7 @@ TEST(SampleDisplacementTest, WithoutAnyDataAllIsFilledWithZero) {
 TEST(SampleDisplacementTest, ASharpEdgeIsNotRounded) {
   Random random(4);
   const auto roof = [](double x, double) { return 0.02 - std::abs(x); };
-  const Points points = ReliefPoints(0.2, 14400, &random, roof);
+  const Points points = HeightFieldPoints(0.2, 14400, &random, roof);
   const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
   const Domain domain = MakeDomain(Sheet(0.15, 8), 4);
   DisplacementOptions options;
@@ -194,7 +196,7 @@ TEST(SampleDisplacementTest, ASharpEdgeIsNotRounded) {
 TEST(SampleDisplacementTest, ANoisySharpEdgeStaysWithinHalfASpacing) {
   Random random(5);
   const auto roof = [](double x, double) { return 0.02 - std::abs(x); };
-  Points points = ReliefPoints(0.2, 14400, &random, roof);
+  Points points = HeightFieldPoints(0.2, 14400, &random, roof);
   const double sigma = 0.001;  // about a quarter of the spacing
   for (size_t i = 0; i < points.at.size(); ++i) {
     points.at[i] += sigma * Gauss(&random) * points.normal[i];
@@ -229,7 +231,7 @@ TEST(SampleDisplacementTest, OutliersMakeNoSpikes) {
 // Left half clean, right half noisy, a hole in the middle.
 TEST(SampleDisplacementTest, EachHeightSaysWhereItComesFrom) {
   Random random(21);
-  const Points even = ReliefPoints(0.3, 10000, &random, [](double, double) { return 0.01; });
+  const Points even = HeightFieldPoints(0.3, 10000, &random, [](double, double) { return 0.01; });
   constexpr double kNoise = 0.004;  // two thirds of the spacing
   Points points;
   for (size_t i = 0; i < even.at.size(); ++i) {

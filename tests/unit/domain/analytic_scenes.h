@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/geometry/triangle_mesh.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/oriented_cloud.h"
 #include "tests/scans/random.h"
 
 namespace rilievo {

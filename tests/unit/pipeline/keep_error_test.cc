@@ -11,19 +11,19 @@ namespace {
 struct Made {
   PreparedScan prepared;
   ReconstructOptions options;
-  CodedRelief relief;
+  CodedSurface coded;
 
   Made(double noise, double max_error) : prepared(PrepareScan(*MakeTorus(), 12000, noise)) {
     options.encode.max_error = max_error;
     const Domain domain =
         FitDomain(prepared.scan, prepared.control, options, {}, &prepared.report).value();
-    relief = MakeRelief(prepared.scan, domain, {}, options, {}, &prepared.report).value();
+    coded = BuildSurface(prepared.scan, domain, {}, options, {}, &prepared.report).value();
   }
   bool Keep() {
-    return KeepError(prepared.scan.cloud, options, {}, &prepared.report, &relief).value();
+    return KeepError(prepared.scan.cloud, options, {}, &prepared.report, &coded).value();
   }
   double Error() const {
-    const DecodedSurface decoded = DecodeDss(relief.encoded.Concatenate(), {}).value();
+    const DecodedSurface decoded = DecodeDss(coded.encoded.Concatenate(), {}).value();
     return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
         .value()
         .across_rms;
@@ -40,8 +40,8 @@ TEST(KeepErrorTest, TheErrorIsKeptAndNotMuchFinerThanAskedFor) {
 // As if the first coding had been far too coarse.
 TEST(KeepErrorTest, TooCoarseACodingIsMadeFiner) {
   Made made(0, 4e-4);
-  made.relief.encoded =
-      EncodeRelief(made.relief, 1.5e-3, made.options, {}, &made.prepared.report).value();
+  made.coded.encoded =
+      RecodeSurface(made.coded, 1.5e-3, made.options, {}, &made.prepared.report).value();
   ASSERT_GT(made.Error(), 4e-4);
   EXPECT_TRUE(made.Keep());
   EXPECT_LE(made.Error(), 4e-4);
@@ -51,26 +51,26 @@ TEST(KeepErrorTest, TooCoarseACodingIsMadeFiner) {
 TEST(KeepErrorTest, AnErrorOfPercentsIsKeptToo) {
   for (const double wide : {0.01, 0.05, 0.1}) {
     Made made(0, wide);
-    const size_t before = made.relief.encoded.Concatenate().size();
+    const size_t before = made.coded.encoded.Concatenate().size();
     EXPECT_TRUE(made.Keep()) << wide;
     EXPECT_LE(made.Error(), wide);
-    EXPECT_LE(made.relief.encoded.Concatenate().size(), before) << wide;
+    EXPECT_LE(made.coded.encoded.Concatenate().size(), before) << wide;
   }
 }
 
 TEST(KeepErrorTest, NoiseDoesNotAllowLessThanItself) {
   Made made(1e-3, 8e-4);
-  const std::vector<uint8_t> before = made.relief.encoded.Concatenate();
+  const std::vector<uint8_t> before = made.coded.encoded.Concatenate();
   EXPECT_FALSE(made.Keep());
-  EXPECT_EQ(made.relief.encoded.Concatenate(), before);
+  EXPECT_EQ(made.coded.encoded.Concatenate(), before);
 }
 
 TEST(KeepErrorTest, WithoutAnErrorAskedForThereIsNothingToKeep) {
   Made made(0, 1e-3);
   made.options.encode.max_error.reset();
-  const std::vector<uint8_t> before = made.relief.encoded.Concatenate();
+  const std::vector<uint8_t> before = made.coded.encoded.Concatenate();
   EXPECT_TRUE(made.Keep());
-  EXPECT_EQ(made.relief.encoded.Concatenate(), before);
+  EXPECT_EQ(made.coded.encoded.Concatenate(), before);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ int64_t StatusBytes(const std::string& field) {
 // The peak above what the process, the scan included, held before; -1 where the system does not
 // tell.
 double PeakBytesAPoint(const PointCloud& scan) {
-  ReturnFreedMemory();
+  ReleaseToOs();
   const int64_t before = StatusBytes("VmRSS:");
   std::ofstream("/proc/self/clear_refs") << "5";  // the peak starts anew
   if (before == 0 || StatusBytes("VmHWM:") > before + (1 << 20)) return -1;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/control/build_control_mesh.h"
-#include "core/pipeline/relief.h"
-#include "core/scan/check_scan.h"
+#include "core/pipeline/build_surface.h"
+#include "core/scan/clean/check_scan.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
 

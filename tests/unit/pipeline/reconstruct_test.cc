@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/codec/dss.h"
+#include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/coding_error.h"
 #include "tests/scans/analytic_shape.h"
@@ -122,7 +122,7 @@ TEST(ReconstructTest, AControlMeshOfTheUserIsTakenInScanCoordinates) {
   options.max_level = 4;
   const auto result = Reconstruct(scan, options, RunContext{});
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_EQ(result->report.road, "user");
+  EXPECT_EQ(result->report.topology, "user");
   EXPECT_EQ(result->report.control_faces, 8);
   const TriangleMesh mesh = Tessellate(result->surface, 4, RunContext{}).value();
   for (const auto vertex : mesh.vertices.colwise()) {

@@ -10,9 +10,9 @@
 namespace rilievo {
 namespace {
 
-int64_t BytesOf(const CodedRelief& relief) {
+int64_t BytesOf(const CodedSurface& coded) {
   int64_t bytes = 0;
-  for (const auto& chunk : relief.encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
+  for (const auto& chunk : coded.encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
   return bytes;
 }
 
@@ -21,7 +21,7 @@ TEST(SearchControlFacesTest, AnErrorIsKeptInFewerBytesThanWithTheUsualFaces) {
   ReconstructOptions options;
   options.encode.max_error = 5e-4;
   ReconstructReport report = prepared.report;
-  const CodedRelief best =
+  const CodedSurface best =
       SearchControlFaces(prepared.scan, prepared.control, {}, options, RunContext{}, &report)
           .value();
   EXPECT_LE(std::hypot(report.error.across_rms, best.encoded.height_rms), 5.1e-4);
@@ -29,8 +29,8 @@ TEST(SearchControlFacesTest, AnErrorIsKeptInFewerBytesThanWithTheUsualFaces) {
   ReconstructReport usual = prepared.report;
   const Domain domain =
       FitDomain(prepared.scan, prepared.control, options, RunContext{}, &usual).value();
-  const CodedRelief first =
-      MakeRelief(prepared.scan, domain, {}, options, RunContext{}, &usual).value();
+  const CodedSurface first =
+      BuildSurface(prepared.scan, domain, {}, options, RunContext{}, &usual).value();
   EXPECT_LT(2 * BytesOf(best), BytesOf(first));
 }
 
@@ -46,11 +46,11 @@ TEST(SearchControlFacesTest, TheStepOfTheControlPointsIsSearchedFor) {
         .value();
   };
   ReconstructReport report;
-  const CodedRelief best = search(&report);
+  const CodedSurface best = search(&report);
   EXPECT_LE(std::hypot(report.error.across_rms, best.encoded.height_rms), 1.02e-3);
   options.encode.position_step = best.position_step / 2;
   ReconstructReport other;
-  const CodedRelief fixed = search(&other);
+  const CodedSurface fixed = search(&other);
   EXPECT_EQ(fixed.position_step, options.encode.position_step);
   EXPECT_LT(BytesOf(best), BytesOf(fixed));
 }
@@ -60,7 +60,7 @@ TEST(SearchControlFacesTest, ASizeIsKeptWithLessErrorThanWithTheUsualFaces) {
   ReconstructOptions options;
   options.encode.max_bytes = 1200;
   ReconstructReport report = prepared.report;
-  const CodedRelief best =
+  const CodedSurface best =
       SearchControlFaces(prepared.scan, prepared.control, {}, options, RunContext{}, &report)
           .value();
   EXPECT_LE(BytesOf(best), 1200);

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "core/geometry/point_cloud.h"
-#include "core/scan/check_scan.h"
-#include "core/scan/neighbor_graph.h"
-#include "core/scan/normals.h"
-#include "core/scan/orientation.h"
-#include "core/scan/oriented_cloud.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
+#include "core/scan/clean/check_scan.h"
+#include "core/scan/local_shape/estimate_normals.h"
+#include "core/scan/orientation/orient_normals.h"
 #include "tests/scans/random.h"
 
 namespace rilievo {

@@ -72,11 +72,12 @@ TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
 
 TEST(ClosestPointTreeTest, BroodsChangeNoDistance) {
   // Few and many broods, and a number of triangles that is no multiple of theirs.
-  for (const auto& [count, brood] :
+  for (const auto& [count, children_per_face] :
        {std::pair(16, 16), {160, 16}, {6400, 64}, {6400, 4}, {63, 4}}) {
     const Shape shape = TriangleSoup(count, 1);
     const auto sorted = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext());
-    const auto tree = ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext(), brood);
+    const auto tree =
+        ClosestPointTree::Build(shape.vertices, shape.triangles, RunContext(), children_per_face);
     ASSERT_TRUE(sorted.ok() && tree.ok());
     const std::set<int> all(tree->source().begin(), tree->source().end());
     EXPECT_EQ(static_cast<int>(all.size()), count);

@@ -18,8 +18,8 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.median_spacing = 9;
   report.median_noise = 10;
   report.normal_disagreement = 11;
-  report.road = "planar";
-  report.road_reason = "flat";
+  report.topology = "planar";
+  report.topology_reason = "flat";
   report.components = 14;
   report.boundary_loops = 15;
   report.genus = 16;

@@ -28,7 +28,7 @@ TEST(InThisProcess, HandsOnPointsOptionsAndResult) {
         EXPECT_EQ(context.seed, 7u);
         Reconstruction result;
         result.encoded.chunks = {{1, 2, 3}};
-        result.report.road = "planar";
+        result.report.topology = "planar";
         return absl::StatusOr<Reconstruction>(std::move(result));
       });
   RunContext context;

@@ -262,7 +262,7 @@ TEST(InWorkerProcess, TheRealWorkerGivesTheBytesOfTheLibrary) {
   const auto direct = Reconstruct(scan, job.options, {});
   ASSERT_TRUE(direct.ok());
   EXPECT_EQ(worked->encoded.chunks, direct->encoded.chunks);
-  EXPECT_EQ(worked->report.road(), direct->report.road);
+  EXPECT_EQ(worked->report.road(), direct->report.topology);
 }
 
 }  // namespace

@@ -1,0 +1,189 @@
+#include "core/codec/container/decode_region.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/codec/container/dss.h"
+#include "core/codec/container/open_dss.h"
+#include "core/codec/heights/height_decoder.h"
+#include "core/loop/crease_topology.h"
+#include "core/loop/face_vertices.h"
+#include "core/loop/refinement.h"
+#include "core/loop/sub_mesh.h"
+
+namespace rilievo {
+namespace {
+
+absl::Status CheckFaces(std::span<const int> faces, int count) {
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (faces[i] >= 0 && faces[i] < count && (i == 0 || faces[i] > faces[i - 1])) continue;
+    return absl::InvalidArgumentError(absl::StrCat("control face ", faces[i], " at place ", i,
+                                                   ": they must ascend and lie within 0 to ",
+                                                   count - 1));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> CheckedLevel(int level, int max_level) {
+  if (level == kFinestLevel) return max_level;
+  if (level >= 0 && level <= max_level) return level;
+  return absl::InvalidArgumentError(
+      absl::StrCat("level is ", level, ", regions of these bytes have 0 to ", max_level));
+}
+
+// The region's vertices are numbered as the whole's, so these must fit, and the whole must be one
+// that RefineTopology() takes.
+absl::Status CheckNumbers(const OpenedDss& file) {
+  const int steps = static_cast<int>(file.layers.size()) - 1;
+  int64_t vertices = file.topology.vertex_count, edges = file.topology.edge_count(),
+          faces = file.topology.face_count();
+  for (int step = 0; step < steps; ++step) {
+    if (faces > kMaxLoopFaces) break;
+    vertices += edges;
+    edges = 2 * edges + 3 * faces;
+    faces *= 4;
+  }
+  if (faces / 4 <= kMaxLoopFaces && vertices <= std::numeric_limits<int>::max()) {
+    return absl::OkStatus();
+  }
+  return absl::ResourceExhaustedError(absl::StrCat(file.topology.face_count(),
+                                                   " control faces at level ", steps,
+                                                   " are more than can be numbered"));
+}
+
+std::vector<HeightSource> SourcesOf(const DisplacedSurface& surface,
+                                    const std::vector<int>& vertices) {
+  std::vector<HeightSource> sources;
+  sources.reserve(vertices.size());
+  for (int v : vertices) sources.push_back(surface.sources[v]);
+  return sources;
+}
+
+absl::StatusOr<DecodedRegion> OfWholeDecode(std::span<const uint8_t> bytes,
+                                            std::span<const int> faces, int level,
+                                            const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(bytes, context));
+  DecodedRegion region;
+  RILIEVO_ASSIGN_OR_RETURN(region.level, CheckedLevel(level, decoded.surface.max_level));
+  RILIEVO_ASSIGN_OR_RETURN(region.region,
+                           TessellateRegion(decoded.surface, faces, region.level, context));
+  region.sources = SourcesOf(decoded.surface, region.region.vertices);
+  return region;
+}
+
+// The vertices of a part's mesh under their numbers in the whole, in the order of those.
+void Renumber(const std::vector<int>& whole_vertex, DecodedRegion& decoded) {
+  RegionMesh& region = decoded.region;
+  const size_t count = region.vertices.size();
+  for (int& v : region.vertices) v = whole_vertex[v];
+  std::vector<int> order(count), place(count);
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return region.vertices[a] < region.vertices[b]; });
+  DecodedRegion sorted;
+  sorted.region.mesh.vertices.resize(3, static_cast<Eigen::Index>(count));
+  sorted.region.mesh.normals.resize(3, static_cast<Eigen::Index>(count));
+  for (size_t i = 0; i < count; ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    sorted.region.mesh.vertices.col(column) = region.mesh.vertices.col(order[i]);
+    sorted.region.mesh.normals.col(column) = region.mesh.normals.col(order[i]);
+    sorted.region.vertices.push_back(region.vertices[order[i]]);
+    sorted.sources.push_back(decoded.sources[order[i]]);
+    place[order[i]] = static_cast<int>(i);
+  }
+  sorted.region.mesh.triangles = region.mesh.triangles.unaryExpr([&](int v) { return place[v]; });
+  decoded.region = std::move(sorted.region);
+  decoded.sources = std::move(sorted.sources);
+}
+
+// The faces and what their heights, limits and normals depend on, as a mesh of its own.
+absl::StatusOr<SubMesh> CutPart(const OpenedDss& file, std::span<const int> faces) {
+  std::vector<SharpEdge> sharp;
+  if (!file.mesh.creases.empty() || !file.mesh.corners.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases, BuildCreaseTopology(file.mesh, file.topology));
+    sharp = std::move(creases.edges);
+  }
+  std::vector<uint8_t> wanted(file.topology.face_count(), 0);
+  for (int f : faces) wanted[f] = 1;
+  // Normals take the triangles of the faces that touch the wanted ones, whose heights have to be
+  // right: CutFacesOut adds that ring.
+  for (int ring = 0; ring < kHeightReach; ++ring) {
+    wanted = WithTouchingFaces(file.topology, wanted);
+  }
+  return CutFacesOut(file.topology, file.mesh.vertices, wanted, sharp, file.mesh.corners);
+}
+
+}  // namespace
+
+absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
+                                           std::span<const int> control_faces, int level,
+                                           const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, false));
+  RILIEVO_RETURN_IF_ERROR(CheckFaces(control_faces, file.topology.face_count()));
+  if (file.header.group_limit == 0 || file.layers.size() <= kFirstGroupedLevel ||
+      control_faces.empty()) {
+    return OfWholeDecode(bytes, control_faces, level, context);
+  }
+  RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
+  RILIEVO_RETURN_IF_ERROR(CheckNumbers(file));
+  const int max_level = static_cast<int>(file.layers.size()) - 1;
+  DecodedRegion decoded;
+  RILIEVO_ASSIGN_OR_RETURN(decoded.level, CheckedLevel(level, max_level));
+  RILIEVO_ASSIGN_OR_RETURN(SubMesh sub, CutPart(file, control_faces));
+
+  DisplacedSurface part;
+  part.frame = file.header.frame;
+  part.max_level = max_level;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineTopology(sub.mesh, max_level - 1, context));
+  LoopRefinement shared;
+  shared.levels.push_back(file.topology);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const DecodedHeights heights,
+      DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces, refinement,
+                          file.header.has_filled, file.SmoothedPayload(), context));
+  for (int32_t height : heights.heights) {
+    part.heights.push_back(static_cast<float>(height * file.header.height_unit));
+  }
+  part.sources = heights.Sources(file.header.metadata.all_smoothed);
+  part.control_mesh = std::move(sub.mesh);
+  std::vector<int> wanted;
+  for (int f : control_faces) {
+    const auto at = std::lower_bound(sub.faces.begin(), sub.faces.end(), f);
+    wanted.push_back(static_cast<int>(at - sub.faces.begin()));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(decoded.region, TessellateRegion(part, wanted, decoded.level, context));
+  decoded.sources = SourcesOf(part, decoded.region.vertices);
+  Renumber(VerticesThere(FaceVertices(refinement.levels[0], decoded.level),
+                         FaceVertices(file.topology, decoded.level), sub.faces),
+           decoded);
+  std::set<int> groups;
+  for (int f : sub.faces) groups.insert(file.groups.group_of[f]);
+  decoded.groups_read = static_cast<int64_t>(groups.size());
+  decoded.groups = file.groups.count();
+  return decoded;
+}
+
+std::vector<int> ControlFacesInBox(const SpatialFrame& frame, const ControlMesh& mesh,
+                                   const Eigen::AlignedBox3d& box) {
+  std::vector<int> faces;
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    bool inside = false;
+    for (int v : mesh.faces.col(f)) {
+      const Eigen::Vector3d corner = mesh.vertices.col(v);
+      inside = inside || box.contains(frame.ScanFromUnit(corner));
+      middle += corner / 3;
+    }
+    if (inside || box.contains(frame.ScanFromUnit(middle))) faces.push_back(static_cast<int>(f));
+  }
+  return faces;
+}
+
+}  // namespace rilievo

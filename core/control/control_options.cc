@@ -1,0 +1,43 @@
+#include "core/control/control_options.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kMostTargetFaces = 200000;
+
+}  // namespace
+
+const char* TopologyName(Topology topology) {
+  switch (topology) {
+    case Topology::kAuto:
+      return "auto";
+    case Topology::kPlanar:
+      return "planar";
+    case Topology::kSpherical:
+      return "spherical";
+    case Topology::kArbitrary:
+      return "arbitrary";
+    case Topology::kUser:
+      return "user";
+  }
+  return "unknown";
+}
+
+absl::Status ControlOptions::Validate() const {
+  if (target_faces < 0 || target_faces > kMostTargetFaces) {
+    return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
+                                                   "; it must lie in [0, ", kMostTargetFaces, "]"));
+  }
+  if (topology == Topology::kUser && !user_mesh) {
+    return absl::InvalidArgumentError("topology user needs user_mesh");
+  }
+  if (user_mesh && topology != Topology::kUser && topology != Topology::kAuto) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "user_mesh is set, but topology is ", TopologyName(topology), "; it must be user or auto"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

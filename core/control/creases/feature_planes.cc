@@ -1,0 +1,133 @@
+#include "core/control/creases/feature_planes.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/points/neighborhood_size.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int64_t kFacesPerTask = 256;
+// Faces are looked at whose corners' normals differ more: cos 10 degrees.
+constexpr double kFlat = 0.985;
+constexpr int kFewestPoints = 32, kMostPoints = 128;
+constexpr int kRounds = 4;
+constexpr int kLeastSidePoints = 6;
+// Least cosine of a side's normal and the normals of the face and of the points it is made of.
+constexpr double kSameSide = 0.3;
+
+// How many points tell how many are wanted: on a noisy scan one, for those of a clean one would be
+// searched for in vain.
+int FirstAsked(const OrientedCloud& cloud) {
+  const int typical =
+      NeighborhoodSize(kFewestPoints, kMostPoints, cloud.median_noise, cloud.median_spacing);
+  return typical > kFewestPoints ? 1 : kFewestPoints;
+}
+
+// Replaces the plane of a face; leaves it where the points around show no side of their own.
+// `first`: asked for before it is known how many are wanted.
+void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
+                 const Vector3d& center, Vector3d* face_normal, Vector3d* face_point) {
+  std::array<int, kMostPoints> found;
+  std::array<double, kMostPoints> squared;
+  const auto most = [&index](int wanted) { return std::min(wanted, index.size()); };
+  int count = index.Nearest(center, most(first), found.data(), squared.data());
+  const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
+  const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
+  if (wanted > count) {
+    count = index.NearestUnordered(center, wanted, found.data(), squared.data(),
+                                   LikelyRadius(wanted, spacing));
+  }
+  // The nearest of the face's side.
+  int seed = count;
+  for (int i = 0; i < count; ++i) {
+    if (cloud.normals.col(found[i]).dot(*face_normal) < kSameSide) continue;
+    if (seed == count || squared[i] < squared[seed]) seed = i;
+  }
+  if (seed == count) return;
+  Vector3d normal = cloud.normals.col(found[seed]), point = cloud.points.col(found[seed]);
+  for (int round = 0; round < kRounds; ++round) {
+    const double width = (round == 0 ? 2.0 : 1.0) * std::max(2 * noise, 0.3 * spacing);
+    Vector3d sum = Vector3d::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    double weights = 0;
+    int members = 0;
+    for (int i = 0; i < count; ++i) {
+      const double agreement = normal.dot(cloud.normals.col(found[i]));
+      if (agreement < 0.7) continue;
+      const Vector3d at = cloud.points.col(found[i]) - center;
+      const double off = normal.dot(at + center - point) / width;
+      if (off * off > 4) continue;
+      const double fourth = agreement * agreement * agreement * agreement;
+      const double weight = fourth * fourth * (1 - off * off / 4);
+      sum += weight * at;
+      squares += weight * at * at.transpose();
+      weights += weight;
+      ++members;
+    }
+    if (members < kLeastSidePoints) return;
+    const Vector3d mean = sum / weights;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(squares / weights - mean * mean.transpose());
+    if (!(solver.eigenvalues()[1] > 0.05 * solver.eigenvalues()[2])) return;
+    const Vector3d axis = solver.eigenvectors().col(0);
+    normal = axis.dot(normal) < 0 ? Vector3d(-axis) : axis;
+    point = mean + center;
+  }
+  if (normal.dot(*face_normal) < kSameSide) return;
+  *face_normal = normal;
+  *face_point = point;
+}
+
+}  // namespace
+
+absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const PointIndex& index,
+                                         const ControlMesh& mesh, const RunContext& context) {
+  FacePlanes planes;
+  planes.normals.setZero(3, mesh.faces.cols());
+  planes.points.resize(3, mesh.faces.cols());
+  Eigen::Matrix3Xd vertex_normals = Eigen::Matrix3Xd::Zero(3, mesh.vertices.cols());
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    const Vector3d a = mesh.vertices.col(mesh.faces(0, f)), b = mesh.vertices.col(mesh.faces(1, f)),
+                   c = mesh.vertices.col(mesh.faces(2, f));
+    const Vector3d cross = (b - a).cross(c - a);
+    planes.normals.col(f) = cross.normalized();
+    planes.points.col(f) = (a + b + c) / 3;
+    for (int k = 0; k < 3; ++k) vertex_normals.col(mesh.faces(k, f)) += cross;
+  }
+  vertex_normals.colwise().normalize();
+  // Across a ring: a vertex is bent when a face around it leans from its normal.
+  std::vector<uint8_t> bent(static_cast<size_t>(mesh.vertices.cols()), 0);
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int v = mesh.faces(k, f);
+      if (vertex_normals.col(v).dot(planes.normals.col(f)) < kFlat) bent[v] = 1;
+    }
+  }
+  const int first = FirstAsked(cloud);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(mesh.faces.cols(), kFacesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int64_t f = begin; f < end; ++f) {
+          if (!bent[mesh.faces(0, f)] && !bent[mesh.faces(1, f)] && !bent[mesh.faces(2, f)])
+            continue;
+          Vector3d normal = planes.normals.col(f), point = planes.points.col(f);
+          if (normal.isZero()) continue;
+          ShiftToSide(cloud, index, first, planes.points.col(f), &normal, &point);
+          planes.normals.col(f) = normal;
+          planes.points.col(f) = point;
+        }
+      }));
+  return planes;
+}
+
+}  // namespace rilievo

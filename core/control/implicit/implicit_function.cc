@@ -1,0 +1,263 @@
+#include "core/control/implicit/implicit_function.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/control/implicit/poisson_solver.h"
+#include "core/control/implicit/sizing_field.h"
+
+namespace rilievo {
+namespace {
+
+// The coarsest grid has about this many cells along the diagonal.
+constexpr double kCoarsestCells = 28;
+// Free space around the box of the points at the coarsest level, in cells.
+constexpr int kPaddingCells = 5;
+constexpr int kMaxLevels = 9;
+// A point is active at a level when its own spacing is at most this many cells.
+constexpr double kSpacingPerCell = 2.5;
+// So many points are enough for the face of a cell.
+constexpr double kPointsPerCell = 5;
+constexpr double kMostStride = 1024;
+// A normal is inconsistent when the function, 1 from side to side, falls by this much from this
+// many cells behind the point to as many before it.
+constexpr double kProbeCells = 0.75;
+constexpr double kInconsistentDrop = 0.15;
+// From so many points on the memory of the samples, 8 bytes each, is lent to the solution.
+constexpr int64_t kManyPoints = 200'000;
+constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
+
+GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origin, double cell) {
+  GridLevel level;
+  level.cell = cell;
+  const Eigen::Vector3d low = cloud.points.rowwise().minCoeff();
+  const Eigen::Vector3d high = cloud.points.rowwise().maxCoeff();
+  const Eigen::Vector3i padding = Eigen::Vector3i::Constant(kPaddingCells);
+  level.grid.AddBox(level.CellOf(origin, low) - padding, level.CellOf(origin, high) + padding);
+  level.grid.Seal();
+  // Outside, until the points say otherwise.
+  level.values.assign(level.grid.size(), 0.5f);
+  return level;
+}
+
+double Median(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// The levels of the grid, and the one each point asks for.
+struct LevelPlan {
+  int count = 1;
+  double coarsest_cell = 0;
+  std::vector<uint8_t> of_point;
+};
+
+// The cells are those most points ask for, doubled and halved.
+LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
+  const double smallest = 1.0 / (kCoarsestCells * (1 << (kMaxLevels - 1)));
+  const double usual = std::clamp<double>(Median(wanted_cells), smallest, 1.0 / kCoarsestCells);
+  // Rounded where the points ask for less than usual; no cell is larger than asked for.
+  const auto halvings = [&](float wanted) {
+    const double exact = std::log2(usual / std::max<double>(wanted, smallest));
+    return static_cast<int>(exact > 0 ? std::lround(exact) : std::ceil(exact));
+  };
+  const int usual_depth = static_cast<int>(std::lround(std::log2(1.0 / (kCoarsestCells * usual))));
+  const int finest = halvings(*std::min_element(wanted_cells.begin(), wanted_cells.end()));
+  LevelPlan plan;
+  plan.of_point.reserve(wanted_cells.size());
+  plan.count = std::clamp(1 + usual_depth + finest, 1, kMaxLevels);
+  plan.coarsest_cell = usual * (1 << usual_depth);
+  for (const float wanted : wanted_cells) {
+    plan.of_point.push_back(
+        static_cast<uint8_t>(std::clamp(usual_depth + halvings(wanted), 0, plan.count - 1)));
+  }
+  return plan;
+}
+
+// Flips the normals that point down the function, which are inconsistent with the field of their
+// neighbours (in the spirit of Hou et al. 2022, iterative Poisson reconstruction). Ambiguous
+// normals, whose weight was zero so far, take the side that the function gives them. Looks at the
+// points of the finest level that exists so far. Returns those that changed.
+absl::StatusOr<std::vector<int>> FlipInconsistentNormals(const OrientedCloud& cloud,
+                                                         const LevelPlan& plan,
+                                                         const RunContext& context,
+                                                         ImplicitFunction* function) {
+  const GridLevel& level = function->levels.back();
+  const Eigen::Vector3d& origin = function->origin;
+  std::vector<int8_t>& sides = function->sides;
+  const auto count = static_cast<int64_t>(sides.size());
+  std::vector<uint8_t> changed(static_cast<size_t>(count), 0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      if (plan.of_point[i] + 1 != static_cast<int>(function->levels.size())) continue;
+      const Eigen::Vector3d point = cloud.points.col(i);
+      const bool silent = sides[i] == 0;
+      if (silent) sides[i] = 1;
+      const Eigen::Vector3d step = kProbeCells * level.cell * sides[i] * cloud.normals.col(i);
+      const double rise = level.ValueAt(origin, point + step) - level.ValueAt(origin, point - step);
+      const bool turn = rise < (silent ? 0 : -kInconsistentDrop);
+      if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
+      changed[i] = turn || silent;
+    }
+  }));
+  std::vector<int> turned;
+  for (int i = 0; i < count; ++i) {
+    if (changed[i] != 0) turned.push_back(i);
+  }
+  return turned;
+}
+
+// Ambiguous normals start with weight zero.
+std::vector<int8_t> SureSides(const OrientedCloud& cloud) {
+  std::vector<int8_t> sides(static_cast<size_t>(cloud.points.cols()), 1);
+  for (size_t i = 0; i < cloud.ambiguous.size(); ++i) {
+    if (cloud.ambiguous[i] != 0) sides[i] = 0;
+  }
+  return sides;
+}
+
+// Whether the grid has any corner of a cell.
+bool TouchesCell(const Eigen::Vector3i& cell, SparseGridReader* grid) {
+  std::array<int, 8> corners;
+  return grid->FindCell(cell, &corners) || *std::max_element(corners.begin(), corners.end()) >= 0;
+}
+
+// Points in reach of a grid whose spacing its cell can follow; where they are many times denser, an
+// even share of them.
+absl::StatusOr<ActiveSamples> ActiveSamplesOf(const OrientedCloud& cloud, const GridLevel& level,
+                                              const Eigen::Vector3d& origin, bool all,
+                                              const RunContext& context) {
+  std::vector<int> strides(static_cast<size_t>(cloud.points.cols()));  // 0: not active
+  const auto stride_of = [&](int64_t i) {
+    const double spacing = cloud.spacing[i];
+    if (!all && spacing > kSpacingPerCell * level.cell) return 0;
+    const double points_per_cell =
+        4 / std::numbers::pi * level.cell * level.cell / (spacing * spacing);
+    const int stride =
+        std::max(1, static_cast<int>(std::min(points_per_cell / kPointsPerCell, kMostStride)));
+    return i % stride == 0 ? stride : 0;
+  };
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(cloud.points.cols(), 4096, context, [&](int64_t begin, int64_t end) {
+        // Points are in Morton order: the one before often lies in the same cell.
+        std::optional<Eigen::Vector3i> cell_before;
+        SparseGridReader grid(level.grid);
+        bool in_reach = true;
+        for (int64_t i = begin; i < end; ++i) {
+          const int stride = stride_of(i);
+          if (stride > 0 && !all) {
+            const Eigen::Vector3i cell = level.CellOf(origin, cloud.points.col(i));
+            if (cell_before != cell) in_reach = TouchesCell(cell, &grid);
+            cell_before = cell;
+          }
+          strides[i] = in_reach ? stride : 0;
+        }
+      }));
+  ActiveSamples samples;
+  const auto count = strides.size() - std::count(strides.begin(), strides.end(), 0);
+  samples.points.reserve(count);
+  samples.spacing.reserve(count);
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    if (strides[i] == 0) continue;
+    samples.points.push_back(i);
+    samples.spacing.push_back(static_cast<float>(cloud.spacing[i] * std::sqrt(strides[i])));
+  }
+  return samples;
+}
+
+// Solves the finest level there is so far; and once more when its own points changed sides.
+absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
+                        const ImplicitOptions& options, const RunContext& context,
+                        ImplicitFunction* function) {
+  GridLevel& level = function->levels.back();
+  const bool coarsest = function->levels.size() == 1;
+  const auto find_samples = [&] {
+    return ActiveSamplesOf(cloud, level, function->origin, coarsest, context);
+  };
+  RILIEVO_ASSIGN_OR_RETURN(ActiveSamples samples, find_samples());
+  const ScreenedPoisson system{.cloud = cloud,
+                               .sides = function->sides,
+                               .samples = samples,
+                               .grid = level.grid,
+                               .origin = function->origin,
+                               .cell = level.cell,
+                               .screening = options.screening,
+                               .border_free = coarsest && !options.closed,
+                               .iterations = coarsest ? 80 : 24};
+  PoissonSolver solver(system, context);
+  const bool lends_samples = cloud.points.cols() >= kManyPoints;
+  if (lends_samples) samples = ActiveSamples();
+  RILIEVO_RETURN_IF_ERROR(solver.Solve(&level.values));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned,
+                           FlipInconsistentNormals(cloud, plan, context, function));
+  if (static_cast<double>(turned.size()) < kFewTurned * static_cast<double>(cloud.points.cols())) {
+    return absl::OkStatus();
+  }
+  if (lends_samples) {
+    RILIEVO_ASSIGN_OR_RETURN(samples, find_samples());
+  }
+  RILIEVO_RETURN_IF_ERROR(solver.Turn(turned));
+  if (lends_samples) samples = ActiveSamples();
+  return solver.Solve(&level.values);
+}
+
+}  // namespace
+
+absl::Status ImplicitOptions::Validate() const {
+  const auto check = [](const char* name, double value, double low, double high) {
+    if (value >= low && value <= high) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
+  };
+  RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("smooth_cell_spacings", smooth_cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("border_cell_spacings", border_cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
+  RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));
+  RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
+  RILIEVO_RETURN_IF_ERROR(check("screening", screening, 0, 100));
+  return check("band_cells", band_cells, 2, 8);
+}
+
+absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
+                                                     const NeighborGraph& graph,
+                                                     const PointIndex& index,
+                                                     const ImplicitOptions& options,
+                                                     const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> wanted_cells,
+                           SizingField(cloud, graph, index, options, context));
+  const LevelPlan plan = PlanLevels(wanted_cells);
+  wanted_cells = std::vector<float>();
+  ImplicitFunction function;
+  function.origin = cloud.points.rowwise().minCoeff();
+  function.sides = SureSides(cloud);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::vector<SparseGrid> refined,
+      CellsToRefine(cloud.points, plan.of_point, function.origin, plan.coarsest_cell, plan.count,
+                    options.band_cells, context));
+  function.levels.push_back(CoarsestLevel(cloud, function.origin, plan.coarsest_cell));
+  for (int depth = 0;; ++depth) {
+    RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, plan, options, context, &function));
+    context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / plan.count);
+    if (depth + 1 == plan.count) break;
+    RILIEVO_ASSIGN_OR_RETURN(GridLevel finer,
+                             RefineCells(function.levels.back(), refined[depth], context));
+    function.levels.push_back(std::move(finer));
+  }
+  for (int depth = plan.count - 2; depth >= 0; --depth) {
+    RILIEVO_RETURN_IF_ERROR(
+        InjectValues(function.levels[depth + 1], context, &function.levels[depth]));
+  }
+  return function;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,301 @@
+#include "core/control/implicit/poisson_operator.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/base/freed_memory.h"
+#include "core/control/implicit/sparse_grid.h"
+#include "core/control/implicit/splat_samples.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::Vector3i;
+using Fields = std::array<std::vector<float>, 4>;
+
+constexpr size_t kSamplesAtOnce = 4096;  // whose discs are held at a time
+constexpr int64_t kRowsPerTask = 1024;
+constexpr int kNoNode = -1;
+// How far around a place, in cells, its value and its flux touch nodes, with room for rounding.
+constexpr double kTouched = 2;
+
+// How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
+// cells of this level their fluxes cancel; the points must not hold the function at 0 there, or a
+// finer level, which can tell the sheets apart, would start from a border without a side.
+float Coherence(const Fields& spread, const Vector3d& at, const NodesAround& around) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (int part = 0; part < 4; ++part) {
+    Vector3d shifted = at;
+    if (part < 3) shifted[part] -= 0.5;
+    const Trilinear gather(shifted);
+    const std::array<int, 8> nodes = around.Cell(gather.base);
+    for (int corner = 0; corner < 8; ++corner) {
+      if (nodes[corner] < 0) continue;
+      sum[part] += gather.weight[corner] * spread[part][nodes[corner]];
+    }
+  }
+  if (sum[3] <= 0) return 0;
+  const double ratio = std::min(1.0, sum.head<3>().norm() / sum[3]);
+  return static_cast<float>(ratio * ratio);
+}
+
+// The nodes within `reach` cells of the points, whether the grid has them or not.
+SparseGrid ZoneAround(const ScreenedPoisson& system, const std::vector<int>& points, double reach) {
+  SparseGrid zone;
+  for (const int point : points) {
+    const Vector3d at = (system.cloud.points.col(point) - system.origin) / system.cell;
+    zone.AddBox((at.array() - reach).floor().cast<int>(), (at.array() + reach).ceil().cast<int>());
+  }
+  zone.Seal();
+  return zone;
+}
+
+// Places of the samples whose cell begins in the zone.
+std::vector<size_t> SpeakersIn(const ScreenedPoisson& system, const SparseGrid& zone) {
+  std::vector<size_t> places;
+  for (size_t m = 0; m < system.samples.points.size(); ++m) {
+    const Vector3i cell = system.LatticePoint(m).array().floor().cast<int>();
+    if (zone.Find(cell) >= 0) places.push_back(m);
+  }
+  return places;
+}
+
+ActiveSamples SomeSpeakers(const ActiveSamples& samples, const std::vector<size_t>& places) {
+  ActiveSamples some;
+  for (const size_t place : places) {
+    some.points.push_back(samples.points[place]);
+    some.spacing.push_back(samples.spacing[place]);
+  }
+  return some;
+}
+
+ScreenedPoisson WithSpeakers(const ScreenedPoisson& system, const ActiveSamples& samples) {
+  return {.cloud = system.cloud,
+          .sides = system.sides,
+          .samples = samples,
+          .grid = system.grid,
+          .origin = system.origin,
+          .cell = system.cell,
+          .screening = system.screening,
+          .border_free = system.border_free,
+          .iterations = system.iterations};
+}
+
+}  // namespace
+
+PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext& context)
+    : system_(system), context_(context), size_(system.grid.size()) {
+  LinkNeighbors();
+  {
+    const Fields spread = Spread(system);
+    // What the discs took would lie beneath all that follows.
+    ReleaseToOsAfter(system.cloud.points.cols());
+    right_side_.resize(size_);
+    Run(size_, [&](int64_t begin, int64_t end) {
+      for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
+    });
+    AddScreening(spread);
+  }
+  TransposeScreening();
+  FindDiagonal();
+}
+
+std::vector<float> PoissonOperator::TakeRightSide() {
+  kept_.assign(size_, false);
+  kept_values_.clear();
+  kept_values_.reserve(size_ - std::count(right_side_.begin(), right_side_.end(), 0.0f));
+  for (int node = 0; node < size_; ++node) {
+    if (right_side_[node] == 0.0f) continue;
+    kept_[node] = true;
+    kept_values_.push_back(right_side_[node]);
+  }
+  return std::move(right_side_);
+}
+
+// The nodes to which the turned points spread are added up anew, in the order of all samples.
+// Rows that gather from them, and divergences of them, follow; to gather them aright more nodes
+// are needed, and with these all samples that spread to any of them.
+void PoissonOperator::Reread(const std::vector<int>& turned_points) {
+  const std::vector<float>& spacings = system_.samples.spacing;
+  if (spacings.empty()) return;
+  const double disc =
+      SampleSplats::Reach(*std::max_element(spacings.begin(), spacings.end()) / system_.cell);
+  const double touched = disc + kTouched;
+  const SparseGrid changed = ZoneAround(system_, turned_points, touched + 1);
+  const SparseGrid gathering = ZoneAround(system_, turned_points, touched + kTouched);
+  const SparseGrid needed =
+      ZoneAround(system_, turned_points, touched + 2 * kTouched + disc + kTouched);
+  const ActiveSamples near = SomeSpeakers(system_.samples, SpeakersIn(system_, needed));
+  at_cells_ = std::vector<Corners>();  // makes room for the fields
+  Fields spread = Spread(WithSpeakers(system_, near));
+  right_side_.assign(size_, 0.0f);
+  for (int node = 0, k = 0; node < size_; ++node) {
+    if (kept_[node]) right_side_[node] = kept_values_[k++];
+  }
+  for (const Vector3i& at : changed.Nodes()) {
+    const int node = system_.grid.Find(at);
+    if (node >= 0) right_side_[node] = Divergence(spread, node);
+  }
+  const std::vector<size_t> places = SpeakersIn(system_, gathering);
+  const ActiveSamples gatherers = SomeSpeakers(system_.samples, places);
+  std::vector<ScreeningRow> rows(places.size());
+  MakeScreeningRows(WithSpeakers(system_, gatherers), 0, spread, &rows).IgnoreError();
+  spread = Fields();
+  for (size_t k = 0; k < places.size(); ++k) {
+    const int64_t row = RowOf(places[k]);
+    if (row >= 0) row_weights_[row] = rows[k].weights;
+  }
+  FindDiagonal();
+}
+
+void PoissonOperator::LinkNeighbors() {
+  neighbors_ = system_.grid.Neighbors(context_);
+  degree_.resize(size_);
+  Run(size_, [&](int64_t begin, int64_t end) {
+    for (int64_t node = begin; node < end; ++node) {
+      int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+      const auto missing = std::count(neighbor, neighbor + 6, -1);
+      std::replace(neighbor, neighbor + 6, -1, size_);
+      const bool is_free = system_.border_free || missing == 0;
+      degree_[node] = static_cast<uint8_t>(is_free ? 6 - missing : 0);
+    }
+  });
+}
+
+PoissonOperator::Fields PoissonOperator::Spread(const ScreenedPoisson& system) const {
+  Fields spread;
+  for (std::vector<float>& field : spread) field.assign(size_, 0.0f);
+  const size_t count = system.samples.points.size();
+  SampleSplats discs(system);
+  for (size_t begin = 0; begin < count; begin += kSamplesAtOnce) {
+    if (!discs.Take(begin, std::min(kSamplesAtOnce, count - begin), context_).ok()) break;
+    ParallelFor(4, 1, context_, [&](int64_t first, int64_t last) {
+      for (int64_t part = first; part < last; ++part) {
+        discs.Add(static_cast<int>(part), &spread[part]);
+      }
+    }).IgnoreError();
+  }
+  return spread;
+}
+
+// Of the normals spread on the edges around a node; edges that leave the grid carry none.
+float PoissonOperator::Divergence(const Fields& spread, int64_t node) const {
+  const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+  float sum = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int before = neighbor[2 * axis], after = neighbor[2 * axis + 1];
+    if (before < size_) sum += spread[axis][before];
+    if (after < size_) sum -= spread[axis][node];
+  }
+  return sum;
+}
+
+// A row for each sample but those at the rim of the grid, where corners are missing. ActiveSamples
+// in the same cell mostly follow each other and share its corners.
+void PoissonOperator::AddScreening(const Fields& spread) {
+  const size_t count = system_.samples.points.size();
+  cells_.reserve(count);  // at most; pages not touched take no room
+  row_weights_.reserve(count);
+  std::vector<ScreeningRow> rows;
+  for (size_t begin = 0; begin < count; begin += kBlock) {
+    rows.resize(std::min<size_t>(kBlock, count - begin));
+    if (!MakeScreeningRows(system_, begin, spread, &rows).ok()) break;
+    for (size_t m = 0; m < rows.size(); ++m) {
+      const ScreeningRow& row = rows[m];
+      if (row.nodes[0] == kNoNode) {
+        without_row_.push_back(static_cast<uint32_t>(begin + m));
+        continue;
+      }
+      if (cells_.empty() || cells_.back()[0] != row.nodes[0]) {
+        cells_.push_back(row.nodes);
+        first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
+      }
+      row_weights_.push_back(row.weights);
+    }
+  }
+  first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
+}
+
+int64_t PoissonOperator::RowOf(size_t sample) const {
+  const auto place = std::lower_bound(without_row_.begin(), without_row_.end(), sample);
+  if (place != without_row_.end() && *place == sample) return -1;
+  return static_cast<int64_t>(sample) - (place - without_row_.begin());
+}
+
+// Of as many samples of `system` from `begin` on.
+absl::Status PoissonOperator::MakeScreeningRows(const ScreenedPoisson& system, size_t begin,
+                                                const Fields& spread,
+                                                std::vector<ScreeningRow>* rows) const {
+  const auto make = [&](size_t sample, const NodesAround& around) {
+    const Vector3d at = system.LatticePoint(sample);
+    const Trilinear weights(at);
+    ScreeningRow row{around.Cell(weights.base), weights.weight};
+    if (*std::min_element(row.nodes.begin(), row.nodes.end()) < 0) {
+      row.nodes[0] = kNoNode;
+      return row;
+    }
+    const double spacing = system.SpacingInCells(sample);
+    const auto root =
+        static_cast<float>(std::sqrt(system.screening * Coherence(spread, at, around) *
+                                     std::numbers::pi / 4 * spacing * spacing));
+    for (float& weight : row.weights) weight *= root;
+    return row;
+  };
+  return ParallelFor(static_cast<int64_t>(rows->size()), kRowsPerTask, context_,
+                     [&](int64_t first, int64_t last) {
+                       SparseGridReader grid(system.grid);
+                       NodesAround around;
+                       for (int64_t m = first; m < last; ++m) {
+                         around.MoveTo(system.LatticePoint(begin + m), &grid);
+                         (*rows)[m] = make(begin + m, around);
+                       }
+                     });
+}
+
+// The cells that each node is in.
+void PoissonOperator::TransposeScreening() {
+  entry_begin_.assign(static_cast<size_t>(size_) + 1, 0);
+  for (const std::array<int, 8>& cell : cells_) {
+    for (const int node : cell) ++entry_begin_[node + 1];
+  }
+  for (int node = 0; node < size_; ++node) entry_begin_[node + 1] += entry_begin_[node];
+  entries_.resize(entry_begin_.back());
+  // Filling moves each begin to the next node's.
+  for (uint32_t cell = 0; cell < cells_.size(); ++cell) {
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+      entries_[entry_begin_[cells_[cell][corner]]++] = 8 * cell + corner;
+    }
+  }
+  std::copy_backward(entry_begin_.begin(), entry_begin_.end() - 1, entry_begin_.end());
+  entry_begin_.front() = 0;
+}
+
+// The neighbors there are, and what the rows add.
+void PoissonOperator::FindDiagonal() {
+  diagonal_.resize(size_);
+  at_cells_.resize(cells_.size());
+  Run(cell_count(), [&](int64_t begin, int64_t end) {
+    for (int64_t cell = begin; cell < end; ++cell) at_cells_[cell] = Squares(cell);
+  });
+  Run(size_, [&](int64_t begin, int64_t end) {
+    for (int64_t node = begin; node < end; ++node) {
+      const int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
+      const auto missing = std::count(neighbor, neighbor + 6, size_);
+      diagonal_[node] = static_cast<float>(6 - missing) + AtCells(node);
+    }
+  });
+}
+
+PoissonOperator::Corners PoissonOperator::Squares(int64_t cell) const {
+  Corners squares{};
+  for (uint32_t row = first_row_[cell]; row < first_row_[cell + 1]; ++row) {
+    for (int k = 0; k < 8; ++k) squares[k] += row_weights_[row][k] * row_weights_[row][k];
+  }
+  return squares;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,197 @@
+#include "core/control/implicit/sizing_field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+// What makes a point one of another sheet: an opposite normal, and more across than along.
+constexpr double kOppositeNormals = -0.7;
+constexpr double kAcrossShare = 0.6;
+// Sheets that no neighbour lies on are looked for so many spacings across, by every fourth point.
+constexpr double kProbeSpacings = 3;
+constexpr int kProbeStride = 4;
+// A sheet or a border that fewer of a point's neighbours see is chance.
+constexpr int kLeastWitnesses = 2;
+// Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
+// surface one point in 200 sees so much by chance.
+constexpr double kFreeCosine = -0.8660254037844386;  // of 150 degrees
+// Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
+// arc of the radius of two of its cells.
+constexpr double kSmoothCosine = 0.9;
+constexpr double kEvenShare = 0.6;  // of the even spacing, the least the cell follows
+constexpr float kNone = std::numeric_limits<float>::infinity();
+
+// Distance across from point i to point j when j lies on an opposite sheet, else infinite.
+float Across(const OrientedCloud& cloud, int i, int j) {
+  const Eigen::Vector3d normal = cloud.normals.col(i);
+  if (normal.dot(cloud.normals.col(j)) > kOppositeNormals) return kNone;
+  const Eigen::Vector3d chord = cloud.points.col(j) - cloud.points.col(i);
+  const double across = std::abs(chord.dot(normal));
+  return across < kAcrossShare * chord.norm() ? kNone : static_cast<float>(across);
+}
+
+float SheetDistanceOf(const OrientedCloud& cloud, const NeighborGraph& graph,
+                      const PointIndex& index, int i) {
+  for (const int j : graph.neighbors(i)) {
+    const float across = Across(cloud, i, j);
+    if (across < kNone) return across;
+  }
+  float nearest = kNone;
+  if (i % kProbeStride != 0) return nearest;
+  for (const double side : {-kProbeSpacings, kProbeSpacings}) {
+    const Eigen::Vector3d probe =
+        cloud.points.col(i) + side * double{cloud.spacing[i]} * cloud.normals.col(i);
+    int found = 0;
+    double squared = 0;
+    index.Nearest(probe, 1, &found, &squared);
+    if (found != i) nearest = std::min(nearest, Across(cloud, i, found));
+  }
+  return nearest;
+}
+
+// Distance to the opposite sheet, the least that a point or its neighbours see; infinite where too
+// few of them see one.
+absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
+                                                  const NeighborGraph& graph,
+                                                  const PointIndex& index,
+                                                  const RunContext& context) {
+  std::vector<float> own(graph.size()), agreed(graph.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      own[i] = SheetDistanceOf(cloud, graph, index, static_cast<int>(i));
+    }
+  }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      int witnesses = own[i] < kNone;
+      float least = own[i];
+      for (const int j : graph.neighbors(static_cast<int>(i))) {
+        witnesses += own[j] < kNone;
+        least = std::min(least, own[j]);
+      }
+      agreed[i] = witnesses >= kLeastWitnesses ? least : kNone;
+    }
+  }));
+  return agreed;
+}
+
+// A direction in a plane. `turn` grows with its angle as atan2 does, at less cost: a quarter turn
+// is 1, so that half a turn is 2 between any two.
+struct Direction {
+  double turn, x, y;
+};
+
+Direction DirectionOf(double x, double y) {
+  const double length = std::abs(x) + std::abs(y);
+  if (!(length > 0)) return {0, 1, 0};
+  return {y >= 0 ? 1 - x / length : 3 + x / length, x, y};
+}
+
+// The eighth of a turn that a direction lies in, counted as the turn grows.
+int EighthOf(double x, double y) {
+  constexpr std::array<int, 8> kEighths = {0, 1, 3, 2, 7, 6, 4, 5};
+  const int signs = (y < 0 ? 4 : 0) | (x < 0 ? 2 : 0);
+  return kEighths[signs | (std::abs(y) > std::abs(x) ? 1 : 0)];
+}
+
+// Whether the neighbours of a point leave a wide angle free, seen along its normal.
+bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
+  const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
+  const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
+  std::array<Eigen::Vector2d, kMostNeighbors> chords;
+  int count = 0;
+  unsigned taken = 0;
+  for (const int j : graph.neighbors(i)) {
+    const Eigen::Vector3d chord = cloud.points.col(j) - point;
+    const Eigen::Vector2d along(u.dot(chord), v.dot(chord));
+    chords[count++] = along;
+    taken |= 1u << EighthOf(along.x(), along.y());
+  }
+  // An angle so wide leaves two eighths of a turn free that follow each other.
+  const unsigned free = ~(taken | taken << 8);
+  if ((free & free >> 1 & 0xff) == 0) return false;
+  std::array<Direction, kMostNeighbors> directions;
+  for (int k = 0; k < count; ++k) directions[k] = DirectionOf(chords[k].x(), chords[k].y());
+  std::sort(directions.begin(), directions.begin() + count,
+            [](const Direction& a, const Direction& b) { return a.turn < b.turn; });
+  for (int k = 0; k < count; ++k) {
+    const bool last = k + 1 == count;
+    const Direction &a = directions[k], &b = directions[last ? 0 : k + 1];
+    if (b.turn - a.turn + (last ? 4 : 0) > 2) return true;
+    const double dot = a.x * b.x + a.y * b.y;
+    const double squares = (a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y);
+    if (dot < 0 && dot * dot > kFreeCosine * kFreeCosine * squares) return true;
+  }
+  return false;
+}
+
+// 1 for the points on the border of an open scan, told from chance by neighbours that are, too.
+absl::StatusOr<std::vector<uint8_t>> BorderPoints(const OrientedCloud& cloud,
+                                                  const NeighborGraph& graph,
+                                                  const RunContext& context) {
+  std::vector<uint8_t> one_sided(graph.size()), border(graph.size());
+  const auto each = [&](const auto& body) {
+    return ParallelFor(graph.size(), 4096, context, [&](int64_t begin, int64_t end) {
+      for (int64_t i = begin; i < end; ++i) body(static_cast<int>(i));
+    });
+  };
+  RILIEVO_RETURN_IF_ERROR(each([&](int i) { one_sided[i] = IsOneSided(cloud, graph, i); }));
+  RILIEVO_RETURN_IF_ERROR(each([&](int i) {
+    int witnesses = 0;
+    for (const int j : graph.neighbors(i)) witnesses += one_sided[j];
+    border[i] = one_sided[i] != 0 && witnesses >= kLeastWitnesses;
+  }));
+  return border;
+}
+
+// Whether the normals of all neighbours of a point are about its own, on either side.
+bool IsSmooth(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
+  const Eigen::Vector3d normal = cloud.normals.col(i);
+  for (const int j : graph.neighbors(i)) {
+    if (std::abs(normal.dot(cloud.normals.col(j))) < kSmoothCosine) return false;
+  }
+  return true;
+}
+
+// Spacing of as many points spread evenly over the same area: unlike the median it is not ruled by
+// the dense parts of a scan, so the grid stays in proportion to the points.
+double EvenSpacing(const OrientedCloud& cloud) {
+  double squares = 0;
+  for (const float spacing : cloud.spacing) squares += double{spacing} * spacing;
+  return std::sqrt(squares / static_cast<double>(cloud.spacing.size()));
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
+                                               const NeighborGraph& graph, const PointIndex& index,
+                                               const ImplicitOptions& options,
+                                               const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> sheet_distance,
+                           SheetDistances(cloud, graph, index, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> border, BorderPoints(cloud, graph, context));
+  const double least_spacing = std::max(cloud.median_spacing, kEvenShare * EvenSpacing(cloud));
+  std::vector<float> cells(sheet_distance.size());
+  for (size_t i = 0; i < cells.size(); ++i) {
+    const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
+    const double plain =
+        spacing * (border[i] != 0                                ? options.border_cell_spacings
+                   : IsSmooth(cloud, graph, static_cast<int>(i)) ? options.smooth_cell_spacings
+                                                                 : options.cell_spacings);
+    const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
+                                 options.thin_cell_spacings * spacing);
+    cells[i] = static_cast<float>(
+        std::max(std::min(thin, plain), options.cell_noises * cloud.median_noise));
+  }
+  return cells;
+}
+
+}  // namespace rilievo

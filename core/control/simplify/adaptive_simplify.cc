@@ -1,0 +1,66 @@
+#include "core/control/simplify/adaptive_simplify.h"
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/surface/closest_point_tree.h"
+
+namespace rilievo {
+namespace {
+
+// A collapse that makes edges of length h costs h^6: an area h^2 times a squared distance h^4. So
+// this weight halves them, which makes four faces of one.
+constexpr float kWeight = 64;
+constexpr int kMoreFaces = 3;
+// Rings of faces around those nearest to a point out of reach that have the whole weight, and as
+// many more a quarter of it, and a sixteenth: at a sudden fall the vertices on it would follow the
+// one side alone.
+constexpr int kRings = 2, kSteps = 3;
+constexpr float kFall = 0.25f;
+static_assert(kWeight * kFall * kFall > 1, "a weight of 1 is that of faces not reached");
+
+// The weights of the faces of `mesh`.
+absl::StatusOr<std::vector<float>> WeightsAround(const std::vector<Eigen::Vector3d>& points,
+                                                 const ControlMesh& mesh,
+                                                 const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                           ClosestPointTree::Build(mesh.vertices, mesh.faces, context));
+  std::vector<float> weights(static_cast<size_t>(mesh.faces.cols()), 1.0f);
+  int hint = -1;
+  for (const Eigen::Vector3d& point : points) {
+    hint = tree.Closest(point, hint).item;
+    weights[tree.source()[hint]] = kWeight;
+  }
+  float weight = kWeight;
+  for (int ring = 0; ring < kSteps * kRings; ++ring) {
+    if (ring > 0 && ring % kRings == 0) weight *= kFall;
+    std::vector<uint8_t> touched(static_cast<size_t>(mesh.vertices.cols()));
+    for (size_t f = 0; f < weights.size(); ++f) {
+      if (weights[f] == 1) continue;
+      for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) touched[v] = 1;
+    }
+    for (size_t f = 0; f < weights.size(); ++f) {
+      if (weights[f] != 1) continue;
+      for (const int v : mesh.faces.col(static_cast<Eigen::Index>(f))) {
+        if (touched[v] != 0) weights[f] = weight;
+      }
+    }
+  }
+  return weights;
+}
+
+}  // namespace
+
+absl::StatusOr<ControlMesh> AdaptiveSimplify(const UncoveredPoints& lost, const ControlMesh& fine,
+                                             const SimplifyOptions& options,
+                                             const RunContext& context, FacePlanes planes) {
+  SimplifyOptions with_more = options;
+  if (!lost.points.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(planes.weights, WeightsAround(lost.points, fine, context));
+    with_more.target_faces += kMoreFaces * lost.faces;
+  }
+  return SimplifyMesh(fine, with_more, context, &planes);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,32 @@
+#include "core/control/simplify/coarser_control_mesh.h"
+
+#include <algorithm>
+
+#include "core/base/status_macros.h"
+#include "core/control/simplify/adaptive_simplify.h"
+#include "core/control/simplify/relax_mesh.h"
+
+namespace rilievo {
+namespace {
+
+// As ArbitraryControlMesh() shapes its mesh.
+constexpr int kShapeRounds = 2, kRelaxRounds = 3;
+constexpr double kFlatDihedralDegrees = 40;
+// Few faces have to follow curvature: 1e-4 took 1 to 5 % fewer bytes than the usual 1e-2.
+constexpr double kEvenness = 1e-4;
+
+}  // namespace
+
+absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
+                                               const RunContext& context,
+                                               const UncoveredPoints& lost) {
+  const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4), .evenness = kEvenness};
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, AdaptiveSimplify(lost, mesh, simplify, context));
+  for (int round = 0; round < kShapeRounds; ++round) {
+    ImproveValence(&coarser, kFlatDihedralDegrees);
+    RelaxTangentially(&coarser, kRelaxRounds);
+  }
+  return coarser;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,94 @@
+#include "core/control/simplify/simplify_mesh.h"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/control/simplify/edge_collapser.h"
+#include "core/control/simplify/half_edge_mesh.h"
+#include "core/control/simplify/vertex_blocks.h"
+
+namespace rilievo {
+namespace {
+
+// Far above the target, in multiples of it, the faces made will not last.
+constexpr double kCoarseUntil = 3;
+// A collapse is refused for what its neighbourhood was at the time: at each of these milestones, in
+// multiples of the target, all that are left are tried again.
+constexpr double kMilestones[] = {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0};
+// Vertices of a block. A tenth of them, at its rim, wait for the whole mesh's turn.
+constexpr int kBlockSize = 8192;
+
+// The share of its faces that the blocks leave of a mesh.
+double BlockShare(const ControlMesh& mesh, const SimplifyOptions& options) {
+  return options.unordered_until * options.target_faces / static_cast<double>(mesh.faces.cols());
+}
+
+// Most of a large mesh goes block by block.
+bool GoesByBlocks(const ControlMesh& mesh, double share) {
+  return share < 0.5 && mesh.vertices.cols() > 2 * kBlockSize;
+}
+
+}  // namespace
+
+absl::Status SimplifyOptions::Validate() const {
+  if (target_faces < 4) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("target_faces is ", target_faces, "; at least 4 are needed"));
+  }
+  if (!(max_normal_turn_degrees > 0 && max_normal_turn_degrees <= 90)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "max_normal_turn_degrees is ", max_normal_turn_degrees, "; it must lie in (0, 90]"));
+  }
+  if (max_valence < 6 || max_valence > 32) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_valence is ", max_valence, "; it must lie in [6, 32]"));
+  }
+  if (!(evenness >= 1e-6 && evenness <= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("evenness is ", evenness, "; it must lie in [1e-6, 1]"));
+  }
+  if (!(boundary_weight >= 0 && boundary_weight <= 1000)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("boundary_weight is ", boundary_weight, "; it must lie in [0, 1000]"));
+  }
+  if (!(unordered_until >= 1)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("unordered_until is ", unordered_until, "; it must be at least 1"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions& options,
+                                         const RunContext& context, const FacePlanes* planes) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  if (!mesh.vertices.allFinite()) {
+    return absl::InvalidArgumentError("the mesh to simplify has a vertex that is not finite");
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      HalfEdgeMesh half_edges,
+      HalfEdgeMesh::Build(mesh.faces, static_cast<int>(mesh.vertices.cols()), context));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  const double share = BlockShare(mesh, options);
+  std::optional<VertexBlocks> blocks;
+  if (GoesByBlocks(mesh, share)) {
+    RILIEVO_ASSIGN_OR_RETURN(blocks, CutIntoBlocks(half_edges, mesh.vertices, kBlockSize, context));
+  }
+  EdgeCollapser collapser(std::move(half_edges), std::move(mesh), options, planes, context);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  if (blocks) {
+    RILIEVO_RETURN_IF_ERROR(collapser.CollapseBlocks(*blocks, share, context));
+    blocks.reset();
+  }
+  for (const double milestone : kMilestones) {
+    const auto faces = static_cast<int64_t>(milestone * options.target_faces);
+    if (collapser.faces_left() <= faces) continue;
+    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, milestone >= kCoarseUntil, context));
+  }
+  return collapser.Compact();
+}
+
+}  // namespace rilievo

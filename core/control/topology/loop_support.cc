@@ -1,0 +1,74 @@
+#include "core/control/topology/loop_support.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace rilievo {
+namespace {
+
+constexpr int kNearest = 8;
+constexpr double kLeastPointsAround = 6;
+constexpr double kAgreement = 0.9;  // mean cosine
+constexpr double kCoverSpacings = 0.75;
+constexpr double kSeenSpacings = 2;
+constexpr double kFacing = 0.7;   // least cosine
+constexpr double kSeen = 0.5;     // share of the loop
+constexpr double kCovered = 0.7;  // share of the places within the loop
+
+}  // namespace
+
+bool LoopSupport::PointsLine(std::span<const int> loop, const Eigen::Matrix3Xd& vertices,
+                             const Eigen::Matrix3Xd& normals) const {
+  double points_around = 0, agreement = 0;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const int v = loop[i];
+    int found[kNearest];
+    double squared[kNearest];
+    const int count =
+        index_.Nearest(vertices.col(v), std::min(kNearest, index_.size()), found, squared);
+    double best = -1;
+    for (int k = 0; k < count; ++k) {
+      best = std::max(best, cloud_.normals.col(found[k]).dot(normals.col(v)));
+    }
+    agreement += best;
+    points_around += (vertices.col(loop[(i + 1) % loop.size()]) - vertices.col(v)).norm() /
+                     cloud_.spacing[found[0]];
+  }
+  return points_around >= kLeastPointsAround &&
+         agreement >= kAgreement * static_cast<double>(loop.size());
+}
+
+bool LoopSupport::PointsLeaveOpen(std::span<const int> loop,
+                                  const Eigen::Matrix3Xd& vertices) const {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const int v : loop) center += vertices.col(v);
+  center /= static_cast<double>(loop.size());
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::Vector3d a = vertices.col(loop[i]) - center;
+    const Eigen::Vector3d b = vertices.col(loop[(i + 1) % loop.size()]) - center;
+    axis += a.cross(b);
+  }
+  axis.stableNormalize();
+  // The nearest point where it is no farther than so many of its spacings, else -1.
+  const auto point_within = [&](const Eigen::Vector3d& place, double spacings) {
+    int found;
+    double squared;
+    if (index_.Nearest(place, 1, &found, &squared) < 1) return -1;
+    return std::sqrt(squared) <= spacings * cloud_.spacing[found] ? found : -1;
+  };
+  const auto is_covered = [&](const Eigen::Vector3d& place) {
+    const int point = point_within(place, kCoverSpacings);
+    return point >= 0 && std::abs(cloud_.normals.col(point).dot(axis)) >= kFacing;
+  };
+  int covered = 0, seen = 0;
+  for (const int v : loop) {
+    covered += is_covered((center + vertices.col(v)) / 2) ? 1 : 0;
+    seen += point_within(vertices.col(v), kSeenSpacings) >= 0 ? 1 : 0;
+  }
+  const auto size = static_cast<double>(loop.size());
+  return seen >= kSeen * size && !(is_covered(center) && covered >= kCovered * size);
+}
+
+}  // namespace rilievo

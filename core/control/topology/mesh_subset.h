@@ -1,0 +1,23 @@
+// Parts of a mesh, and meshes that are none until their vertices are parted.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// A part of a mesh that knows which vertices it came from.
+struct MeshSubset {
+  ControlMesh mesh;
+  std::vector<int> source_vertex;
+};
+
+// Gives each fan of faces around a vertex a vertex of its own and drops unused vertices.
+MeshSubset SplitFans(const ControlMesh& mesh);
+
+// The faces whose flag is 1, with their fans split.
+MeshSubset KeepFaces(const ControlMesh& mesh, const std::vector<uint8_t>& keep_face);
+
+}  // namespace rilievo

@@ -1,0 +1,287 @@
+#include "core/control/topology/nonseparating_loop.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <queue>
+#include <utility>
+
+namespace rilievo {
+
+namespace {
+
+void Provide(int size, std::vector<int>* scratch) {
+  if (scratch->empty()) scratch->resize(static_cast<size_t>(size), 0);
+}
+
+}  // namespace
+
+NonseparatingLoopFinder::NonseparatingLoopFinder(const MeshTopology& topology,
+                                                 const Eigen::Matrix3Xd& vertices)
+    : topology_(topology), vertices_(vertices) {
+  VertexTables tables;
+  tables.edge_begin.assign(topology.vertex_count + 1, 0);
+  tables.face_begin.assign(topology.vertex_count + 1, 0);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    for (int k = 0; k < 2; ++k) ++tables.edge_begin[topology.edge_vertices(k, e) + 1];
+  }
+  for (int f = 0; f < topology.face_count(); ++f) ++tables.face_begin[topology.faces(0, f) + 1];
+  for (std::vector<int>* begin : {&tables.edge_begin, &tables.face_begin}) {
+    std::partial_sum(begin->begin(), begin->end(), begin->begin());
+  }
+  tables.edges.resize(tables.edge_begin.back());
+  tables.neighbors.resize(tables.edges.size());
+  std::vector<int> next(tables.edge_begin.begin(), tables.edge_begin.end() - 1);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    for (int k = 0; k < 2; ++k) {
+      const int place = next[topology.edge_vertices(k, e)]++;
+      tables.edges[place] = e;
+      tables.neighbors[place] = topology.edge_vertices(1 - k, e);
+    }
+  }
+  tables.faces.resize(tables.face_begin.back());
+  next.assign(tables.face_begin.begin(), tables.face_begin.end() - 1);
+  for (int f = 0; f < topology.face_count(); ++f) tables.faces[next[topology.faces(0, f)]++] = f;
+  tables_ = std::make_shared<const VertexTables>(std::move(tables));
+}
+
+std::vector<int> NonseparatingLoopFinder::LoopAround(int root, double radius) {
+  Disc(root, radius);
+  CollectFaces();
+  if (disc_faces_.empty()) return {};
+  const int boundary_loops = CapBoundary();
+  const int euler =
+      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
+  if (Handles(boundary_loops, euler) <= 0) return {};
+  return ShortestTreeLoop(boundary_loops);
+}
+
+double NonseparatingLoopFinder::Length(const std::vector<int>& loop) const {
+  double length = 0;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    length += (vertices_.col(loop[i]) - vertices_.col(loop[(i + 1) % loop.size()])).norm();
+  }
+  return length;
+}
+
+// Dijkstra over edges up to `radius`.
+const std::vector<int>& NonseparatingLoopFinder::Disc(int root, double radius) {
+  Provide(topology_.vertex_count, &vertex_stamp_);
+  Provide(topology_.vertex_count, &parent_edge_);
+  if (distance_.empty()) distance_.resize(static_cast<size_t>(topology_.vertex_count));
+  ++stamp_;
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+  disc_vertices_.clear();
+  distance_[root] = 0;
+  parent_edge_[root] = -1;
+  vertex_stamp_[root] = stamp_;
+  front.push({0.0, root});
+  while (!front.empty()) {
+    const auto [distance, v] = front.top();
+    front.pop();
+    if (distance > distance_[v]) continue;
+    disc_vertices_.push_back(v);
+    for (const int e : EdgesAt(v)) {
+      const int w = topology_.edge_vertices(0, e) + topology_.edge_vertices(1, e) - v;
+      const double reached = distance + (vertices_.col(v) - vertices_.col(w)).norm();
+      if (reached > radius) continue;
+      if (vertex_stamp_[w] == stamp_ && distance_[w] <= reached) continue;
+      vertex_stamp_[w] = stamp_;
+      distance_[w] = reached;
+      parent_edge_[w] = e;
+      front.push({reached, w});
+    }
+  }
+  return disc_vertices_;
+}
+
+const std::vector<int>& NonseparatingLoopFinder::Patch(int root, double radius) {
+  Provide(topology_.vertex_count, &vertex_stamp_);
+  ++stamp_;
+  disc_vertices_.assign(1, root);
+  rim_.clear();
+  vertex_stamp_[root] = stamp_;
+  for (size_t next = 0; next < disc_vertices_.size(); ++next) {
+    const int v = disc_vertices_[next];
+    bool on_rim = topology_.boundary_vertex[v] != 0;
+    for (const int w : NeighborsOf(v)) {
+      if (vertex_stamp_[w] == stamp_) continue;
+      if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) {
+        on_rim = true;
+        continue;
+      }
+      vertex_stamp_[w] = stamp_;
+      disc_vertices_.push_back(w);
+    }
+    if (on_rim) rim_.push_back(v);
+  }
+  return disc_vertices_;
+}
+
+// All faces around a vertex off the rim lie in the patch, so the rim alone is looked at: the other
+// edges have two faces of the patch each.
+bool NonseparatingLoopFinder::PatchIsFlat(int root, double radius) {
+  Patch(root, radius);
+  const auto in_patch = [&](int f) {
+    return f >= 0 && vertex_stamp_[topology_.faces(0, f)] == stamp_ &&
+           vertex_stamp_[topology_.faces(1, f)] == stamp_ &&
+           vertex_stamp_[topology_.faces(2, f)] == stamp_;
+  };
+  int faces = 0;
+  for (const int v : disc_vertices_) faces += static_cast<int>(FacesOf(v).size());
+  int vertices = static_cast<int>(disc_vertices_.size());
+  border_.clear();
+  for (const int v : rim_) {
+    for (const int f : FacesOf(v)) faces -= in_patch(f) ? 0 : 1;
+    bool used = false;
+    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
+    for (size_t i = 0; i < edges.size(); ++i) {
+      if (vertex_stamp_[neighbors[i]] != stamp_) continue;
+      const bool left = in_patch(topology_.edge_faces(0, edges[i]));
+      const bool right = in_patch(topology_.edge_faces(1, edges[i]));
+      used = used || left || right;
+      if (left != right && v < neighbors[i]) border_.push_back(edges[i]);
+    }
+    vertices -= used ? 0 : 1;
+  }
+  if (faces == 0) return true;
+  const int edges = (3 * faces + static_cast<int>(border_.size())) / 2;
+  return Handles(CapBoundary(), vertices - edges + faces) <= 0;
+}
+
+// Faces whose three corners were reached, and their edges.
+void NonseparatingLoopFinder::CollectFaces() {
+  Provide(topology_.face_count(), &face_slot_);
+  Provide(topology_.face_count(), &face_stamp_);
+  disc_faces_.clear();
+  for (const int v : disc_vertices_) {
+    for (const int f : FacesOf(v)) {
+      if (vertex_stamp_[topology_.faces(1, f)] != stamp_) continue;
+      if (vertex_stamp_[topology_.faces(2, f)] != stamp_) continue;
+      face_stamp_[f] = stamp_;
+      face_slot_[f] = static_cast<int>(disc_faces_.size());
+      disc_faces_.push_back(f);
+    }
+  }
+  CollectEdges();
+}
+
+void NonseparatingLoopFinder::CollectEdges() {
+  Provide(topology_.vertex_count, &counted_stamp_);
+  disc_edges_.clear();
+  border_.clear();
+  used_vertices_ = 0;
+  const auto use = [&](int v) {
+    used_vertices_ += counted_stamp_[v] != stamp_;
+    counted_stamp_[v] = stamp_;
+  };
+  for (const int v : disc_vertices_) {
+    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
+    for (size_t i = 0; i < edges.size(); ++i) {
+      const int e = edges[i], w = neighbors[i];
+      if (w < v || vertex_stamp_[w] != stamp_) continue;
+      int inside = 0;
+      for (int side = 0; side < 2; ++side) {
+        const int f = topology_.edge_faces(side, e);
+        inside += f >= 0 && face_stamp_[f] == stamp_;
+      }
+      if (inside == 0) continue;
+      use(v);
+      use(w);
+      disc_edges_.push_back(e);
+      if (inside == 1) border_.push_back(e);
+    }
+  }
+}
+
+int NonseparatingLoopFinder::FindSet(int element) {
+  while (sets_[element] != element) element = sets_[element] = sets_[sets_[element]];
+  return element;
+}
+
+// Boundary edges of the disc that share a vertex belong to one boundary loop, so the disc counts as
+// pinched there: it then has fewer handles than it may have, never more.
+int NonseparatingLoopFinder::CapBoundary() {
+  Provide(topology_.edge_count(), &boundary_set_);
+  sets_.resize(border_.size());
+  std::iota(sets_.begin(), sets_.end(), 0);
+  std::vector<std::pair<int, int>> ends;
+  for (size_t i = 0; i < border_.size(); ++i) {
+    for (int k = 0; k < 2; ++k) {
+      ends.push_back({topology_.edge_vertices(k, border_[i]), static_cast<int>(i)});
+    }
+  }
+  std::sort(ends.begin(), ends.end());
+  for (size_t i = 1; i < ends.size(); ++i) {
+    if (ends[i].first == ends[i - 1].first)
+      sets_[FindSet(ends[i].second)] = FindSet(ends[i - 1].second);
+  }
+  std::vector<int> number(border_.size(), -1);
+  int loops = 0;
+  for (size_t i = 0; i < border_.size(); ++i) {
+    int& set = number[FindSet(static_cast<int>(i))];
+    if (set < 0) set = loops++;
+    boundary_set_[border_[i]] = set;
+  }
+  return loops;
+}
+
+int NonseparatingLoopFinder::Handles(int boundary_loops, int euler) {
+  return (2 - boundary_loops - euler) / 2;
+}
+
+std::vector<int> NonseparatingLoopFinder::ShortestTreeLoop(int boundary_loops) {
+  // The cotree: faces and caps joined across edges off the shortest-path tree, farthest edges
+  // first, so that what stays are the edges that close short loops.
+  std::vector<std::pair<double, int>> candidates;
+  for (const int e : disc_edges_) {
+    const int a = topology_.edge_vertices(0, e), b = topology_.edge_vertices(1, e);
+    if (parent_edge_[a] == e || parent_edge_[b] == e) continue;
+    const double length =
+        distance_[a] + distance_[b] + (vertices_.col(a) - vertices_.col(b)).norm();
+    candidates.push_back({length, e});
+  }
+  std::sort(candidates.begin(), candidates.end(), std::greater<>());
+  const int face_count = static_cast<int>(disc_faces_.size());
+  sets_.resize(face_count + boundary_loops);
+  std::iota(sets_.begin(), sets_.end(), 0);
+  std::pair<double, int> best{std::numeric_limits<double>::infinity(), -1};
+  for (const auto& candidate : candidates) {
+    const int e = candidate.second;
+    int dual[2], found = 0;
+    for (int side = 0; side < 2; ++side) {
+      const int f = topology_.edge_faces(side, e);
+      if (f >= 0 && face_stamp_[f] == stamp_) dual[found++] = face_slot_[f];
+    }
+    if (found == 1) dual[1] = face_count + boundary_set_[e];
+    const int a = FindSet(dual[0]), b = FindSet(dual[1]);
+    if (a != b) {
+      sets_[a] = b;
+    } else if (found == 2) {
+      best = std::min(best, candidate);
+    }
+  }
+  if (best.second < 0) return {};
+  // Both ways to the root, without the part they share.
+  std::vector<int> way[2];
+  for (int k = 0; k < 2; ++k) {
+    int v = topology_.edge_vertices(k, best.second);
+    way[k].push_back(v);
+    while (parent_edge_[v] >= 0) {
+      v = topology_.edge_vertices(0, parent_edge_[v]) +
+          topology_.edge_vertices(1, parent_edge_[v]) - v;
+      way[k].push_back(v);
+    }
+  }
+  while (way[0].size() > 1 && way[1].size() > 1 &&
+         way[0][way[0].size() - 2] == way[1][way[1].size() - 2]) {
+    way[0].pop_back();
+    way[1].pop_back();
+  }
+  std::vector<int> loop(way[0]);
+  loop.insert(loop.end(), way[1].rbegin() + 1, way[1].rend());
+  return loop;
+}
+
+}  // namespace rilievo

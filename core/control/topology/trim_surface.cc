@@ -1,0 +1,313 @@
+#include "core/control/topology/trim_surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/control/topology/mesh_subset.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
+#include "core/points/batched_nearest.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kSupportNeighbors = 8;
+// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
+constexpr double kSupportAgreement = 0.4;
+constexpr double kNoiseReach = 4;  // a point supports what lies within this many of its noise
+constexpr int kMajorityRounds = 3;
+constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
+
+// Vertices joined by edges, as flat lists.
+struct Adjacency {
+  std::vector<int> begin, vertices;
+};
+
+Adjacency LinkVertices(const MeshTopology& topology) {
+  Adjacency links;
+  links.begin.assign(topology.vertex_count + 1, 0);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    ++links.begin[topology.edge_vertices(0, e) + 1];
+    ++links.begin[topology.edge_vertices(1, e) + 1];
+  }
+  std::partial_sum(links.begin.begin(), links.begin.end(), links.begin.begin());
+  links.vertices.resize(links.begin.back());
+  std::vector<int> next(links.begin.begin(), links.begin.end() - 1);
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
+    links.vertices[next[a]++] = b;
+    links.vertices[next[b]++] = a;
+  }
+  return links;
+}
+
+struct Support {
+  std::vector<uint8_t> holds;  // per vertex
+  std::vector<float> spacing;  // per vertex, of its nearest point
+};
+
+// What the points around a place on the surface say of it.
+class SupportSum {
+ public:
+  SupportSum(const Eigen::Vector3d& position, const Eigen::Vector3d& normal)
+      : position_(position), normal_(normal) {}
+
+  // A point in reach whose normal agrees.
+  void Add(const Eigen::Vector3d& point) {
+    const Eigen::Vector3d offset = point - position_;
+    const Eigen::Vector3d aside = offset - normal_ * normal_.dot(offset);
+    sum_ += aside;
+    nearest_ = std::min(nearest_, aside.norm());
+    farthest_ = std::max(farthest_, aside.norm());
+    ++count_;
+  }
+
+  bool empty() const { return count_ == 0; }
+
+  // Whether all points lie to one side, farther off than points are from each other: beyond the
+  // border of a scan.
+  bool BeyondBorder(double spacing) const {
+    constexpr double kNearestSpacings = 0.9;
+    constexpr double kOneSided = 0.5;
+    return nearest_ > kNearestSpacings * spacing && sum_.norm() > kOneSided * count_ * farthest_;
+  }
+
+ private:
+  const Eigen::Vector3d position_, normal_;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
+  double nearest_ = std::numeric_limits<double>::infinity(), farthest_ = 0;
+  int count_ = 0;
+};
+
+absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud& cloud,
+                                    const PointIndex& index, double support_spacings,
+                                    const RunContext& context) {
+  const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
+  const int64_t count = mesh.vertices.cols();
+  Support support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
+  const int n = std::min(kSupportNeighbors, index.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 2048, context, [&](int64_t begin, int64_t end) {
+    BatchedNearest nearby(index, cloud.points, n);
+    const auto judge = [&](int64_t v, const int* found, const double* squared) {
+      support.spacing[v] = cloud.spacing[found[0]];
+      SupportSum sum(mesh.vertices.col(v), normals.col(v));
+      for (int i = 0; i < n; ++i) {
+        const double reach = std::max(support_spacings * cloud.spacing[found[i]],
+                                      kNoiseReach * cloud.noise[found[i]]);
+        if (squared[i] <= reach * reach &&
+            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
+          sum.Add(cloud.points.col(found[i]));
+        }
+      }
+      support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
+    };
+    nearby.OfEach(mesh.vertices, begin, end, judge);
+  }));
+  return support;
+}
+
+// A connected set of vertices that share a flag.
+struct Region {
+  std::vector<int> vertices;
+  bool touches_border = false;
+  double diameter = 0;  // of its bounding box
+  double spacing = 0;   // mean over its vertices
+};
+
+std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Adjacency& links,
+                                          const std::vector<uint8_t>& border,
+                                          const Support& support) {
+  std::vector<Region> regions;
+  std::vector<uint8_t> seen(support.holds);
+  for (int seed = 0; seed < static_cast<int>(seen.size()); ++seed) {
+    if (seen[seed] != 0) continue;
+    Region region;
+    region.vertices.push_back(seed);
+    seen[seed] = 1;
+    Eigen::Vector3d low = mesh.vertices.col(seed), high = low;
+    for (size_t i = 0; i < region.vertices.size(); ++i) {
+      const int v = region.vertices[i];
+      low = low.cwiseMin(mesh.vertices.col(v));
+      high = high.cwiseMax(mesh.vertices.col(v));
+      region.spacing += support.spacing[v];
+      region.touches_border = region.touches_border || border[v] != 0;
+      for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) {
+        if (seen[links.vertices[e]] != 0) continue;
+        seen[links.vertices[e]] = 1;
+        region.vertices.push_back(links.vertices[e]);
+      }
+    }
+    region.diameter = (high - low).norm();
+    region.spacing /= static_cast<double>(region.vertices.size());
+    regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
+// Each vertex takes the flag of the larger part of its ring; smooths the cut.
+void MajorityFilter(const Adjacency& links, std::vector<uint8_t>* flags) {
+  for (int round = 0; round < kMajorityRounds; ++round) {
+    const std::vector<uint8_t> before(*flags);
+    for (size_t v = 0; v + 1 < links.begin.size(); ++v) {
+      int votes = 0;
+      for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) votes += before[links.vertices[e]];
+      const int size = links.begin[v + 1] - links.begin[v];
+      if (2 * votes > size) (*flags)[v] = 1;
+      if (2 * votes < size) (*flags)[v] = 0;
+    }
+  }
+}
+
+bool AllOf(const std::vector<uint8_t>& flags) {
+  return std::find(flags.begin(), flags.end(), 0) == flags.end();
+}
+
+// Drops connected pieces whose supported area holds fewer points than `min_points`, a point on each
+// squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each fan
+// with a vertex of its own.
+MeshSubset DropSmallPieces(const ControlMesh& mesh, const Support& support, double min_points) {
+  std::vector<int> parent(mesh.vertices.cols());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    parent[find(mesh.faces(1, f))] = find(mesh.faces(0, f));
+    parent[find(mesh.faces(2, f))] = find(mesh.faces(0, f));
+  }
+  std::vector<double> points(parent.size(), 0);
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    const auto corners = mesh.faces.col(f);
+    if (!support.holds[corners[0]] || !support.holds[corners[1]] || !support.holds[corners[2]]) {
+      continue;
+    }
+    const Eigen::Vector3d a = mesh.vertices.col(corners[0]);
+    const Eigen::Vector3d b = mesh.vertices.col(corners[1]) - a;
+    const Eigen::Vector3d c = mesh.vertices.col(corners[2]) - a;
+    const double spacing = support.spacing[corners[0]];
+    points[find(corners[0])] += b.cross(c).norm() / 2 / (spacing * spacing);
+  }
+  constexpr double kLeastOfAll = 4;  // no scrap of fewer points is a surface, though the largest
+  const double most = points.empty() ? 0 : *std::max_element(points.begin(), points.end());
+  const double least = std::max(std::min(min_points, most), kLeastOfAll);
+  std::vector<uint8_t> keep(mesh.faces.cols());
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    const double here = points[find(mesh.faces(0, f))];
+    keep[f] = here >= least;
+  }
+  if (!AllOf(keep)) return KeepFaces(mesh, keep);
+  MeshSubset all{mesh, std::vector<int>(mesh.vertices.cols())};
+  std::iota(all.source_vertex.begin(), all.source_vertex.end(), 0);
+  return all;
+}
+
+// What stays of the surface of an open scan: supported vertices and small holes.
+std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopology& topology,
+                                    const Support& support, const TrimOptions& options) {
+  const Adjacency links = LinkVertices(topology);
+  std::vector<uint8_t> keep = support.holds;
+  for (const Region& region :
+       RegionsWithoutSupport(surface, links, topology.boundary_vertex, support)) {
+    const bool small = region.diameter <= options.filled_hole_spacings * region.spacing;
+    if (!small || region.touches_border) continue;
+    for (const int v : region.vertices) keep[v] = 1;
+  }
+  MajorityFilter(links, &keep);
+  return keep;
+}
+
+// Moves the vertices of each loop along the mean of their two neighbours on it.
+void SmoothLoops(const std::vector<std::vector<int>>& loops, int rounds, ControlMesh* mesh) {
+  for (int round = 0; round < rounds; ++round) {
+    for (const std::vector<int>& loop : loops) {
+      const size_t size = loop.size();
+      Eigen::Matrix3Xd moved(3, size);
+      for (size_t i = 0; i < size; ++i) {
+        moved.col(i) = 0.5 * mesh->vertices.col(loop[i]) +
+                       0.25 * (mesh->vertices.col(loop[(i + 1) % size]) +
+                               mesh->vertices.col(loop[(i + size - 1) % size]));
+      }
+      for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
+    }
+  }
+}
+
+void SmoothBoundary(int rounds, ControlMesh* mesh) {
+  const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
+  if (!topology.ok()) return;
+  SmoothLoops(BoundaryLoops(*topology), rounds, mesh);
+}
+
+Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
+  Support part;
+  for (const int v : source_vertex) {
+    part.holds.push_back(support.holds[v]);
+    part.spacing.push_back(support.spacing[v]);
+  }
+  return part;
+}
+
+}  // namespace
+
+absl::Status TrimOptions::Validate() const {
+  if (!(support_spacings > 0 && support_spacings <= 10)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.support_spacings = ", support_spacings, " must lie in (0, 10]"));
+  }
+  if (!(filled_hole_spacings >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.filled_hole_spacings = ", filled_hole_spacings, " must be >= 0"));
+  }
+  if (!(min_piece_points >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("trim.min_piece_points = ", min_piece_points, " must be >= 0"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
+                                        const PointIndex& index, BoundaryRule boundary,
+                                        const TrimOptions& options, const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_ASSIGN_OR_RETURN(const Support support,
+                           FindSupport(surface, cloud, index, options.support_spacings, context));
+  // Pieces without support go first: no hole is filled on their account.
+  MeshSubset pieces = DropSmallPieces(surface, support, options.min_piece_points);
+  if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
+    return std::move(pieces.mesh);
+  }
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  RILIEVO_ASSIGN_OR_RETURN(
+      const MeshTopology topology,
+      BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
+  const Support left = Inherit(support, pieces.source_vertex);
+  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, topology, left, options);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
+  for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
+    const auto corners = pieces.mesh.faces.col(f);
+    keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
+  }
+  if (AllOf(keep_face)) {
+    SmoothLoops(BoundaryLoops(topology), kBoundaryRounds, &pieces.mesh);
+    return std::move(pieces.mesh);
+  }
+  const MeshSubset cut = KeepFaces(pieces.mesh, keep_face);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  Support all = Inherit(left, cut.source_vertex);
+  std::fill(all.holds.begin(), all.holds.end(), 1);
+  ControlMesh trimmed = DropSmallPieces(cut.mesh, all, options.min_piece_points).mesh;
+  SmoothBoundary(kBoundaryRounds, &trimmed);
+  return trimmed;
+}
+
+}  // namespace rilievo

@@ -1,0 +1,184 @@
+#include "core/control/topology/trim_unmeasured.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "core/base/status_macros.h"
+#include "core/geometry/mesh_topology.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kMostlyUnmeasured = 0.5;  // share of the heights of a piece
+// Spacings count up to this many times the scan's median: isolated points far from each other
+// support for no sheet over the wide gaps between them.
+constexpr double kWidestSpacing = 3;
+
+double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
+                 const PointIndex& index) {
+  int nearest = 0;
+  double squared = 0;
+  index.Nearest(position, 1, &nearest, &squared);
+  return std::min(double{cloud.spacing[nearest]}, kWidestSpacing * cloud.median_spacing);
+}
+
+// Connected faces that share a flag.
+struct FaceRegion {
+  std::vector<int> faces;
+  bool touches_boundary = false;
+};
+
+// `taken`: per face, 1 for those already in a region or of the other flag.
+FaceRegion RegionOf(const MeshTopology& topology, int seed, std::vector<uint8_t>* taken) {
+  FaceRegion region;
+  region.faces.push_back(seed);
+  (*taken)[seed] = 1;
+  for (size_t i = 0; i < region.faces.size(); ++i) {
+    for (const int neighbor : topology.face_neighbors.col(region.faces[i])) {
+      if (neighbor < 0) {
+        region.touches_boundary = true;
+      } else if ((*taken)[neighbor] == 0) {
+        (*taken)[neighbor] = 1;
+        region.faces.push_back(neighbor);
+      }
+    }
+  }
+  return region;
+}
+
+// The diameter of its bounding box, in spacings of the points nearest to its corners.
+double WidthInSpacings(const ControlMesh& mesh, const FaceRegion& region,
+                       const OrientedCloud& cloud, const PointIndex& index) {
+  Eigen::AlignedBox3d box;
+  double spacing = 0;
+  for (const int f : region.faces) {
+    for (const int v : mesh.faces.col(f)) {
+      box.extend(mesh.vertices.col(v));
+      spacing += SpacingAt(mesh.vertices.col(v), cloud, index);
+    }
+  }
+  return box.diagonal().norm() * 3.0 * static_cast<double>(region.faces.size()) / spacing;
+}
+
+// Keeps the faces around a vertex at which the kept ones would meet in several fans.
+void KeepPinchedVertices(const ControlMesh& mesh, const MeshTopology& topology,
+                         std::vector<uint8_t>* keep) {
+  for (bool changed = true; changed;) {
+    // The fans at a vertex: its kept corners less the edges between two of them.
+    std::vector<int> fans(mesh.vertices.cols(), 0), kept_corners(mesh.vertices.cols(), 0);
+    for (int f = 0; f < mesh.faces.cols(); ++f) {
+      if ((*keep)[f] == 0) continue;
+      for (const int v : mesh.faces.col(f)) ++fans[v], ++kept_corners[v];
+    }
+    for (int e = 0; e < topology.edge_count(); ++e) {
+      const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
+      if (b < 0 || (*keep)[a] == 0 || (*keep)[b] == 0) continue;
+      --fans[topology.edge_vertices(0, e)];
+      --fans[topology.edge_vertices(1, e)];
+    }
+    changed = false;
+    for (int f = 0; f < mesh.faces.cols(); ++f) {
+      if ((*keep)[f] != 0) continue;
+      for (const int v : mesh.faces.col(f)) {
+        if (fans[v] < 2) continue;
+        (*keep)[f] = 1;
+        changed = true;
+      }
+    }
+  }
+}
+
+void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unmeasured,
+                     int min_faces, std::vector<uint8_t>* keep) {
+  std::vector<uint8_t> taken(keep->size());
+  for (size_t f = 0; f < taken.size(); ++f) taken[f] = (*keep)[f] == 0;
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (taken[f] != 0) continue;
+    const FaceRegion piece = RegionOf(topology, f, &taken);
+    double unmeasured_faces = 0;
+    for (const int face : piece.faces) unmeasured_faces += double{unmeasured[face]};
+    const auto faces = static_cast<double>(piece.faces.size());
+    if (faces >= min_faces || unmeasured_faces < kMostlyUnmeasured * faces) continue;
+    for (const int face : piece.faces) (*keep)[face] = 0;
+  }
+}
+
+// Ascending.
+std::vector<std::array<int, 2>> KeptEdges(const MeshTopology& topology,
+                                          const std::vector<uint8_t>& keep) {
+  std::vector<std::array<int, 2>> edges;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
+    if (keep[a] == 0 && (b < 0 || keep[b] == 0)) continue;
+    edges.push_back({topology.edge_vertices(0, e), topology.edge_vertices(1, e)});
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+// The kept faces with the vertices and the tags they use.
+ControlMesh KeptPart(const ControlMesh& mesh, const MeshTopology& topology,
+                     const std::vector<uint8_t>& keep) {
+  ControlMesh part;
+  part.faces.resize(3, std::count(keep.begin(), keep.end(), 1));
+  std::vector<int> renamed(mesh.vertices.cols(), -1);
+  int faces = 0;
+  for (int f = 0; f < mesh.faces.cols(); ++f) {
+    if (keep[f] == 0) continue;
+    part.faces.col(faces++) = mesh.faces.col(f);
+    for (const int v : mesh.faces.col(f)) renamed[v] = 0;
+  }
+  std::vector<int> used;
+  for (int v = 0; v < mesh.vertices.cols(); ++v) {
+    if (renamed[v] < 0) continue;
+    renamed[v] = static_cast<int>(used.size());
+    used.push_back(v);
+  }
+  part.vertices = mesh.vertices(Eigen::all, used);
+  for (int& v : part.faces.reshaped()) v = renamed[v];
+  const std::vector<std::array<int, 2>> edges = KeptEdges(topology, keep);
+  for (const Crease& crease : mesh.creases) {
+    if (!std::binary_search(edges.begin(), edges.end(), std::array{crease.a, crease.b})) continue;
+    part.creases.push_back({renamed[crease.a], renamed[crease.b], crease.sharpness});
+  }
+  for (const int v : mesh.corners) {
+    if (renamed[v] >= 0) part.corners.push_back(renamed[v]);
+  }
+  return part;
+}
+
+}  // namespace
+
+absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
+                                           const std::vector<float>& unmeasured,
+                                           const OrientedCloud& cloud, const PointIndex& index,
+                                           const TrimUnmeasuredOptions& options,
+                                           const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  std::vector<uint8_t> taken(unmeasured.size()), keep(unmeasured.size(), 1);
+  for (size_t f = 0; f < taken.size(); ++f) {
+    taken[f] = static_cast<double>(unmeasured[f]) < options.unmeasured_share;
+  }
+  for (int f = 0; f < topology.face_count(); ++f) {
+    if (taken[f] != 0) continue;
+    const FaceRegion region = RegionOf(topology, f, &taken);
+    if (!region.touches_boundary &&
+        WidthInSpacings(mesh, region, cloud, index) <= options.filled_hole_spacings) {
+      continue;
+    }
+    for (const int face : region.faces) keep[face] = 0;
+  }
+  const auto faces = static_cast<double>(keep.size());
+  const auto cut = static_cast<double>(std::count(keep.begin(), keep.end(), 0));
+  if (cut == 0 || cut < options.least_cut_share * faces) return mesh;
+  KeepPinchedVertices(mesh, topology, &keep);
+  DropSmallPieces(topology, unmeasured, options.min_piece_faces, &keep);
+  if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;
+  return KeptPart(mesh, topology, keep);
+}
+
+}  // namespace rilievo

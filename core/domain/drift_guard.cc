@@ -1,0 +1,54 @@
+#include "core/domain/drift_guard.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kVerticesPerTask = 256;
+// In spacings: of a limit by the points, and how much farther off it may come to lie; and by what
+// factor where it lay far off, as over a hole.
+constexpr float kByPoints = 1.0f, kFarther = 0.5f, kTimes = 1.5f;
+
+}  // namespace
+
+absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, const PointIndex& index,
+                                                const DomainSamples& samples,
+                                                const SampledSurface& surface,
+                                                const RunContext& context) {
+  const auto count = static_cast<int64_t>(samples.control_vertex_count());
+  std::vector<float> gaps(static_cast<size_t>(count));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kVerticesPerTask, context, [&](int64_t begin, int64_t end) {
+        for (int64_t v = begin; v < end; ++v) {
+          int nearest = 0;
+          double squared = 0;
+          index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
+          const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
+          const float spacing = cloud.spacing[nearest];
+          gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
+        }
+      }));
+  return gaps;
+}
+
+absl::Status UndoDrift(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
+                       const std::vector<float>& gaps_at_start, const std::vector<float>& gaps,
+                       const RunContext& context, Eigen::Matrix3Xd* control_points,
+                       SampledSurface* surface) {
+  bool any = false;
+  for (size_t v = 0; v < gaps.size(); ++v) {
+    const float start = gaps_at_start[v];
+    if (!(gaps[v] > std::max({kByPoints, start + kFarther, kTimes * start}))) continue;
+    control_points->col(v) = before.col(v);
+    any = true;
+  }
+  return any ? SampleSurface(samples, *control_points, context, surface) : absl::OkStatus();
+}
+
+}  // namespace rilievo

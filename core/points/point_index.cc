@@ -1,0 +1,312 @@
+#include "core/points/point_index.h"
+
+#include <flann/algorithms/dist.h>
+#include <flann/algorithms/kdtree_single_index.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/points/morton_order.h"
+
+namespace rilievo {
+namespace {
+
+// Measured at 100 000 and 1 000 000 points: 8 to 16 are alike. The nodes of the larger ones take 9
+// bytes a point, of the smaller ones 12.
+constexpr int kLeafSize = 12, kLeafSizeOver = 16;
+constexpr int64_t kQueryBlock = 1024;
+// Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
+constexpr int64_t kMostTreePoints = 1 << 19;
+
+// The `capacity` best of what the trees offer, by (distance, index): ties do not depend on how the
+// tree was cut. A few are kept in order in the caller's arrays, without an allocation, unlike in
+// FLANN's own sets; many in a pool, half as large again, which is cut to the best when it is full.
+class NearestSet final : public flann::ResultSet<double> {
+ public:
+  // Those within a squared distance of `most`.
+  NearestSet(int capacity, int* indices, double* distances,
+             double most = std::numeric_limits<double>::max())
+      : capacity_(capacity), worst_(most), indices_(indices), distances_(distances) {
+    if (is_pool()) pool_.reserve(most_pooled());
+  }
+
+  bool full() const override { return count() == capacity_; }
+  // A hair above the worst, so that equally far points still reach addPoint().
+  double worstDist() const override { return worst_ * (1 + 1e-15); }
+  int count() const {
+    return is_pool() ? std::min(static_cast<int>(pool_.size()), capacity_) : count_;
+  }
+  // The next tree counts its points from here.
+  void StartTree(int first_point) { first_point_ = first_point; }
+
+  void addPoint(double distance, size_t index) override {
+    const int candidate = first_point_ + static_cast<int>(index);
+    if (is_pool()) {
+      AddToPool({distance, candidate});
+    } else {
+      Insert({distance, candidate});
+    }
+  }
+
+  // Call it at the end, before the arrays are read.
+  void Finish(bool in_order) {
+    if (!is_pool()) return;
+    CutPool();
+    if (in_order) std::sort(pool_.begin(), pool_.end());
+    for (size_t i = 0; i < pool_.size(); ++i) {
+      indices_[i] = pool_[i].index;
+      distances_[i] = pool_[i].distance;
+    }
+  }
+
+ private:
+  static constexpr int kMostInOrder = 40;
+
+  struct Candidate {
+    double distance;
+    int index;
+    bool operator<(const Candidate& other) const {
+      return distance < other.distance || (distance == other.distance && index < other.index);
+    }
+  };
+
+  bool is_pool() const { return capacity_ > kMostInOrder; }
+  size_t most_pooled() const { return static_cast<size_t>(capacity_) * 3 / 2; }
+
+  void Insert(const Candidate& candidate) {
+    int place = count_;
+    if (count_ < capacity_) {
+      ++count_;
+    } else if (!(candidate < Candidate{distances_[place - 1], indices_[place - 1]})) {
+      return;
+    } else {
+      --place;
+    }
+    for (; place > 0 && candidate < Candidate{distances_[place - 1], indices_[place - 1]};
+         --place) {
+      distances_[place] = distances_[place - 1];
+      indices_[place] = indices_[place - 1];
+    }
+    distances_[place] = candidate.distance;
+    indices_[place] = candidate.index;
+    if (count_ == capacity_) worst_ = distances_[capacity_ - 1];
+  }
+
+  void AddToPool(const Candidate& candidate) {
+    pool_.push_back(candidate);
+    if (static_cast<int>(pool_.size()) == capacity_) {
+      worst_ = std::max_element(pool_.begin(), pool_.end())->distance;
+    } else if (pool_.size() == most_pooled()) {
+      CutPool();
+      worst_ = pool_.back().distance;
+    }
+  }
+
+  // The worst of those that stay comes last.
+  void CutPool() {
+    if (static_cast<int>(pool_.size()) <= capacity_) return;
+    std::nth_element(pool_.begin(), pool_.begin() + capacity_ - 1, pool_.end());
+    pool_.resize(static_cast<size_t>(capacity_));
+  }
+
+  int capacity_;
+  int count_ = 0;
+  int first_point_ = 0;
+  double worst_;  // of the best, once there are enough
+  int* indices_;
+  double* distances_;
+  std::vector<Candidate> pool_;
+};
+
+// All points within a radius. More than `most` end the search.
+class BallSet final : public flann::ResultSet<double> {
+ public:
+  BallSet(double radius, size_t most, std::vector<int>* points)
+      : limit_(radius * radius), most_(most), points_(*points) {}
+
+  bool full() const override { return true; }
+  double worstDist() const override { return is_too_many() ? -1 : limit_; }
+  void addPoint(double, size_t index) override {
+    points_.push_back(first_point_ + static_cast<int>(index));
+  }
+
+  void StartTree(int first_point) { first_point_ = first_point; }
+  bool is_too_many() const { return points_.size() > most_; }
+
+ private:
+  double limit_;
+  size_t most_;
+  int first_point_ = 0;
+  std::vector<int>& points_;
+};
+
+// A tree over a stretch of points.
+class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
+  using Base = flann::NNIndex<flann::L2_Simple<double>>;
+
+ public:
+  // `copy`: the tree keeps its points, in the order of its leaves, and reads `stretch` not later.
+  LeafTree(const double* stretch, int64_t size, bool copy)
+      : KDTreeSingleIndex(
+            flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
+            flann::KDTreeSingleIndexParams(copy ? kLeafSize : kLeafSizeOver, copy)) {
+    buildIndex();
+    if (copy) std::vector<double*>().swap(this->Base::points_);  // where each point was
+  }
+};
+
+}  // namespace
+
+struct PointIndex::Impl {
+  // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
+  // order is answered exactly.
+  absl::Status Build(const Eigen::Matrix3Xd& points, bool copy, const RunContext& context) {
+    const int64_t count = (points.cols() + kMostTreePoints - 1) / kMostTreePoints;
+    size = static_cast<int>(points.cols());
+    trees.resize(static_cast<size_t>(count));
+    boxes.resize(trees.size());
+    first_points.resize(trees.size());
+    first_codes.resize(trees.size());
+    const auto build = [&](int64_t begin, int64_t end) {
+      for (int64_t t = begin; t < end; ++t) {
+        const int64_t first = points.cols() * t / count;
+        const int64_t length = points.cols() * (t + 1) / count - first;
+        const auto stretch = points.middleCols(first, length);
+        trees[t] = std::make_unique<LeafTree>(stretch.data(), length, copy);
+        boxes[t] = {stretch.rowwise().minCoeff(), stretch.rowwise().maxCoeff()};
+        first_points[t] = static_cast<int>(first);
+        first_codes[t] = CodeOf(points.col(first));
+      }
+    };
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 1, context, build));
+    sorted = std::is_sorted(first_codes.begin(), first_codes.end());
+    return absl::OkStatus();
+  }
+
+  uint64_t CodeOf(const Eigen::Vector3d& position) const {
+    const Eigen::Vector3d at = curve.ScanFromUnit(position);
+    return MortonCode(MortonCell(at.x()), MortonCell(at.y()), MortonCell(at.z()));
+  }
+
+  int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
+    NearestSet nearest(k, indices, distances);
+    Fill(position, &nearest);
+    nearest.Finish(true);
+    return nearest.count();
+  }
+
+  // First the tree whose stretch of the Morton curve the position lies in: it leaves the others
+  // little to offer. One that lies far off would be searched in vain, and widely.
+  void Fill(const Eigen::Vector3d& position, NearestSet* set) const {
+    NearestSet& nearest = *set;
+    size_t home = 0;
+    if (trees.size() > 1 && sorted) {
+      const auto next =
+          std::upper_bound(first_codes.begin() + 1, first_codes.end(), CodeOf(position));
+      home = static_cast<size_t>(next - first_codes.begin()) - 1;
+    }
+    Ask(home, position, &nearest);
+    for (size_t t = 0; t < trees.size(); ++t) {
+      if (t == home) continue;
+      if (nearest.full() && boxes[t].squaredExteriorDistance(position) > nearest.worstDist()) {
+        continue;
+      }
+      Ask(t, position, &nearest);
+    }
+  }
+
+  template <typename Set>
+  void Ask(size_t tree, const Eigen::Vector3d& position, Set* set) const {
+    set->StartTree(first_points[tree]);
+    trees[tree]->findNeighbors(*set, position.data(), exact);
+  }
+
+  int size = 0;
+  std::vector<std::unique_ptr<LeafTree>> trees;
+  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<int> first_points;
+  std::vector<uint64_t> first_codes;  // on the Morton curve
+  SpatialFrame curve;
+  bool sorted = true;  // the codes ascend
+  flann::SearchParams exact{flann::FLANN_CHECKS_UNLIMITED, 0.0f};
+};
+
+PointIndex::PointIndex(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PointIndex::PointIndex(const Eigen::Matrix3Xd& points) : impl_(std::make_unique<Impl>()) {
+  impl_->Build(points, true, RunContext{}).IgnoreError();  // nobody can stop it
+}
+PointIndex::~PointIndex() = default;
+PointIndex::PointIndex(PointIndex&&) noexcept = default;
+PointIndex& PointIndex::operator=(PointIndex&&) noexcept = default;
+
+absl::StatusOr<PointIndex> PointIndex::Build(const Eigen::Matrix3Xd& points,
+                                             const RunContext& context, const SpatialFrame& curve) {
+  auto impl = std::make_unique<Impl>();
+  impl->curve = curve;
+  RILIEVO_RETURN_IF_ERROR(impl->Build(points, true, context));
+  return PointIndex(std::move(impl));
+}
+
+absl::StatusOr<PointIndex> PointIndex::BuildOver(const Eigen::Matrix3Xd& points,
+                                                 const RunContext& context,
+                                                 const SpatialFrame& curve) {
+  auto impl = std::make_unique<Impl>();
+  impl->curve = curve;
+  RILIEVO_RETURN_IF_ERROR(impl->Build(points, false, context));
+  return PointIndex(std::move(impl));
+}
+
+int PointIndex::size() const { return impl_->size; }
+
+int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
+                        double* squared_distances) const {
+  return impl_->Query(position, std::min(k, size()), indices, squared_distances);
+}
+
+int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
+                                 double* squared_distances, double likely_reach) const {
+  const int wanted = std::min(k, size());
+  NearestSet within(wanted, indices, squared_distances, likely_reach * likely_reach);
+  impl_->Fill(position, &within);
+  if (within.count() == wanted) {
+    within.Finish(false);
+    return wanted;
+  }
+  NearestSet nearest(wanted, indices, squared_distances);
+  impl_->Fill(position, &nearest);
+  nearest.Finish(false);
+  return nearest.count();
+}
+
+bool PointIndex::Within(const Eigen::Vector3d& position, double radius, int most,
+                        std::vector<int>* points) const {
+  points->clear();
+  BallSet ball(radius, static_cast<size_t>(most), points);
+  for (size_t t = 0; t < impl_->trees.size(); ++t) {
+    if (impl_->boxes[t].squaredExteriorDistance(position) > ball.worstDist()) continue;
+    impl_->Ask(t, position, &ball);
+  }
+  return !ball.is_too_many();
+}
+
+absl::StatusOr<std::vector<int>> PointIndex::NearestOfEach(const Eigen::Matrix3Xd& positions,
+                                                           const RunContext& context) const {
+  std::vector<int> nearest(static_cast<size_t>(positions.cols()));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(positions.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
+        double distance = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          impl_->Query(positions.col(i), 1, &nearest[i], &distance);
+        }
+      }));
+  return nearest;
+}
+
+}  // namespace rilievo

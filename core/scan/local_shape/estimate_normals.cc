@@ -1,0 +1,229 @@
+#include "core/scan/local_shape/estimate_normals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/scan/local_shape/adaptive_patches.h"
+#include "core/scan/local_shape/patch_moments.h"
+#include "core/scan/local_shape/quadric_residual.h"
+#include "core/scan/local_shape/robust_normal.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 1024;
+// Growth of the variance along the plane from which a patch counts as widened.
+constexpr double kWidened = 1.3;
+// Noise in spacings up to which each point is taken for a point of the surface.
+constexpr double kClean = 0.05;
+// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
+constexpr double kFlat = 2;
+
+// The mean over the outer half of the list: the share of the j-th neighbour's disc is
+// pi d_j^2 / j = pi/4 spacing^2. Near neighbours on one scan line say little of the surface.
+float LocalSpacing(std::span<const float> distances) {
+  const size_t first = distances.size() / 2;
+  double sum = 0;
+  for (size_t j = first; j < distances.size(); ++j) {
+    sum += 4.0 * distances[j] * distances[j] / static_cast<double>(j + 1);
+  }
+  return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
+}
+
+double Quantile(std::vector<float> values, double share) {
+  if (values.empty()) return 0;
+  const auto place =
+      values.begin() + static_cast<int64_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+// The measurement noise around each point: a low quantile over its stretch of the Morton curve,
+// because residuals near edges, creases and thin walls measure the shape and not the scanner.
+// Where all of a stretch is like that, longer stretches bound it. The quantile of clean Gaussian
+// noise over 11 degrees of freedom is 0.91 of its deviation.
+absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& residuals,
+                                                    const RunContext& context) {
+  constexpr double kShare = 0.35;
+  constexpr double kQuantileOfGaussian = 0.91;
+  const auto count = static_cast<int64_t>(residuals.size());
+  if (count == 0) return std::vector<float>();
+  struct Length {
+    int64_t points;
+    double bound;  // noise varies by no more than this within such a stretch
+  };
+  // From the second on a multiple of the one before, but for the last.
+  const std::array<Length, 4> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
+  std::array<std::vector<float>, 4> bounds;  // of the stretches of each length
+  for (size_t l = 0; l < lengths.size(); ++l) {
+    bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
+  }
+  // Of the stretches of a length that lie between two ends of such.
+  const auto find_bounds = [&](size_t l, int64_t from, int64_t to) {
+    for (int64_t begin = from; begin < to; begin += lengths[l].points) {
+      const int64_t end = std::min(to, begin + lengths[l].points);
+      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+      bounds[l][begin / lengths[l].points] =
+          static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
+    }
+  };
+  // The longest task first: all points as one stretch, then all others within those of a length.
+  const auto tasks = static_cast<int64_t>(1 + bounds[2].size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(tasks, 1, context, [&](int64_t first, int64_t last) {
+    for (int64_t task = first; task < last; ++task) {
+      if (task == 0) {
+        find_bounds(3, 0, count);
+        continue;
+      }
+      const int64_t from = (task - 1) * lengths[2].points;
+      const int64_t to = std::min(count, from + lengths[2].points);
+      for (size_t l = 0; l < 3; ++l) find_bounds(l, from, to);
+    }
+  }));
+  std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      for (size_t l = 0; l < lengths.size(); ++l) {
+        noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
+      }
+    }
+  }));
+  return noise;
+}
+
+// Where a patch bends over an edge, the plane of a neighbouring patch that holds the point and is
+// much flatter (Kuwahara's choice of the quietest window, for planes): edges stay sharp.
+Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
+                            const std::vector<PatchMoments>& patches,
+                            const std::vector<PatchPlane>& planes, double noise, int i) {
+  constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
+  constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
+  const double own = planes[i].thickness;
+  if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
+    return planes[i].normal;
+  }
+  double best = kFlatterRatio * own;
+  Eigen::Vector3d normal = planes[i].normal;
+  for (const int j : graph.neighbors(i)) {
+    const Eigen::Vector3d to_mean =
+        points.col(j) - points.col(i) + patches[j].mean_offset.cast<double>();
+    const double off_plane = planes[j].normal.dot(to_mean);
+    const double cost = planes[j].thickness + off_plane * off_plane;
+    if (cost >= best) continue;
+    best = cost;
+    normal = planes[j].normal;
+  }
+  return normal;
+}
+
+bool IsClean(float noise, float spacing) { return noise <= kClean * spacing; }
+
+// The noisy points whose patches are thicker than their noise makes them.
+std::vector<NearEdgePoint> NearEdgePoints(const std::vector<PatchPlane>& planes,
+                                          const std::vector<float>& noise,
+                                          const std::vector<float>& spacing) {
+  // Variance across a patch in that of the noise: below, next to none of the points has two sides.
+  constexpr double kThicker = 1.5;
+  // Noise in spacings from which on 48 points say nothing of an edge.
+  constexpr double kMostNoise = 0.5;
+  std::vector<NearEdgePoint> near_edge;
+  for (size_t i = 0; i < planes.size(); ++i) {
+    if (IsClean(noise[i], spacing[i]) || noise[i] >= kMostNoise * spacing[i]) continue;
+    if (planes[i].thickness <= kThicker * noise[i] * noise[i]) continue;
+    near_edge.push_back({static_cast<int>(i), noise[i]});
+  }
+  return near_edge;
+}
+
+// `noise`: measurement noise at each point; `planes`: of the patches.
+absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& replaced,
+                           const std::vector<PatchMoments>& patches,
+                           const std::vector<PatchPlane>& planes, const std::vector<float>& noise,
+                           const RunContext& context, OrientedCloud* cloud) {
+  const Eigen::Matrix3Xd& points = cloud->points;
+  const int64_t count = points.cols();
+  cloud->normals.resize(3, count);
+  const auto is_clean = [&](int64_t i) {
+    return graph.k >= kFewestRobustNeighbors && IsClean(noise[i], cloud->spacing[i]);
+  };
+  const auto clean_normal = [&](int i, std::span<const int> neighbors) {
+    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
+    return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
+  };
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int center = static_cast<int>(i);
+      cloud->normals.col(i) = is_clean(i)
+                                  ? clean_normal(center, graph.neighbors(center))
+                                  : SharpNormal(points, graph, patches, planes, noise[i], center);
+    }
+  }));
+  // On the rim of a wall both layers are its neighbours.
+  const auto replaced_count = static_cast<int64_t>(replaced.points.size());
+  return ParallelFor(replaced_count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t r = begin; r < end; ++r) {
+      const int i = replaced.points[r];
+      if (is_clean(i)) cloud->normals.col(i) = clean_normal(i, replaced.list(r, graph.k));
+    }
+  });
+}
+
+}  // namespace
+
+absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
+                                                 const NeighborGraph& graph,
+                                                 const ReplacedLists& replaced,
+                                                 const RunContext& context) {
+  EstimatedNormals estimated;
+  OrientedCloud& cloud = estimated.cloud;
+  cloud.points = std::move(own_points);
+  const Eigen::Matrix3Xd& points = cloud.points;
+  const int64_t count = points.cols();
+  cloud.spacing.resize(static_cast<size_t>(count));
+  cloud.noise.resize(static_cast<size_t>(count));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<PatchMoments> patches,
+                           ComputePatchMoments(points, graph, context));
+  std::vector<PatchPlane> planes(static_cast<size_t>(count));
+  std::vector<double> first_spread(static_cast<size_t>(count));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      const int center = static_cast<int>(i);
+      const std::vector<float> distances = NeighborDistances(points, graph, center);
+      planes[i] = FitPlane(patches[i]);
+      first_spread[i] = planes[i].spread;
+      cloud.spacing[i] = LocalSpacing(distances);
+      cloud.noise[i] = static_cast<float>(QuadricResidual(points, center, graph.neighbors(center),
+                                                          distances.back(), planes[i].normal));
+    }
+  }));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
+  RILIEVO_RETURN_IF_ERROR(
+      AdaptPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) {
+      // Where patches had to be widened, the nearest neighbours are the nearest in height too and
+      // show too little of the noise.
+      if (planes[i].spread < kWidened * first_spread[i]) continue;
+      cloud.noise[i] = std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));
+    }
+  }));
+  first_spread = std::vector<double>();
+  RILIEVO_ASSIGN_OR_RETURN(noise, MeasurementNoise(cloud.noise, context));
+  RILIEVO_RETURN_IF_ERROR(ChooseNormals(graph, replaced, patches, planes, noise, context, &cloud));
+  estimated.near_edge = NearEdgePoints(planes, noise, cloud.spacing);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t i = begin; i < end; ++i) cloud.noise[i] = std::min(cloud.noise[i], noise[i]);
+  }));
+  cloud.median_spacing = Quantile(cloud.spacing, 0.5);
+  cloud.median_noise = Quantile(cloud.noise, 0.5);
+  return estimated;
+}
+
+}  // namespace rilievo

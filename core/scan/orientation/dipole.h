@@ -1,0 +1,51 @@
+// Points of a surface as dipoles: what the winding number is made of.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <numbers>
+
+#include "core/points/oriented_cloud.h"
+
+namespace rilievo {
+
+// A piece of the surface seen from so far that its shape does not count.
+struct Dipole {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d area = Eigen::Vector3d::Zero();  // times unit normal, unit frame
+  double blur = 0;                                 // squared length over which it is spread
+};
+
+inline double ShareOfSurface(double spacing) { return std::numbers::pi / 4 * spacing * spacing; }
+
+// Half of the share of a point over pi, and its noise, for points off the surface see each other
+// edgewise no longer.
+inline double BlurOfPoint(double spacing, double noise) {
+  return spacing * spacing / 8 + 4 * noise * noise;
+}
+
+inline Dipole DipoleOf(const OrientedCloud& cloud, int point) {
+  return {cloud.points.col(point), ShareOfSurface(cloud.spacing[point]) * cloud.normals.col(point),
+          BlurOfPoint(cloud.spacing[point], cloud.noise[point])};
+}
+
+// What the dipole adds to 4 pi times the winding number at `position`.
+inline double SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position) {
+  const Eigen::Vector3d offset = dipole.position - position;
+  const double squared = offset.squaredNorm() + dipole.blur;
+  return squared > 0 ? dipole.area.dot(offset) / (squared * std::sqrt(squared)) : 0;
+}
+
+// What it adds to minus the gradient of the winding number at `position`, without the jump across
+// the dipole itself: Plummer's, of a wider blur, for near points lie unevenly along the surface.
+inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3d& position) {
+  constexpr double kWider = 3;
+  const double blur = kWider * dipole.blur;
+  const Eigen::Vector3d offset = dipole.position - position;
+  const double distance = offset.squaredNorm(), squared = distance + blur;
+  if (!(squared > 0)) return Eigen::Vector3d::Zero();
+  return ((distance - 2 * blur) * dipole.area - 3 * dipole.area.dot(offset) * offset) *
+         (0.25 * std::numbers::inv_pi / (squared * squared * std::sqrt(squared)));
+}
+
+}  // namespace rilievo

@@ -1,0 +1,127 @@
+#include "core/scan/orientation/winding_number.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/scan/orientation/solid_angles.h"
+
+namespace rilievo {
+namespace {
+
+constexpr size_t kLeafPoints = 8;
+constexpr size_t kChildren = 4;
+// Radii from which a cell counts as one dipole.
+constexpr double kFar = 2.0;
+
+double FarFrom(double radius, double blur) { return kFar * std::sqrt(radius * radius + blur); }
+
+}  // namespace
+
+WindingField::WindingField(const OrientedCloud& cloud, std::vector<int> members)
+    : cloud_(cloud), members_(std::move(members)) {
+  AddLeaves();
+  while (levels_.back().size() > 1) AddLevel();
+}
+
+void WindingField::AddLeaves() {
+  std::vector<Cell> leaves((members_.size() + kLeafPoints - 1) / kLeafPoints);
+  for (size_t leaf = 0; leaf < leaves.size(); ++leaf) {
+    Cell& cell = leaves[leaf];
+    const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
+    for (size_t m = begin; m < end; ++m) {
+      const Dipole dipole = DipoleOf(cloud_, members_[m]);
+      const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
+      cell.sum.position += share * dipole.position;
+      cell.sum.area += dipole.area;
+      cell.sum.blur += share * dipole.blur;
+      cell.size += share;
+    }
+    if (cell.size > 0) {
+      cell.sum.position /= cell.size;
+      cell.sum.blur /= cell.size;
+    }
+    for (size_t m = begin; m < end; ++m) {
+      const double reach = (cloud_.points.col(members_[m]) - cell.sum.position).norm();
+      cell.radius = std::max(cell.radius, reach);
+    }
+    cell.far = FarFrom(cell.radius, cell.sum.blur);
+  }
+  levels_.push_back(std::move(leaves));
+}
+
+void WindingField::AddLevel() {
+  const std::vector<Cell>& below = levels_.back();
+  std::vector<Cell> level((below.size() + kChildren - 1) / kChildren);
+  for (size_t at = 0; at < level.size(); ++at) {
+    Cell& cell = level[at];
+    const size_t begin = at * kChildren, end = std::min(below.size(), begin + kChildren);
+    for (size_t child = begin; child < end; ++child) {
+      const Cell& part = below[child];
+      cell.sum.position += part.size * part.sum.position;
+      cell.sum.area += part.sum.area;
+      cell.sum.blur += part.size * part.sum.blur;
+      cell.size += part.size;
+    }
+    if (cell.size > 0) {
+      cell.sum.position /= cell.size;
+      cell.sum.blur /= cell.size;
+    }
+    for (size_t child = begin; child < end; ++child) {
+      const Cell& part = below[child];
+      const double reach = (part.sum.position - cell.sum.position).norm() + part.radius;
+      cell.radius = std::max(cell.radius, reach);
+    }
+    cell.far = FarFrom(cell.radius, cell.sum.blur);
+  }
+  levels_.push_back(std::move(level));
+}
+
+template <typename Visit>
+void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
+                               double reach, const Visit& visit) const {
+  const Cell& seen = levels_[level][cell];
+  const double far = seen.far + reach;
+  if ((seen.sum.position - position).squaredNorm() > far * far) {
+    visit(seen.sum);
+  } else if (level == 0) {
+    const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
+    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+  } else {
+    const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
+    for (size_t child = cell * kChildren; child < end; ++child) {
+      ForEachSeen(level - 1, child, position, reach, visit);
+    }
+  }
+}
+
+double WindingField::At(const Eigen::Vector3d& position) const { return MeanAt({&position, 1}); }
+
+double WindingField::MeanAt(std::span<const Eigen::Vector3d> positions) const {
+  if (members_.empty()) return 0;
+  const auto count = static_cast<double>(positions.size());
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& position : positions) center += position / count;
+  double reach = 0;
+  for (const Eigen::Vector3d& position : positions) {
+    reach = std::max(reach, (position - center).norm());
+  }
+  DipoleList seen(center);
+  ForEachSeen(levels_.size() - 1, 0, center, reach,
+              [&](const Dipole& dipole) { seen.Add(dipole); });
+  double sum = 0;
+  for (const Eigen::Vector3d& position : positions) sum += seen.SolidAngleAt(position);
+  return sum / count * (0.25 * std::numbers::inv_pi);
+}
+
+Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  if (!members_.empty()) {
+    ForEachSeen(levels_.size() - 1, 0, position, 0,
+                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
+  }
+  return sum;
+}
+
+}  // namespace rilievo

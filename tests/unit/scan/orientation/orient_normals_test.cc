@@ -1,0 +1,113 @@
+#include "core/scan/orientation/orient_normals.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/scan/clean/check_scan.h"
+#include "core/scan/scan_surface.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+ScanSurface Analyze(const PointCloud& scan, int threads = 2) {
+  RunContext context;
+  context.threads = threads;
+  const CheckedScan checked = CheckScan(scan, CheckOptions{}, context).value();
+  return AnalyzeScan(checked, ScanOptions{}, context).value();
+}
+
+PointCloud Sample(const AnalyticShape& shape, int points, double noise = 0) {
+  ScannerOptions options;
+  options.points = points;
+  options.views = 0;
+  options.noise = noise;
+  return SimulateScan(shape, options).value().cloud;
+}
+
+// Share of normals that point inward.
+double Wrong(const AnalyticShape& shape, const ScanSurface& scan) {
+  int wrong = 0;
+  for (int i = 0; i < scan.cloud.points.cols(); ++i) {
+    const Eigen::Vector3d x = scan.frame.ScanFromUnit(scan.cloud.points.col(i));
+    wrong += shape.Normal(x).dot(scan.cloud.normals.col(i)) < 0;
+  }
+  return static_cast<double>(wrong) / static_cast<double>(scan.cloud.points.cols());
+}
+
+TEST(OrientationTest, ClosedShapesPointOutward) {
+  for (const char* name : {"sphere", "torus", "genus2", "pair", "star"}) {
+    const ShapePtr shape = MakeShape(name).value();
+    EXPECT_EQ(Wrong(*shape, Analyze(Sample(*shape, 20000))), 0) << name;
+    EXPECT_LT(Wrong(*shape, Analyze(Sample(*shape, 20000, 0.002))), 0.001) << name;
+  }
+}
+
+TEST(OrientationTest, SharpEdgesAreCrossedRightly) {
+  const ShapePtr box = MakeCutBox();
+  EXPECT_LT(Wrong(*box, Analyze(Sample(*box, 30000))), 0.003);
+}
+
+TEST(OrientationTest, AnOpenTerrainPointsUp) {
+  const ShapePtr terrain = MakeTerrain();
+  EXPECT_EQ(Wrong(*terrain, Analyze(Sample(*terrain, 20000))), 0);
+}
+
+// Two spacings thick, five times the noise: neighbours come from both sides.
+TEST(OrientationTest, AThinPlateUnderNoiseHasTwoSides) {
+  constexpr int kCount = 20000;
+  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kCount);
+  KnownCloud plate = BoxCloud(kCount, 3, {1, 1, 2 * spacing});
+  AddNoise(0.4 * spacing, 5, &plate);
+  const CheckedScan checked = CheckScan(plate.cloud, CheckOptions{}, RunContext{}).value();
+  ScanOptions options;
+  options.outliers.distance_factor = 0;
+  const ScanSurface scan = AnalyzeScan(checked, options, RunContext{}).value();
+  ASSERT_EQ(scan.cloud.points.cols(), kCount);
+  EXPECT_LT(WrongShare(scan.cloud.normals, plate.normals(Eigen::all, checked.source_index)), 0.08);
+  EXPECT_NEAR(scan.cloud.median_noise, 0.4 * spacing / scan.frame.diagonal,
+              0.1 * spacing / scan.frame.diagonal);
+}
+
+// A shell of two spheres three spacings apart: outward on the outer, inward on the inner.
+TEST(OrientationTest, AThinShellHasTwoSides) {
+  const PointCloud sphere = Sample(*MakeSphere(), 40000);
+  const double spacing = std::sqrt(4 * std::numbers::pi / 20000);
+  PointCloud shell = sphere;
+  for (int i = 0; i < 20000; ++i) shell.points.col(i) *= 1 - 3 * spacing;
+  const ScanSurface scan = Analyze(shell);
+  int wrong = 0;
+  for (int i = 0; i < scan.cloud.points.cols(); ++i) {
+    const Eigen::Vector3d x = scan.frame.ScanFromUnit(scan.cloud.points.col(i));
+    const double side = x.norm() > 1 - 1.5 * spacing ? 1 : -1;
+    wrong += side * x.dot(scan.cloud.normals.col(i)) < 0;
+  }
+  EXPECT_LT(wrong, 0.002 * 40000);
+}
+
+TEST(OrientationTest, AMoebiusBandEndsAndDisagrees) {
+  PointCloud band;
+  band.points.resize(3, 6000);
+  for (int i = 0; i < 6000; ++i) {
+    const double turn = 2 * std::numbers::pi * (i + 0.5) / 6000;
+    const double across = 0.6 * (std::fmod(i * std::numbers::phi, 1.0) - 0.5);
+    const double radius = 1 + across * std::cos(turn / 2);
+    band.points.col(i) << radius * std::cos(turn), radius * std::sin(turn),
+        across * std::sin(turn / 2);
+  }
+  const ScanSurface scan = Analyze(band);
+  EXPECT_GT(scan.orientation.disagreement, 0);
+  EXPECT_LT(scan.orientation.disagreement, 0.1);
+}
+
+TEST(OrientationTest, TheNumberOfThreadsDoesNotChangeABit) {
+  const PointCloud scan = Sample(*MakeGenus2(), 10000, 0.001);
+  EXPECT_EQ(Analyze(scan, 1).cloud.normals, Analyze(scan, 3).cloud.normals);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,64 @@
+#include "core/scan/orientation/outward_sign.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <vector>
+
+namespace rilievo {
+namespace {
+
+constexpr int kSide = 60;
+
+// A surface over [-1, 1]^2, its normals up.
+OrientedCloud HeightField(const std::function<double(double, double)>& height) {
+  OrientedCloud cloud;
+  cloud.points.resize(3, kSide * kSide);
+  cloud.normals.resize(3, kSide * kSide);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const double x = 2.0 * (i % kSide) / (kSide - 1) - 1, y = 2.0 * (i / kSide) / (kSide - 1) - 1;
+    constexpr double kStep = 1e-4;
+    const double dx = (height(x + kStep, y) - height(x - kStep, y)) / (2 * kStep);
+    const double dy = (height(x, y + kStep) - height(x, y - kStep)) / (2 * kStep);
+    cloud.points.col(i) << x, y, height(x, y);
+    cloud.normals.col(i) = Eigen::Vector3d(-dx, -dy, 1).normalized();
+  }
+  cloud.spacing.assign(kSide * kSide, 2.0F / kSide);
+  return cloud;
+}
+
+int SignOf(const OrientedCloud& cloud) {
+  std::vector<int> members(static_cast<size_t>(cloud.points.cols()));
+  std::iota(members.begin(), members.end(), 0);
+  return OutwardSign(cloud, members, RunContext());
+}
+
+TEST(OutwardSignTest, ACapFacesAwayFromItsCentre) {
+  OrientedCloud cap = HeightField([](double x, double y) { return -0.4 * (x * x + y * y); });
+  EXPECT_EQ(SignOf(cap), 1);
+  cap.normals *= -1;
+  EXPECT_EQ(SignOf(cap), -1);
+}
+
+TEST(OutwardSignTest, AFlatPatchFacesUp) {
+  OrientedCloud patch = HeightField([](double, double) { return 0.0; });
+  EXPECT_EQ(SignOf(patch), 1);
+  patch.normals *= -1;
+  EXPECT_EQ(SignOf(patch), -1);
+}
+
+// Only the members count.
+TEST(OutwardSignTest, OthersHaveNoSay) {
+  OrientedCloud cloud = HeightField([](double, double) { return 0.0; });
+  cloud.normals.rightCols(cloud.normals.cols() / 2) *= -1;
+  std::vector<int> first(static_cast<size_t>(cloud.points.cols() / 2));
+  std::iota(first.begin(), first.end(), 0);
+  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), 1);
+  for (int& i : first) i += static_cast<int>(first.size());
+  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), -1);
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,114 @@
+#include "core/scan/orientation/signed_graph.h"
+
+#include <gtest/gtest.h>
+
+#include <stop_token>
+
+#include "tests/scans/random.h"
+
+namespace rilievo {
+namespace {
+
+// A grid of nodes with hidden signs; links tell their product, `wrong` of them the opposite.
+struct HiddenSigns {
+  std::vector<int> sign;
+  std::vector<SignedLink> links;
+};
+
+HiddenSigns MakeGrid(int width, double wrong, uint64_t seed) {
+  Random random(seed);
+  HiddenSigns hidden;
+  for (int i = 0; i < width * width; ++i) hidden.sign.push_back(random.Uniform() < 0.5 ? 1 : -1);
+  const auto link = [&](int a, int b) {
+    const double truth = hidden.sign[a] * hidden.sign[b];
+    const double weight = random.Uniform(0.5, 1.0) * (random.Uniform() < wrong ? -0.6 : 1.0);
+    hidden.links.push_back({a, b, truth * weight});
+  };
+  for (int y = 0; y < width; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int node = y * width + x;
+      if (x + 1 < width) link(node, node + 1);
+      if (y + 1 < width) link(node, node + width);
+      if (x + 1 < width && y + 1 < width) link(node, node + width + 1);
+    }
+  }
+  return hidden;
+}
+
+// Nodes whose sign is not the hidden one, up to a common flip.
+int Mistakes(const HiddenSigns& hidden, const SignedLabels& labels) {
+  int mistakes = 0;
+  for (size_t i = 0; i < hidden.sign.size(); ++i) mistakes += labels.sign[i] != hidden.sign[i];
+  return std::min<int>(mistakes, static_cast<int>(hidden.sign.size()) - mistakes);
+}
+
+TEST(SignedGraphTest, FindsHiddenSignsExactlyWhenLinksAgree) {
+  const HiddenSigns hidden = MakeGrid(40, 0.0, 1);
+  const auto labels = LabelSignedGraph(1600, hidden.links, RunContext{});
+  ASSERT_TRUE(labels.ok());
+  EXPECT_EQ(labels->components, 1);
+  EXPECT_EQ(Mistakes(hidden, *labels), 0);
+}
+
+TEST(SignedGraphTest, OutvotesWrongLinks) {
+  for (uint64_t seed = 2; seed < 7; ++seed) {
+    const HiddenSigns hidden = MakeGrid(40, 0.05, seed);
+    const auto labels = LabelSignedGraph(1600, hidden.links, RunContext{});
+    ASSERT_TRUE(labels.ok());
+    EXPECT_LE(Mistakes(hidden, *labels), 16) << seed;  // one in a hundred
+  }
+}
+
+double Agreement(const std::vector<SignedLink>& links, const std::vector<int>& sign) {
+  double sum = 0;
+  for (const SignedLink& link : links) sum += link.weight * sign[link.a] * sign[link.b];
+  return sum;
+}
+
+// Merges in turn alone end below the planted signs on most of these.
+TEST(SignedGraphTest, AgreesWithTheLinksNoLessThanThePlantedSigns) {
+  for (uint64_t seed = 10; seed < 18; ++seed) {
+    const HiddenSigns hidden = MakeGrid(60, 0.2, seed);
+    const auto labels = LabelSignedGraph(3600, hidden.links, RunContext{});
+    ASSERT_TRUE(labels.ok());
+    EXPECT_GE(Agreement(hidden.links, labels->sign), Agreement(hidden.links, hidden.sign)) << seed;
+  }
+}
+
+TEST(SignedGraphTest, SumsParallelLinksAndIgnoresLoops) {
+  const std::vector<SignedLink> links = {
+      {0, 1, 0.9}, {1, 0, -0.5}, {0, 1, -0.5}, {1, 1, 5.0}, {1, 2, 0.3}};
+  const auto labels = LabelSignedGraph(3, links, RunContext{});
+  ASSERT_TRUE(labels.ok());
+  EXPECT_NE(labels->sign[0], labels->sign[1]);
+  EXPECT_EQ(labels->sign[1], labels->sign[2]);
+}
+
+TEST(SignedGraphTest, NumbersComponentsByLowestNode) {
+  const std::vector<SignedLink> links = {{4, 2, 1.0}, {1, 3, -1.0}};
+  const auto labels = LabelSignedGraph(5, links, RunContext{});
+  ASSERT_TRUE(labels.ok());
+  EXPECT_EQ(labels->components, 3);
+  EXPECT_EQ(labels->component, (std::vector<int>{0, 1, 2, 1, 2}));
+}
+
+TEST(SignedGraphTest, OrderOfTheLinksDoesNotMatter) {
+  HiddenSigns hidden = MakeGrid(30, 0.2, 8);
+  const auto a = LabelSignedGraph(900, hidden.links, RunContext{});
+  std::reverse(hidden.links.begin(), hidden.links.end());
+  const auto b = LabelSignedGraph(900, hidden.links, RunContext{});
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->sign, b->sign);
+}
+
+TEST(SignedGraphTest, Stops) {
+  std::stop_source source;
+  source.request_stop();
+  RunContext context;
+  context.stop = source.get_token();
+  EXPECT_EQ(LabelSignedGraph(4, {{0, 1, 1.0}}, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
