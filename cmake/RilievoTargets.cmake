@@ -1,20 +1,51 @@
 # How every library, program, test and benchmark of the project is declared.
 
 add_library(rilievo_warnings INTERFACE)
-target_compile_options(rilievo_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror)
+target_compile_options(rilievo_warnings INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Werror
+  # Said with _FORTIFY_SOURCE alone, of results that nothing follows from.
+  -Wno-unused-result)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports fixed-size Eigen storage as uninitialised where it is not.
   target_compile_options(rilievo_warnings INTERFACE -Wno-maybe-uninitialized)
 endif()
 
-# rilievo_library(NAME DEPENDS public-libraries... PRIVATE private-libraries...): a room of the house,
-# every .cc of its folder (PATTERN: those that match; EXCLUDE: but those of this regular expression).
-function(rilievo_library name)
-  cmake_parse_arguments(ARG "" "EXCLUDE" "PATTERN;DEPENDS;PRIVATE" ${ARGN})
-  if(NOT ARG_PATTERN)
-    set(ARG_PATTERN "*.cc")
+if(CMAKE_BUILD_TYPE STREQUAL "Release")
+  set(RILIEVO_TEST_OPTIMISATION -O1)
+endif()
+
+# The headers of others that nearly every source reads are parsed once: one set for libraries, one with
+# GoogleTest for tests. Headers of the project are never among them. A build without (the sanitizers')
+# sees whether each file includes what it uses.
+option(RILIEVO_PRECOMPILED_HEADERS "Parse the headers of libraries once" ON)
+if(RILIEVO_PRECOMPILED_HEADERS)
+  # Some libraries ask for it; the headers are taken only where all flags are the same.
+  add_compile_options(-pthread)
+  set(precompiled <algorithm> <array> <cmath> <cstdint> <functional> <limits> <memory> <optional>
+    <string> <utility> <vector> <Eigen/Core> <Eigen/Geometry>
+    [["absl/status/statusor.h"]] [["absl/strings/str_cat.h"]])
+  add_library(rilievo_precompiled STATIC ${CMAKE_SOURCE_DIR}/cmake/precompiled.cc)
+  target_link_libraries(rilievo_precompiled PRIVATE Eigen3::Eigen absl::statusor absl::strings
+    rilievo_warnings)
+  target_precompile_headers(rilievo_precompiled PRIVATE ${precompiled})
+  if(RILIEVO_BUILD_TESTS)
+    add_executable(rilievo_precompiled_test EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/cmake/precompiled.cc)
+    target_link_libraries(rilievo_precompiled_test PRIVATE Eigen3::Eigen absl::statusor absl::strings
+      rilievo_warnings GTest::gmock GTest::gtest_main)
+    target_compile_options(rilievo_precompiled_test PRIVATE ${RILIEVO_TEST_OPTIMISATION})
+    target_precompile_headers(rilievo_precompiled_test PRIVATE ${precompiled} <gmock/gmock.h>
+      <gtest/gtest.h>)
   endif()
-  file(GLOB sources CONFIGURE_DEPENDS ${ARG_PATTERN})
+endif()
+
+# rilievo_library(NAME DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of
+# its folder and of the wings in it (ONLY: those that match this regular expression; EXCLUDE: those
+# that do not).
+function(rilievo_library name)
+  cmake_parse_arguments(ARG "" "ONLY;EXCLUDE" "DEPENDS;PRIVATE" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cc)
+  if(ARG_ONLY)
+    list(FILTER sources INCLUDE REGEX ${ARG_ONLY})
+  endif()
   if(ARG_EXCLUDE)
     list(FILTER sources EXCLUDE REGEX ${ARG_EXCLUDE})
   endif()
@@ -29,6 +60,9 @@ function(rilievo_library name)
   target_include_directories(${name} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}> $<INSTALL_INTERFACE:include/rilievo>)
   target_link_libraries(${name} PUBLIC ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE} rilievo_warnings)
+  if(RILIEVO_PRECOMPILED_HEADERS)
+    target_precompile_headers(${name} REUSE_FROM rilievo_precompiled)
+  endif()
 endfunction()
 
 # rilievo_test_program(NAME): a test that is a program of this build, which a sanitizer can look into.
@@ -41,22 +75,31 @@ function(rilievo_test_program name)
   endif()
 endfunction()
 
-# rilievo_test(NAME DIRECTORY folder DEPENDS libraries...): one GoogleTest program of all the
-# *_test.cc in the folder, one ctest entry.
+# rilievo_test(NAME DIRECTORY folder [WINGS] DEPENDS libraries...): one GoogleTest program of all the
+# *_test.cc in the folder (WINGS: and in the folders in it), one ctest entry.
 function(rilievo_test name)
   if(NOT RILIEVO_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "" "TIMEOUT;DIRECTORY" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "WINGS" "TIMEOUT;DIRECTORY" "DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
-  file(GLOB sources CONFIGURE_DEPENDS ${ARG_DIRECTORY}/*_test.cc)
+  set(glob GLOB)
+  if(ARG_WINGS)
+    set(glob GLOB_RECURSE)
+  endif()
+  file(${glob} sources CONFIGURE_DEPENDS ${ARG_DIRECTORY}/*_test.cc)
   if(NOT sources)
     return()
   endif()
   add_executable(${name} ${sources})
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} rilievo_warnings GTest::gmock GTest::gtest_main)
+  # What is tested is compiled as it is shipped; the tests themselves are quicker to compile so.
+  target_compile_options(${name} PRIVATE ${RILIEVO_TEST_OPTIMISATION})
+  if(RILIEVO_PRECOMPILED_HEADERS)
+    target_precompile_headers(${name} REUSE_FROM rilievo_precompiled_test)
+  endif()
   add_test(NAME ${name} COMMAND ${name})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
   rilievo_test_program(${name})
