@@ -37,12 +37,16 @@ if(RILIEVO_PRECOMPILED_HEADERS)
   endif()
 endif()
 
-# rilievo_library(NAME DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of
-# its folder and of the wings in it (ONLY: those that match this regular expression; EXCLUDE: those
-# that do not).
+# rilievo_library(NAME [WINGS] DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of
+# its folder (WINGS: and of the folders in it; ONLY: those that match this regular expression; EXCLUDE:
+# those that do not).
 function(rilievo_library name)
-  cmake_parse_arguments(ARG "" "ONLY;EXCLUDE" "DEPENDS;PRIVATE" ${ARGN})
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cc)
+  cmake_parse_arguments(ARG "WINGS" "ONLY;EXCLUDE" "DEPENDS;PRIVATE" ${ARGN})
+  set(glob GLOB)
+  if(ARG_WINGS)
+    set(glob GLOB_RECURSE)
+  endif()
+  file(${glob} sources CONFIGURE_DEPENDS *.cc)
   if(ARG_ONLY)
     list(FILTER sources INCLUDE REGEX ${ARG_ONLY})
   endif()
