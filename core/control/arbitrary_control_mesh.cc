@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/feature_planes.h"
 #include "core/control/creases/tag_creases.h"
@@ -109,7 +110,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
                            SimplifyMesh(std::move(clean.mesh), to_fine, context));
   FacePlanes planes;
-  if (creases == CreaseRule::kAuto) {
+  if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kFeaturePlanes)) {
     RILIEVO_ASSIGN_OR_RETURN(planes, FeaturePlanes(cloud, index, fine, context));
   }
   const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
@@ -119,7 +120,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
       ImproveValence(&mesh, kFlatDihedralDegrees);
       RelaxTangentially(&mesh, 3);
     }
-    if (creases == CreaseRule::kAuto) {
+    if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kCreases)) {
       RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));
     }
     return mesh;
@@ -128,7 +129,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   RILIEVO_ASSIGN_OR_RETURN(
       const UncoveredPoints lost,
       FindUncoveredPoints(cloud, control, ControlStage::kTaken, kInReach, context));
-  if (!lost.points.empty()) {
+  if (!lost.points.empty() && !IsLeftOut(Mechanism::kUncoveredPoints)) {
     RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }
   return control;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -41,6 +42,7 @@ absl::Status UndoDrift(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
                        const std::vector<float>& gaps_at_start, const std::vector<float>& gaps,
                        const RunContext& context, Eigen::Matrix3Xd* control_points,
                        SampledSurface* surface) {
+  if (IsLeftOut(Mechanism::kDriftGuard)) return absl::OkStatus();
   bool any = false;
   for (size_t v = 0; v < gaps.size(); ++v) {
     const float start = gaps_at_start[v];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -82,6 +83,7 @@ FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surfac
 absl::Status UndoFolds(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
                        const FoldedAreas& folds_before, const RunContext& context,
                        Eigen::Matrix3Xd* control_points, SampledSurface* surface) {
+  if (IsLeftOut(Mechanism::kFoldGuard)) return absl::OkStatus();
   const std::vector<double> around_before = SumAround(samples, folds_before.folded);
   for (int pass = 1; pass <= kPasses; ++pass) {
     const FoldedAreas folds = FindFolds(samples, *surface, context);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/domain/cloud_assignment.h"
 
 namespace rilievo {
@@ -37,6 +38,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
                                                  std::span<const int> points,
                                                  const DomainSamples& samples,
                                                  const SampledSurface& surface, int sample) {
+  if (IsLeftOut(Mechanism::kSharpFootPoints)) return std::nullopt;
   const int slot = samples.sharp_slot[static_cast<size_t>(sample)];
   const int first = samples.side_begin[slot], sides = samples.side_begin[slot + 1] - first;
   const Vector3d position = surface.positions.col(sample);

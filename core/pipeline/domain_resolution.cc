@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/tag_creases.h"
 #include "core/control/simplify/coarser_control_mesh.h"
@@ -30,7 +31,7 @@ absl::StatusOr<Domain> MendDomain(const ScanSurface& scan, const ControlMesh& st
                                   Domain domain, const ReconstructOptions& options,
                                   const RunContext& context, ReconstructReport* report) {
   UncoveredPoints lost;
-  for (int mend = 0; mend < kMends; ++mend) {
+  for (int mend = 0; mend < kMends && !IsLeftOut(Mechanism::kMendDomain); ++mend) {
     RILIEVO_ASSIGN_OR_RETURN(
         const UncoveredPoints found,
         FindUncoveredPoints(scan.cloud, domain.fitted, ControlStage::kFitted, kInReach, context));
@@ -60,6 +61,7 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
 absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh& start,
                                      const ReconstructOptions& options, const RunContext& context,
                                      ReconstructReport* report) {
+  if (IsLeftOut(Mechanism::kFewerFaces)) return FitDomain(scan, start, options, context, report);
   const double noise = scan.cloud.median_noise;
   const int fewer = static_cast<int>(kShareOfFaces * static_cast<double>(start.faces.cols()));
   if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {

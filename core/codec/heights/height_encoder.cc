@@ -3,29 +3,21 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <memory>
 #include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/range_coder.h"
-#include "core/codec/bytes/stored_step.h"
 #include "core/codec/heights/group_heights.h"
+#include "core/codec/heights/height_encoder_draw.h"
+#include "core/codec/heights/height_encoder_unit.h"
 #include "core/codec/heights/height_range.h"
 #include "core/codec/heights/holes.h"
 #include "core/codec/heights/rate_distortion_chooser.h"
 
 namespace rilievo {
 namespace {
-
-// Units per step of the level with the smallest step, at least: integers round finer than that.
-constexpr int kUnitsPerStep = 32;
-// Heights take at most this share of the decoder's range.
-constexpr double kRangeShare = 0.25;
-
-// How much wider the unit becomes where heights do not fit: each time costs a pass.
-constexpr double kWidening = 4;
 
 // Bits are worth this many squared steps. At high rates an error of step^2 / 12 falls by
 // step^2 ln 2 / 6 = 0.1155 step^2 with one more bit.
@@ -45,25 +37,6 @@ std::vector<uint8_t> FilledFlags(const DisplacedSurface& surface) {
   filled.reserve(surface.sources.size());
   for (HeightSource source : surface.sources) filled.push_back(source == HeightSource::kFilled);
   return filled;
-}
-
-// How far towards zero the mean of what was coded as 1 (as more than 1) lies, in 1/256 of the step.
-std::array<int, 2> MeanDraw(const std::vector<double>& targets, const std::vector<int32_t>& coded,
-                            int begin, int end, int32_t step) {
-  constexpr int kFewest = 8;
-  std::array<double, 2> sum{};
-  std::array<int, 2> count{}, draw{};
-  for (int v = begin; v < end; ++v) {
-    if (coded[v] == 0) continue;
-    const int magnitude = std::abs(coded[v]), kind = magnitude > 1 ? 1 : 0;
-    sum[kind] += magnitude - std::abs(targets[v]) / step;
-    ++count[kind];
-  }
-  for (int kind = 0; kind < 2; ++kind) {
-    if (count[kind] < kFewest) continue;
-    draw[kind] = std::clamp(static_cast<int>(std::lround(256 * sum[kind] / count[kind])), 0, 127);
-  }
-  return draw;
 }
 
 }  // namespace
@@ -316,19 +289,11 @@ template <typename Coder>
 absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targets,
                                     const RunContext& context, Pass& pass) const {
   const std::vector<double> steps = StepsOfLevels(step);
-  double largest = 0;
-  for (double height : heights_) largest = std::max(largest, std::abs(height));
-  const double least_unit = largest / (kRangeShare * kMaxHeightUnits);
-  const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
-  double farthest = 0;
-  for (double target : targets) farthest = std::max(farthest, std::abs(target));
-  pass.unit =
-      StoredStep(std::max({wanted, least_unit, farthest / kMaxHeightUnits, pass.least_unit}));
+  pass.unit = UnitOfHeights(steps, heights_, targets, pass.least_unit);
   RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
-  // Far from what was told, filled heights may come out much larger than those that were given.
   while (!pass.fits) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    pass.unit = pass.least_unit = kWidening * pass.unit;
+    pass.unit = pass.least_unit = WiderUnit(pass.unit);
     RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
   }
   return absl::OkStatus();

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
+#include "core/base/ablation.h"
 #include "core/control/creases/classify_edges.h"
 
 namespace rilievo {
@@ -129,6 +130,7 @@ class Bridges {
 
 void CloseCreaseGaps(const ControlMesh& mesh, const MeshTopology& topology,
                      std::vector<uint8_t>* tags) {
+  if (IsLeftOut(Mechanism::kCreaseGaps)) return;
   Bridges(mesh, topology, tags).Build();
 }
 

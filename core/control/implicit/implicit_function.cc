@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/implicit/poisson_solver.h"
@@ -102,7 +103,8 @@ absl::StatusOr<std::vector<int>> FlipInconsistentNormals(const OrientedCloud& cl
       if (silent) sides[i] = 1;
       const Eigen::Vector3d step = kProbeCells * level.cell * sides[i] * cloud.normals.col(i);
       const double rise = level.ValueAt(origin, point + step) - level.ValueAt(origin, point - step);
-      const bool turn = rise < (silent ? 0 : -kInconsistentDrop);
+      const bool turn = rise < (silent ? 0 : -kInconsistentDrop) &&
+                        (silent || !IsLeftOut(Mechanism::kInconsistentNormals));
       if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
       changed[i] = turn || silent;
     }

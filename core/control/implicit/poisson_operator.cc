@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/freed_memory.h"
 #include "core/control/implicit/sparse_grid.h"
 #include "core/control/implicit/splat_samples.h"
@@ -39,6 +40,7 @@ float Coherence(const Fields& spread, const Vector3d& at, const NodesAround& aro
     }
   }
   if (sum[3] <= 0) return 0;
+  if (IsLeftOut(Mechanism::kCoherence)) return 1;
   const double ratio = std::min(1.0, sum.head<3>().norm() / sum[3]);
   return static_cast<float>(ratio * ratio);
 }

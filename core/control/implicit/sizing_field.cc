@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -183,13 +184,16 @@ absl::StatusOr<std::vector<float>> SizingField(const OrientedCloud& cloud,
   for (size_t i = 0; i < cells.size(); ++i) {
     const double spacing = std::max<double>(least_spacing, cloud.spacing[i]);
     const double plain =
-        spacing * (border[i] != 0                                ? options.border_cell_spacings
-                   : IsSmooth(cloud, graph, static_cast<int>(i)) ? options.smooth_cell_spacings
-                                                                 : options.cell_spacings);
+        spacing *
+        (border[i] != 0 && !IsLeftOut(Mechanism::kBorderCells) ? options.border_cell_spacings
+         : IsSmooth(cloud, graph, static_cast<int>(i)) && !IsLeftOut(Mechanism::kSmoothCells)
+             ? options.smooth_cell_spacings
+             : options.cell_spacings);
     const double thin = std::max(options.cell_thicknesses * double{sheet_distance[i]},
                                  options.thin_cell_spacings * spacing);
     cells[i] = static_cast<float>(
-        std::max(std::min(thin, plain), options.cell_noises * cloud.median_noise));
+        std::max(IsLeftOut(Mechanism::kThinCells) ? plain : std::min(thin, plain),
+                 options.cell_noises * cloud.median_noise));
   }
   return cells;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
@@ -273,6 +274,7 @@ absl::StatusOr<int> CutHandles(const HandleLengths& lengths, const LoopSupport* 
 absl::StatusOr<HandleRemoval> RemoveHandles(ControlMesh mesh,
                                             std::span<const HandleLengths> searches,
                                             const LoopSupport* support, const RunContext& context) {
+  if (IsLeftOut(Mechanism::kHandles)) return HandleRemoval{std::move(mesh), 0};
   RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, TopologyOf(mesh));
   const int64_t genus = Genus(topology);
   Connected connected{std::move(mesh), std::move(topology)};

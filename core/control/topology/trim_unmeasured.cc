@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 
@@ -156,6 +157,7 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const OrientedCloud& cloud, const PointIndex& index,
                                            const TrimUnmeasuredOptions& options,
                                            const RunContext& context) {
+  if (IsLeftOut(Mechanism::kTrimUnmeasured)) return mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/ablation.h"
 #include "core/displacement/local_fit/normal_equations.h"
 
 namespace rilievo {
@@ -246,6 +247,7 @@ std::optional<float> FitPlanes(int planes, Sample* sample, float most_squares, f
 
 std::optional<CreaseFit> FitCrease(std::span<const QueuedPoint> queue, const RayCloud& cloud,
                                    const Ray& ray, float noise) {
+  if (IsLeftOut(Mechanism::kCreaseFit)) return std::nullopt;
   const int kLeastPoints = 2 * kLeastPlanePoints + 2;
   if (static_cast<int>(queue.size()) < kLeastPoints) return std::nullopt;
   const float spacing = cloud.points[queue[0].point].spacing;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/points/edge_model/two_plane_model.h"
@@ -134,6 +135,7 @@ absl::StatusOr<std::vector<CreaseHeight>> HeightsBesideCreases(
     const OrientedCloud& cloud, const PointIndex& index, const LevelRings& rings,
     const LimitSurface& limit, const SharpSectors& sectors, const std::vector<uint8_t>& wanted,
     const HeightSamples& samples, const RunContext& context) {
+  if (IsLeftOut(Mechanism::kCreaseHeights)) return std::vector<CreaseHeight>();
   std::vector<Source> sources = SourcesOf(sectors, limit, wanted);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(sources.size()), kBlock, context, [&](int64_t begin, int64_t end) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/ablation.h"
+
 namespace rilievo {
 namespace {
 
@@ -25,6 +27,7 @@ struct Side {
 std::optional<HeightEstimate> MeetAlongRay(const RayCloud& cloud, const PointIndex& index,
                                            const Vector3d& position, const Vector3d& direction,
                                            const Eigen::Matrix3Xd& side_normals) {
+  if (IsLeftOut(Mechanism::kSideHeights)) return std::nullopt;
   std::array<int, kNearest> found;
   std::array<double, kNearest> squared;
   const int count =

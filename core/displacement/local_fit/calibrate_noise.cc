@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/local_fit/normal_equations.h"
@@ -174,6 +175,7 @@ Calibration Calibrate(const std::vector<Sample>& samples, double noisy_share) {
 
 absl::Status CalibrateNoise(const NeighborGraph& graph, float least_ratio,
                             const RunContext& context, RayCloud* cloud) {
+  if (IsLeftOut(Mechanism::kCalibrateNoise)) return absl::OkStatus();
   const int64_t count = static_cast<int64_t>(cloud->points.size());
   const int64_t tries = std::min<int64_t>(count, kMostSamples);
   std::vector<std::optional<Sample>> found(tries);

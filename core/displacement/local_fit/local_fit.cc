@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/base/ablation.h"
 #include "core/base/wide_registers.h"
 #include "core/displacement/local_fit/fit_sums.h"
 #include "core/displacement/local_fit/normal_equations.h"
@@ -201,6 +202,7 @@ std::optional<FitWindow> LocalFitter::Fit(float radius, int inside, float outlie
 
 std::optional<LocalFitter::OtherSide> LocalFitter::FindOtherSide(
     const LocalFitRequest& request) const {
+  if (IsLeftOut(Mechanism::kOtherSide)) return std::nullopt;
   const float reach = kEdgeSpacings + kSheetNoises * request.noise / request.spacing;
   Eigen::Vector3f normals[2], centers[2];
   float counts[2] = {0, 0};

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/ablation.h"
+
 namespace rilievo {
 namespace {
 
@@ -23,6 +25,7 @@ Vector3d Position(const RayPoint& point) {
 
 bool ContradictsPoints(const RayCloud& cloud, const PointIndex& index, const Vector3d& place,
                        const Vector3d& direction) {
+  if (IsLeftOut(Mechanism::kContradictsPoints)) return false;
   std::array<int, kNearest> found;
   std::array<double, kNearest> squared;
   const int count =

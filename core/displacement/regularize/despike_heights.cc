@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -87,6 +88,7 @@ absl::StatusOr<std::vector<Spike>> FindSpikes(const MeshTopology& finest, const 
                                               const HeightSamples& samples,
                                               ContradictedByPoints contradicted,
                                               const RunContext& context) {
+  if (IsLeftOut(Mechanism::kDespike)) return std::vector<Spike>();
   const int count = samples.size();
   std::vector<float> departures(count, 0.0f);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {

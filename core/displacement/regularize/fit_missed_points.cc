@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/surface/closest_point_tree.h"
@@ -257,6 +258,7 @@ absl::Status FitMissedPoints(const OrientedCloud& cloud, const NeighborGraph& gr
                              const LoopRefinement& refinement, const LevelRings& rings,
                              const LimitSurface& limit, BoundedHeight bounded,
                              const RunContext& context, HeightSamples* samples) {
+  if (IsLeftOut(Mechanism::kMissedPoints)) return absl::OkStatus();
   PointReacher reacher(cloud, graph, refinement, rings, limit, bounded, samples);
   const int64_t count = cloud.points.cols();
   std::vector<uint8_t> off(static_cast<size_t>(count));

@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -33,6 +34,7 @@ std::optional<float> MeanOfNeighbors(const MeshTopology& finest, const LevelRing
 
 absl::Status SmoothHeights(const MeshTopology& finest, const LevelRings& rings, int rounds,
                            const RunContext& context, HeightSamples* samples) {
+  if (IsLeftOut(Mechanism::kInputLaplacian)) return absl::OkStatus();
   const std::vector<float> sampled = samples->height;
   std::vector<float> before;
   for (int round = 0; round < rounds; ++round) {

@@ -2,10 +2,13 @@
 
 #include <cmath>
 
+#include "core/base/ablation.h"
+
 namespace rilievo {
 
 std::optional<float> PredictHeight(const MeshTopology& coarser, int edge,
                                    const HeightSamples& samples) {
+  if (IsLeftOut(Mechanism::kPredictHeights)) return std::nullopt;
   float height = 0;
   const auto add = [&](int vertex, float weight) {
     height += weight * samples.height[vertex];

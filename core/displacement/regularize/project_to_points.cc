@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/points/batched_nearest.h"
@@ -113,6 +114,7 @@ class Projection {
 absl::Status ProjectToPoints(const OrientedCloud& cloud, const PointIndex& index,
                              const LimitSurface& limit, double least_noise,
                              const RunContext& context, HeightSamples* samples) {
+  if (IsLeftOut(Mechanism::kProjectToPoints)) return absl::OkStatus();
   const Projection projection(cloud, limit, least_noise, samples);
   const auto count = static_cast<size_t>(std::min(kAmid, index.size()));
   const BatchedNearest prototype(index, cloud.points, static_cast<int>(count));

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 
 namespace rilievo {
@@ -94,6 +95,7 @@ class Retraction {
 absl::Status RetractHeights(const OrientedCloud& cloud, const PointIndex& index,
                             const LimitSurface& limit, const RunContext& context,
                             HeightSamples* samples) {
+  if (IsLeftOut(Mechanism::kRetractHeights)) return absl::OkStatus();
   const Retraction retraction(cloud, index, limit, samples);
   return ParallelFor(samples->size(), kBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) retraction.Return(static_cast<int>(v));

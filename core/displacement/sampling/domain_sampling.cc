@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/creases/crease_heights.h"
@@ -88,6 +89,7 @@ absl::Status DomainSampling::IntersectNormals(double progress_end) {
 }
 
 absl::Status DomainSampling::RefineNoisy() {
+  if (IsLeftOut(Mechanism::kLocalFit)) return absl::OkStatus();
   std::vector<int> coarser;
   for (int v = 0; v < refinement_.vertex_count(std::max(0, refinement_.max_level() - 1)); ++v) {
     if (WantsFit(v)) coarser.push_back(v);

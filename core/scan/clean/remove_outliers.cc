@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
@@ -229,6 +230,7 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
 // - it is one of a cloud of outliers (DropOutlierClouds).
 absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double factor,
                           const RunContext& context, std::vector<uint8_t>* keep) {
+  if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
   constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
   constexpr double kVolumeRatio = 0.4;    // and of what is no sheet at all
   constexpr double kVolumeSparse = 0.6;   // of factor, enough in a volume of points
@@ -264,6 +266,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
     const bool rejected = reaches.mean[i] > kReject * limit;
     if (off_sheet || in_volume || (sparse[i] && (!in_sheet || rejected))) (*keep)[i] = 0;
   }
+  if (IsLeftOut(Mechanism::kOutlierClouds)) return absl::OkStatus();
   return DropOutlierClouds(graph, reaches, usual_off_sheets, residuals, context, keep);
 }
 

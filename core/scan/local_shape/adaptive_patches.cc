@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 
@@ -135,6 +136,7 @@ absl::Status AdaptPatches(const Eigen::Matrix3Xd& points, const NeighborGraph& g
                           const std::vector<float>& noise, const std::vector<float>& spacing,
                           const RunContext& context, std::vector<PatchMoments>* patches,
                           std::vector<PatchPlane>* planes) {
+  if (IsLeftOut(Mechanism::kAdaptivePatches)) return absl::OkStatus();
   const int base_count = graph.k + 1;
   const int64_t stride = Stride(noise, spacing);
   const int64_t thinned_count = (points.cols() + stride - 1) / stride;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/adaptive_patches.h"
@@ -105,6 +106,7 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
                             const std::vector<PatchPlane>& planes, double noise, int i) {
   constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
   constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
+  if (IsLeftOut(Mechanism::kQuietestPatch)) return planes[i].normal;
   const double own = planes[i].thickness;
   if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
     return planes[i].normal;
@@ -151,7 +153,8 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
   const int64_t count = points.cols();
   cloud->normals.resize(3, count);
   const auto is_clean = [&](int64_t i) {
-    return graph.k >= kFewestRobustNeighbors && IsClean(noise[i], cloud->spacing[i]);
+    return !IsLeftOut(Mechanism::kRobustNormal) && graph.k >= kFewestRobustNeighbors &&
+           IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
     if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
@@ -119,6 +120,7 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
 absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
                                              const PointIndex& index, const RunContext& context,
                                              NeighborGraph* graph) {
+  if (IsLeftOut(Mechanism::kSeparateSheets)) return ReplacedLists();
   const int count = graph->size();
   if (count < kSheetPoints) return ReplacedLists{};
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
@@ -250,6 +251,7 @@ class Neighborhood {
 
 absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEdgePoint>& near_edge,
                             const RunContext& context, OrientedCloud* cloud) {
+  if (IsLeftOut(Mechanism::kSharpenNormals)) return absl::OkStatus();
   const Neighborhood prototype;
   ScratchPool<Neighborhood> pool(prototype);
   // Zero: as it was. The old ones are read until all are found.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/local_shape/quadric_residual.h"
@@ -86,6 +87,7 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
 
 absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& context,
                                OrientedCloud* cloud) {
+  if (IsLeftOut(Mechanism::kThickNoise)) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(const double scale, FindScale(*cloud, index, context));
   if (scale == 1) return absl::OkStatus();
   for (size_t i = 0; i < cloud->noise.size(); ++i) {

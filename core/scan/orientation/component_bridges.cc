@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/points/neighbor_graph.h"
 #include "core/scan/orientation/edge_sign_votes.h"
@@ -91,7 +92,7 @@ absl::StatusOr<std::vector<SignedLink>> BridgeComponents(const OrientedCloud& cl
                                                          int components,
                                                          const RunContext& context) {
   std::vector<SignedLink> links;
-  if (components < 2) return links;
+  if (components < 2 || IsLeftOut(Mechanism::kComponentBridges)) return links;
   std::vector<Part> parts = MakeParts(cloud, component, components);
   for (int a = 0; a < components; ++a) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());

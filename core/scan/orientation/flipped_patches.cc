@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/dipole.h"
@@ -360,6 +361,7 @@ class FaceSearch {
 absl::Status FlipInvertedPatches(const OrientationPatches& patches,
                                  const std::vector<SignedLink>& agreements, OrientedCloud* cloud,
                                  const RunContext& context) {
+  if (IsLeftOut(Mechanism::kInvertedPatches)) return absl::OkStatus();
   return FaceSearch(patches, agreements, cloud).Run(context);
 }
 

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/signed_union_find.h"
@@ -164,6 +165,7 @@ class PartSearch {
 absl::Status FlipInvertedComponents(const OrientationPatches& patches,
                                     const std::vector<SignedLink>& links, OrientedCloud* cloud,
                                     const RunContext& context) {
+  if (IsLeftOut(Mechanism::kInvertedComponents)) return absl::OkStatus();
   return PartSearch(patches, links, cloud).Run(context);
 }
 

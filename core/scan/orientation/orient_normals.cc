@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/component_bridges.h"
@@ -189,7 +190,9 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
     RILIEVO_RETURN_IF_ERROR(FlipInvertedComponents(patches, links, cloud, context));
     turned = Turned(unoriented, cloud->normals);
   }
-  cloud->ambiguous = Ambiguous(patches, Agreements(patches, std::move(links), turned));
+  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) {
+    cloud->ambiguous = Ambiguous(patches, Agreements(patches, std::move(links), turned));
+  }
 
   OrientationResult result;
   result.components = labels.components;

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/kernighan_lin.h"
@@ -260,6 +261,7 @@ absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<Signe
   }));
   RILIEVO_RETURN_IF_ERROR(surest.status());
   RILIEVO_RETURN_IF_ERROR(even.status());
+  if (IsLeftOut(Mechanism::kEvenGroups)) even = surest->sign;
   RILIEVO_ASSIGN_OR_RETURN(std::vector<int> signs, Fuse(surest->sign, *even, links, context));
   return SignedLabels{std::move(surest->group), std::move(signs), surest->groups};
 }

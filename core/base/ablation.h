@@ -1,0 +1,124 @@
+// Mechanisms that a developer's build can leave out, to measure what each of them earns.
+#pragma once
+
+#ifdef RILIEVO_ABLATION
+#include <bitset>
+#endif
+#include <array>
+#include <string_view>
+
+namespace rilievo {
+
+// One for each that could be missing. What earns less than 1 % on every row of docs/accuracy.md is
+// to be deleted, with its enumerator.
+enum class Mechanism {
+  kOutlierClouds,
+  kOutliers,
+  kSeparateSheets,
+  kAdaptivePatches,
+  kRobustNormal,
+  kQuietestPatch,
+  kSharpenNormals,
+  kThickNoise,
+  kEvenGroups,
+  kComponentBridges,
+  kInvertedComponents,
+  kInvertedPatches,
+  kAmbiguousNormals,
+  kBorderCells,
+  kSmoothCells,
+  kThinCells,
+  kInconsistentNormals,
+  kCoherence,
+  kFeaturePlanes,
+  kCreases,
+  kUncoveredPoints,
+  kHandles,
+  kCreaseGaps,
+  kTrimUnmeasured,
+  kDriftGuard,
+  kFoldGuard,
+  kSharpFootPoints,
+  kCalibrateNoise,
+  kCreaseFit,
+  kSideHeights,
+  kCreaseHeights,
+  kDespike,
+  kContradictsPoints,
+  kPredictHeights,
+  kInputLaplacian,
+  kProjectToPoints,
+  kRetractHeights,
+  kMissedPoints,
+  kLocalFit,
+  kOtherSide,
+  kFewerFaces,
+  kMendDomain,
+};
+
+struct NamedMechanism {
+  Mechanism mechanism;
+  std::string_view name;
+};
+
+inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
+    {Mechanism::kOutlierClouds, "outlier_clouds"},
+    {Mechanism::kOutliers, "outliers"},
+    {Mechanism::kSeparateSheets, "separate_sheets"},
+    {Mechanism::kAdaptivePatches, "adaptive_patches"},
+    {Mechanism::kRobustNormal, "robust_normal"},
+    {Mechanism::kQuietestPatch, "quietest_patch"},
+    {Mechanism::kSharpenNormals, "sharpen_normals"},
+    {Mechanism::kThickNoise, "thick_noise"},
+    {Mechanism::kEvenGroups, "even_groups"},
+    {Mechanism::kComponentBridges, "component_bridges"},
+    {Mechanism::kInvertedComponents, "inverted_components"},
+    {Mechanism::kInvertedPatches, "inverted_patches"},
+    {Mechanism::kAmbiguousNormals, "ambiguous_normals"},
+    {Mechanism::kBorderCells, "border_cells"},
+    {Mechanism::kSmoothCells, "smooth_cells"},
+    {Mechanism::kThinCells, "thin_cells"},
+    {Mechanism::kInconsistentNormals, "inconsistent_normals"},
+    {Mechanism::kCoherence, "coherence"},
+    {Mechanism::kFeaturePlanes, "feature_planes"},
+    {Mechanism::kCreases, "creases"},
+    {Mechanism::kUncoveredPoints, "uncovered_points"},
+    {Mechanism::kHandles, "handles"},
+    {Mechanism::kCreaseGaps, "crease_gaps"},
+    {Mechanism::kTrimUnmeasured, "trim_unmeasured"},
+    {Mechanism::kDriftGuard, "drift_guard"},
+    {Mechanism::kFoldGuard, "fold_guard"},
+    {Mechanism::kSharpFootPoints, "sharp_foot_points"},
+    {Mechanism::kCalibrateNoise, "calibrate_noise"},
+    {Mechanism::kCreaseFit, "crease_fit"},
+    {Mechanism::kSideHeights, "side_heights"},
+    {Mechanism::kCreaseHeights, "crease_heights"},
+    {Mechanism::kDespike, "despike"},
+    {Mechanism::kContradictsPoints, "contradicts_points"},
+    {Mechanism::kPredictHeights, "predict_heights"},
+    {Mechanism::kInputLaplacian, "input_laplacian"},
+    {Mechanism::kProjectToPoints, "project_to_points"},
+    {Mechanism::kRetractHeights, "retract_heights"},
+    {Mechanism::kMissedPoints, "missed_points"},
+    {Mechanism::kLocalFit, "local_fit"},
+    {Mechanism::kOtherSide, "other_side"},
+    {Mechanism::kFewerFaces, "fewer_faces"},
+    {Mechanism::kMendDomain, "mend_domain"},
+});
+
+// Only a build with the CMake option RILIEVO_ABLATION can leave anything out (./dev accuracy
+// --ablation); in all others the question is settled when they are compiled.
+#ifdef RILIEVO_ABLATION
+inline std::bitset<kMechanisms.size()> left_out_mechanisms;
+// Process-wide; while nothing else works.
+inline void LeaveOut(Mechanism mechanism, bool out = true) {
+  left_out_mechanisms.set(static_cast<size_t>(mechanism), out);
+}
+inline bool IsLeftOut(Mechanism mechanism) {
+  return left_out_mechanisms.test(static_cast<size_t>(mechanism));
+}
+#else
+constexpr bool IsLeftOut(Mechanism /*mechanism*/) { return false; }
+#endif
+
+}  // namespace rilievo
