@@ -16,10 +16,11 @@ struct NamedShape {
 };
 
 constexpr NamedShape kShapes[] = {
-    {"sphere", [] { return MakeSphere(); }}, {"torus", [] { return MakeTorus(); }},
-    {"genus2", [] { return MakeGenus2(); }}, {"terrain", [] { return MakeTerrain(); }},
-    {"cutbox", [] { return MakeCutBox(); }}, {"pair", [] { return MakePair(); }},
-    {"star", [] { return MakeStar(); }},
+    {"sphere", [] { return MakeSphere(); }},       {"torus", [] { return MakeTorus(); }},
+    {"genus2", [] { return MakeGenus2(); }},       {"terrain", [] { return MakeTerrain(); }},
+    {"cutbox", [] { return MakeCutBox(); }},       {"pair", [] { return MakePair(); }},
+    {"star", [] { return MakeStar(); }},           {"bracket", [] { return MakeBracket(); }},
+    {"thinwalls", [] { return MakeThinWalls(); }},
 };
 
 }  // namespace

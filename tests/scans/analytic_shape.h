@@ -63,14 +63,22 @@ ShapePtr MakeTerrain();
 // A box of 1.6 x 1.2 x 0.8 with a round hole of radius 0.35 along z: sharp edges, genus 1.
 ShapePtr MakeCutBox();
 
+// A machined bracket: an L with a chamfer in its inner corner and three round holes, 0.4 thick.
+// Genus 3.
+ShapePtr MakeBracket();
+
+// A comb of three walls on a base, 0.08, 0.02 and 0.04 thick: 4 %, 1 % and 2 % of the diagonal.
+ShapePtr MakeThinWalls();
+
 // A sphere beside a torus: two components, genus 1 in all.
 ShapePtr MakePair();
 
-// r(direction) around the origin, bumpy: the kind of object of seed 004's table, met once by each
-// ray from the centre. Genus 0.
+// r(direction) around the origin, bumpy: the kind of object in table 1 of Jeong and Kim 2002, met
+// once by each ray from the centre. Genus 0.
 ShapePtr MakeStar();
 
-// The names MakeShape() knows: sphere, torus, genus2, terrain, cutbox, pair, star.
+// The names MakeShape() knows: sphere, torus, genus2, terrain, cutbox, pair, star, bracket,
+// thinwalls.
 std::vector<std::string> ShapeNames();
 // INVALID_ARGUMENT that lists the names for an unknown one.
 absl::StatusOr<ShapePtr> MakeShape(absl::string_view name);

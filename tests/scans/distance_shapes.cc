@@ -1,8 +1,10 @@
-// Shapes whose signed distance is a closed formula: sphere, torus, cut box, and their union.
+// Shapes whose signed distance is a closed formula: sphere, torus, their union, extruded profiles.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/scans/analytic_shape.h"
 
@@ -76,17 +78,20 @@ class Torus : public DistanceShape {
   double ring_, tube_;
 };
 
-// A rectangle with a round hole, extruded. The hole lies inside the rectangle, so the planar
-// distance is the larger of the two, exactly.
-class CutBox : public DistanceShape {
+// A planar profile, extruded from -half_height to half_height along z. Exact where the profile's
+// distance is.
+class Extrusion : public DistanceShape {
  public:
-  std::string name() const override { return "cutbox"; }
-  int genus() const override { return 1; }
-  Eigen::AlignedBox3d bounds() const override { return {-kHalf, kHalf}; }
+  struct Planar {
+    double distance;
+    Vector2d gradient;
+  };
+  explicit Extrusion(double half_height) : half_height_(half_height) {}
+  virtual Planar PlanarAt(const Vector2d& p) const = 0;
 
   DistanceAt At(const Vector3d& x) const override {
-    const auto [planar, planar_gradient] = Planar(x.head<2>());
-    const double axial = std::abs(x.z()) - kHalf.z();
+    const auto [planar, planar_gradient] = PlanarAt(x.head<2>());
+    const double axial = std::abs(x.z()) - half_height_;
     const double side = x.z() < 0 ? -1.0 : 1.0;
     if (planar > 0 && axial > 0) {
       const double distance = std::hypot(planar, axial);
@@ -100,25 +105,106 @@ class CutBox : public DistanceShape {
   }
 
  private:
-  static constexpr double kHoleRadius = 0.35;
-  inline static const Vector3d kHalf{0.8, 0.6, 0.4};
+  double half_height_;
+};
 
-  static std::pair<double, Vector2d> Planar(const Vector2d& p) {
-    const double radius = p.norm();
-    const double hole = kHoleRadius - radius;
+// From the rim of a round hole, positive inside.
+Extrusion::Planar FromHole(const Vector2d& p, const Vector2d& center, double hole_radius) {
+  const Vector2d offset = p - center;
+  const double radius = offset.norm();
+  return {hole_radius - radius,
+          radius > 0 ? Vector2d(-offset / radius) : Vector2d(-Vector2d::UnitX())};
+}
+
+// A rectangle with a round hole. The hole lies inside the rectangle, so the planar distance is the
+// larger of the two, exactly.
+class CutBox : public Extrusion {
+ public:
+  CutBox() : Extrusion(kHalf.z()) {}
+  std::string name() const override { return "cutbox"; }
+  int genus() const override { return 1; }
+  Eigen::AlignedBox3d bounds() const override { return {-kHalf, kHalf}; }
+
+  Planar PlanarAt(const Vector2d& p) const override {
+    const Planar hole = FromHole(p, Vector2d::Zero(), kHoleRadius);
     const Vector2d sign(p.x() < 0 ? -1.0 : 1.0, p.y() < 0 ? -1.0 : 1.0);
     const Vector2d beyond = p.cwiseAbs() - kHalf.head<2>();
     const Vector2d outside = beyond.cwiseMax(0.0);
     const double rectangle = outside.norm() + std::min(beyond.maxCoeff(), 0.0);
-    if (hole > rectangle) {
-      return {hole, radius > 0 ? Vector2d(-p / radius) : Vector2d(-Vector2d::UnitX())};
-    }
+    if (hole.distance > rectangle) return hole;
     if (outside.maxCoeff() > 0) {
       return {rectangle, Vector2d(outside.normalized().cwiseProduct(sign))};
     }
     const Vector2d axis = beyond.x() > beyond.y() ? Vector2d::UnitX() : Vector2d::UnitY();
     return {rectangle, Vector2d(axis.cwiseProduct(sign))};
   }
+
+ private:
+  static constexpr double kHoleRadius = 0.35;
+  inline static const Vector3d kHalf{0.8, 0.6, 0.4};
+};
+
+// A polygon, counter-clockwise, with round holes that lie apart from each other and from its rim.
+class Plate : public Extrusion {
+ public:
+  struct Hole {
+    Vector2d center;
+    double radius;
+  };
+  Plate(std::string name, std::vector<Vector2d> corners, std::vector<Hole> holes,
+        double half_height)
+      : Extrusion(half_height),
+        name_(std::move(name)),
+        corners_(std::move(corners)),
+        holes_(std::move(holes)) {
+    for (const Vector2d& corner : corners_) {
+      bounds_.extend(Vector3d(corner.x(), corner.y(), -half_height));
+      bounds_.extend(Vector3d(corner.x(), corner.y(), half_height));
+    }
+  }
+  std::string name() const override { return name_; }
+  int genus() const override { return static_cast<int>(holes_.size()); }
+  Eigen::AlignedBox3d bounds() const override { return bounds_; }
+
+  Planar PlanarAt(const Vector2d& p) const override {
+    Planar nearest = FromPolygon(p);
+    for (const Hole& hole : holes_) {
+      const Planar rim = FromHole(p, hole.center, hole.radius);
+      if (rim.distance > nearest.distance) nearest = rim;
+    }
+    return nearest;
+  }
+
+ private:
+  Planar FromPolygon(const Vector2d& p) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    Vector2d offset = Vector2d::Zero(), normal = Vector2d::UnitX();
+    bool inside = false;
+    for (size_t i = 0; i < corners_.size(); ++i) {
+      const Vector2d a = corners_[i], b = corners_[(i + 1) % corners_.size()];
+      const Vector2d edge = b - a;
+      const double t = std::clamp((p - a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+      const Vector2d away = p - (a + t * edge);
+      if (away.squaredNorm() < nearest) {
+        nearest = away.squaredNorm();
+        offset = away;
+        normal = Vector2d(edge.y(), -edge.x()).normalized();
+      }
+      if ((a.y() > p.y()) != (b.y() > p.y()) &&
+          p.x() < a.x() + (p.y() - a.y()) / edge.y() * edge.x()) {
+        inside = !inside;
+      }
+    }
+    const double distance = std::sqrt(nearest);
+    const double sign = inside ? -1.0 : 1.0;
+    // On the rim itself the offset is rounding.
+    return {sign * distance, distance > 1e-12 ? Vector2d(sign * offset / distance) : normal};
+  }
+
+  std::string name_;
+  std::vector<Vector2d> corners_;
+  std::vector<Hole> holes_;
+  Eigen::AlignedBox3d bounds_;
 };
 
 class Pair : public DistanceShape {
@@ -147,5 +233,20 @@ ShapePtr MakeTorus(const Vector3d& center, double ring_radius, double tube_radiu
 }
 ShapePtr MakeCutBox() { return std::make_unique<CutBox>(); }
 ShapePtr MakePair() { return std::make_unique<Pair>(); }
+
+ShapePtr MakeBracket() {
+  const std::vector<Vector2d> corners = {{-0.8, -0.6}, {0.8, -0.6}, {0.8, -0.15}, {0.1, -0.15},
+                                         {-0.3, 0.25}, {-0.3, 0.6}, {-0.8, 0.6}};
+  const std::vector<Plate::Hole> holes = {
+      {{-0.55, 0.35}, 0.13}, {{0.5, -0.38}, 0.12}, {{-0.4, -0.25}, 0.2}};
+  return std::make_unique<Plate>("bracket", corners, holes, 0.2);
+}
+
+ShapePtr MakeThinWalls() {
+  const std::vector<Vector2d> corners = {{-0.8, -0.5},  {0.8, -0.5},   {0.8, 0.5},   {0.76, 0.5},
+                                         {0.76, -0.4},  {0.01, -0.4},  {0.01, 0.5},  {-0.01, 0.5},
+                                         {-0.01, -0.4}, {-0.72, -0.4}, {-0.72, 0.5}, {-0.8, 0.5}};
+  return std::make_unique<Plate>("thinwalls", corners, std::vector<Plate::Hole>(), 0.5);
+}
 
 }  // namespace rilievo
