@@ -1,0 +1,36 @@
+#include "core/codec/heights/height_encoder_unit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/codec/bytes/stored_step.h"
+#include "core/codec/heights/height_range.h"
+
+namespace rilievo {
+namespace {
+
+// Units per step of the level with the smallest step, at least: integers round finer than that.
+constexpr int kUnitsPerStep = 32;
+// Heights take at most this share of the decoder's range.
+constexpr double kRangeShare = 0.25;
+// How much wider the unit becomes where heights do not fit: each time costs a pass.
+constexpr double kWidening = 4;
+
+double Farthest(const std::vector<double>& values) {
+  double farthest = 0;
+  for (double value : values) farthest = std::max(farthest, std::abs(value));
+  return farthest;
+}
+
+}  // namespace
+
+double UnitOfHeights(const std::vector<double>& steps, const std::vector<double>& heights,
+                     const std::vector<double>& targets, double least) {
+  const double wanted = *std::min_element(steps.begin(), steps.end()) / kUnitsPerStep;
+  return StoredStep(std::max({wanted, Farthest(heights) / (kRangeShare * kMaxHeightUnits),
+                              Farthest(targets) / kMaxHeightUnits, least}));
+}
+
+double WiderUnit(double unit) { return kWidening * unit; }
+
+}  // namespace rilievo
