@@ -77,7 +77,7 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
   std::vector<std::string> advice;
   const auto dropped = [&](int64_t count, const char* what, const char* remedy) {
     if (Share(count, d.points_in) <= 0.01) return;
-    advice.push_back(
+    advice.emplace_back(
         absl::StrCat(Percent(Share(count, d.points_in)), " of the points ", what, remedy));
   };
   dropped(d.non_finite, "are NaN or infinite",
@@ -88,27 +88,27 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
   dropped(d.island_points, "lie on small islands",
           " and are left out; scan them more densely to keep them.");
   if (d.noise[2] > d.spacing[2]) {
-    advice.push_back(
+    advice.emplace_back(
         "The noise exceeds the spacing of the points: detail below the noise will be smoothed "
         "away. "
         "Average several scans, or expect a file of few bytes.");
   } else if (d.noise[2] > kNoisySpacings * d.spacing[2]) {
-    advice.push_back(
+    advice.emplace_back(
         "The scan is noisy: heights will be local fits (smoothed) rather than measured.");
   }
   if (d.spacing[4] > 5 * d.spacing[0]) {
-    advice.push_back(
+    advice.emplace_back(
         "The spacing varies much: the surface will be as fine as the typical spacing. Scan the "
         "sparse parts from nearer, or set --max-level.");
   }
   if (d.normal_disagreement > 0.05) {
-    advice.push_back(
+    advice.emplace_back(
         "Neighbouring normals disagree in many places: sheets may touch, the surface may be "
         "one-sided, or walls are as thin as the points are apart. Scan thin walls more densely, or "
         "give --control-mesh.");
   }
   if (!d.loop_lengths.empty()) {
-    advice.push_back(
+    advice.emplace_back(
         "The surface will be open where the scan is. --boundary close closes it; points from more "
         "sides make it whole.");
   }
@@ -117,7 +117,7 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
                                   " separate parts; reconstruct them one by one if they should not "
                                   "share one file."));
   }
-  if (advice.empty()) advice.push_back("No problems found.");
+  if (advice.empty()) advice.emplace_back("No problems found.");
   return advice;
 }
 
