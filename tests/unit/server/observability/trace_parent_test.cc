@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
+
 namespace rilievo {
 namespace {
 
@@ -15,11 +17,11 @@ TEST(TraceParent, ReadsTheExampleOfTheStandard) {
 }
 
 TEST(TraceParent, LaterVersionsMaySayMore) {
-  const std::string later = "cc" + std::string(kHeader).substr(2);
+  const std::string later = absl::StrCat("cc", std::string(kHeader).substr(2));
   EXPECT_TRUE(ParseTraceParent(later).has_value());
   EXPECT_TRUE(ParseTraceParent(later + "-what-comes").has_value());
   EXPECT_FALSE(ParseTraceParent(later + ".what").has_value());
-  EXPECT_FALSE(ParseTraceParent(std::string(kHeader) + "-x").has_value());
+  EXPECT_FALSE(ParseTraceParent(absl::StrCat(kHeader, "-x")).has_value());
 }
 
 TEST(TraceParent, EverythingElseIsNone) {
