@@ -3,6 +3,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "absl/strings/str_cat.h"
 #include "tests/integration/jobs/jobs_fixture.h"
 
 namespace rilievo {
@@ -17,7 +18,7 @@ class JobsCommandTest : public JobsTest {
  protected:
   // Standard output; *code is the exit code.
   std::string Rilievo(const std::string& arguments, int* code) {
-    const std::string command = std::string(RILIEVO_PROGRAM) + " " + arguments + " 2>/dev/null";
+    const std::string command = absl::StrCat(RILIEVO_PROGRAM, " ", arguments, " 2>/dev/null");
     std::FILE* pipe = popen(command.c_str(), "r");
     std::string out;
     char buffer[4096];

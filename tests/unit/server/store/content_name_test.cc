@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
+
 namespace rilievo {
 namespace {
 
@@ -25,9 +27,9 @@ TEST(ContentName, AskingInBetweenChangesNothing) {
 
 TEST(ContentName, KnowsItsOwnForm) {
   EXPECT_TRUE(IsContentName(kAbc));
-  EXPECT_FALSE(IsContentName(std::string(kAbc) + "0"));
+  EXPECT_FALSE(IsContentName(absl::StrCat(kAbc, "0")));
   EXPECT_FALSE(IsContentName(std::string(64, 'A')));
-  EXPECT_FALSE(IsContentName("../" + std::string(61, 'a')));
+  EXPECT_FALSE(IsContentName(absl::StrCat("../", std::string(61, 'a'))));
 }
 
 }  // namespace
