@@ -65,12 +65,18 @@ function start(): void {
     stages.show('surface');
     const generation = view.begin(name, keepsScan);
     let drawing: Promise<void> | undefined;
-    const stream = await streamSurface(job.jobId, signal, (arriving) => {
-      drawing ??= view.drawStream(arriving, generation).finally(() => (drawing = undefined));
-      drawing.catch(() => undefined); // awaited below
-    });
-    await drawing;
-    await view.drawStream(stream, generation);
+    try {
+      const stream = await streamSurface(job.jobId, signal, (arriving) => {
+        drawing ??= view.drawStream(arriving, generation).finally(() => (drawing = undefined));
+        drawing.catch(() => undefined); // awaited below
+      });
+      await drawing;
+      await view.drawStream(stream, generation);
+    } catch (error) {
+      const damaged = ConnectError.from(error).code === Code.DataLoss;
+      if (damaged && !signal.aborted) view.begin(name, keepsScan); // what was drawn of it goes
+      throw error;
+    }
   }
 
   async function openJob(job: Job): Promise<void> {
@@ -111,6 +117,7 @@ function start(): void {
       const { info } = await decoder.ask('decode', { bytes });
       const stream = new SurfaceStream(bytes.length, info.chunk_bytes);
       stream.add(0, bytes);
+      stream.isRight = true; // its own checksums say so: there is no other digest
       await view.drawStream(stream, generation);
     } catch (error) {
       showError(`${file.name}: ${inWords(error)}`);

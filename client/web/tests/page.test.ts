@@ -1,74 +1,21 @@
-// The page in Chromium, with a real rilievod behind a real gateway.
-//   BIN: folder with rilievod and rilievo; WEB: the built page and gateway; GOLDEN, REFERENCE: frozen
-//   files; CHROMIUM: the browser. With RILIEVO_WRITE_REFERENCE the reference pictures are written.
+// The page in Chromium: what people do there, and what they are shown.
+//   GOLDEN, REFERENCE: frozen files; else as page_fixture.ts. With RILIEVO_WRITE_REFERENCE the reference
+//   pictures are written.
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { createHash } from 'node:crypto';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
-import { after, before, test } from 'node:test';
+import { test } from 'node:test';
 import { validateBytes } from 'gltf-validator';
-import { type Browser, chromium, type Download, type Page } from 'playwright-core';
+import type { Page } from 'playwright-core';
+import { browser, complete, error, folder, gateway, PATIENCE, saved, scan, server, withPage } from './page_fixture';
 import { difference, seen, thumbnail } from './pictures';
 import { arraysOfPly } from './ply_arrays';
 import { pythonLacks, reconstructInPython } from './python';
-import { makeToken, type Program, rilievo, startGateway, startServer, startViewer } from './programs';
+import { makeToken, rilievo, startGateway, startServer, startViewer } from './programs';
 
-const { GOLDEN = '', REFERENCE = '', CHROMIUM = '/usr/bin/chromium', RILIEVO_WRITE_REFERENCE } = process.env;
-const folder = mkdtempSync(join(tmpdir(), 'rilievo-page-'));
-const scan = join(folder, 'handles.ply');
+const { GOLDEN = '', REFERENCE = '', RILIEVO_WRITE_REFERENCE } = process.env;
 const golden = join(GOLDEN, 'sheet_and_octahedron_v2.dss');
-/** For a reconstruction, on a machine that is busy with other tests. */
-const PATIENCE = 120_000;
-
-let server: Program;
-let gateway: Program;
-let browser: Browser;
-
-before(async () => {
-  rilievo('simulate', 'genus2', '-o', scan, '--points', '15000', '--noise', '0.0005');
-  server = await startServer(join(folder, 'store'));
-  gateway = await startGateway(server.address);
-  browser = await chromium.launch({
-    executablePath: CHROMIUM,
-    args: ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-      '--disable-background-networking', '--disable-component-update', '--disable-dev-shm-usage'],
-  });
-});
-
-after(async () => {
-  await browser?.close();
-  await gateway?.stop();
-  await server?.stop();
-  rmSync(folder, { recursive: true });
-});
-
-/** A fresh page of its own; whatever it throws fails the test. */
-async function withPage(address: string, body: (page: Page) => Promise<void>, size = { width: 1280, height: 800 }) {
-  const context = await browser.newContext({ viewport: size, acceptDownloads: true, colorScheme: 'light' });
-  const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE);
-  const thrown: string[] = [];
-  page.on('pageerror', (error) => thrown.push(error.message));
-  try {
-    await page.goto(address);
-    await page.locator('#server', { hasText: /rilievod|reached/ }).waitFor();
-    await body(page);
-    assert.deepEqual(thrown, []);
-  } finally {
-    await context.close();
-  }
-}
-
-const complete = (page: Page) => page.locator('#facts-section').waitFor({ state: 'visible' });
-const error = (page: Page) => page.getByRole('alert');
-
-async function saved(page: Page, name: string): Promise<Buffer> {
-  const [download] = (await Promise.all([
-    page.waitForEvent('download'),
-    page.getByRole('button', { name, exact: true }).click(),
-  ])) as [Download, unknown];
-  return readFileSync(await download.path());
-}
 
 /** As a person drops a file on the page. */
 async function drop(page: Page, path: string, name: string): Promise<void> {
@@ -267,6 +214,38 @@ test('errors are told in words', async () => {
     await complete(page);
     assert.equal(await error(page).isVisible(), false);
   });
+});
+
+test('a surface that is not what its SHA-256 says is refused', async () => {
+  const right = join(folder, 'right.dss');
+  rilievo('reconstruct', scan, '-o', right, '--quiet');
+  const bytes = readFileSync(right);
+  const digest = createHash('sha256').update(bytes).digest();
+  // The digest alone, with which all that is in the file still agrees; and the last bytes of the file.
+  for (const wrong of [digest, bytes.subarray(-8)]) {
+    await withPage(gateway.address, async (page) => {
+      let changed = 0;
+      await page.route('**/StreamSurface', async (route) => {
+        const answer = await route.fetch();
+        const body = await answer.body();
+        const at = body.lastIndexOf(wrong);
+        if (at >= 0) changed += 1;
+        body[at] = body[at]! ^ 1;
+        await route.fulfill({ response: answer, body });
+      });
+      await page.setInputFiles('#file', scan);
+      await error(page).filter({ hasText: 'The surface was damaged on its way' }).waitFor();
+      assert.equal(changed, 1);
+      assert.equal(await page.locator('#facts-section').isVisible(), false);
+      assert.equal(await page.getByRole('button', { name: '.dss', exact: true }).isVisible(), false);
+      assert.equal(await page.locator('#view').isVisible(), false, 'it is still shown');
+      await page.unroute('**/StreamSurface');
+      await page.getByRole('button', { name: /^Open job/ }).first().click();
+      await complete(page);
+      assert.equal(await error(page).isVisible(), false);
+      assert.ok((await saved(page, '.dss')).equals(bytes));
+    });
+  }
 });
 
 test('a server that refuses a scan says why', async () => {

@@ -52,7 +52,10 @@ export class SurfaceView {
     return ++this.#generation;
   }
 
-  /** Decodes the whole chunks that are not in the picture yet; once at a time, the newest counts. */
+  /**
+   * Decodes the whole chunks that are not in the picture yet; once at a time, the newest counts. Figures and files are
+   * those of a stream that is right.
+   */
   async drawStream(stream: SurfaceStream, generation: number): Promise<void> {
     while (this.#drawn < stream.wholeChunks) {
       // The first layer is drawn by itself, however fast the others follow.
@@ -68,11 +71,10 @@ export class SurfaceView {
       const toPictureMs = performance.now() - arrived;
       this.#times.add(count - 1, { bytes: end, decodeMs: decoded.decodeMs + picture.tessellateMs, toPictureMs });
       this.#drawn = count;
-      if (stream.isComplete && count === stream.chunks.length) {
-        this.#complete(stream.bytes);
-        void this.#timeTheOthers(stream, generation).catch(() => undefined);
-      }
     }
+    if (!stream.isRight || this.#bytes || generation !== this.#generation) return;
+    this.#complete(stream.bytes);
+    void this.#timeTheOthers(stream, generation).catch(() => undefined);
   }
 
   /** Layers that came together with finer ones were not drawn: what they cost is found out afterwards. */

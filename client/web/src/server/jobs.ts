@@ -99,5 +99,6 @@ export async function streamSurface(jobId: string, signal: AbortSignal, onWhole:
   if (!(await isWhole(stream.bytes, sha256))) {
     throw new ConnectError('the surface was damaged on its way; fetch it again', Code.DataLoss);
   }
+  stream.isRight = true;
   return stream;
 }

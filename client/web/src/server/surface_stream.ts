@@ -4,6 +4,8 @@ export class SurfaceStream {
   readonly bytes: Uint8Array<ArrayBuffer>;
   /** End of each chunk, and when its last byte arrived (performance.now()). */
   readonly chunks: { end: number; arrived: number | undefined }[] = [];
+  /** What arrived is what the server has: set once its digest was compared. */
+  isRight = false;
   #received = 0;
 
   constructor(totalBytes: number, chunkBytes: number[]) {
