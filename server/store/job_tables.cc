@@ -1,7 +1,5 @@
 #include "server/store/job_tables.h"
 
-#include <algorithm>
-
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
@@ -97,25 +95,6 @@ absl::StatusOr<std::vector<std::pair<int64_t, StoredJob>>> JobTables::Read(
   return jobs;
 }
 
-absl::Status JobTables::SetAside(const std::vector<std::pair<int64_t, std::string>>& rows) {
-  const auto move_rows = [&]() -> absl::Status {
-    for (const auto& [number, id] : rows) {
-      RILIEVO_ASSIGN_OR_RETURN(
-          Query keep,
-          database_.Prepare("INSERT OR REPLACE INTO damaged SELECT job_id, owner, scan, mesh,"
-                            " surface, (SELECT value FROM state WHERE name = CAST('store_ms' AS"
-                            " BLOB)), header, job FROM jobs WHERE number = ?"));
-      RILIEVO_RETURN_IF_ERROR(keep.Bind(number).Run());
-      RILIEVO_ASSIGN_OR_RETURN(Query drop, database_.Prepare("DELETE FROM jobs WHERE number = ?"));
-      RILIEVO_RETURN_IF_ERROR(drop.Bind(number).Run());
-    }
-    return Recount();
-  };
-  RILIEVO_RETURN_IF_ERROR(database_.Transact(move_rows));
-  for (const auto& [number, id] : rows) damaged_.push_back(id);
-  return absl::OkStatus();
-}
-
 absl::StatusOr<std::optional<StoredJob>> JobTables::Find(const std::string& job_id) {
   RILIEVO_ASSIGN_OR_RETURN(auto rows,
                            Read("WHERE job_id = ?", [&](Query* query) { query->Bind(job_id); }));
@@ -179,28 +158,6 @@ absl::StatusOr<std::vector<StoredJob>> JobTables::After(int64_t* number, int lim
   jobs.reserve(rows.size());
   for (auto& [row, stored] : rows) jobs.push_back(std::move(stored));
   return jobs;
-}
-
-absl::Status JobTables::SetAside(const std::string& job_id) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT number FROM jobs WHERE job_id = ?"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(job_id).Step());
-  if (!found) return absl::OkStatus();
-  const int64_t number = query.Integer(0);
-  RILIEVO_RETURN_IF_ERROR(query.Run());
-  return SetAside({{number, job_id}});
-}
-
-absl::StatusOr<bool> JobTables::IsDamaged(const std::string& owner, const std::string& job_id) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("SELECT 1 FROM damaged WHERE owner = ? AND job_id = ?"));
-  return query.Bind(owner).Bind(job_id).Step();
-}
-
-absl::Status JobTables::ForgetDamaged(const std::string& job_id) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM damaged WHERE job_id = ?"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(job_id).Run());
-  return Recount();
 }
 
 absl::Status JobTables::Insert(const StoredJob& stored, int64_t end_ms, int64_t now_ms) {
@@ -276,212 +233,6 @@ absl::StatusOr<bool> JobTables::Remove(const std::string& job_id, bool its_scan)
   return true;
 }
 
-absl::Status JobTables::AddBytes(const std::string& owner, int64_t bytes) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO owners VALUES(?1, ?2) ON CONFLICT(owner) DO"
-                                     " UPDATE SET bytes = bytes + ?2"));
-  return query.Bind(owner).Bind(bytes).Run();
-}
-
-absl::Status JobTables::UseInputs(const StoredJob& stored) {
-  RILIEVO_RETURN_IF_ERROR(Use(stored.owner, stored.job.scan_id()));
-  return stored.mesh.empty() ? absl::OkStatus() : Use(stored.owner, stored.mesh);
-}
-
-absl::Status JobTables::DropInputs(const StoredJob& stored) {
-  RILIEVO_RETURN_IF_ERROR(Drop(stored.owner, stored.job.scan_id()));
-  return stored.mesh.empty() ? absl::OkStatus() : Drop(stored.owner, stored.mesh);
-}
-
-absl::Status JobTables::Use(const std::string& owner, const std::string& blob) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO uses VALUES(?, ?, 1) ON CONFLICT(blob, owner) DO"
-                                     " UPDATE SET count = count + 1 RETURNING count"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Bind(owner).Step().status());
-  const bool first = query.Integer(0) == 1;
-  RILIEVO_RETURN_IF_ERROR(query.Run());
-  if (!first) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
-  return AddBytes(owner, std::max<int64_t>(0, bytes));
-}
-
-absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) {
-  {
-    RILIEVO_ASSIGN_OR_RETURN(
-        Query query, database_.Prepare("UPDATE uses SET count = count - 1 WHERE blob = ? AND owner"
-                                       " = ? RETURNING count"));
-    RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(blob).Bind(owner).Step());
-    if (!found || query.Integer(0) > 0) return found ? query.Run() : absl::OkStatus();
-    RILIEVO_RETURN_IF_ERROR(query.Run());
-  }
-  RILIEVO_ASSIGN_OR_RETURN(Query drop,
-                           database_.Prepare("DELETE FROM uses WHERE blob = ? AND owner = ?"));
-  RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Bind(owner).Run());
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
-  RILIEVO_RETURN_IF_ERROR(AddBytes(owner, -std::max<int64_t>(0, bytes)));
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query forget, database_.Prepare("DELETE FROM blobs WHERE name = ?1 AND NOT EXISTS(SELECT 1"
-                                      " FROM uses WHERE blob = ?1)"));
-  RILIEVO_RETURN_IF_ERROR(forget.Bind(blob).Run());
-  if (database_.Changes() == 1) gone_.push_back(blob);
-  return absl::OkStatus();
-}
-
-absl::Status JobTables::AddBlob(const std::string& name, int64_t bytes, int64_t now_ms) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO blobs VALUES(?1, ?2, ?3) ON CONFLICT(name) DO"
-                                     " UPDATE SET since_ms = ?3"));
-  return query.Bind(name).Bind(bytes).Bind(now_ms).Run();
-}
-
-absl::Status JobTables::ForgetBlob(const std::string& name) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM blobs WHERE name = ?"));
-  return query.Bind(name).Run();
-}
-
-absl::StatusOr<std::vector<std::string>> JobTables::BlobNames() {
-  return Names("SELECT name FROM blobs", [](Query*) {});
-}
-
-absl::StatusOr<int64_t> JobTables::BytesOfBlob(const std::string& name) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM blobs WHERE name = ?"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
-  return found ? query.Integer(0) : -1;
-}
-
-absl::Status JobTables::AddScan(const std::string& owner, const std::string& scan, int64_t now_ms) {
-  RILIEVO_ASSIGN_OR_RETURN(const bool had, HasScan(owner, scan));
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("INSERT OR REPLACE INTO scans VALUES(?, ?, ?)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Bind(now_ms).Run());
-  return had ? absl::OkStatus() : Use(owner, scan);
-}
-
-absl::StatusOr<bool> JobTables::HasScan(const std::string& owner, const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT 1 FROM scans WHERE owner = ? AND scan = ?"));
-  return query.Bind(owner).Bind(scan).Step();
-}
-
-absl::StatusOr<bool> JobTables::DropScan(const std::string& owner, const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("DELETE FROM scans WHERE owner = ? AND scan = ?"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Run());
-  if (database_.Changes() == 0) return false;
-  RILIEVO_RETURN_IF_ERROR(Drop(owner, scan));
-  return true;
-}
-
-absl::Status JobTables::ForgetScan(const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto owners, Names("SELECT owner FROM scans WHERE scan = ?",
-                                                    [&](Query* query) { query->Bind(scan); }));
-  for (const std::string& owner : owners) {
-    RILIEVO_RETURN_IF_ERROR(DropScan(owner, scan).status());
-  }
-  return absl::OkStatus();
-}
-
-absl::Status JobTables::PutUpload(const std::string& owner, const std::string& name, int64_t bytes,
-                                  int64_t now_ms) {
-  RILIEVO_RETURN_IF_ERROR(DropUpload(name));
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("INSERT INTO uploads VALUES(?, ?, ?, ?)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(name).Bind(owner).Bind(bytes).Bind(now_ms).Run());
-  return AddBytes(owner, bytes);
-}
-
-absl::Status JobTables::DropUpload(const std::string& name) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("DELETE FROM uploads WHERE name = ? RETURNING owner, bytes"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
-  if (!found) return absl::OkStatus();
-  const std::string owner = query.Bytes(0);
-  const int64_t bytes = query.Integer(1);
-  RILIEVO_RETURN_IF_ERROR(query.Run());
-  return AddBytes(owner, -bytes);
-}
-
-absl::StatusOr<std::optional<JobTables::Upload>> JobTables::FindUpload(const std::string& name) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM uploads WHERE name = ?"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
-  if (!found) return std::nullopt;
-  return Upload{name, query.Integer(0)};
-}
-
-absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsOf(const std::string& owner) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT name, bytes FROM uploads WHERE owner = ?"
-                                             " ORDER BY since_ms"));
-  query.Bind(owner);
-  std::vector<Upload> uploads;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return uploads;
-    uploads.push_back({query.Bytes(0), query.Integer(1)});
-  }
-}
-
-absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsBefore(int64_t since_ms) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT name, bytes FROM uploads WHERE since_ms < ?"));
-  query.Bind(since_ms);
-  std::vector<Upload> uploads;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return uploads;
-    uploads.push_back({query.Bytes(0), query.Integer(1)});
-  }
-}
-
-absl::StatusOr<int64_t> JobTables::TotalBytes() {
-  return database_.Number(absl::StrCat(
-      "SELECT (SELECT COALESCE(SUM(bytes), 0) FROM blobs) +"
-      " (SELECT COALESCE(SUM(bytes), 0) FROM uploads) + (SELECT COUNT(*) FROM jobs) * ",
-      kJobRecordBytes));
-}
-
-absl::StatusOr<int64_t> JobTables::BytesOf(const std::string& owner) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM owners WHERE owner = ?"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(owner).Step());
-  return found ? query.Integer(0) : 0;
-}
-
-absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> JobTables::Owners() {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("SELECT owner, bytes FROM owners ORDER BY bytes DESC"));
-  std::vector<std::pair<std::string, int64_t>> owners;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return owners;
-    owners.emplace_back(query.Bytes(0), query.Integer(1));
-  }
-}
-
-absl::StatusOr<std::vector<std::string>> JobTables::Names(const std::string& sql,
-                                                          const std::function<void(Query*)>& bind) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare(sql));
-  bind(&query);
-  std::vector<std::string> names;
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return names;
-    names.push_back(query.Bytes(0));
-  }
-}
-
-absl::StatusOr<std::optional<std::string>> JobTables::OldestIdleScan(const std::string& owner) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      const auto names,
-      Names("SELECT scan FROM scans JOIN uses ON blob = scan AND uses.owner = scans.owner"
-            " WHERE scans.owner = ? AND count = 1 ORDER BY since_ms LIMIT 1",
-            [&](Query* query) { query->Bind(owner); }));
-  if (names.empty()) return std::nullopt;
-  return names[0];
-}
-
 absl::StatusOr<std::optional<std::string>> JobTables::OldestFinished(const std::string& owner) {
   RILIEVO_ASSIGN_OR_RETURN(const auto names,
                            Names("SELECT job_id FROM jobs WHERE owner = ? AND end_ms > 0"
@@ -516,38 +267,6 @@ absl::StatusOr<bool> JobTables::RemoveBefore(int64_t time_ms, int limit) {
   if (database_.Changes() > 0) RILIEVO_RETURN_IF_ERROR(Recount());
   const auto full = static_cast<size_t>(limit);
   return jobs.size() == full || scans.size() == full || more_blobs;
-}
-
-absl::StatusOr<bool> JobTables::RemoveUnusedBlobs(int64_t time_ms, int limit) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto blobs,
-                           Names("SELECT name FROM blobs WHERE since_ms < ? AND NOT EXISTS(SELECT 1"
-                                 " FROM uses WHERE blob = name) LIMIT ?",
-                                 [&](Query* query) { query->Bind(time_ms).Bind(limit); }));
-  for (const std::string& blob : blobs) {
-    RILIEVO_ASSIGN_OR_RETURN(Query drop, database_.Prepare("DELETE FROM blobs WHERE name = ?"));
-    RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Run());
-    gone_.push_back(blob);
-  }
-  return blobs.size() == static_cast<size_t>(limit);
-}
-
-absl::Status JobTables::Recount() {
-  return database_.Execute(absl::StrCat(R"(
-    DELETE FROM uses; DELETE FROM owners;
-    INSERT INTO uses SELECT blob, owner, COUNT(*) FROM (
-      SELECT scan AS blob, owner FROM scans
-      UNION ALL SELECT scan, owner FROM jobs WHERE end_ms = 0
-      UNION ALL SELECT mesh, owner FROM jobs WHERE end_ms = 0
-      UNION ALL SELECT surface, owner FROM jobs
-      UNION ALL SELECT scan, owner FROM damaged
-      UNION ALL SELECT mesh, owner FROM damaged
-      UNION ALL SELECT surface, owner FROM damaged)
-    WHERE length(blob) > 0 GROUP BY blob, owner;
-    INSERT INTO owners SELECT owner, SUM(bytes) FROM (
-      SELECT uses.owner AS owner, bytes FROM uses JOIN blobs ON name = blob
-      UNION ALL SELECT owner, )",
-                                        kJobRecordBytes, R"( * COUNT(*) FROM jobs GROUP BY owner
-      UNION ALL SELECT owner, bytes FROM uploads) GROUP BY owner;)"));
 }
 
 absl::StatusOr<int64_t> JobTables::State(const std::string& name) {
