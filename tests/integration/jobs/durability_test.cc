@@ -1,6 +1,5 @@
 // What is acknowledged outlives servers, workers, lines and disks.
 #include <signal.h>
-#include <sys/mount.h>
 
 #include <random>
 #include <thread>
@@ -230,31 +229,6 @@ TEST_F(JobsTest, AJobThatTakesTheServerAlongFailsInTheEnd) {
   ASSERT_TRUE(failed.ok()) << failed.status();
   EXPECT_EQ(failed->state(), v1::JOB_STATE_FAILED);
   EXPECT_EQ(failed->error().code(), static_cast<int>(absl::StatusCode::kResourceExhausted));
-}
-
-// A disk of 1 MB.
-TEST_F(JobsTest, AFullDiskIsAClearStatusAndNoEnd) {
-  const std::string folder = test_ / "store";
-  std::filesystem::create_directory(folder);
-  if (mount("tmpfs", folder.c_str(), "tmpfs", 0, "size=1m") != 0) {
-    GTEST_SKIP() << "this process may not mount a small disk";
-  }
-  StartServer();
-  const PackedScan large = PackScan(SphereScan(200'000));
-  const absl::Status full = HastyClient().Upload(large);
-  EXPECT_TRUE(absl::IsResourceExhausted(full)) << full;
-  EXPECT_EQ(ErrorReason(full), "STORE_FULL");
-  EXPECT_TRUE(RetryDelay(full).has_value());
-  EXPECT_TRUE(ReconstructionClient(Channel()).GetCapabilities().ok()) << "it goes on";
-  // Room again, without a restart.
-  std::filesystem::remove_all(folder + "/uploads/" + large.scan_id);
-  const PointCloud scan = SphereScan(3'000);
-  const auto job = Client().Submit(PackScan(scan), {}, "small");
-  ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ(Client().Watch(job->job_id())->state(), v1::JOB_STATE_SUCCEEDED);
-  EXPECT_EQ(*Client().Fetch(job->job_id()), Expected(scan));
-  daemon_.reset();
-  umount2(folder.c_str(), MNT_DETACH);
 }
 
 }  // namespace
