@@ -257,7 +257,9 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);
   } else {
-    error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_), record_.job);
+    const std::string& trace = caller_.trace_id;
+    error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_),
+                        trace.empty() ? "" : absl::StrCat("trace ", trace));
     record_.detail = DetailOf(result.status());
   }
   PumpWrites();

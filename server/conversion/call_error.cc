@@ -90,7 +90,8 @@ std::optional<CallError> StatedError(const absl::Status& status) {
   return error;
 }
 
-CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint64_t job) {
+CallError ErrorOfJob(const absl::Status& status, const std::string& field,
+                     const std::string& subject) {
   if (auto stated = StatedError(status)) return *std::move(stated);
   std::string message(status.message());
   switch (status.code()) {
@@ -120,8 +121,9 @@ CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint6
     case absl::StatusCode::kDataLoss:
       return {ErrorCause::kScanDamaged, "the stored scan is damaged or gone; upload it again"};
     default:
-      return {ErrorCause::kServerDefect, absl::StrCat("the server failed at job ", job,
-                                                      "; its operator finds the cause in the log")};
+      return {ErrorCause::kServerDefect,
+              absl::StrCat("the server failed", subject.empty() ? "" : " at ", subject,
+                           "; its operator finds the cause in the log")};
   }
 }
 

@@ -64,6 +64,9 @@ std::optional<CallError> StatedError(const absl::Status& status);
 // that are no fault of the request become INTERNAL, and their text stays with the operator;
 // ABORTED, a worker killed from outside, becomes RESOURCE_EXHAUSTED with a time to retry;
 // UNAVAILABLE is trouble of this machine, DATA_LOSS a stored scan that is not what it was.
-CallError ErrorOfJob(const absl::Status& status, const std::string& field, uint64_t job);
+// `subject`: the caller's own name for what failed, such as "job 0f3a" by the id of a kept job; the
+// text of INTERNAL repeats it for the operator. May be empty.
+CallError ErrorOfJob(const absl::Status& status, const std::string& field,
+                     const std::string& subject);
 
 }  // namespace rilievo

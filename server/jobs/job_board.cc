@@ -84,7 +84,7 @@ absl::Status JobBoard::Restore() {
                      : Failed(std::move(stored.job),
                               ErrorOfJob(absl::AbortedError("the server or the job's worker was "
                                                             "killed at each attempt"),
-                                         "", 0));
+                                         "", ""));
     // Not to be written is no reason not to start.
     if (unclean) store_->Update(stored).IgnoreError();
   }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <variant>
 
+#include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/memory_estimate.h"
@@ -106,8 +107,9 @@ JobOutcome JobRun::Work() {
   } else {
     if (absl::IsAborted(result.status())) outcome.kind = JobOutcome::Kind::kKilled;
     if (absl::IsUnavailable(result.status())) outcome.kind = JobOutcome::Kind::kUntried;
-    job = Failed(std::move(job),
-                 ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request), number_));
+    job =
+        Failed(std::move(job), ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request),
+                                          absl::StrCat("job ", job.job_id())));
   }
   SetTime(job.mutable_end_time());
   job.set_sequence(SequenceOfState(job.state(), job.attempts()));

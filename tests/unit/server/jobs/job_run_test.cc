@@ -49,6 +49,17 @@ TEST_F(JobRunTest, AnErrorOfTheWorkIsTheJobs) {
   EXPECT_TRUE(outcome.job.job.has_end_time());
 }
 
+TEST_F(JobRunTest, ADefectNamesTheJobByTheIdThatItsOwnerKnows) {
+  work_.answers = {absl::InternalError("/srv/rilievo/core/loop.cc:12")};
+  Open();
+  service_->next_job = 4711;  // in the log, over all owners
+  const v1::Job job = NewRun()->Work().job.job;
+  EXPECT_EQ(job.error().code(), static_cast<int>(absl::StatusCode::kInternal));
+  EXPECT_EQ(job.error().message(),
+            "the server failed at job a; its operator finds the cause in the log");
+  EXPECT_EQ(job.DebugString().find("4711"), std::string::npos);
+}
+
 TEST_F(JobRunTest, AKilledWorkerIsWorthAnotherAttempt) {
   work_.answers = {absl::AbortedError("killed")};
   Open();
