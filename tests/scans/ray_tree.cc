@@ -84,7 +84,7 @@ std::optional<RayTree::Hit> RayTree::First(const Ray& ray) const {
     const int index = stack.back();
     stack.pop_back();
     const Node& node = nodes_[index];
-    if (Enter(node.box, ray.origin, inverse, hit.distance) > hit.distance) continue;
+    if (Enter(node.box, ray.origin, inverse, hit.distance) >= hit.distance) continue;
     if (node.second > 0) {
       const int first = index + 1;
       const bool swap = Enter(nodes_[first].box, ray.origin, inverse, hit.distance) >
