@@ -3,13 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/points/neighbor_graph.h"
+#include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
@@ -19,8 +18,6 @@ namespace {
 constexpr int kMostValence = 64;
 constexpr double kFarthest = 10;  // diagonals
 
-using Eigen::Vector3d;
-
 constexpr int kMostFaces = 200000;
 constexpr double kNear = 0.25;  // of the diagonal
 constexpr double kLeastNearShare = 0.5;
@@ -28,49 +25,62 @@ constexpr double kSampleStep = 0.05;  // of the diagonal, between samples of the
 constexpr int kMostStepsPerEdge = 20;
 constexpr int kCloudSamples = 5000;
 
-// Points of the mesh so dense that the nearest one tells the distance to kSampleStep.
+// Of the samples that cover each face evenly, kSampleStep apart where it is not so large that
+// there would be more than kMostStepsPerEdge along an edge: about kCloudSamples, spread over all.
 Eigen::Matrix3Xd SampleMesh(const ControlMesh& mesh) {
-  std::vector<Vector3d> samples;
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    const Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    const Vector3d b = mesh.vertices.col(mesh.faces(1, f));
-    const Vector3d c = mesh.vertices.col(mesh.faces(2, f));
-    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const int steps = static_cast<int>(
+  const auto steps_of = [&](int64_t face) {
+    const auto corners = mesh.faces.col(face);
+    double longest = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d edge =
+          mesh.vertices.col(corners[(k + 1) % 3]) - mesh.vertices.col(corners[k]);
+      longest = std::max(longest, edge.norm());
+    }
+    return static_cast<int64_t>(
         std::clamp(std::ceil(longest / kSampleStep), 1.0, double{kMostStepsPerEdge}));
-    for (int i = 0; i < steps; ++i) {
-      for (int j = 0; i + j < steps; ++j) {
-        const double s = (i + 1.0 / 3) / steps, t = (j + 1.0 / 3) / steps;
-        samples.push_back((1 - s - t) * a + s * b + t * c);
+  };
+  int64_t count = 0;
+  for (int64_t f = 0; f < mesh.faces.cols(); ++f) {
+    const int64_t steps = steps_of(f);
+    count += steps * (steps + 1) / 2;
+  }
+  const int64_t stride = std::max<int64_t>(1, count / kCloudSamples);
+  Eigen::Matrix3Xd samples(3, (count + stride - 1) / stride);
+  int64_t sample = 0, taken = 0;
+  for (int64_t f = 0; f < mesh.faces.cols(); ++f) {
+    const int64_t steps = steps_of(f);
+    for (int64_t i = 0; i < steps; ++i) {
+      for (int64_t j = 0; i + j < steps; ++j) {
+        if (sample++ % stride != 0) continue;
+        const double s = (static_cast<double>(i) + 1.0 / 3) / static_cast<double>(steps);
+        const double t = (static_cast<double>(j) + 1.0 / 3) / static_cast<double>(steps);
+        samples.col(taken++) = (1 - s - t) * mesh.vertices.col(mesh.faces(0, f)) +
+                               s * mesh.vertices.col(mesh.faces(1, f)) +
+                               t * mesh.vertices.col(mesh.faces(2, f));
       }
     }
   }
-  Eigen::Matrix3Xd columns(3, static_cast<int64_t>(samples.size()));
-  for (size_t i = 0; i < samples.size(); ++i) columns.col(static_cast<int64_t>(i)) = samples[i];
-  return columns;
+  return samples;
 }
 
-// Share of about kCloudSamples columns of `from` whose nearest column of `to` is within kNear.
-absl::StatusOr<double> NearShare(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to,
-                                 const RunContext& context) {
+// Share of about kCloudSamples columns of `from` that lie within kNear of what the tree holds.
+double NearShare(const Eigen::Matrix3Xd& from, const ClosestPointTree& to) {
   const int64_t stride = std::max<int64_t>(1, from.cols() / kCloudSamples);
-  const int64_t count = (from.cols() + stride - 1) / stride;
-  Eigen::Matrix3Xd asked(3, count);
-  for (int64_t i = 0; i < count; ++i) asked.col(i) = from.col(i * stride);
-  const PointIndex index(to);
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest, index.NearestOfEach(asked, context));
-  int64_t near = 0;
-  for (int64_t i = 0; i < count; ++i) {
-    near += (to.col(nearest[i]) - asked.col(i)).norm() <= kNear ? 1 : 0;
+  int64_t asked = 0, near = 0;
+  for (int64_t i = 0; i < from.cols(); i += stride, ++asked) {
+    near += to.HasWithin(from.col(i), kNear) ? 1 : 0;
   }
-  return static_cast<double>(near) / static_cast<double>(count);
+  return static_cast<double>(near) / static_cast<double>(asked);
 }
 
 absl::Status CheckNear(const ControlMesh& mesh, const OrientedCloud& cloud,
                        const RunContext& context) {
-  const Eigen::Matrix3Xd samples = SampleMesh(mesh);
-  RILIEVO_ASSIGN_OR_RETURN(const double points_near, NearShare(cloud.points, samples, context));
-  RILIEVO_ASSIGN_OR_RETURN(const double mesh_near, NearShare(samples, cloud.points, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree surface,
+                           ClosestPointTree::Build(mesh.vertices, mesh.faces, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree points,
+                           ClosestPointTree::Build(cloud.points, {}, context));
+  const double points_near = NearShare(cloud.points, surface);
+  const double mesh_near = NearShare(SampleMesh(mesh), points);
   if (std::min(points_near, mesh_near) >= kLeastNearShare) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrFormat(
       "user_mesh: %.0f %% of the points are within a quarter of the diagonal of the mesh and %.0f "

@@ -33,6 +33,12 @@ constexpr double kInconsistentDrop = 0.15;
 // From so many points on the memory of the samples, 8 bytes each, is lent to the solution.
 constexpr int64_t kManyPoints = 200'000;
 constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
+// The most nodes of the finer grids together. Surfaces ask for 1 to 3 a point. Walls as thin as the
+// spacing ask for up to 15; of dense scans they are a small part. Points along curves would have
+// 50, most of the memory of a job; they get coarser cells.
+constexpr int64_t kNodesBeside = 60'000, kNodesOfPoint = 16, kNodesOfFurtherPoint = 5;
+constexpr int64_t kFewPoints = 50'000;
+constexpr int64_t kNodesOfCell = 9;  // of each that is cut into eight, about
 
 GridLevel CoarsestLevel(const OrientedCloud& cloud, const Eigen::Vector3d& origin, double cell) {
   GridLevel level;
@@ -80,6 +86,21 @@ LevelPlan PlanLevels(const std::vector<float>& wanted_cells) {
         static_cast<uint8_t>(std::clamp(usual_depth + halvings(wanted), 0, plan.count - 1)));
   }
   return plan;
+}
+
+// Leaves out finest levels that would make too many nodes.
+void BoundNodes(LevelPlan* plan, std::vector<SparseGrid>* refined) {
+  const auto points = static_cast<int64_t>(plan->of_point.size());
+  int64_t nodes = 0;
+  for (const SparseGrid& cells : *refined) nodes += kNodesOfCell * cells.size();
+  while (nodes > MostImplicitNodes(points)) {
+    nodes -= kNodesOfCell * refined->back().size();
+    refined->pop_back();
+    --plan->count;
+  }
+  for (uint8_t& level : plan->of_point) {
+    level = std::min(level, static_cast<uint8_t>(plan->count - 1));
+  }
 }
 
 // Flips the normals that point down the function, which are inconsistent with the field of their
@@ -212,6 +233,11 @@ absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
 
 }  // namespace
 
+int64_t MostImplicitNodes(int64_t points) {
+  const int64_t first = std::min(points, kFewPoints);
+  return kNodesBeside + kNodesOfPoint * first + kNodesOfFurtherPoint * (points - first);
+}
+
 absl::Status ImplicitOptions::Validate() const {
   const auto check = [](const char* name, double value, double low, double high) {
     if (value >= low && value <= high) return absl::OkStatus();
@@ -237,15 +263,16 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> wanted_cells,
                            SizingField(cloud, graph, index, options, context));
-  const LevelPlan plan = PlanLevels(wanted_cells);
+  LevelPlan plan = PlanLevels(wanted_cells);
   wanted_cells = std::vector<float>();
   ImplicitFunction function;
   function.origin = cloud.points.rowwise().minCoeff();
   function.sides = SureSides(cloud);
   RILIEVO_ASSIGN_OR_RETURN(
-      const std::vector<SparseGrid> refined,
+      std::vector<SparseGrid> refined,
       CellsToRefine(cloud.points, plan.of_point, function.origin, plan.coarsest_cell, plan.count,
                     options.band_cells, context));
+  BoundNodes(&plan, &refined);
   function.levels.push_back(CoarsestLevel(cloud, function.origin, plan.coarsest_cell));
   for (int depth = 0;; ++depth) {
     RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, plan, options, context, &function));

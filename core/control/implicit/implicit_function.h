@@ -47,6 +47,10 @@ struct ImplicitFunction {
   double finest_cell() const { return levels.back().cell; }
 };
 
+// The most nodes of a function of so many points, those of its coarsest grid aside: finest levels
+// that would make more are left out.
+int64_t MostImplicitNodes(int64_t points);
+
 // Minimises  sum_edges (f_j - f_i - b_e)^2 + screening * sum_i s_i f(p_i)^2  on each grid, where
 // b_e is the point normals, weighted by each point's share of area in cell units (s_i) and spread
 // trilinearly to the edges around it: Kazhdan and Hoppe 2013 with a staggered grid in place of an

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
-#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/implicit/marching_cubes_transition.h"
 
@@ -145,6 +144,8 @@ class SurfaceBuilder {
   }
 
   ControlMesh Finish() {
+    nodes_.clear();
+    vertex_of_edge_.clear();
     ControlMesh mesh;
     mesh.vertices = Eigen::Map<Eigen::Matrix3Xd>(positions_.data(), 3, positions_.size() / 3);
     mesh.faces = Eigen::Map<Eigen::Matrix3Xi>(triangles_.data(), 3, triangles_.size() / 3);
@@ -227,26 +228,25 @@ class LeafReader {
   FinerNodes finer_;
 };
 
-// In the order of their lower corners.
-std::vector<LeafCell> CrossedCells(const ImplicitFunction& function, int level,
-                                   const std::vector<Eigen::Vector3i>& nodes,
-                                   const RunContext& context) {
-  constexpr int64_t kBlock = 1 << 14;
-  std::vector<std::vector<LeafCell>> parts((nodes.size() + kBlock - 1) / kBlock);
-  ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context, [&](int64_t begin, int64_t end) {
-    LeafReader reader(function, level);
-    LeafCell cell;
-    for (int64_t node = begin; node < end; ++node) {
-      if (!reader.Read(nodes[node], &cell)) continue;
-      parts[begin / kBlock].push_back(std::move(cell));
-    }
-  }).IgnoreError();
-  std::vector<LeafCell> cells;
-  for (auto& part : parts) {
-    cells.insert(cells.end(), std::make_move_iterator(part.begin()),
-                 std::make_move_iterator(part.end()));
-  }
-  return cells;
+// Nodes whose cells are held at a time: a cell takes 20 times the room of its node's value.
+constexpr int64_t kNodesAtOnce = 1 << 17, kNodesPerTask = 1 << 13;
+
+// In the order of the nodes, which are their lower corners; by task.
+std::vector<std::vector<LeafCell>> CrossedCells(const ImplicitFunction& function, int level,
+                                                std::span<const Eigen::Vector3i> nodes,
+                                                const RunContext& context) {
+  std::vector<std::vector<LeafCell>> parts((nodes.size() + kNodesPerTask - 1) / kNodesPerTask);
+  ParallelFor(static_cast<int64_t>(nodes.size()), kNodesPerTask, context,
+              [&](int64_t begin, int64_t end) {
+                LeafReader reader(function, level);
+                LeafCell cell;
+                for (int64_t node = begin; node < end; ++node) {
+                  if (!reader.Read(nodes[node], &cell)) continue;
+                  parts[begin / kNodesPerTask].push_back(std::move(cell));
+                }
+              })
+      .IgnoreError();
+  return parts;
 }
 
 }  // namespace
@@ -264,11 +264,14 @@ absl::StatusOr<ControlMesh> ExtractIsoSurface(const ImplicitFunction& function,
                                               const RunContext& context) {
   SurfaceBuilder builder(function);
   for (int level = 0; level < static_cast<int>(function.levels.size()); ++level) {
-    const std::vector<LeafCell> cells =
-        CrossedCells(function, level, builder.nodes(level), context);
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    RILIEVO_RETURN_IF_ERROR(SerialFor(static_cast<int64_t>(cells.size()), context,
-                                      [&](int64_t i) { builder.AddCell(level, cells[i]); }));
+    const std::span nodes(builder.nodes(level));
+    for (size_t first = 0; first < nodes.size(); first += kNodesAtOnce) {
+      const auto some = nodes.subspan(first, std::min<size_t>(kNodesAtOnce, nodes.size() - first));
+      for (const std::vector<LeafCell>& cells : CrossedCells(function, level, some, context)) {
+        for (const LeafCell& cell : cells) builder.AddCell(level, cell);
+      }
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    }
   }
   return builder.Finish();
 }

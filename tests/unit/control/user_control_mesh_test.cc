@@ -53,6 +53,19 @@ TEST(CheckUserControlMesh, RefusesAMeshInOtherCoordinates) {
   EXPECT_THAT(Refusal(mesh), HasSubstr("coordinates of the scan"));
 }
 
+// Two faces twenty times as large as the scan, as near to it as any: the distance is to them, and
+// not to samples of them.
+TEST(CheckUserControlMesh, MeasuresTheDistanceToLargeFaces) {
+  ControlMesh sheets;
+  sheets.vertices.resize(3, 6);
+  sheets.vertices << -9, 9, 0, -9, 9, 0,  //
+      -9, -9, 9, -9, -9, 9,               //
+      0.15, 0.15, 0.15, -0.15, -0.15, -0.15;
+  sheets.faces.resize(3, 2);
+  sheets.faces << 0, 3, 1, 4, 2, 5;
+  EXPECT_THAT(Refusal(sheets), HasSubstr("100 % of the points are within"));
+}
+
 // A cone over a fine ring: the cost of the fit grows with the square of its valence.
 TEST(CheckUserControlMesh, RefusesAVertexOfManyEdges) {
   constexpr int kRing = 65;

@@ -82,6 +82,33 @@ TEST(ImplicitFunctionTest, TheGridStaysInProportionToThePoints) {
   EXPECT_LT(nodes, 10 * 20000);
 }
 
+// Of points along a line most of the cells around would hold none.
+TEST(ImplicitFunctionTest, PointsAlongACurveGetCoarserCells) {
+  constexpr int kPoints = 20000;
+  constexpr double kRadius = 0.35;
+  OrientedCloud cloud;
+  cloud.points.resize(3, kPoints);
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kPoints;
+    cloud.points.col(i) << kRadius * std::cos(angle), kRadius * std::sin(angle), 0;
+  }
+  cloud.normals = cloud.points / kRadius;
+  cloud.median_spacing = 3 * 2 * std::numbers::pi * kRadius / kPoints;  // as 16 neighbours tell it
+  cloud.spacing.assign(kPoints, static_cast<float>(cloud.median_spacing));
+  cloud.noise.assign(kPoints, 0.0f);
+  const PointIndex index(cloud.points);
+  const NeighborGraph graph =
+      BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext{}).value();
+  const ImplicitFunction function =
+      FitImplicitFunction(cloud, graph, index, ImplicitOptions{}, RunContext{}).value();
+  int64_t finer = 0;
+  for (size_t level = 1; level < function.levels.size(); ++level) {
+    finer += function.levels[level].grid.size();
+  }
+  EXPECT_LT(finer, 1.1 * MostImplicitNodes(kPoints));
+  EXPECT_GT(finer, 0.1 * MostImplicitNodes(kPoints));
+}
+
 // A sphere thirty times as dense on one half: small cells there, large ones on the other.
 TEST(ImplicitFunctionTest, CellsFollowTheSpacing) {
   OrientedShape shape = OrientShape(*MakeSphere(), 60000, kSphereArea);
