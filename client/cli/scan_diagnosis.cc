@@ -155,9 +155,10 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.duplicates = checked.duplicates;
   d.strays = checked.strays;
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(std::move(checked), {}, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMeshResult control,
-      BuildControlMesh(surface.graph, surface.index, {}, context, &surface.cloud));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
+                           BuildControlMesh(std::move(surface.cloud), surface.graph, surface.index,
+                                            surface.frame, {}, context));
+  surface.cloud = std::move(control.cloud);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
 
   d.outliers = surface.outliers;

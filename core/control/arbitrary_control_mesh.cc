@@ -55,8 +55,10 @@ struct ZeroSet {
 
 // Of a function of the cloud, whose normals take the sides that it found.
 absl::StatusOr<ZeroSet> FindZeroSet(const NeighborGraph& graph, const PointIndex& index,
-                                    const ImplicitOptions& options, const RunContext& context,
+                                    BoundaryRule boundary, const RunContext& context,
                                     OrientedCloud* cloud) {
+  ImplicitOptions options;
+  options.closed = boundary == BoundaryRule::kClose;
   RILIEVO_ASSIGN_OR_RETURN(const ImplicitFunction function,
                            FitImplicitFunction(*cloud, graph, index, options, context));
   for (size_t i = 0; i < function.sides.size(); ++i) {
@@ -68,15 +70,11 @@ absl::StatusOr<ZeroSet> FindZeroSet(const NeighborGraph& graph, const PointIndex
 
 }  // namespace
 
-absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
-                                                 const PointIndex& index, BoundaryRule boundary,
-                                                 int target_faces, const RunContext& context,
-                                                 OrientedCloud* oriented, CreaseRule creases) {
-  const OrientedCloud& cloud = *oriented;
-  ImplicitOptions implicit;
-  implicit.closed = boundary == BoundaryRule::kClose;
-  RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set,
-                           FindZeroSet(graph, index, implicit, context, oriented));
+absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+                                                   const PointIndex& index, BoundaryRule boundary,
+                                                   CreaseRule creases, int target_faces,
+                                                   const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set, FindZeroSet(graph, index, boundary, context, &cloud));
   context.Report(Stage::kControlMesh, 0.5);
   zero_set.mesh = SplitFans(zero_set.mesh).mesh;
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed, TrimSurface(zero_set.mesh, cloud, index, boundary,
@@ -132,7 +130,7 @@ absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
   if (!lost.points.empty() && !IsLeftOut(Mechanism::kUncoveredPoints)) {
     RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }
-  return control;
+  return ArbitraryMesh{std::move(control), std::move(cloud)};
 }
 
 }  // namespace rilievo

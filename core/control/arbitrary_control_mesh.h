@@ -10,13 +10,17 @@
 
 namespace rilievo {
 
-// An implicit function of the oriented points, its iso-surface, trimmed where no
-// point supports it, simplified; its creases tagged unless `creases` says no. The cloud's normals
-// take the sides that the function found.
-absl::StatusOr<ControlMesh> ArbitraryControlMesh(const NeighborGraph& graph,
-                                                 const PointIndex& index, BoundaryRule boundary,
-                                                 int target_faces, const RunContext& context,
-                                                 OrientedCloud* cloud,
-                                                 CreaseRule creases = CreaseRule::kAuto);
+struct ArbitraryMesh {
+  ControlMesh mesh;
+  OrientedCloud cloud;  // as given, each normal on the side that the implicit function has outside
+};
+
+// The iso-surface of an implicit function of the oriented points, trimmed where no point supports
+// it and simplified; its creases tagged unless `creases` says no. `graph` and `index` are those of
+// the cloud's points.
+absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
+                                                   const PointIndex& index, BoundaryRule boundary,
+                                                   CreaseRule creases, int target_faces,
+                                                   const RunContext& context);
 
 }  // namespace rilievo

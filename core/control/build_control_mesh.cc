@@ -28,26 +28,20 @@ absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlO
                                                        " was asked for")};
 }
 
-absl::StatusOr<ControlMesh> BuildByTopology(Topology topology, const NeighborGraph& graph,
-                                            const PointIndex& index, const ControlOptions& options,
-                                            const RunContext& context, OrientedCloud* oriented) {
-  const OrientedCloud& cloud = *oriented;
-  const int target_faces = options.target_faces > 0
-                               ? UsefulControlFaces(options.target_faces, cloud.points.cols())
-                               : DefaultControlFaces(cloud);
-  switch (topology) {
-    case Topology::kPlanar:
-      return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
-    case Topology::kSpherical:
-      return SphericalControlMesh(cloud, index, target_faces, context);
-    case Topology::kUser:
-      return CheckUserControlMesh(*options.user_mesh, cloud, context);
-    case Topology::kAuto:
-    case Topology::kArbitrary:
-      break;
+// Of a topology that leaves the cloud as it is: any but kArbitrary.
+absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& cloud,
+                                        const PointIndex& index, const SpatialFrame& frame,
+                                        const ControlOptions& options, int target_faces,
+                                        const RunContext& context) {
+  if (topology == Topology::kPlanar) {
+    return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
   }
-  return ArbitraryControlMesh(graph, index, options.boundary, target_faces, context, oriented,
-                              options.creases);
+  if (topology == Topology::kSpherical) {
+    return SphericalControlMesh(cloud, index, target_faces, context);
+  }
+  ControlMesh mesh = *options.user_mesh;
+  for (auto vertex : mesh.vertices.colwise()) vertex = frame.UnitFromScan(vertex);
+  return CheckUserControlMesh(mesh, cloud, context);
 }
 
 absl::Status AddTopologyFigures(ControlMeshResult* result) {
@@ -76,28 +70,40 @@ int UsefulControlFaces(int target_faces, int64_t points) {
       target_faces, std::max<int64_t>(kFewestFaces, kMostFacesPerPoint * points)));
 }
 
-absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,
+absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
                                                    const PointIndex& index,
+                                                   const SpatialFrame& frame,
                                                    const ControlOptions& options,
-                                                   const RunContext& context,
-                                                   OrientedCloud* cloud) {
+                                                   const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kControlMesh, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(*cloud, options, context));
+  RILIEVO_ASSIGN_OR_RETURN(const TopologyChoice choice, Choose(cloud, options, context));
   ControlMeshResult result;
   result.topology = choice.topology;
   result.reason = choice.reason;
-  auto mesh = BuildByTopology(result.topology, graph, index, options, context, cloud);
-  const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh &&
-                             result.topology != Topology::kArbitrary;
-  if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
-    result.reason = absl::StrCat("arbitrary after ", TopologyName(result.topology),
-                                 " was tried: ", mesh.status().message());
-    result.topology = Topology::kArbitrary;
-    mesh = BuildByTopology(result.topology, graph, index, options, context, cloud);
+  const int target_faces = options.target_faces > 0
+                               ? UsefulControlFaces(options.target_faces, cloud.points.cols())
+                               : DefaultControlFaces(cloud);
+  if (result.topology != Topology::kArbitrary) {
+    auto mesh = RegularMesh(result.topology, cloud, index, frame, options, target_faces, context);
+    const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh;
+    if (absl::IsFailedPrecondition(mesh.status()) && may_fall_back) {
+      result.reason = absl::StrCat("arbitrary after ", TopologyName(result.topology),
+                                   " was tried: ", mesh.status().message());
+      result.topology = Topology::kArbitrary;
+    } else {
+      RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
+    }
   }
-  RILIEVO_ASSIGN_OR_RETURN(result.mesh, std::move(mesh));
+  if (result.topology == Topology::kArbitrary) {
+    RILIEVO_ASSIGN_OR_RETURN(ArbitraryMesh made,
+                             ArbitraryControlMesh(std::move(cloud), graph, index, options.boundary,
+                                                  options.creases, target_faces, context));
+    result.mesh = std::move(made.mesh);
+    cloud = std::move(made.cloud);
+  }
+  result.cloud = std::move(cloud);
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));
   context.Report(Stage::kControlMesh, 1);
   return result;

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/control/control_options.h"
+#include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
@@ -14,7 +15,9 @@
 namespace rilievo {
 
 struct ControlMeshResult {
-  ControlMesh mesh;    // unit frame
+  ControlMesh mesh;  // unit frame
+  // The one given, but that kArbitrary flips the normals that disagree with the surface it found.
+  OrientedCloud cloud;
   Topology topology;   // never kAuto
   std::string reason;  // one sentence: why this topology
   int components = 0;
@@ -29,12 +32,14 @@ int DefaultControlFaces(const OrientedCloud& cloud);
 // `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
 int UsefulControlFaces(int target_faces, int64_t points);
 
+// `graph` and `index` are those of the cloud's points, `frame` their unit frame.
 // FAILED_PRECONDITION, naming a topology that would do, when the one asked for does not suit the
 // cloud. One that was chosen here and does not suit it is replaced by kArbitrary, and the reason
-// says so. kArbitrary flips those of the cloud's normals that disagree with the surface it finds.
-absl::StatusOr<ControlMeshResult> BuildControlMesh(const NeighborGraph& graph,
+// says so.
+absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
                                                    const PointIndex& index,
+                                                   const SpatialFrame& frame,
                                                    const ControlOptions& options,
-                                                   const RunContext& context, OrientedCloud* cloud);
+                                                   const RunContext& context);
 
 }  // namespace rilievo

@@ -28,8 +28,8 @@ struct ControlOptions {
   // About how many control faces; 0: chosen from the number of points. [0, 200000], of which
   // UsefulControlFaces() are made.
   int target_faces = 0;
-  // For topology kUser, which kAuto stands for when this is set: used as it is, after checks. Unit
-  // frame.
+  // For topology kUser, which kAuto stands for when this is set: used as it is, after checks. In
+  // the frame of the scan.
   std::optional<ControlMesh> user_mesh;
   absl::Status Validate() const;
 };

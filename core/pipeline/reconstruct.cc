@@ -66,14 +66,10 @@ absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const Run
                                     ScanSurface* cleaned, ReconstructReport* report) {
   ScanSurface& scan = *cleaned;
   const StageTimer timer(Stage::kControlMesh, context, report);
-  ControlOptions control = options.control;
-  if (control.user_mesh) {
-    for (auto vertex : control.user_mesh->vertices.colwise()) {
-      vertex = scan.frame.UnitFromScan(vertex);
-    }
-  }
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult result,
-                           BuildControlMesh(scan.graph, scan.index, control, context, &scan.cloud));
+                           BuildControlMesh(std::move(scan.cloud), scan.graph, scan.index,
+                                            scan.frame, options.control, context));
+  scan.cloud = std::move(result.cloud);
   report->topology = TopologyName(result.topology);
   report->topology_reason = result.reason;
   report->components = result.components;

@@ -23,7 +23,6 @@ namespace rilievo {
 struct ReconstructOptions {
   CheckOptions check;
   ScanOptions scan;
-  // control.user_mesh is given in the SCAN frame here; the pipeline moves it into the unit frame.
   ControlOptions control;
   FitOptions fit;
   DisplacementOptions displacement;

@@ -11,6 +11,13 @@
 namespace rilievo {
 namespace {
 
+ControlMesh MeshOf(const OrientedShape& shape, int target_faces, const RunContext& context) {
+  return ArbitraryControlMesh(shape.cloud, shape.graph, shape.index, BoundaryRule::kKeep,
+                              CreaseRule::kAuto, target_faces, context)
+      .value()
+      .mesh;
+}
+
 TEST(ArbitraryControlMeshTest, KeepsGenusAndComponents) {
   const struct {
     ShapePtr shape;
@@ -21,10 +28,8 @@ TEST(ArbitraryControlMeshTest, KeepsGenusAndComponents) {
                {MakePair(), kSphereArea, 1, 2},
                {MakeSphere(), kSphereArea, 0, 1}};
   for (const auto& test : cases) {
-    OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
-    const ControlMesh mesh = ArbitraryControlMesh(shape.graph, shape.index, BoundaryRule::kKeep,
-                                                  1000, RunContext{}, &shape.cloud)
-                                 .value();
+    const OrientedShape shape = OrientShape(*test.shape, 30000, test.area);
+    const ControlMesh mesh = MeshOf(shape, 1000, RunContext{});
     const TopologySummary topology =
         SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
     EXPECT_TRUE(topology.manifold()) << test.shape->name();
@@ -40,9 +45,7 @@ TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
   const auto run = [&](int threads) {
     RunContext context;
     context.threads = threads;
-    OrientedCloud cloud = shape.cloud;
-    return ArbitraryControlMesh(shape.graph, shape.index, BoundaryRule::kKeep, 400, context, &cloud)
-        .value();
+    return MeshOf(shape, 400, context);
   };
   const ControlMesh one = run(1), three = run(3);
   EXPECT_EQ(one.faces, three.faces);
@@ -51,14 +54,15 @@ TEST(ArbitraryControlMeshTest, TheNumberOfThreadsDoesNotChangeABit) {
 
 // The first simplification cuts them off: 47 points are out of reach of it.
 TEST(ArbitraryControlMeshTest, ProngsStayInReach) {
-  OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 160));
+  const OrientedCloud cloud = CloudOf(MarchTetrahedra(ProngedBallField, 160));
   const PointIndex index(cloud.points);
   const NeighborGraph graph =
       BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext{}).value();
-  const ControlMesh mesh =
-      ArbitraryControlMesh(graph, index, BoundaryRule::kKeep, 60, RunContext{}, &cloud).value();
+  const ArbitraryMesh made = ArbitraryControlMesh(cloud, graph, index, BoundaryRule::kKeep,
+                                                  CreaseRule::kAuto, 60, RunContext{})
+                                 .value();
   const UncoveredPoints lost =
-      FindUncoveredPoints(cloud, mesh, ControlStage::kTaken,
+      FindUncoveredPoints(made.cloud, made.mesh, ControlStage::kTaken,
                           {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext{})
           .value();
   EXPECT_LT(lost.points.size(), 20);

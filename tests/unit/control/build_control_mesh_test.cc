@@ -13,7 +13,7 @@ absl::StatusOr<ControlMeshResult> Build(OrientedCloud cloud, const ControlOption
   const PointIndex index(cloud.points);
   auto graph = BuildNeighborGraph(index, cloud.points, NeighborOptions{}, RunContext());
   if (!graph.ok()) return graph.status();
-  return BuildControlMesh(*graph, index, options, context, &cloud);
+  return BuildControlMesh(std::move(cloud), *graph, index, SpatialFrame{}, options, context);
 }
 
 TEST(BuildControlMesh, AutoTakesThePlanarRoadOverATerrain) {

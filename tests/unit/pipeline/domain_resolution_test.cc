@@ -26,7 +26,9 @@ Prepared Prepare(const AnalyticShape& shape) {
   control.topology = Topology::kArbitrary;
   control.target_faces = 1200;
   ControlMeshResult result =
-      BuildControlMesh(scan.graph, scan.index, control, {}, &scan.cloud).value();
+      BuildControlMesh(std::move(scan.cloud), scan.graph, scan.index, scan.frame, control, {})
+          .value();
+  scan.cloud = std::move(result.cloud);
   return {std::move(scan), std::move(result.mesh)};
 }
 

@@ -25,8 +25,10 @@ inline PreparedScan PrepareScan(const AnalyticShape& shape, int points, double n
   const CheckedScan checked = CheckScan(cloud, CheckOptions{}, context).value();
   PreparedScan prepared{AnalyzeScan(checked, ScanOptions{}, context).value(), {}, {}};
   ScanSurface& scan = prepared.scan;
-  ControlMeshResult result =
-      BuildControlMesh(scan.graph, scan.index, ControlOptions{}, context, &scan.cloud).value();
+  ControlMeshResult result = BuildControlMesh(std::move(scan.cloud), scan.graph, scan.index,
+                                              scan.frame, ControlOptions{}, context)
+                                 .value();
+  scan.cloud = std::move(result.cloud);
   prepared.control = std::move(result.mesh);
   prepared.report.points_used = scan.cloud.points.cols();
   prepared.report.median_spacing = scan.cloud.median_spacing;

@@ -13,8 +13,7 @@ ControlMesh MeshOf(const OrientedShape& shape) {
   ControlOptions options;
   options.topology = Topology::kArbitrary;
   options.target_faces = 800;
-  OrientedCloud cloud = shape.cloud;
-  return BuildControlMesh(shape.graph, shape.index, options, RunContext{}, &cloud).value().mesh;
+  return BuildControlMesh(shape.cloud, shape.graph, shape.index, {}, options, {}).value().mesh;
 }
 
 TEST(CoarserControlMeshTest, FewerFacesOfTheSameTopologyOnTheSurface) {
