@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/control/implicit/implicit_function.h"
 #include "core/control/spherical/spherical_control_mesh.h"
 #include "core/pipeline/build_surface.h"
 
@@ -12,12 +13,13 @@ constexpr int64_t kMostPoints = int64_t{1} << 50;  // no memory holds so many; t
 constexpr int64_t kProgramBytes = 21'000'000;
 // Of each point beyond so many neighbours are kept packed (see ScanSurface).
 constexpr int64_t kManyPoints = 200'000;
-// While normals and the control mesh are made: of a point, and of a further one.
-constexpr int64_t kAnalyzedPoint = 380, kFurtherAnalyzedPoint = 250;
+// While normals and the control mesh are made: of a point, of a further one, and of a node of the
+// implicit function. Few scans ask for all the nodes that it may have.
+constexpr int64_t kAnalyzedPoint = 330, kFurtherAnalyzedPoint = 200, kNode = 45;
 // More neighbours than usual are more to keep; of fewer come normals that a crumpled control mesh
 // comes of.
 constexpr int kUsualNeighbors = 16, kFewNeighbors = 12;
-constexpr int64_t kNeighbor = 11, kMissingNeighbor = 400;
+constexpr int64_t kNeighbor = 11, kMissingNeighbor = 250;
 // While the domain is fitted: of a point and of a sample, with the control mesh below it.
 constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // While the surface is sampled and coded: of a point, of a face of the finest level, and of one
@@ -64,8 +66,11 @@ int64_t EstimateMemory(const JobRequest& job) {
   const int neighbors = options.scan.neighbors.k;
   const int64_t unusual = kNeighbor * std::max(0, neighbors - kUsualNeighbors) +
                           kMissingNeighbor * std::max(0, kFewNeighbors - neighbors);
+  const bool implicit = !options.control.user_mesh &&
+                        (topology == Topology::kAuto || topology == Topology::kArbitrary);
   const int64_t analysis =
-      OfPoints(points, kAnalyzedPoint + unusual, kFurtherAnalyzedPoint + unusual);
+      OfPoints(points, kAnalyzedPoint + unusual, kFurtherAnalyzedPoint + unusual) +
+      (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
                       kSample * Samples(control_faces, points, options.fit.sample_level);
   const int64_t surface =
