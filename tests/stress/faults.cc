@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -30,17 +31,25 @@ struct Kind {
   int error;
   const char* name;
   int most;              // calls that are made to fail, at most
-  bool may_end = false;  // the server itself
+  int fewest = 0;        // in the short form too
+  bool lasting = false;  // as are all after it
+  bool is_memory() const { return kind == FaultKind::kAllocate; }
 };
 
 constexpr int kAll = 1'000'000;
-// A server without memory may end, as gRPC ends it; what it acknowledged is there when it is
-// started again. There are too many allocations to fail them all.
+// A server that stays without memory ends, and says so; one that lacks it for a moment may, where
+// gRPC ends it. What it acknowledged is there when it is started again. There are too many
+// allocations to fail them all.
 constexpr Kind kKinds[] = {{FaultKind::kWrite, ENOSPC, "write: disk full", kAll},
                            {FaultKind::kWrite, EIO, "write: I/O error", kAll},
                            {FaultKind::kSync, EIO, "sync: I/O error", kAll},
                            {FaultKind::kRename, EIO, "rename: I/O error", kAll},
-                           {FaultKind::kAllocate, ENOMEM, "allocation", 150, true}};
+                           {FaultKind::kAllocate, ENOMEM, "allocation", 150, 12},
+                           {FaultKind::kAllocate, ENOMEM, "allocation and all after it", 50, 4,
+                            /*lasting=*/true}};
+// What the server says at its end.
+constexpr char kLastLine[] = "goes on with all that it acknowledged";
+constexpr int kExitOnNoMemory = 1, kExitOnAbort = 128 + SIGABRT;
 
 // The control file, mapped here.
 class FaultFile {
@@ -66,6 +75,7 @@ class FaultFile {
   int64_t calls(FaultKind kind) const { return control_->calls[static_cast<int>(kind)]; }
   void FailAt(const Kind& kind, int64_t n) {
     control_->error = kind.error;
+    control_->lasting = kind.lasting;
     control_->countdown[static_cast<int>(kind.kind)] = n;
   }
   void Disarm() {
@@ -124,6 +134,14 @@ std::string WrongAfter(const StressServer& server, const KnownScan& scan, const 
   return *surface == scan.surface ? "" : "the surface has other bytes";
 }
 
+// Why the server should not have ended like that; empty when it should.
+std::string WrongEnd(const Kind& kind, int exit, StressServer& server) {
+  if (!kind.is_memory() || (exit != kExitOnNoMemory && exit != kExitOnAbort)) {
+    return absl::StrFormat("the server ended with %d", exit);
+  }
+  return server.process().WaitForLine(kLastLine, seconds(5)) ? "" : "the server ended in silence";
+}
+
 class FaultyRuns {
  public:
   // Counts the calls of an undisturbed run.
@@ -155,7 +173,8 @@ class FaultyRuns {
     const bool silent =
         std::any_of(attempt.refusals.begin(), attempt.refusals.end(),
                     [](const absl::Status& refusal) { return ErrorReason(refusal).empty(); });
-    const bool ended = server.process().WaitForExit(seconds(silent ? 5 : 0)).has_value();
+    const auto exit = server.process().WaitForExit(seconds(silent ? 5 : 0));
+    const bool ended = exit.has_value();
     ended_ += ended;
     for (const absl::Status& refusal : attempt.refusals) {
       ++refusals_;
@@ -163,7 +182,10 @@ class FaultyRuns {
         Wrong(kind, n, "a refusal without a reason: " + refusal.ToString());
       }
     }
-    if (ended && !kind.may_end) Wrong(kind, n, "the server ended");
+    if (ended) Wrong(kind, n, WrongEnd(kind, *exit, server));
+    if (!ended && kind.lasting && !attempt.refusals.empty()) {
+      Wrong(kind, n, "the server stays without memory");
+    }
     if (!ended) Wrong(kind, n, WrongAfter(server, scan_, attempt));
     server.Kill();
     server.Start();
@@ -206,11 +228,9 @@ void Faults(const Scale& scale, Report* report) {
     return;
   }
   for (const Kind& kind : kKinds) {
-    // Four of thousands say little.
-    if (kind.kind == FaultKind::kAllocate && scale.faults < kind.most) continue;
     FaultyRuns runs;
     const int64_t all = counting.calls(kind.kind);
-    const int64_t count = std::min<int64_t>({all, kind.most, scale.faults});
+    const int64_t count = std::min<int64_t>({all, kind.most, std::max(scale.faults, kind.fewest)});
     for (int64_t i = 0; i < count; ++i) runs.Run(kind, 1 + i * all / count);
     report->Expect(kPart, absl::StrFormat("%s: %s", kind.name, asked), runs.wrong() == 0,
                    absl::StrFormat("%d calls: ", all) + runs.Seen(count));

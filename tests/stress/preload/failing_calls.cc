@@ -37,9 +37,10 @@ bool Fails(FaultKind kind) {
   if (control == nullptr) return false;
   const int i = static_cast<int>(kind);
   ++control->calls[i];
-  if (control->countdown[i].load(std::memory_order_relaxed) <= 0 || --control->countdown[i] != 0) {
-    return false;
-  }
+  auto& countdown = control->countdown[i];
+  if (countdown.load(std::memory_order_relaxed) <= 0) return false;
+  if (const int64_t left = --countdown; left > 0 || (left < 0 && !control->lasting)) return false;
+  if (control->lasting) countdown = 1;
   ++control->failed;
   errno = control->error;
   return true;

@@ -16,6 +16,7 @@ struct FaultControl {
   // The `countdown`-th call of `kind` from now on, counted from 1, fails with errno `error`; 0:
   // none.
   std::atomic<int64_t> countdown[kFaultKinds];
+  std::atomic<bool> lasting;  // and so do all after it
   std::atomic<int> error;
   std::atomic<int64_t> failed;  // calls that were made to fail
 };
