@@ -1,7 +1,6 @@
 #include "tests/stress/front.h"
 
 #include <fcntl.h>
-#include <netinet/in.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdlib.h>
@@ -17,8 +16,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "tests/stress/line.h"
 #include "tests/stress/stress_server.h"
+#include "tests/unit/server/os/loopback.h"
 
 extern char** environ;
 
@@ -33,10 +32,8 @@ constexpr char kShipped[] = RILIEVO_SOURCE_FOLDER "/deploy/front/nginx.conf";
 // One that nobody listens to; another process might take it before we do.
 int FreePort() {
   const FileDescriptor end(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address{};
+  sockaddr_in address = LoopbackAddress(0);
   socklen_t size = sizeof(address);
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   bind(end.number(), reinterpret_cast<sockaddr*>(&address), size);
   getsockname(end.number(), reinterpret_cast<sockaddr*>(&address), &size);
   return ntohs(address.sin_port);

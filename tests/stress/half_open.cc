@@ -5,6 +5,7 @@
 #include "tests/stress/line.h"
 #include "tests/stress/parts.h"
 #include "tests/stress/stress_server.h"
+#include "tests/unit/server/os/loopback.h"
 
 namespace rilievo::stress {
 namespace {

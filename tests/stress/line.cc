@@ -1,39 +1,23 @@
 #include "tests/stress/line.h"
 
-#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <vector>
 
+#include "tests/unit/server/os/loopback.h"
+
 namespace rilievo::stress {
 namespace {
 
 constexpr int kLookAroundMilliseconds = 20;
 
-sockaddr_in Loopback(int port) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>(port));
-  return address;
-}
-
 }  // namespace
-
-FileDescriptor ConnectTo(int port) {
-  FileDescriptor end(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  const sockaddr_in address = Loopback(port);
-  if (connect(end.number(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    end.Close();
-  }
-  return end;
-}
 
 Line::Line(int server_port)
     : server_port_(server_port), listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address = Loopback(0);
+  sockaddr_in address = LoopbackAddress(0);
   socklen_t size = sizeof(address);
   bind(listener_.number(), reinterpret_cast<sockaddr*>(&address), size);
   listen(listener_.number(), 1);

@@ -39,7 +39,4 @@ class Line {
   std::jthread thread_;
 };
 
-// A connected socket; invalid when nobody listens.
-FileDescriptor ConnectTo(int port);
-
 }  // namespace rilievo::stress

@@ -1,6 +1,5 @@
 #include "tests/integration/daemon/raw_http2.h"
 
-#include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -8,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "tests/unit/server/os/loopback.h"
 
 namespace rilievo::http2 {
 namespace {
@@ -16,14 +16,7 @@ constexpr size_t kFrameHeader = 9;
 constexpr timeval kSendTimeout{5, 0};
 
 FileDescriptor Connected(int port) {
-  FileDescriptor end(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>(port));
-  if (connect(end.number(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    end.Close();
-  }
+  FileDescriptor end = ConnectTo(port);
   const int yes = 1;
   setsockopt(end.number(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes));
   setsockopt(end.number(), SOL_SOCKET, SO_SNDTIMEO, &kSendTimeout, sizeof(kSendTimeout));

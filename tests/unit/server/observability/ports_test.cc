@@ -1,7 +1,5 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include <chrono>
 #include <vector>
@@ -10,6 +8,7 @@
 #include "server/observability/port/channelz_port.h"
 #include "server/observability/port/metrics_port.h"
 #include "server/observability/server_metrics.h"
+#include "tests/unit/server/os/loopback.h"
 
 namespace rilievo {
 namespace {
@@ -27,14 +26,8 @@ TEST(MetricsPort, TakesAFreePortAndRefusesOneThatIsTaken) {
   EXPECT_TRUE(absl::IsUnavailable(MetricsPort::Open("nonsense", metrics.collectable()).status()));
 }
 
-FileDescriptor ConnectTo(const std::string& address) {
-  FileDescriptor end(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_in to{};
-  to.sin_family = AF_INET;
-  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  to.sin_port = htons(static_cast<uint16_t>(std::stoi(address.substr(address.rfind(':') + 1))));
-  EXPECT_EQ(connect(end.number(), reinterpret_cast<const sockaddr*>(&to), sizeof(to)), 0);
-  return end;
+FileDescriptor ConnectToAddress(const std::string& address) {
+  return ConnectTo(std::stoi(address.substr(address.rfind(':') + 1)));
 }
 
 // The whole answer; empty when the connection is closed without one.
@@ -52,13 +45,13 @@ TEST(MetricsPort, AnswersBesideConnectionsThatSayNothing) {
   ASSERT_TRUE(port.ok()) << port.status();
   std::vector<FileDescriptor> silent;
   for (int i = 0; i < 50; ++i) {
-    silent.push_back(ConnectTo((*port)->address()));
+    silent.push_back(ConnectToAddress((*port)->address()));
     const std::string begun = "GET /metrics HTTP/1.1\r\nX-A: ";
     EXPECT_TRUE(silent.back().Send(begun.data(), begun.size()).ok());
   }
   const auto start = std::chrono::steady_clock::now();
   const std::string answer =
-      Ask(ConnectTo((*port)->address()), "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
+      Ask(ConnectToAddress((*port)->address()), "GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1));
   EXPECT_THAT(answer, StartsWith("HTTP/1.1 200 OK\r\n"));
   const size_t body = answer.find("\r\n\r\n") + 4;
@@ -74,7 +67,7 @@ TEST(MetricsPort, ClosesWhoIsTooManyOrTooLong) {
   ASSERT_TRUE(port.ok()) << port.status();
   std::vector<FileDescriptor> silent;
   for (size_t i = 0; i < ScrapeServer::kMostConnections + 1; ++i) {
-    silent.push_back(ConnectTo((*port)->address()));
+    silent.push_back(ConnectToAddress((*port)->address()));
   }
   EXPECT_EQ(Ask(silent[0], ""), "") << "the oldest made room";
   EXPECT_THAT(Ask(silent[1], "GET / HTTP/1.1\r\n\r\n"), StartsWith("HTTP/1.1 404"));

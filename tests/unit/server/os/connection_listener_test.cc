@@ -1,8 +1,6 @@
 #include "server/os/connection_listener.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 
@@ -10,22 +8,12 @@
 #include <condition_variable>
 #include <mutex>
 
+#include "tests/unit/server/os/loopback.h"
+
 namespace rilievo {
 namespace {
 
 using std::chrono::seconds;
-
-FileDescriptor ConnectTo(int port) {
-  FileDescriptor one(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>(port));
-  if (connect(one.number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)) != 0) {
-    one.Close();
-  }
-  return one;
-}
 
 // What a listener has handed on.
 class Connections {
@@ -99,11 +87,9 @@ TEST(ConnectionListener, GoesOnWhenThereAreFileHandlesAgain) {
   rlimit none = before;
   none.rlim_cur = static_cast<rlim_t>(waiting.number() + 1);
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<uint16_t>((*listener)->port()));
-  EXPECT_EQ(connect(waiting.number(), reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
+  const sockaddr_in address = LoopbackAddress((*listener)->port());
+  EXPECT_EQ(connect(waiting.number(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)),
+            0);
   EXPECT_FALSE(connections.WaitFor(1, seconds(1)));
   ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
   EXPECT_TRUE(connections.WaitFor(1)) << "it was kept waiting";

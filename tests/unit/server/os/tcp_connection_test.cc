@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/os/file_descriptor.h"
+#include "tests/unit/server/os/loopback.h"
 
 namespace rilievo {
 namespace {
@@ -16,10 +17,8 @@ namespace {
 // The two ends of a connection over loopback.
 std::pair<FileDescriptor, FileDescriptor> Connection(int* client_port) {
   const FileDescriptor listener(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address{};
+  sockaddr_in address = LoopbackAddress(0);
   socklen_t size = sizeof(address);
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   EXPECT_EQ(bind(listener.number(), reinterpret_cast<sockaddr*>(&address), size), 0);
   EXPECT_EQ(listen(listener.number(), 1), 0);
   getsockname(listener.number(), reinterpret_cast<sockaddr*>(&address), &size);
