@@ -21,6 +21,7 @@
 #include "server/jobs/jobs_service.h"
 #include "server/observability/server_metrics.h"
 #include "server/reconstruction_service.h"
+#include "server/rpc/call_auditor.h"
 #include "server/rpc/grpc_status.h"
 #include "server/store/temporary_folder.h"
 
@@ -137,8 +138,9 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   builder.RegisterService(result->service_.get());
   builder.RegisterService(result->jobs_.get());
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(StatusExplainer());  // before what counts them
+  interceptors.push_back(StatusExplainer());  // before what counts and logs them
   interceptors.push_back(CallCounter(result->core_->metrics));
+  if (!embedded) interceptors.push_back(CallAuditor(result->core_->door.get()));
   builder.experimental().SetInterceptorCreators(std::move(interceptors));
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   RefuseCompression(&builder);

@@ -12,8 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
-#include "google/rpc/error_details.pb.h"
-#include "google/rpc/status.pb.h"
+#include "server/observability/error_reason.h"
 #include "server/observability/server_log.h"
 #include "server/os/process_usage.h"
 
@@ -30,17 +29,6 @@ const Histogram::BucketBoundaries& Buckets() {
   static const Histogram::BucketBoundaries buckets = {0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1,
                                                       3,     10,    30,   60,   180, 600};
   return buckets;
-}
-
-// ErrorInfo.reason of a status; empty when it has none.
-std::string ReasonOf(const grpc::Status& status) {
-  google::rpc::Status details;
-  if (status.error_details().empty() || !details.ParseFromString(status.error_details())) return "";
-  google::rpc::ErrorInfo info;
-  for (const auto& detail : details.details()) {
-    if (detail.UnpackTo(&info)) return info.reason();
-  }
-  return "";
 }
 
 }  // namespace
@@ -206,7 +194,7 @@ void ServerMetrics::CountCall(const std::string& method, const grpc::Status& sta
       .Add({{"method", ours ? method : "other"}, {"code", absl::StatusCodeToString(code)}})
       .Increment();
   if (status.ok()) return;
-  if (const std::string reason = ReasonOf(status); !reason.empty()) {
+  if (const std::string reason = ErrorReasonOf(status); !reason.empty()) {
     registers_->refusals.Add({{"reason", reason}}).Increment();
   }
 }
