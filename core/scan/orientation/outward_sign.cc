@@ -60,8 +60,8 @@ double ExtremeVote(const OrientedCloud& cloud, std::span<const int> members,
 
 int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
                 const RunContext& context) {
-  constexpr double kClosed = 0.35;
-  constexpr double kConvex = 0.02;
+  constexpr double kClosed = 0.5;
+  constexpr double kConvex = 0.2;
   const double vote = ExtremeVote(cloud, members, context);
   if (std::abs(vote) > kClosed) return vote < 0 ? -1 : 1;
 
