@@ -10,8 +10,8 @@ namespace rilievo {
 
 // +1 or -1: the factor that turns the normals of `members` (not empty) outward. On a closed or
 // nearly closed surface the extreme points of all directions agree; on an open sheet, where they
-// do not, outward is the convex side, and up (+z, else +y, else +x) when there is none. After a
-// stop request it may be either; the caller asks context.CheckStop() after.
+// do not, outward is the convex side, and up (+z, else +y, else +x) when no side plainly is. After
+// a stop request it may be either; the caller asks context.CheckStop() after.
 int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
                 const RunContext& context);
 

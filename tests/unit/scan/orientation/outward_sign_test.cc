@@ -49,6 +49,19 @@ TEST(OutwardSignTest, AFlatPatchFacesUp) {
   EXPECT_EQ(SignOf(patch), -1);
 }
 
+// Terrain has hollows and hills: neither side is the convex one.
+TEST(OutwardSignTest, AValleyFacesUp) {
+  OrientedCloud valley = HeightField([](double x, double) { return 0.08 * x * x; });
+  EXPECT_EQ(SignOf(valley), 1);
+  valley.normals *= -1;
+  EXPECT_EQ(SignOf(valley), -1);
+}
+
+TEST(OutwardSignTest, ABowlFacesAwayFromItsCentre) {
+  OrientedCloud bowl = HeightField([](double x, double y) { return 0.4 * (x * x + y * y); });
+  EXPECT_EQ(SignOf(bowl), -1);
+}
+
 // Only the members count.
 TEST(OutwardSignTest, OthersHaveNoSay) {
   OrientedCloud cloud = HeightField([](double, double) { return 0.0; });
