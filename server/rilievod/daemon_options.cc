@@ -92,7 +92,8 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--worker", line->worker,
                   "path of the program rilievo-worker; default: the one beside this program");
   app->add_flag("--in-process", line->in_process,
-                "work in this process; a job that crashes then ends the server");
+                "work in this process; a job that crashes or runs out of memory then ends "
+                "the server");
   app->add_option("--reflection", line->reflection,
                   "serve the protocol's description: on, off, or auto (on unless callers need a "
                   "token or a certificate)")

@@ -109,6 +109,7 @@ Attempt UploadAndReconstruct(const StressServer& server, const KnownScan& scan) 
   request.set_scan_id(scan.packed.scan_id);
   request.mutable_header()->set_coordinate_format(scan.packed.format);
   request.mutable_header()->set_point_count(scan.packed.point_count);
+  request.mutable_header()->mutable_options();  // the same request as Submit() makes
   const auto job = jobs.Create(request, Within(seconds(20)));
   if (!note(job.status())) return attempt;
   attempt.job = job->job_id();
