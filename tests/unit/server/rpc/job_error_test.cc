@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
+#include "server/conversion/memory_estimate.h"
+
 namespace rilievo {
 namespace {
 
@@ -17,18 +20,19 @@ TEST(JobError, EveryReasonToStopHasItsStatus) {
 }
 
 TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
-  ServerOptions options;
-  options.memory_budget = 100'000'000;
   JobRequest job;
   job.point_count = 100'000;
+  const int64_t enough = EstimateMemory(job);
+  ServerOptions options;
+  options.memory_budget = enough;
   EXPECT_FALSE(CheckMemory(job, options).has_value());
   job.point_count = 200'000;
   const auto error = CheckMemory(job, options);
   ASSERT_TRUE(error.has_value());
   EXPECT_EQ(error->reason, ErrorCause::kMemoryLimit);
-  EXPECT_EQ(error->metadata.at("limit"), "100000000");
-  EXPECT_GT(std::stoll(error->metadata.at("value")), 100'000'000);
-  EXPECT_NE(error->message.find("100 MB"), std::string::npos);
+  EXPECT_EQ(error->metadata.at("limit"), absl::StrCat(enough));
+  EXPECT_EQ(error->metadata.at("value"), absl::StrCat(EstimateMemory(job)));
+  EXPECT_NE(error->message.find(absl::StrCat(enough / 1'000'000, " MB")), std::string::npos);
 }
 
 TEST(JobError, AMeshOfTheClientsIsNamed) {
