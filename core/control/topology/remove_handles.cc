@@ -87,6 +87,36 @@ absl::Status ClearWhereFlat(double radius, const RunContext& context,
   return absl::OkStatus();
 }
 
+// Tightens the loops that FindLoops() will most likely ask for, which are off the
+// boundary and the neighbourhoods of all before. The others stay empty.
+absl::StatusOr<std::vector<std::vector<int>>> TightenFirstOfEach(
+    const MeshTopology& topology, const std::vector<std::vector<int>>& found, double radius,
+    double step, const RunContext& context, NonseparatingLoopFinder* finder,
+    ScratchPool<NonseparatingLoopFinder>* finders) {
+  std::vector<uint8_t> taken(topology.boundary_vertex);
+  std::vector<size_t> firsts;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const std::vector<int>& loop = found[i];
+    if (loop.empty() ||
+        std::any_of(loop.begin(), loop.end(), [&](int v) { return taken[v] != 0; })) {
+      continue;
+    }
+    firsts.push_back(i);
+    for (const int v : finder->Disc(loop[0], finder->Length(loop) / 2 + step)) taken[v] = 1;
+    for (const int v : loop) taken[v] = 1;
+  }
+  std::vector<std::vector<int>> tightened(found.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(firsts.size()), 1, context, [&](int64_t begin, int64_t end) {
+        const auto own = finders->Take();
+        for (int64_t i = begin; i < end; ++i) {
+          const size_t loop = firsts[i];
+          tightened[loop] = Tighten(found[loop], radius, own.get());
+        }
+      }));
+  return tightened;
+}
+
 // Loops short enough to be cut at once: no two share a face, none touches the boundary. Searched
 // around the vertices flagged in `search`; out: flagged where the next search has to look, near the
 // loops, as two handles may lie side by side.
@@ -99,7 +129,7 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
   // A loop within `step` of a seed lies in the seed's disc whole.
   const double step = max_length / 4;
   const double radius = max_length / 2 + step;
-  std::vector<std::vector<int>> found;
+  std::vector<std::vector<int>> found, tightened;
   {
     ScratchPool<NonseparatingLoopFinder> finders(prototype);
     RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
@@ -114,6 +144,8 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
             found[i] = ShortLoop(seeds[i], max_length, step, own.get());
           }
         }));
+    RILIEVO_ASSIGN_OR_RETURN(
+        tightened, TightenFirstOfEach(topology, found, radius, step, context, &finder, &finders));
   }
   std::vector<uint8_t> taken(topology.vertex_count, 0);
   std::vector<uint8_t> kept(taken), again(taken);
@@ -140,10 +172,12 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
            (!is_tiny && support->PointsLeaveOpen(loop, vertices));
   };
   std::vector<std::vector<int>> loops;
-  for (std::vector<int>& loop : found) {
+  for (size_t i = 0; i < found.size(); ++i) {
+    std::vector<int>& loop = found[i];
     if (blocked(loop)) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    loop = Tighten(std::move(loop), radius, &finder);
+    loop =
+        tightened[i].empty() ? Tighten(std::move(loop), radius, &finder) : std::move(tightened[i]);
     if (blocked(loop)) continue;
     if (is_real(loop)) {
       // Loops in so small a disc are the same handle's.

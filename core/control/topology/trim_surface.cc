@@ -6,13 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
-#include "core/geometry/mesh_topology.h"
+#include "core/geometry/half_edges.h"
 #include "core/geometry/vertex_normals.h"
 #include "core/points/batched_nearest.h"
 
@@ -26,26 +27,47 @@ constexpr double kNoiseReach = 4;  // a point supports what lies within this man
 constexpr int kMajorityRounds = 3;
 constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
-// Vertices joined by edges, as flat lists.
-struct Adjacency {
-  std::vector<int> begin, vertices;
+// How the vertices of a manifold hang together.
+struct Links {
+  std::vector<int> begin, vertices;  // those joined by edges, as flat lists
+  std::vector<int> next_on_border;   // where the border goes on from a vertex; -1 off it
 };
 
-Adjacency LinkVertices(const MeshTopology& topology) {
-  Adjacency links;
-  links.begin.assign(topology.vertex_count + 1, 0);
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    ++links.begin[topology.edge_vertices(0, e) + 1];
-    ++links.begin[topology.edge_vertices(1, e) + 1];
-  }
+std::vector<int> NextOnBorder(const ControlMesh& mesh) {
+  std::vector<int> next(mesh.vertices.cols(), -1);
+  ForEachEdge(mesh.faces, static_cast<int>(next.size()),
+              [&](int low, int high, const HalfEdgeGroup& group) {
+                if (group.size() > 1) return;
+                const int from = Origin(mesh.faces, group[0]);
+                next[from] = low + high - from;
+              });
+  return next;
+}
+
+Links LinkVertices(const ControlMesh& mesh) {
+  Links links;
+  const auto vertex_count = static_cast<int>(mesh.vertices.cols());
+  links.begin.assign(static_cast<size_t>(vertex_count) + 1, 0);
+  links.next_on_border.assign(static_cast<size_t>(vertex_count), -1);
+  std::vector<std::array<int, 2>> edges;
+  edges.reserve(static_cast<size_t>(mesh.faces.cols()) * 8 / 5);
+  ForEachEdge(mesh.faces, vertex_count, [&](int low, int high, const HalfEdgeGroup& group) {
+    edges.push_back({low, high});
+    ++links.begin[low + 1];
+    ++links.begin[high + 1];
+    if (group.size() > 1) return;
+    const int from = Origin(mesh.faces, group[0]);
+    links.next_on_border[from] = low + high - from;
+  });
   std::partial_sum(links.begin.begin(), links.begin.end(), links.begin.begin());
   links.vertices.resize(links.begin.back());
-  std::vector<int> next(links.begin.begin(), links.begin.end() - 1);
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-    links.vertices[next[a]++] = b;
-    links.vertices[next[b]++] = a;
+  // Filling moves each begin to the next vertex's.
+  for (const auto& [low, high] : edges) {
+    links.vertices[links.begin[low]++] = high;
+    links.vertices[links.begin[high]++] = low;
   }
+  std::copy_backward(links.begin.begin(), links.begin.end() - 1, links.begin.end());
+  links.begin.front() = 0;
   return links;
 }
 
@@ -122,8 +144,7 @@ struct Region {
   double spacing = 0;   // mean over its vertices
 };
 
-std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Adjacency& links,
-                                          const std::vector<uint8_t>& border,
+std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Links& links,
                                           const Support& support) {
   std::vector<Region> regions;
   std::vector<uint8_t> seen(support.holds);
@@ -138,7 +159,7 @@ std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Adjacen
       low = low.cwiseMin(mesh.vertices.col(v));
       high = high.cwiseMax(mesh.vertices.col(v));
       region.spacing += support.spacing[v];
-      region.touches_border = region.touches_border || border[v] != 0;
+      region.touches_border = region.touches_border || links.next_on_border[v] >= 0;
       for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) {
         if (seen[links.vertices[e]] != 0) continue;
         seen[links.vertices[e]] = 1;
@@ -153,7 +174,7 @@ std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Adjacen
 }
 
 // Each vertex takes the flag of the larger part of its ring; smooths the cut.
-void MajorityFilter(const Adjacency& links, std::vector<uint8_t>* flags) {
+void MajorityFilter(const Links& links, std::vector<uint8_t>* flags) {
   for (int round = 0; round < kMajorityRounds; ++round) {
     const std::vector<uint8_t> before(*flags);
     for (size_t v = 0; v + 1 < links.begin.size(); ++v) {
@@ -173,7 +194,7 @@ bool AllOf(const std::vector<uint8_t>& flags) {
 // Drops connected pieces whose supported area holds fewer points than `min_points`, a point on each
 // squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each fan
 // with a vertex of its own.
-MeshSubset DropSmallPieces(const ControlMesh& mesh, const Support& support, double min_points) {
+MeshSubset DropSmallPieces(ControlMesh mesh, const Support& support, double min_points) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -205,18 +226,17 @@ MeshSubset DropSmallPieces(const ControlMesh& mesh, const Support& support, doub
     keep[f] = here >= least;
   }
   if (!AllOf(keep)) return KeepFaces(mesh, keep);
-  MeshSubset all{mesh, std::vector<int>(mesh.vertices.cols())};
+  MeshSubset all{std::move(mesh), {}};
+  all.source_vertex.resize(all.mesh.vertices.cols());
   std::iota(all.source_vertex.begin(), all.source_vertex.end(), 0);
   return all;
 }
 
 // What stays of the surface of an open scan: supported vertices and small holes.
-std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopology& topology,
+std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Links& links,
                                     const Support& support, const TrimOptions& options) {
-  const Adjacency links = LinkVertices(topology);
   std::vector<uint8_t> keep = support.holds;
-  for (const Region& region :
-       RegionsWithoutSupport(surface, links, topology.boundary_vertex, support)) {
+  for (const Region& region : RegionsWithoutSupport(surface, links, support)) {
     const bool small = region.diameter <= options.filled_hole_spacings * region.spacing;
     if (!small || region.touches_border) continue;
     for (const int v : region.vertices) keep[v] = 1;
@@ -225,26 +245,23 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const MeshTopolo
   return keep;
 }
 
-// Moves the vertices of each loop along the mean of their two neighbours on it.
-void SmoothLoops(const std::vector<std::vector<int>>& loops, int rounds, ControlMesh* mesh) {
-  for (int round = 0; round < rounds; ++round) {
-    for (const std::vector<int>& loop : loops) {
-      const size_t size = loop.size();
-      Eigen::Matrix3Xd moved(3, size);
-      for (size_t i = 0; i < size; ++i) {
-        moved.col(i) = 0.5 * mesh->vertices.col(loop[i]) +
-                       0.25 * (mesh->vertices.col(loop[(i + 1) % size]) +
-                               mesh->vertices.col(loop[(i + size - 1) % size]));
-      }
-      for (size_t i = 0; i < size; ++i) mesh->vertices.col(loop[i]) = moved.col(i);
-    }
+// Moves the vertices of the border along the mean of their two neighbours on it.
+void SmoothBorder(const std::vector<int>& next_on_border, int rounds, ControlMesh* mesh) {
+  std::vector<int> on_border, before(next_on_border.size(), -1);
+  for (int v = 0; v < static_cast<int>(next_on_border.size()); ++v) {
+    if (next_on_border[v] < 0) continue;
+    on_border.push_back(v);
+    before[next_on_border[v]] = v;
   }
-}
-
-void SmoothBoundary(int rounds, ControlMesh* mesh) {
-  const auto topology = BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols()));
-  if (!topology.ok()) return;
-  SmoothLoops(BoundaryLoops(*topology), rounds, mesh);
+  Eigen::Matrix3Xd moved(3, on_border.size());
+  for (int round = 0; round < rounds; ++round) {
+    for (size_t i = 0; i < on_border.size(); ++i) {
+      const int v = on_border[i];
+      moved.col(i) = 0.5 * mesh->vertices.col(v) +
+                     0.25 * (mesh->vertices.col(next_on_border[v]) + mesh->vertices.col(before[v]));
+    }
+    for (size_t i = 0; i < on_border.size(); ++i) mesh->vertices.col(on_border[i]) = moved.col(i);
+  }
 }
 
 Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
@@ -286,11 +303,9 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
     return std::move(pieces.mesh);
   }
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  RILIEVO_ASSIGN_OR_RETURN(
-      const MeshTopology topology,
-      BuildMeshTopology(pieces.mesh.faces, static_cast<int>(pieces.mesh.vertices.cols())));
+  Links links = LinkVertices(pieces.mesh);
   const Support left = Inherit(support, pieces.source_vertex);
-  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, topology, left, options);
+  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, links, left, options);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
   for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
@@ -298,15 +313,17 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
     keep_face[f] = keep[corners[0]] && keep[corners[1]] && keep[corners[2]];
   }
   if (AllOf(keep_face)) {
-    SmoothLoops(BoundaryLoops(topology), kBoundaryRounds, &pieces.mesh);
+    SmoothBorder(links.next_on_border, kBoundaryRounds, &pieces.mesh);
     return std::move(pieces.mesh);
   }
-  const MeshSubset cut = KeepFaces(pieces.mesh, keep_face);
+  links = Links();
+  MeshSubset cut = KeepFaces(pieces.mesh, keep_face);
+  pieces.mesh = ControlMesh();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   Support all = Inherit(left, cut.source_vertex);
   std::fill(all.holds.begin(), all.holds.end(), 1);
-  ControlMesh trimmed = DropSmallPieces(cut.mesh, all, options.min_piece_points).mesh;
-  SmoothBoundary(kBoundaryRounds, &trimmed);
+  ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all, options.min_piece_points).mesh;
+  SmoothBorder(NextOnBorder(trimmed), kBoundaryRounds, &trimmed);
   return trimmed;
 }
 
