@@ -111,6 +111,34 @@ struct LeafCell {
   EdgeLoops loops;          // of a transition cell
 };
 
+// Appends as std::vector does, without a copy of all whenever it grows, and gives its pieces back
+// one by one when they are taken.
+template <typename Value>
+class PiecewiseList {
+ public:
+  size_t size() const { return size_; }
+  const Value& operator[](size_t i) const { return pieces_[i / kPiece][i % kPiece]; }
+  void Append(const Value& value) {
+    if (size_ == pieces_.size() * kPiece) pieces_.emplace_back().reserve(kPiece);
+    pieces_.back().push_back(value);
+    ++size_;
+  }
+  Eigen::Matrix<typename Value::Scalar, 3, Eigen::Dynamic> Take() {
+    Eigen::Matrix<typename Value::Scalar, 3, Eigen::Dynamic> all(3, size_);
+    Eigen::Index next = 0;
+    for (std::vector<Value>& piece : pieces_) {
+      for (const Value& value : piece) all.col(next++) = value;
+      piece = std::vector<Value>();
+    }
+    return all;
+  }
+
+ private:
+  static constexpr size_t kPiece = 1 << 17;
+  std::vector<std::vector<Value>> pieces_;
+  size_t size_ = 0;
+};
+
 // Vertices sit on grid edges: edge 3 * node + axis of a level runs from the node along the axis.
 class SurfaceBuilder {
  public:
@@ -134,12 +162,15 @@ class SurfaceBuilder {
     }
     const CellTriangles& triangles = TrianglesOfCell(negative);
     for (int t = 0; t < triangles.count; ++t) {
-      for (const int edge : triangles.edges[t]) {
-        triangles_.push_back(VertexOn({.level = level,
-                                       .node = cell.corners[kCellEdgeCorners[edge][0]],
-                                       .next = cell.corners[kCellEdgeCorners[edge][1]],
-                                       .axis = edge / 4}));
+      Eigen::Vector3i corners;
+      for (int k = 0; k < 3; ++k) {
+        const int edge = triangles.edges[t][k];
+        corners[k] = VertexOn({.level = level,
+                               .node = cell.corners[kCellEdgeCorners[edge][0]],
+                               .next = cell.corners[kCellEdgeCorners[edge][1]],
+                               .axis = edge / 4});
       }
+      triangles_.Append(corners);
     }
   }
 
@@ -147,15 +178,15 @@ class SurfaceBuilder {
     nodes_.clear();
     vertex_of_edge_.clear();
     ControlMesh mesh;
-    mesh.vertices = Eigen::Map<Eigen::Matrix3Xd>(positions_.data(), 3, positions_.size() / 3);
-    mesh.faces = Eigen::Map<Eigen::Matrix3Xi>(triangles_.data(), 3, triangles_.size() / 3);
+    mesh.vertices = positions_.Take();
+    mesh.faces = triangles_.Take();
     return mesh;
   }
 
  private:
   int AddVertex(const Eigen::Vector3d& position) {
-    positions_.insert(positions_.end(), position.data(), position.data() + 3);
-    return static_cast<int>(positions_.size() / 3) - 1;
+    positions_.Append(position);
+    return static_cast<int>(positions_.size()) - 1;
   }
 
   int VertexOn(const GridEdge& edge) {
@@ -178,22 +209,22 @@ class SurfaceBuilder {
     std::vector<int> rim;
     for (const GridEdge& edge : loop) rim.push_back(VertexOn(edge));
     if (rim.size() == 3) {
-      triangles_.insert(triangles_.end(), {rim[0], rim[2], rim[1]});
+      triangles_.Append({rim[0], rim[2], rim[1]});
       return;
     }
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const int v : rim) middle += Eigen::Map<Eigen::Vector3d>(&positions_[3 * size_t(v)]);
+    for (const int v : rim) middle += positions_[v];
     const int apex = AddVertex(middle / static_cast<double>(rim.size()));
     for (size_t i = 0; i < rim.size(); ++i) {
-      triangles_.insert(triangles_.end(), {apex, rim[(i + 1) % rim.size()], rim[i]});
+      triangles_.Append({apex, rim[(i + 1) % rim.size()], rim[i]});
     }
   }
 
   const ImplicitFunction& function_;
   std::vector<std::vector<Eigen::Vector3i>> nodes_;  // by level
   std::vector<std::vector<int>> vertex_of_edge_;     // by level
-  std::vector<double> positions_;
-  std::vector<int> triangles_;
+  PiecewiseList<Eigen::Vector3d> positions_;
+  PiecewiseList<Eigen::Vector3i> triangles_;
 };
 
 // Tells leaves that the zero set may cross, and what is needed to cut them.
