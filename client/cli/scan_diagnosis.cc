@@ -11,7 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/build_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/pipeline/domain_resolution.h"
+#include "core/pipeline/fit_domain.h"
 #include "core/scan/scan_surface.h"
 #include "server/command_line/text_layout.h"
 #include "server/conversion/memory_estimate.h"
@@ -161,8 +161,8 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   surface.cloud = std::move(control.cloud);
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
 
-  d.outliers = surface.outliers;
-  d.island_points = surface.island_points;
+  d.outliers = surface.figures.outliers;
+  d.island_points = surface.figures.island_points;
   const OrientedCloud& cloud = surface.cloud;
   d.points_used = cloud.points.cols();
   d.diagonal = surface.frame.diagonal;
@@ -172,19 +172,18 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   d.spacing = QuantilesOf(cloud.spacing, d.diagonal);
   d.noise = QuantilesOf(cloud.noise, d.diagonal);
   d.density = DensityFrom(d.spacing);
-  d.normal_disagreement = surface.orientation.disagreement;
+  d.normal_disagreement = surface.figures.orientation.disagreement;
   d.contested = Share(std::count(cloud.ambiguous.begin(), cloud.ambiguous.end(), 1), d.points_used);
-  d.point_components = surface.orientation.components;
+  d.point_components = surface.figures.orientation.components;
   d.road = TopologyName(control.topology);
   d.road_reason = control.reason;
   d.components = control.components;
   d.genus = control.genus;
   RILIEVO_ASSIGN_OR_RETURN(d.loop_lengths, LoopLengths(control.mesh, d.diagonal));
   // How many faces stay under the noise shows in the fit alone.
-  ReconstructReport fitted;
   RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
-                           FitUnderNoise(surface, control.mesh, {}, context, &fitted));
-  d.control_faces = static_cast<int>(domain.mesh.faces.cols());
+                           FitUnderNoise(surface, control.mesh, {}, {context}));
+  d.control_faces = static_cast<int>(domain.fit.control_mesh.faces.cols());
   Expect(elapsed.count(), &d);
   d.advice = AdviceFor(d);
   return d;

@@ -7,20 +7,15 @@
 #endif
 
 namespace rilievo {
-namespace {
-
-constexpr int64_t kManyPoints = 200'000;
-
-}  // namespace
-
-void ReleaseToOsAfter(int64_t points) {
-  if (points >= kManyPoints) ReleaseToOs();
-}
 
 void ReleaseToOs() {
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
+}
+
+void ReleaseToOsAfter(int64_t points) {
+  if (points >= kLargeScan) ReleaseToOs();
 }
 
 void ReleaseLargeBlocksAtOnce() {

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/freed_memory.h"
 #include "core/base/run_concurrently.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
@@ -27,12 +26,6 @@ constexpr int kSamples = 50000;
 
 DssDistance Distance(const DistanceSummary& summary) {
   return {summary.rms, summary.mean, summary.p95, summary.max};
-}
-
-double ShareOf(HeightSource source, const DisplacedSurface& surface) {
-  const auto count = std::count(surface.sources.begin(), surface.sources.end(), source);
-  return static_cast<double>(count) /
-         static_cast<double>(std::max<size_t>(1, surface.sources.size()));
 }
 
 // The points that the errors of the file are about.
@@ -147,13 +140,26 @@ Shape PointsToMeasure(OrientedCloud cloud) {
   return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
-                                             const SearchableShape* points,
-                                             const RunContext& context, DssMetadata* certificate) {
-  TwoSidedError error;
+int64_t CountOf(HeightSource source, const DisplacedSurface& surface) {
+  return std::count(surface.sources.begin(), surface.sources.end(), source);
+}
+
+double ShareOf(HeightSource source, const DisplacedSurface& surface) {
+  return static_cast<double>(CountOf(source, surface)) /
+         static_cast<double>(std::max<size_t>(1, surface.sources.size()));
+}
+
+absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
+                                           const SearchableShape* points, DssMetadata stated,
+                                           const PipelineContext& context) {
+  std::optional<StageScope> scope(std::in_place, Stage::kMeasure, context);
+  Certificate certificate{std::move(stated), {}};
+  DssMetadata& metadata = certificate.metadata;
+  TwoSidedError& error = certificate.error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
+  scope.emplace(Stage::kMeasure, context);  // what the refinement took goes back
   const auto count_folds = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(certificate->folds,
+    RILIEVO_ASSIGN_OR_RETURN(metadata.folds,
                              CountFolds(decoded, triangles.vertices, triangles.triangles, context));
     return absl::OkStatus();
   };
@@ -165,26 +171,49 @@ absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
   if (points == nullptr) {
     RILIEVO_RETURN_IF_ERROR(count_folds());
   } else {
-    ReleaseToOsAfter(points->shape.vertices.cols());
     // The domain is refined for the folds on one thread.
     RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, measure, count_folds));
-    certificate->error_rms = error.rms;
-    certificate->error_mean = error.mean;
-    certificate->error_p95 = error.p95;
-    certificate->error_max = error.max;
-    certificate->error_across = error.across_rms;
-    certificate->surface_to_scan = Distance(error.a_to_b);
-    certificate->scan_to_surface = Distance(error.b_to_a);
+    metadata.error_rms = error.rms;
+    metadata.error_mean = error.mean;
+    metadata.error_p95 = error.p95;
+    metadata.error_max = error.max;
+    metadata.error_across = error.across_rms;
+    metadata.surface_to_scan = Distance(error.a_to_b);
+    metadata.scan_to_surface = Distance(error.b_to_a);
   }
-  certificate->filled_share = ShareOf(HeightSource::kFilled, decoded);
+  metadata.filled_share = ShareOf(HeightSource::kFilled, decoded);
   // Few of them leave no flags in the file, and files written before there were any have none: then
   // the maker's word stands.
   const double smoothed_share = ShareOf(HeightSource::kSmoothed, decoded);
-  certificate->smoothed_share = smoothed_share > 0 ? smoothed_share
-                                                   : std::clamp(certificate->smoothed_share, 0.0,
-                                                                1 - certificate->filled_share);
-  certificate->measured_share = 1 - certificate->filled_share - certificate->smoothed_share;
-  return error;
+  metadata.smoothed_share =
+      smoothed_share > 0 ? smoothed_share
+                         : std::clamp(metadata.smoothed_share, 0.0, 1 - metadata.filled_share);
+  metadata.measured_share = 1 - metadata.filled_share - metadata.smoothed_share;
+  return certificate;
+}
+
+absl::StatusOr<CertifiedBytes> Certify(EncodedSurface encoded, const DssMetadata& metadata,
+                                       std::optional<Shape> points,
+                                       const PipelineContext& context) {
+  const PipelineContext silent = context.Silent();  // progress has passed this stage
+  DecodedSurface decoded;
+  std::optional<SearchableShape> searchable;
+  const auto decode = [&]() -> absl::Status {
+    const StageScope scope(Stage::kMeasure, silent);
+    RILIEVO_ASSIGN_OR_RETURN(decoded, DecodeDss(encoded.Concatenate(), silent));
+    return absl::OkStatus();
+  };
+  const auto make_tree = [&]() -> absl::Status {
+    if (!points) return absl::OkStatus();
+    RILIEVO_ASSIGN_OR_RETURN(searchable, MakeSearchable(*std::move(points), silent));
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(silent, decode, make_tree));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const Certificate certificate,
+      CertifySurface(decoded.surface, searchable ? &*searchable : nullptr, metadata, silent));
+  RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(certificate.metadata, encoded));
+  return CertifiedBytes{std::move(encoded), certificate.error};
 }
 
 bool Verification::agrees() const {
@@ -205,23 +234,24 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
                         : HashOfScan(*scan) == stated ? StatedScan::kSame
                                                       : StatedScan::kOther;
   }
-  DssMetadata found = decoded.metadata;
+  DssMetadata stated = decoded.metadata;
   const bool with_errors = verification.scan == StatedScan::kSame;
-  RunContext measure = context;
+  PipelineContext measure{context, nullptr, scan != nullptr ? scan->points.cols() : 0};
   std::optional<SearchableShape> points;
   if (with_errors) {
-    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
-    measure.seed = stated.seed;
-    found.scan_points = scan->points.cols();
+    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(decoded.metadata.options));
+    measure.seed = asked.seed;
+    stated.scan_points = scan->points.cols();
     if (decoded.metadata.error_rms >= 0) {
       RILIEVO_ASSIGN_OR_RETURN(Shape used,
-                               PointsUsed(*scan, stated, decoded.surface.frame, measure));
+                               PointsUsed(*scan, asked, decoded.surface.frame, measure));
       RILIEVO_ASSIGN_OR_RETURN(points, MakeSearchable(std::move(used), measure));
     }
   }
-  RILIEVO_RETURN_IF_ERROR(
-      CertifySurface(decoded.surface, points ? &*points : nullptr, measure, &found).status());
-  verification.figures = Compare(decoded.metadata, found, with_errors);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const Certificate found,
+      CertifySurface(decoded.surface, points ? &*points : nullptr, stated, measure));
+  verification.figures = Compare(decoded.metadata, found.metadata, with_errors);
   return verification;
 }
 

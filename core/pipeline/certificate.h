@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/base/run_context.h"
 #include "core/codec/container/dss.h"
 #include "core/geometry/point_cloud.h"
+#include "core/pipeline/stage_scope.h"
 #include "core/points/oriented_cloud.h"
 #include "core/surface/measure_error.h"
 
@@ -40,14 +42,32 @@ absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape
 // as their gaps: holes of about twenty points still count as seen.
 Shape PointsToMeasure(OrientedCloud cloud);
 
-// Puts into `certificate` what the decoded surface shows: the errors against `points` (unless
-// null), folds, shares filled in and smoothed; `measured_share` becomes what these leave. Where the
-// file tells no height to be smoothed (few, or a file that is not whole or older) that share is the
+// How many heights have this source, and their share of all.
+int64_t CountOf(HeightSource source, const DisplacedSurface& surface);
+double ShareOf(HeightSource source, const DisplacedSurface& surface);
+
+struct Certificate {
+  DssMetadata metadata;
+  TwoSidedError error;  // all zero without points
+};
+
+// `stated`, with what the decoded surface shows instead: the errors against `points` (unless null),
+// folds, shares filled in and smoothed; `measured_share` becomes what these leave. Where the file
+// tells no height to be smoothed (few, or a file that is not whole or older) that share is the
 // maker's word.
-// Gives the errors; all zero without points.
-absl::StatusOr<TwoSidedError> CertifySurface(const DisplacedSurface& decoded,
-                                             const SearchableShape* points,
-                                             const RunContext& context, DssMetadata* certificate);
+absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
+                                           const SearchableShape* points, DssMetadata stated,
+                                           const PipelineContext& context);
+
+struct CertifiedBytes {
+  EncodedSurface encoded;  // with the certificate in them
+  TwoSidedError error;     // all zero without points
+};
+
+// Decodes the bytes that go out, and writes into them what they are worth. `points`: those of the
+// scan (PointsToMeasure), unless errors are not to be measured. `metadata`: what the maker states.
+absl::StatusOr<CertifiedBytes> Certify(EncodedSurface encoded, const DssMetadata& metadata,
+                                       std::optional<Shape> points, const PipelineContext& context);
 
 struct CertifiedFigure {
   std::string name;

@@ -2,133 +2,26 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <new>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/freed_memory.h"
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
-#include "core/pipeline/build_surface.h"
+#include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
-#include "core/pipeline/coding_error.h"
-#include "core/pipeline/domain_resolution.h"
-#include "core/pipeline/keep_error.h"
+#include "core/pipeline/code_surface.h"
+#include "core/pipeline/fit_domain.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/report_warnings.h"
+#include "core/pipeline/sample_heights.h"
 #include "core/pipeline/search_control_faces.h"
-#include "core/pipeline/stage_timer.h"
+#include "core/pipeline/stage_scope.h"
 
 namespace rilievo {
-namespace {
-
-absl::StatusOr<CheckedScan> Check(const PointCloud& scan, const ReconstructOptions& options,
-                                  const RunContext& context, ReconstructReport* report) {
-  const StageTimer timer(Stage::kCheck, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, options.check, context));
-  report->points_in = scan.points.cols();
-  report->non_finite = checked.non_finite;
-  report->duplicates = checked.duplicates;
-  report->strays = checked.strays;
-  return checked;
-}
-
-absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOptions& options,
-                                    const RunContext& context, ReconstructReport* report) {
-  // One call for two stages: the clock passes from neighbours to normals at the first word of them.
-  std::optional<StageTimer> timer(std::in_place, Stage::kNeighbors, context, report);
-  bool at_normals = false;
-  RunContext watched = context;
-  watched.progress = [&](const Progress& progress) {
-    if (progress.stage == Stage::kNormals && !at_normals) {
-      at_normals = true;
-      timer.emplace(Stage::kNormals, context, report);
-    }
-    context.Report(progress.stage, progress.fraction);
-  };
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan,
-                           AnalyzeScan(std::move(checked), options.scan, watched));
-  report->outliers = scan.outliers;
-  report->island_points = scan.island_points;
-  report->points_used = scan.cloud.points.cols();
-  report->diagonal = scan.frame.diagonal;
-  report->median_spacing = scan.cloud.median_spacing;
-  report->median_noise = scan.cloud.median_noise;
-  report->normal_disagreement = scan.orientation.disagreement;
-  return scan;
-}
-
-// The control mesh. Flips those of the scan's normals that disagree with its implicit function.
-absl::StatusOr<ControlMesh> Control(const ReconstructOptions& options, const RunContext& context,
-                                    ScanSurface* cleaned, ReconstructReport* report) {
-  ScanSurface& scan = *cleaned;
-  const StageTimer timer(Stage::kControlMesh, context, report);
-  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult result,
-                           BuildControlMesh(std::move(scan.cloud), scan.graph, scan.index,
-                                            scan.frame, options.control, context));
-  scan.cloud = std::move(result.cloud);
-  report->topology = TopologyName(result.topology);
-  report->topology_reason = result.reason;
-  report->components = result.components;
-  report->boundary_loops = result.boundary_loops;
-  report->genus = result.genus;
-  report->control_vertices = static_cast<int>(result.mesh.vertices.cols());
-  report->control_faces = static_cast<int>(result.mesh.faces.cols());
-  return std::move(result.mesh);
-}
-
-// What is known of the surface before it is coded.
-DssMetadata MetadataOf(std::string input_hash, const ReconstructOptions& options, uint64_t seed,
-                       const ReconstructReport& report) {
-  DssMetadata metadata;
-  metadata.generator = "rilievo " RILIEVO_VERSION;
-  metadata.scan_points = report.points_in;
-  metadata.topology = report.topology;
-  metadata.input_hash = std::move(input_hash);
-  metadata.options = OptionsText(options, seed);
-  return metadata;
-}
-
-// What is left of a scan when its surface is made; the rest of its memory goes.
-Shape PointsAlone(ScanSurface scan) { return PointsToMeasure(std::move(scan.cloud)); }
-
-absl::StatusOr<SearchableShape> MakeSearchable(Shape points,
-                                               std::optional<ClosestPointTree> points_tree,
-                                               const RunContext& context) {
-  if (!points_tree) return MakeSearchable(std::move(points), context);
-  return SearchableShape{std::move(points), *std::move(points_tree)};
-}
-
-// Decodes the bytes that go out, and writes into them what they are worth.
-absl::Status Certify(Shape points, const ReconstructOptions& options, const RunContext& context,
-                     CodedSurface* coded, ReconstructReport* report) {
-  RunContext silent = context;  // progress has passed this stage
-  silent.progress = nullptr;
-  const StageTimer timer(Stage::kMeasure, silent, report);
-  EncodedSurface* encoded = &coded->encoded;
-  DssMetadata metadata = coded->metadata;
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded->Concatenate(), silent));
-  std::optional<SearchableShape> to_measure;
-  if (options.measure) {
-    RILIEVO_ASSIGN_OR_RETURN(
-        to_measure, MakeSearchable(std::move(points), std::move(coded->points_tree), silent));
-  }
-  RILIEVO_ASSIGN_OR_RETURN(
-      report->error,
-      CertifySurface(decoded.surface, to_measure ? &*to_measure : nullptr, silent, &metadata));
-  report->max_error = options.encode.max_error.value_or(0);
-  const double reached =
-      options.measure ? report->error.across_rms : OwnError(*report, options.measure);
-  report->error_unreachable = report->max_error > 0 && reached > report->max_error;
-  RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(metadata, *encoded));
-  for (const auto& chunk : encoded->chunks) report->encoded_bytes += chunk.size();
-  return absl::OkStatus();
-}
-
-}  // namespace
 
 absl::Status ReconstructOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(check.Validate());
@@ -150,74 +43,158 @@ absl::Status ReconstructOptions::Validate() const {
 
 namespace {
 
-// The number of control faces is the caller's, or the one that serves best. Leaves of the scan what
-// its measurement asks for.
-absl::StatusOr<CodedSurface> BuildAsAsked(const ControlMesh& start, const DssMetadata& metadata,
+struct CheckedInput {
+  CheckedScan scan;
+  std::string hash;
+};
+
+// The check keeps one thread busy, and the hash another.
+absl::StatusOr<CheckedInput> CheckInput(const PointCloud& scan, const ReconstructOptions& options,
+                                        const PipelineContext& context) {
+  const StageScope scope(Stage::kCheck, context);
+  CheckedInput input;
+  const auto check = [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(input.scan, CheckScan(scan, options.check, context));
+    return absl::OkStatus();
+  };
+  const auto hash = [&]() -> absl::Status {
+    input.hash = HashOfScan(scan);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, hash));
+  return input;
+}
+
+absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOptions& options,
+                                    const PipelineContext& context) {
+  std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
+  RILIEVO_ASSIGN_OR_RETURN(ScanNeighbors neighbors,
+                           FindNeighbors(std::move(checked), options.scan, context));
+  scope.emplace(Stage::kNormals, context);
+  return OrientScan(std::move(neighbors), options.scan, context);
+}
+
+absl::StatusOr<ControlMeshResult> Control(OrientedCloud cloud, const ScanSurface& scan,
                                           const ReconstructOptions& options,
-                                          const RunContext& context, ScanSurface* cleaned,
-                                          ReconstructReport* report) {
-  const ScanSurface& scan = *cleaned;
-  const bool given = options.control.target_faces > 0 || options.control.user_mesh;
-  if (!given && (options.encode.max_error || options.encode.max_bytes)) {
-    return SearchControlFaces(scan, start, metadata, options, context, report);
+                                          const PipelineContext& context) {
+  const StageScope scope(Stage::kControlMesh, context);
+  return BuildControlMesh(std::move(cloud), scan.graph, scan.index, scan.frame, options.control,
+                          context);
+}
+
+// What is known of the surface before it is coded.
+DssMetadata MetadataOf(std::string input_hash, Topology topology, const ReconstructOptions& options,
+                       const PipelineContext& context) {
+  DssMetadata metadata;
+  metadata.generator = "rilievo " RILIEVO_VERSION;
+  metadata.scan_points = context.points;
+  metadata.topology = TopologyName(topology);
+  metadata.input_hash = std::move(input_hash);
+  metadata.options = OptionsText(options, context.seed);
+  return metadata;
+}
+
+// The number of control faces is the caller's.
+bool AreFacesGiven(const ReconstructOptions& options) {
+  return options.control.target_faces > 0 || options.control.user_mesh;
+}
+
+// What is measured of a scan once its heights are there; the rest of its memory goes.
+OrientedCloud CloudAlone(ScanSurface scan) { return std::move(scan.cloud); }
+
+ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& control,
+                           const CodedSurface& coded, const CertifiedBytes& certified,
+                           const ReconstructOptions& options) {
+  ReconstructReport report;
+  report.points_in = coded.metadata.scan_points;
+  report.non_finite = scan.non_finite;
+  report.duplicates = scan.duplicates;
+  report.strays = scan.strays;
+  report.outliers = scan.outliers;
+  report.island_points = scan.island_points;
+  report.points_used = scan.kept;
+  report.normal_disagreement = scan.orientation.disagreement;
+  report.topology = TopologyName(control.topology);
+  report.topology_reason = control.reason;
+  report.domain_rms = coded.domain.fit.rms_after;
+  report.fit_rounds = coded.domain.fit.rounds;
+  report.fit_converged = coded.domain.fit.converged;
+  const DisplacedSurface& surface = coded.surface;
+  const ControlMesh& mesh = surface.control_mesh;
+  const TopologySummary topology =
+      SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  report.components = static_cast<int>(topology.components);
+  report.boundary_loops = static_cast<int>(topology.boundary_loops);
+  report.genus = static_cast<int>(topology.genus);
+  report.diagonal = surface.frame.diagonal;
+  report.control_vertices = static_cast<int>(mesh.vertices.cols());
+  report.control_faces = static_cast<int>(mesh.faces.cols());
+  report.max_level = surface.max_level;
+  report.surface_vertices = static_cast<int64_t>(surface.heights.size());
+  report.surface_faces = mesh.faces.cols() << (2 * surface.max_level);
+  report.heights_measured = CountOf(HeightSource::kMeasured, surface);
+  report.heights_smoothed = CountOf(HeightSource::kSmoothed, surface);
+  report.heights_filled = CountOf(HeightSource::kFilled, surface);
+  const UncodedError& uncoded = coded.uncoded;
+  report.median_spacing = uncoded.spacing;
+  report.median_noise = uncoded.noise;
+  report.error = certified.error;
+  report.encoded_bytes = BytesOf(certified.encoded);
+  if (options.encode.max_error) {
+    report.max_error = *options.encode.max_error;
+    if (options.measure) report.uncoded_error = uncoded.error.across_rms;
+    const double reached = options.measure ? report.error.across_rms : OwnError(uncoded);
+    report.error_unreachable = reached > report.max_error;
   }
-  const auto fit = given ? FitDomain : FitUnderNoise;
-  RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(scan, start, options, context, report));
-  ReleaseToOsAfter(scan.cloud.points.cols());
-  RILIEVO_ASSIGN_OR_RETURN(UncodedSurface sampled,
-                           SampleSurfaceHeights(scan, std::move(domain), options, context, report));
-  cleaned->graph = NeighborGraph();
-  { const PointIndex done = std::move(cleaned->index); }
-  cleaned->cloud.noise = std::vector<float>();
-  cleaned->cloud.ambiguous = std::vector<uint8_t>();
-  ReleaseToOsAfter(scan.cloud.points.cols());
-  const bool with_tree = options.measure;
-  RILIEVO_ASSIGN_OR_RETURN(CodedSurface coded, CodeSurface(scan.cloud, std::move(sampled), metadata,
-                                                           options, context, report, with_tree));
-  RILIEVO_RETURN_IF_ERROR(KeepError(scan.cloud, options, context, report, &coded).status());
-  return coded;
+  return report;
 }
 
 // `spent`: the scan, where its memory may go once its points have been checked; or null.
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
                                          const ReconstructOptions& options,
-                                         const RunContext& context) {
+                                         const RunContext& caller) {
   const auto start = std::chrono::steady_clock::now();
-  Reconstruction result;
-  ReconstructReport* report = &result.report;
+  StageSeconds seconds{};
+  const PipelineContext context{caller, &seconds, scan.points.cols()};
 
-  // The check keeps one thread busy.
-  CheckedScan checked;
-  std::string input_hash;
-  const auto check = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(checked, Check(scan, options, context, report));
-    return absl::OkStatus();
-  };
-  const auto hash = [&]() -> absl::Status {
-    input_hash = HashOfScan(scan);
-    return absl::OkStatus();
-  };
-  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, hash));
-  const int64_t point_count = checked.points.cols();
+  RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, options, context));
   if (spent != nullptr) *spent = PointCloud();
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
-                           Analyze(std::move(checked), options, context, report));
-  ReleaseToOsAfter(point_count);
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarse, Control(options, context, &cleaned, report));
-  ReleaseToOsAfter(point_count);
-  const DssMetadata metadata = MetadataOf(std::move(input_hash), options, context.seed, *report);
-  RILIEVO_ASSIGN_OR_RETURN(CodedSurface coded,
-                           BuildAsAsked(coarse, metadata, options, context, &cleaned, report));
-  Shape points = PointsAlone(std::move(cleaned));
-  ReleaseToOsAfter(point_count);
-  RILIEVO_RETURN_IF_ERROR(Certify(std::move(points), options, context, &coded, report));
-  result.encoded = std::move(coded.encoded);
-  result.surface = std::move(coded.surface);
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface oriented, Analyze(std::move(input.scan), options, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
+                           Control(std::move(oriented.cloud), oriented, options, context));
+  oriented.cloud = std::move(control.cloud);
+  const ScanFigures figures = oriented.figures;
+  const DssMetadata metadata =
+      MetadataOf(std::move(input.hash), control.topology, options, context);
+  OrientedCloud cloud;
+  CodedSurface coded;
+  if (!AreFacesGiven(options) && (options.encode.max_error || options.encode.max_bytes)) {
+    RILIEVO_ASSIGN_OR_RETURN(coded,
+                             SearchControlFaces(oriented, control, metadata, options, context));
+    cloud = CloudAlone(std::move(oriented));
+  } else {
+    const auto fit = AreFacesGiven(options) ? FitDomain : FitUnderNoise;
+    RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(oriented, control.mesh, options, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        SampledSurface sampled,
+        SampleHeights(oriented, control.topology, std::move(domain), options, context));
+    cloud = CloudAlone(std::move(oriented));
+    RILIEVO_ASSIGN_OR_RETURN(coded,
+                             CodeSurface(cloud, std::move(sampled), metadata, options, context));
+    RILIEVO_ASSIGN_OR_RETURN(coded, KeepError(cloud, std::move(coded), options, context));
+  }
+  std::optional<Shape> points;
+  if (options.measure) points = PointsToMeasure(std::move(cloud));
+  RILIEVO_ASSIGN_OR_RETURN(
+      CertifiedBytes certified,
+      Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));
 
-  report->total_seconds =
+  ReconstructReport report = ReportOf(figures, control, coded, certified, options);
+  std::copy(seconds.begin(), seconds.end(), report.stage_seconds);
+  report.total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  report->warnings = WarningsOf(*report);
-  return result;
+  report.warnings = WarningsOf(report);
+  return Reconstruction{std::move(coded.surface), std::move(certified.encoded), std::move(report)};
 }
 
 // Exceptions become statuses.

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "core/pipeline/coding_error.h"
+#include "core/pipeline/code_surface.h"
 
 namespace rilievo {
 namespace {
@@ -25,7 +25,7 @@ std::string ReasonOf(const ReconstructReport& report) {
   const std::string noise = absl::StrFormat(
       "the points scatter by %.4f %% around the surface, which does not follow their noise",
       100 * report.median_noise);
-  if (!NoiseAllows(report.max_error, report)) return noise;
+  if (!NoiseAllows(report.max_error, report.median_noise)) return noise;
   if (report.error.across_rms > kMostlyOneWay * points) {
     return absl::StrFormat(
         "parts of the surface have no points near them (%.1f %% of its heights are filled in), and "

@@ -7,11 +7,6 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/pipeline/certificate.h"
-#include "core/pipeline/coding_error.h"
-#include "core/pipeline/domain_resolution.h"
-#include "core/pipeline/keep_error.h"
-#include "core/pipeline/position_step.h"
 
 namespace rilievo {
 namespace {
@@ -28,29 +23,27 @@ constexpr double kBytesPerFace = 1.0;
 // What a trial costs.
 struct Cost {
   double own = 0, coding = 0;  // RMS errors
-  double from_points = 0;      // RMS distance of the points, noise and strays with it
+  double from_points = 0;      // RMS distance of the points, noise and outliers with it
   double bytes = 0;
   double kept = -1;  // of the error to be kept, as the certificate measures it: before coding
 };
 
 struct Trial {
-  Domain domain;
+  Domain domain;  // before it was cut
   CodedSurface coded;
-  ReconstructReport report;
   Cost cost;
 };
 
 class Search {
  public:
-  Search(const ScanSurface& scan, const ControlMesh& start, const DssMetadata& metadata,
-         const ReconstructOptions& options, const RunContext& context, ReconstructReport* report)
+  Search(const ScanSurface& scan, const ControlMeshResult& start, const DssMetadata& metadata,
+         const ReconstructOptions& options, const PipelineContext& context)
       : scan_(scan),
-        start_(start),
+        start_(start.mesh),
+        topology_(start.topology),
         metadata_(metadata),
         options_(options),
-        context_(context),
-        report_(report),
-        before_(*report) {}
+        context_(context) {}
 
   absl::StatusOr<CodedSurface> Run() {
     const int first = FirstRung();
@@ -73,7 +66,6 @@ class Search {
     if (!best_) return failure_;
     if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());
-    SetReport(best_->report);
     return std::move(best_->coded);
   }
 
@@ -92,14 +84,6 @@ class Search {
     return step;
   }
 
-  // With the time spent since.
-  void SetReport(const ReconstructReport& report) {
-    const ReconstructReport spent = *report_;
-    *report_ = report;
-    std::copy(std::begin(spent.stage_seconds), std::end(spent.stage_seconds),
-              std::begin(report_->stage_seconds));
-  }
-
   // Part of a step to either side of the best one.
   absl::Status TryBeside(double part) {
     const double middle = best_step_;
@@ -112,13 +96,11 @@ class Search {
   }
 
   absl::Status Try(double step) {
-    SetReport(before_);
     ControlMesh mesh = start_;
     if (step > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(step), context_));
+      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(step), {}, context_));
     }
-    RILIEVO_ASSIGN_OR_RETURN(const Domain domain,
-                             FitDomain(scan_, mesh, options_, context_, report_));
+    RILIEVO_ASSIGN_OR_RETURN(const Domain domain, FitDomain(scan_, mesh, options_, context_));
     return TryDomain(domain, step, options_);
   }
 
@@ -129,10 +111,9 @@ class Search {
     ReconstructOptions options = options_;
     for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
       for (double step = first * ratio; step <= kCoarsestStep; step *= ratio) {
-        SetReport(best_->report);
-        RILIEVO_ASSIGN_OR_RETURN(const Domain domain, RoundDomain(best_->domain.fitted, step));
-        // A domain that is cut is fitted again.
-        options.encode.position_step = step;
+        Domain domain = best_->domain;
+        domain.position_step = step;
+        options.encode.position_step = step;  // for a domain that is cut and fitted again
         RILIEVO_RETURN_IF_ERROR(TryDomain(domain, best_step_, options));
         if (best_->domain.position_step != step) break;
       }
@@ -141,21 +122,26 @@ class Search {
     return absl::OkStatus();
   }
 
+  absl::StatusOr<CodedSurface> SampleAndCode(const Domain& domain,
+                                             const ReconstructOptions& options) const {
+    RILIEVO_ASSIGN_OR_RETURN(SampledSurface sampled,
+                             SampleHeights(scan_, topology_, domain, options, context_));
+    return CodeSurface(scan_.cloud, std::move(sampled), metadata_, options, context_);
+  }
+
   absl::Status TryDomain(const Domain& domain, double step, const ReconstructOptions& options) {
-    auto coded = BuildSurface(scan_, domain, metadata_, options, context_, report_);
+    auto coded = SampleAndCode(domain, options);
     if (absl::IsResourceExhausted(coded.status())) {
       failure_ = coded.status();
       return absl::OkStatus();
     }
     RILIEVO_RETURN_IF_ERROR(coded.status());
-    Cost cost{OwnError(*report_, options_.measure), coded->encoded.height_rms,
-              report_->error.b_to_a.rms, 0, report_->error.across_rms};
-    for (const auto& chunk : coded->encoded.chunks) {
-      cost.bytes += static_cast<double>(chunk.size());
-    }
+    const UncodedError& uncoded = coded->uncoded;
+    const Cost cost{OwnError(uncoded), coded->encoded.height_rms, uncoded.error.b_to_a.rms,
+                    static_cast<double>(BytesOf(coded->encoded)), uncoded.error.across_rms};
     kept_of_step_[step] = cost.kept;
     if (!best_ || IsBetter(cost, best_->cost)) {
-      best_ = Trial{domain, *std::move(coded), *report_, cost};
+      best_ = Trial{domain, *std::move(coded), cost};
       best_step_ = step;
     }
     return absl::OkStatus();
@@ -164,8 +150,10 @@ class Search {
   // The best trial coded so that the error asked for is kept in truth; where it cannot be, one of
   // more faces that can, unless noise alone is more than that.
   absl::Status Keep() {
-    RILIEVO_ASSIGN_OR_RETURN(bool kept, KeepBest());
-    if (kept || !NoiseAllows(*options_.encode.max_error, *report_)) return absl::OkStatus();
+    RILIEVO_RETURN_IF_ERROR(KeepBest());
+    if (best_->coded.keeps_error || !NoiseAllows(*options_.encode.max_error, Noise())) {
+      return absl::OkStatus();
+    }
     const Trial nearest = *best_;
     const double step_of_nearest = best_step_;
     for (int step = static_cast<int>(std::ceil(step_of_nearest)) - 1; step >= 0; --step) {
@@ -174,25 +162,25 @@ class Search {
       best_.reset();
       RILIEVO_RETURN_IF_ERROR(Try(step));
       if (!best_) continue;
-      RILIEVO_ASSIGN_OR_RETURN(kept, KeepBest());
-      if (kept) return absl::OkStatus();
+      RILIEVO_RETURN_IF_ERROR(KeepBest());
+      if (best_->coded.keeps_error) return absl::OkStatus();
     }
     best_ = nearest;
     best_step_ = step_of_nearest;
     return absl::OkStatus();
   }
 
-  absl::StatusOr<bool> KeepBest() {
-    SetReport(best_->report);
-    RILIEVO_ASSIGN_OR_RETURN(const bool kept,
-                             KeepError(scan_.cloud, options_, context_, report_, &best_->coded));
-    best_->report = *report_;
-    return kept;
+  absl::Status KeepBest() {
+    RILIEVO_ASSIGN_OR_RETURN(best_->coded,
+                             KeepError(scan_.cloud, std::move(best_->coded), options_, context_));
+    return absl::OkStatus();
   }
+
+  double Noise() const { return scan_.cloud.median_noise; }
 
   bool Keeps(const Cost& cost) const {
     const double limit = *options_.encode.max_error;
-    return cost.kept >= 0 && NoiseAllows(limit, before_) &&
+    return cost.kept >= 0 && NoiseAllows(limit, Noise()) &&
            std::hypot(cost.kept, cost.coding) <= limit;
   }
 
@@ -220,11 +208,10 @@ class Search {
 
   const ScanSurface& scan_;
   const ControlMesh& start_;
+  const Topology topology_;
   const DssMetadata& metadata_;
   const ReconstructOptions& options_;
-  const RunContext& context_;
-  ReconstructReport* report_;
-  const ReconstructReport before_;  // the first trial
+  const PipelineContext& context_;
   std::optional<Trial> best_;
   double best_step_ = kNone;
   std::map<double, double> kept_of_step_;  // Cost::kept
@@ -233,12 +220,12 @@ class Search {
 
 }  // namespace
 
-absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan, const ControlMesh& start,
+absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan,
+                                                const ControlMeshResult& start,
                                                 const DssMetadata& metadata,
                                                 const ReconstructOptions& options,
-                                                const RunContext& context,
-                                                ReconstructReport* report) {
-  return Search(scan, start, metadata, options, context, report).Run();
+                                                const PipelineContext& context) {
+  return Search(scan, start, metadata, options, context).Run();
 }
 
 }  // namespace rilievo

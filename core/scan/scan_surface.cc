@@ -1,6 +1,6 @@
 #include "core/scan/scan_surface.h"
 
-#include <cmath>
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,14 +18,13 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kBlock = 1024;
-// From here on 45 bytes a point count for more than the hundredth of the time that they save.
-constexpr int64_t kManyPoints = 200'000;
 
 // The kept points and the way from the old numbering to theirs.
 struct KeptPoints {
-  Eigen::Matrix3Xd points;     // rescaled so that their bounding box has diagonal 1
-  std::vector<int> new_index;  // by old index, -1: dropped
+  Eigen::Matrix3Xd points;  // rescaled so that their bounding box has diagonal 1
   SpatialFrame frame;
+  NeighborGraph graph;         // in the old numbering
+  std::vector<int> new_index;  // by old index, -1: dropped
 };
 
 // Carries points from one unit frame to another.
@@ -34,35 +33,31 @@ void Reframe(const SpatialFrame& from, const SpatialFrame& to, Eigen::Matrix3Xd*
   for (auto point : points->colwise()) point = between.UnitFromScan(point);
 }
 
-// Takes the points out of `scan`. Where nothing is dropped, they and their frame stay as they are.
-KeptPoints Compact(const std::vector<uint8_t>& keep, CheckedScan* scan) {
-  KeptPoints kept;
-  kept.frame = scan->frame;
+// Takes them out of a scan, whose index goes.
+KeptPoints Compact(const std::vector<uint8_t>& keep, ScanNeighbors scan) {
+  KeptPoints kept{std::move(scan.points), scan.frame, std::move(scan.graph), {}};
   kept.new_index.assign(keep.size(), -1);
   int count = 0;
   for (size_t i = 0; i < keep.size(); ++i) {
-    if (keep[i]) kept.new_index[i] = count++;
-  }
-  kept.points = std::move(scan->points);
-  if (count == static_cast<int>(keep.size())) return kept;
-  for (size_t i = 0; i < keep.size(); ++i) {
-    if (keep[i]) kept.points.col(kept.new_index[i]) = kept.points.col(static_cast<int64_t>(i));
+    if (!keep[i]) continue;
+    kept.points.col(count) = kept.points.col(static_cast<int64_t>(i));
+    kept.new_index[i] = count++;
   }
   kept.points.conservativeResize(3, count);
-  if (count == 0) return kept;
   const Eigen::Vector3d low = kept.points.rowwise().minCoeff();
   const Eigen::Vector3d high = kept.points.rowwise().maxCoeff();
   if (!((high - low).norm() > 0)) return kept;
   kept.frame = Rounded(
-      {scan->frame.ScanFromUnit((low + high) / 2), scan->frame.diagonal * (high - low).norm()});
-  Reframe(scan->frame, kept.frame, &kept.points);
+      {scan.frame.ScanFromUnit((low + high) / 2), scan.frame.diagonal * (high - low).norm()});
+  Reframe(scan.frame, kept.frame, &kept.points);
   return kept;
 }
 
 // Makes the graph that of the kept points, in its own memory: all lists are renumbered, those that
 // lost a neighbour asked for anew.
-absl::Status RepairGraph(const KeptPoints& kept, const PointIndex& index, const RunContext& context,
-                         NeighborGraph* graph) {
+absl::Status RepairGraph(const PointIndex& index, const RunContext& context, KeptPoints* repaired) {
+  KeptPoints& kept = *repaired;
+  NeighborGraph* const graph = &kept.graph;
   const int k = graph->k;
   std::vector<int>& indices = graph->indices;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(indices.size()), kBlock * k, context,
@@ -86,6 +81,38 @@ absl::Status RepairGraph(const KeptPoints& kept, const PointIndex& index, const 
   });
 }
 
+// The points that belong to a surface, in a frame of their own.
+absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
+                           FindOutliers(scan.points, scan.graph, options.outliers, context));
+  const int64_t checked = scan.points.cols();
+  const int64_t count = checked - std::count(found.keep.begin(), found.keep.end(), 0);
+  scan.figures.outliers = found.outliers;
+  scan.figures.island_points = found.island_points;
+  scan.figures.kept = count;
+  if (count < kMinScanPoints) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("points: ", count, " of ", checked, " points are left after ", found.outliers,
+                     " outliers and ", found.island_points, " points of islands, at least ",
+                     kMinScanPoints, " are needed"));
+  }
+  if (count == checked) return scan;
+  const SpatialFrame curve = scan.curve;
+  const ScanFigures figures = scan.figures;
+  KeptPoints kept = Compact(found.keep, std::move(scan));
+  RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
+                           PointIndex::Build(kept.points, context, Between(kept.frame, curve)));
+  if (count > kept.graph.k) {
+    RILIEVO_RETURN_IF_ERROR(RepairGraph(index, context, &kept));
+  } else {  // each list gets shorter
+    RILIEVO_ASSIGN_OR_RETURN(kept.graph,
+                             BuildNeighborGraph(index, kept.points, options.neighbors, context));
+  }
+  return ScanNeighbors{std::move(kept.points), kept.frame,       curve,
+                       std::move(kept.graph),  std::move(index), figures};
+}
+
 }  // namespace
 
 absl::Status ScanOptions::Validate() const {
@@ -93,74 +120,63 @@ absl::Status ScanOptions::Validate() const {
   return outliers.Validate();
 }
 
-absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,
-                                        const RunContext& context) {
+absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions& options,
+                                            const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   if (scan.points.cols() < kMinScanPoints) {
     return absl::InvalidArgumentError(absl::StrCat(
         "points: ", scan.points.cols(), " points, at least ", kMinScanPoints, " are needed"));
   }
   context.Report(Stage::kNeighbors, 0);
-  const SpatialFrame sorted = scan.frame;  // the points are in the order of its Morton curve
-  scan.frame = Rounded(sorted);
-  Reframe(sorted, scan.frame, &scan.points);
-  const auto build_index = [&](const Eigen::Matrix3Xd& points, const SpatialFrame& frame) {
-    return PointIndex::Build(points, context, Between(frame, sorted));
-  };
-  std::optional<PointIndex> index;
-  RILIEVO_ASSIGN_OR_RETURN(index, build_index(scan.points, scan.frame));
+  const SpatialFrame curve = scan.frame, frame = Rounded(curve);
+  Reframe(curve, frame, &scan.points);
+  RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
+                           PointIndex::Build(scan.points, context, Between(frame, curve)));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,
-                           BuildNeighborGraph(*index, scan.points, options.neighbors, context));
+                           BuildNeighborGraph(index, scan.points, options.neighbors, context));
   context.Report(Stage::kNeighbors, 1);
+  ScanFigures figures;
+  figures.non_finite = scan.non_finite;
+  figures.duplicates = scan.duplicates;
+  figures.strays = scan.strays;
+  return ScanNeighbors{std::move(scan.points), frame,  curve, std::move(graph),
+                       std::move(index),       figures};
+}
+
+absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,
+                                       const RunContext& context) {
   context.Report(Stage::kNormals, 0);
-  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
-                           FindOutliers(scan.points, graph, options.outliers, context));
+  RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
   context.Report(Stage::kNormals, 0.2);
-  const int64_t checked = scan.points.cols();
-  KeptPoints kept = Compact(found.keep, &scan);
-  scan = {};
-  const int64_t count = kept.points.cols();
-  if (count < kMinScanPoints) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("points: ", count, " of ", checked, " points are left after ", found.outliers,
-                     " outliers and ", found.island_points, " points of islands, at least ",
-                     kMinScanPoints, " are needed"));
-  }
-  if (count < checked) {
-    index.reset();
-    RILIEVO_ASSIGN_OR_RETURN(index, build_index(kept.points, kept.frame));
-    if (count > graph.k) {
-      RILIEVO_RETURN_IF_ERROR(RepairGraph(kept, *index, context, &graph));
-    } else {  // each list gets shorter
-      RILIEVO_ASSIGN_OR_RETURN(graph,
-                               BuildNeighborGraph(*index, kept.points, options.neighbors, context));
-    }
-  }
-  kept.new_index = std::vector<int>();
+  NeighborGraph graph = std::move(scan.graph);
   RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
-                           SeparateSheets(kept.points, *index, context, &graph));
-  const bool is_large = count >= kManyPoints;
-  if (is_large) {  // made again below; normals need the room
-    index.reset();
-    ReleaseToOs();
-  }
+                           SeparateSheets(scan.points, scan.index, context, &graph));
+  std::optional<PointIndex> index = std::move(scan.index);
+  const bool is_large = scan.points.cols() >= kLargeScan;
+  if (is_large) index.reset();  // normals need the room
   RILIEVO_ASSIGN_OR_RETURN(EstimatedNormals estimated,
-                           EstimateNormals(std::move(kept.points), graph, replaced, context));
+                           EstimateNormals(std::move(scan.points), graph, replaced, context));
   OrientedCloud cloud = std::move(estimated.cloud);
   context.Report(Stage::kNormals, 0.6);
-  RILIEVO_ASSIGN_OR_RETURN(const OrientationResult orientation,
-                           OrientNormals(graph, &cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(scan.figures.orientation, OrientNormals(graph, &cloud, context));
   RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.near_edge, context, &cloud));
   JoinSheets(replaced, &graph);
   if (is_large) {
     RILIEVO_RETURN_IF_ERROR(graph.Pack(context));
     RILIEVO_ASSIGN_OR_RETURN(
-        index, PointIndex::BuildOver(cloud.points, context, Between(kept.frame, sorted)));
+        index, PointIndex::BuildOver(cloud.points, context, Between(scan.frame, scan.curve)));
   }
   RILIEVO_RETURN_IF_ERROR(CorrectThickNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
-  return ScanSurface{std::move(cloud), std::move(graph),    *std::move(index), kept.frame,
-                     found.outliers,   found.island_points, orientation};
+  return ScanSurface{std::move(cloud), std::move(graph), *std::move(index), scan.frame,
+                     scan.figures};
+}
+
+absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,
+                                        const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(ScanNeighbors neighbors,
+                           FindNeighbors(std::move(scan), options, context));
+  return OrientScan(std::move(neighbors), options, context);
 }
 
 }  // namespace rilievo

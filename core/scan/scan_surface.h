@@ -19,18 +19,40 @@ struct ScanOptions {
   absl::Status Validate() const;
 };
 
-// The cleaned scan: outliers are gone from the cloud, the graph and the index alike, and the
-// frame is the bounding box of what was kept.
+struct ScanFigures {
+  int64_t non_finite = 0, duplicates = 0, strays = 0;  // as in CheckedScan
+  int64_t outliers = 0, island_points = 0;             // as in OutlierResult
+  int64_t kept = 0;                                    // points that are left
+  OrientationResult orientation;
+};
+
+// Points with their neighbours.
+struct ScanNeighbors {
+  Eigen::Matrix3Xd points;  // unit frame, in Morton order
+  SpatialFrame frame;       // rounded, as files carry it
+  SpatialFrame curve;       // in whose order the points are
+  NeighborGraph graph;
+  PointIndex index;
+  ScanFigures figures;
+};
+
+absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions& options,
+                                            const RunContext& context);
+
+// The cleaned scan: outliers are gone from the cloud, the graph and the index alike, and the frame
+// is the bounding box of what was kept.
 struct ScanSurface {
   OrientedCloud cloud;
   NeighborGraph graph;  // of many points packed
   PointIndex index;     // of many points over cloud.points
   SpatialFrame frame;
-  int64_t outliers = 0;
-  int64_t island_points = 0;
-  OrientationResult orientation;
+  ScanFigures figures;
 };
 
+absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,
+                                       const RunContext& context);
+
+// Both.
 absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,
                                         const RunContext& context);
 

@@ -4,7 +4,7 @@
 
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/spherical/spherical_control_mesh.h"
-#include "core/pipeline/build_surface.h"
+#include "core/pipeline/sample_heights.h"
 
 namespace rilievo {
 namespace {

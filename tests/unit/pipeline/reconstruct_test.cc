@@ -14,7 +14,7 @@
 
 #include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/pipeline/coding_error.h"
+#include "core/pipeline/code_surface.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
 
@@ -60,7 +60,9 @@ TEST(ReconstructTest, TheFileHoldsTheSurface) {
     measured += 1;
   }
   EXPECT_GT(measured, 5000);
-  EXPECT_LT(std::sqrt(squares / measured), 1.1 * CodingError(result->report, true));
+  const ReconstructReport& report = result->report;
+  const UncodedError uncoded{report.median_spacing, report.median_noise, true, report.error};
+  EXPECT_LT(std::sqrt(squares / measured), 1.1 * CodingError(uncoded));
   EXPECT_EQ(decoded.metadata.scan_points, 10000);
 }
 

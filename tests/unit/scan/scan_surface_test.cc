@@ -25,7 +25,7 @@ ScanSurface AnalyzeWithOutliers() {
 TEST(ScanSurfaceTest, CloudGraphAndIndexSpeakOfTheSamePoints) {
   const ScanSurface scan = AnalyzeWithOutliers();
   const int count = static_cast<int>(scan.cloud.points.cols());
-  EXPECT_GT(scan.outliers, 100);
+  EXPECT_GT(scan.figures.outliers, 100);
   ASSERT_EQ(scan.graph.size(), count);
   ASSERT_EQ(scan.index.size(), count);
   ASSERT_EQ(scan.cloud.normals.cols(), count);
@@ -75,7 +75,7 @@ TEST(ScanSurfaceTest, OutliersLeaveFewerPointsThanNeighbours) {
   options.outliers.distance_factor = 1.5;
   const auto scan = AnalyzeScan(checked, options, RunContext{});
   ASSERT_TRUE(scan.ok()) << scan.status();
-  EXPECT_GT(scan->outliers, 0);
+  EXPECT_GT(scan->figures.outliers, 0);
   EXPECT_LE(scan->cloud.points.cols(), 64);
   EXPECT_EQ(scan->graph.k, scan->cloud.points.cols() - 1);
   EXPECT_EQ(scan->graph.size(), scan->cloud.points.cols());

@@ -100,8 +100,8 @@ TEST(OrientationTest, AMoebiusBandEndsAndDisagrees) {
         across * std::sin(turn / 2);
   }
   const ScanSurface scan = Analyze(band);
-  EXPECT_GT(scan.orientation.disagreement, 0);
-  EXPECT_LT(scan.orientation.disagreement, 0.1);
+  EXPECT_GT(scan.figures.orientation.disagreement, 0);
+  EXPECT_LT(scan.figures.orientation.disagreement, 0.1);
 }
 
 TEST(OrientationTest, TheNumberOfThreadsDoesNotChangeABit) {

@@ -1,0 +1,215 @@
+#include "core/pipeline/code_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/pipeline/certificate.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kShareOfOwn = 0.3;  // sqrt(1 + 0.3^2) = 1.044
+// Of an error asked for. Where it cannot be measured: what the surface errs between the points is
+// not all in its own error.
+constexpr double kAimMeasured = 0.985, kAim = 0.96;
+constexpr double kNoiseRoom = 1.12;
+constexpr double kFinest = 1e-6, kCoarsest = 1e-2;
+
+// Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
+Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
+  constexpr Eigen::Index kMost = 50000;
+  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
+  Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
+  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
+  return some;
+}
+
+// `to_keep`: as the certificate will state it.
+absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& shape, bool to_keep,
+                                      const PipelineContext& context) {
+  const StageScope scope(Stage::kMeasure, context);
+  if (to_keep) return MeasureTriangles(shape, PointsToMeasure(cloud), context);
+  TwoSidedError error;
+  RILIEVO_ASSIGN_OR_RETURN(error.b_to_a,
+                           MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context));
+  return error;
+}
+
+// With figures that take as many bytes as any, so that a size kept with them is kept with the true
+// ones.
+DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces) {
+  constexpr double kWide = 1.0 / 3;
+  if (measured) {
+    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
+    metadata.error_across = kWide;
+    metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
+  }
+  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
+  metadata.folds = faces;
+  return metadata;
+}
+
+// `coding_error`: of the heights; unset where the options ask for a step or for bytes.
+absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<double> coding_error,
+                                      const ReconstructOptions& options,
+                                      const PipelineContext& context) {
+  const StageScope scope(Stage::kEncode, context);
+  EncodeOptions encode = options.encode;
+  encode.position_step = coded.domain.position_step;
+  encode.max_error = coding_error;
+  const DisplacedSurface& surface = coded.surface;
+  const int64_t faces = surface.control_mesh.faces.cols() << (2 * surface.max_level);
+  return EncodeDss(surface, WithWidestFigures(coded.metadata, options.measure, faces), encode,
+                   context);
+}
+
+std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded) {
+  if (encode.max_error) return CodingErrorWithin(*encode.max_error, uncoded);
+  if (encode.height_step > 0 || encode.max_bytes) return std::nullopt;
+  return CodingError(uncoded);
+}
+
+// Of KeepError().
+constexpr double kClose = 0.98;    // of the error asked for: bytes to be won above are not worth it
+constexpr double kKeepAim = 0.99;  // of it, between that and 1
+constexpr double kNarrow = 1.015;  // bracket of coding errors that is not divided further
+constexpr double kLeastFactor = 0.4, kMostFactor = 1.6;
+constexpr double kFinestCoding = 1e-7, kCoarsestCoding = 0.1;  // EncodeOptions::max_error
+
+double Squared(double x) { return x * x; }
+
+// Search over the RMS error that the heights are coded with. What coding adds to the mean square
+// of the surface is about in proportion to the mean square of the heights' error.
+class KeepSearch {
+ public:
+  KeepSearch(double limit, double own) : limit_(limit), own_(own) {}
+
+  // The next coding error after `error` was measured with `coding`; 0 when the search is over.
+  double Next(double coding, double error) {
+    (error <= limit_ ? low_ : high_) = coding;
+    if (error <= limit_ && error >= kClose * limit_) return 0;
+    if (low_ > 0 && high_ > 0 && high_ < kNarrow * low_) return 0;
+    const double aim = kKeepAim * limit_;
+    const double room = aim > own_ ? Squared(aim) - Squared(own_) : 0;
+    // At least a quarter of the room that there is at all.
+    const double wanted = std::max(room, 0.25 * (Squared(limit_) - Squared(own_)));
+    const double added = Squared(error) - Squared(own_);
+    const double factor =
+        added > 0 ? std::clamp(std::sqrt(wanted / added), kLeastFactor, kMostFactor) : kMostFactor;
+    const double next = coding * factor;
+    const bool inside = (low_ == 0 || next > low_) && (high_ == 0 || next < high_);
+    return inside ? next : std::sqrt(low_ * high_);
+  }
+
+ private:
+  double limit_, own_;
+  double low_ = 0, high_ = 0;  // kept, not kept
+};
+
+absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const SearchableShape& points,
+                               const PipelineContext& context) {
+  const StageScope scope(Stage::kMeasure, context);
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded.Concatenate(), context));
+  RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
+                           MeasureSurface(decoded.surface, points, context));
+  return error.across_rms;
+}
+
+}  // namespace
+
+double OwnError(const UncodedError& uncoded) {
+  constexpr double kNoiseLeft = 0.25;
+  constexpr double kSpacings = 1.0 / 80;
+  double own = kSpacings * uncoded.spacing;
+  const DistanceSummary& distance = uncoded.error.b_to_a;
+  if (uncoded.measured) own = std::max(own, std::min(distance.rms, distance.p95 / 2));
+  // Most of the points' distance is noise that the surface has not followed.
+  const double noise = uncoded.noise;
+  if (own > kNoiseLeft * noise && own < 2 * noise) own = kNoiseLeft * noise;
+  return own;
+}
+
+double CodingError(const UncodedError& uncoded) {
+  return std::clamp(kShareOfOwn * OwnError(uncoded), kFinest, kCoarsest);
+}
+
+bool NoiseAllows(double max_error, double noise) { return max_error > kNoiseRoom * noise; }
+
+double CodingErrorWithin(double max_error, const UncodedError& uncoded) {
+  const double distance = uncoded.error.across_rms;
+  if (uncoded.measured && distance >= 0 && distance < max_error &&
+      NoiseAllows(max_error, uncoded.noise)) {
+    const double aim = kAimMeasured * max_error;
+    const double least = (max_error * max_error - distance * distance) / 4;
+    const double left = std::max(aim * aim - distance * distance, least);
+    return std::clamp(std::sqrt(left), kFinest, 10 * kCoarsest);
+  }
+  const double own = OwnError(uncoded), aim = kAim * max_error;
+  const double left = std::sqrt(std::max(0.0, aim * aim - own * own));
+  return std::clamp(std::max(left, kShareOfOwn * own), kFinest, 10 * kCoarsest);
+}
+
+absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurface sampled,
+                                         const DssMetadata& metadata,
+                                         const ReconstructOptions& options,
+                                         const PipelineContext& context) {
+  CodedSurface coded;
+  coded.uncoded = {cloud.median_spacing, cloud.median_noise, options.measure, {}};
+  if (options.measure) {
+    const Shape shape = std::move(sampled.shape);
+    RILIEVO_ASSIGN_OR_RETURN(coded.uncoded.error,
+                             Measure(cloud, shape, options.encode.max_error.has_value(), context));
+  }
+  coded.domain = std::move(sampled.domain);
+  coded.surface = std::move(sampled.surface);
+  coded.metadata = metadata;
+  coded.metadata.smoothed_share = ShareOf(HeightSource::kSmoothed, coded.surface);
+  RILIEVO_ASSIGN_OR_RETURN(
+      coded.encoded,
+      Encode(coded, CodingErrorFor(options.encode, coded.uncoded), options, context));
+  return coded;
+}
+
+absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface coded,
+                                       const ReconstructOptions& options,
+                                       const PipelineContext& context) {
+  coded.keeps_error = !options.encode.max_error || !options.measure;
+  if (coded.keeps_error) return coded;
+  const double limit = *options.encode.max_error, own = coded.uncoded.error.across_rms;
+  if (own >= limit || !NoiseAllows(limit, coded.uncoded.noise)) return coded;
+  const PipelineContext silent = context.Silent();
+  RILIEVO_ASSIGN_OR_RETURN(const SearchableShape points,
+                           MakeSearchable(PointsToMeasure(cloud), silent));
+  KeepSearch search(limit, own);
+  double coding = CodingErrorWithin(limit, coded.uncoded);
+  std::optional<EncodedSurface> kept;
+  double kept_coding = 0;  // the coarsest that kept the error
+  for (int round = 0; round < kKeepErrorRounds; ++round) {
+    RILIEVO_ASSIGN_OR_RETURN(const double error, ErrorOf(coded.encoded, points, silent));
+    if (error <= limit) {
+      // Coarser than all coefficients at zero there is nothing.
+      if (kept && coding > kept_coding && BytesOf(coded.encoded) >= BytesOf(*kept)) break;
+      if (!kept || BytesOf(coded.encoded) < BytesOf(*kept)) kept = coded.encoded;
+      kept_coding = std::max(kept_coding, coding);
+    }
+    double next = search.Next(coding, error);
+    if (next > 0) next = std::clamp(next, kFinestCoding, kCoarsestCoding);
+    if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
+    coding = next;
+    RILIEVO_ASSIGN_OR_RETURN(coded.encoded, Encode(coded, coding, options, silent));
+  }
+  coded.keeps_error = kept.has_value();
+  if (kept) coded.encoded = *std::move(kept);
+  return coded;
+}
+
+int64_t BytesOf(const EncodedSurface& encoded) {
+  int64_t bytes = 0;
+  for (const auto& chunk : encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
+  return bytes;
+}
+
+}  // namespace rilievo

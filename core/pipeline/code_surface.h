@@ -1,0 +1,73 @@
+// How exactly a surface is worth coding, and the coding.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/codec/container/dss.h"
+#include "core/pipeline/reconstruct.h"
+#include "core/pipeline/sample_heights.h"
+#include "core/pipeline/stage_scope.h"
+#include "core/points/oriented_cloud.h"
+#include "core/surface/displaced_surface.h"
+#include "core/surface/measure_error.h"
+
+namespace rilievo {
+
+// How far a surface lies from its points before it is coded; fractions of the diagonal.
+struct UncodedError {
+  double spacing = 0, noise = 0;  // medians of the points
+  bool measured = false;          // what follows
+  // Of the points from the surface; with encode.max_error all that the certificate will state.
+  TwoSidedError error;
+};
+
+// Estimate of the surface's RMS distance from the truth. On a clean scan that of the points from
+// the surface; on a noisy one about a quarter of the noise is left in the surface. Of the distances
+// the quieter of the RMS and half the 95th percentile counts, so that a few outliers do not coarsen
+// the rest. An eightieth of the spacing at least: a surface through its points is off between them.
+double OwnError(const UncodedError& uncoded);
+
+// Whether a surface that does not follow the noise, a standard deviation, can be within `max_error`
+// of the points: that has to leave it at least half of the noise, 1.12^2 = 1 + 0.5^2.
+bool NoiseAllows(double max_error, double noise);
+
+// RMS error of the coded heights that raises the surface's own error by a twentieth at most.
+double CodingError(const UncodedError& uncoded);
+
+// The same where the coded surface is to be within `max_error` of the points, as the certificate
+// measures it (TwoSidedError::across_rms): errors of different origin add up as squares. Where the
+// surface's own distance is larger already, or noise does not allow that (NoiseAllows),
+// `max_error` is taken as meant against the truth, and shared with OwnError(). CodingError()
+// where that too is larger. Without measuring there is OwnError() alone.
+double CodingErrorWithin(double max_error, const UncodedError& uncoded);
+
+struct CodedSurface {
+  Domain domain;
+  DisplacedSurface surface;  // before coding
+  EncodedSurface encoded;    // room is kept for the figures of the certificate
+  DssMetadata metadata;
+  UncodedError uncoded;
+  bool keeps_error = false;  // encode.max_error, as the certificate measures it: see KeepError()
+};
+
+// Measures how far the surface lies from the points of the cloud and encodes it. `metadata`: what
+// is known before. RESOURCE_EXHAUSTED when encode.max_bytes cannot be kept.
+absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurface sampled,
+                                         const DssMetadata& metadata,
+                                         const ReconstructOptions& options,
+                                         const PipelineContext& context);
+
+// How often the heights are coded and measured once more, at most.
+inline constexpr int kKeepErrorRounds = 6;
+
+// Decodes what was coded, measures it as the certificate does, and codes the heights more finely,
+// or more coarsely where that takes fewer bytes, until the RMS across the surface is at most
+// encode.max_error and close to it: `keeps_error`. Else `encoded` is the nearest one tried, or
+// untouched where the surface itself is farther off than that or noise does not allow it. Without
+// max_error or without measuring there is nothing to keep: as given.
+absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface coded,
+                                       const ReconstructOptions& options,
+                                       const PipelineContext& context);
+
+int64_t BytesOf(const EncodedSurface& encoded);
+
+}  // namespace rilievo

@@ -1,0 +1,129 @@
+#include "core/pipeline/fit_domain.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/base/ablation.h"
+#include "core/base/status_macros.h"
+#include "core/control/creases/tag_creases.h"
+#include "core/control/simplify/coarser_control_mesh.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kShareOfFaces = 0.21;
+constexpr int kFewestFaces = 100;
+constexpr double kLeastNoiseSpacings = 0.08;
+// RMS distance of the points from the domain, in standard deviations of their noise. At a fifth of
+// the faces smooth objects came to 1.14 under little noise, of which the nearest points show too
+// little, and to 1.04 at most from the ratio to the spacing on at which its scale is known
+// (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
+constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
+constexpr double kKnownNoiseSpacings = 1.0 / 3;
+// Few faces cut tips off that the noise does not hide. What the fit left out of reach, where the
+// points face 25 degrees away from the surface, gets faces, so many times: the second finds what
+// the first lost, and what stays lost gets more.
+constexpr int kMends = 2;
+constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 2.5, .cosine = 0.9};
+
+// Of position steps.
+constexpr double kFinest = 4e-4, kCoarsest = 5e-3;
+constexpr double kOfShortEdges = 0.1,
+                 kShort = 0.05;  // the edge that 5 % are shorter than
+constexpr double kOfCodingError = 4, kUsualCodingError = 1e-4;
+constexpr int kEdgesPerCrease = 50;  // a part with fewer creases than that counts as smooth
+
+double ShortEdge(const ControlMesh& mesh) {
+  std::vector<double> lengths;
+  lengths.reserve(static_cast<size_t>(mesh.faces.size()));
+  for (const auto face : mesh.faces.colwise()) {
+    for (int k = 0; k < 3; ++k) {
+      lengths.push_back((mesh.vertices.col(face[k]) - mesh.vertices.col(face[(k + 1) % 3])).norm());
+    }
+  }
+  if (lengths.empty()) return 0;
+  const auto short_edge =
+      lengths.begin() + static_cast<std::ptrdiff_t>(kShort * static_cast<double>(lengths.size()));
+  std::nth_element(lengths.begin(), short_edge, lengths.end());
+  return *short_edge;
+}
+
+// The fit of a mesh of fewer faces that keeps the points in reach.
+absl::StatusOr<Domain> MendDomain(const ScanSurface& scan, const ControlMesh& start, int faces,
+                                  Domain domain, const ReconstructOptions& options,
+                                  const PipelineContext& context) {
+  UncoveredPoints lost;
+  for (int mend = 0; mend < kMends && !IsLeftOut(Mechanism::kMendDomain); ++mend) {
+    RILIEVO_ASSIGN_OR_RETURN(const UncoveredPoints found,
+                             FindUncoveredPoints(scan.cloud, domain.fit.control_mesh,
+                                                 ControlStage::kFitted, kInReach, context));
+    if (found.points.empty()) break;
+    lost.Add(found);
+    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh mesh, FewerFaces(scan, start, faces, lost, context));
+    RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, mesh, options, context));
+  }
+  return domain;
+}
+
+}  // namespace
+
+bool IsMachined(const ControlMesh& mesh) {
+  return static_cast<int64_t>(mesh.creases.size()) * kEdgesPerCrease > 3 * mesh.faces.cols() / 2;
+}
+
+double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
+  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kFinest, kCoarsest);
+  if (!IsMachined(mesh)) return smooth;
+  const double flat = kOfCodingError * coding_error.value_or(kUsualCodingError);
+  return std::clamp(flat, kFinest, smooth);
+}
+
+absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,
+                                 const ReconstructOptions& options,
+                                 const PipelineContext& context) {
+  const StageScope scope(Stage::kDomainFit, context);
+  Domain domain;
+  RILIEVO_ASSIGN_OR_RETURN(domain.fit,
+                           FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
+  domain.position_step = options.encode.position_step;
+  if (domain.position_step == 0) {
+    domain.position_step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
+  }
+  return domain;
+}
+
+absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMesh& start,
+                                       int target_faces, const UncoveredPoints& lost,
+                                       const RunContext& context) {
+  if (start.creases.empty() || IsMachined(start)) {
+    return CoarserControlMesh(start, target_faces, context, lost);
+  }
+  const ControlMesh untagged{start.vertices, start.faces, {}, {}};
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
+                           CoarserControlMesh(untagged, target_faces, context, lost));
+  RILIEVO_RETURN_IF_ERROR(TagCreases(scan.cloud, scan.index, context, &mesh));
+  return mesh;
+}
+
+absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh& start,
+                                     const ReconstructOptions& options,
+                                     const PipelineContext& context) {
+  if (IsLeftOut(Mechanism::kFewerFaces)) return FitDomain(scan, start, options, context);
+  const double noise = scan.cloud.median_noise;
+  const int fewer = static_cast<int>(kShareOfFaces * static_cast<double>(start.faces.cols()));
+  if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {
+    return FitDomain(scan, start, options, context);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, {}, context));
+  const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
+  ReconstructOptions trial = options;
+  trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
+  RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
+  if (domain.fit.rms_after <= trial.fit.wanted_rms) {
+    return MendDomain(scan, start, fewer, std::move(domain), options, context);
+  }
+  return FitDomain(scan, start, options, context);
+}
+
+}  // namespace rilievo

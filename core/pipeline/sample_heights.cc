@@ -1,0 +1,124 @@
+#include "core/pipeline/sample_heights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
+#include "core/control/topology/trim_unmeasured.h"
+#include "core/displacement/sample_displacement.h"
+#include "core/loop/level_rings.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+namespace {
+
+absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
+  if (control_faces <= most >> (2 * level)) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrCat(control_faces, " control faces at level ", level,
+                                                   " make more than max_surface_faces, ", most,
+                                                   "; lower max_level or target_faces"));
+}
+
+// Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
+// smoother.
+int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
+                int64_t control_faces) {
+  if (options.max_level) return *options.max_level;
+  constexpr double kNoises = 2.5;
+  const double blur = std::max(1.0, kNoises * cloud.median_noise / cloud.median_spacing);
+  const double points = static_cast<double>(cloud.points.cols()) / (blur * blur);
+  int level = LevelAsDenseAs(points, control_faces);
+  while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
+  return level;
+}
+
+// All levels, of the finest, unless it is the control mesh, the vertices alone: heights ask for no
+// more, and its faces follow from the level before.
+absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
+                                                const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
+                           RefineTopology(mesh, std::max(0, level - 1), context));
+  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  return refinement;
+}
+
+absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
+                                        const ReconstructOptions& options,
+                                        const PipelineContext& context) {
+  const StageScope scope(Stage::kDisplacement, context);
+  SampledSurface sampled;
+  DisplacedSurface& surface = sampled.surface;
+  surface.frame = scan.frame;
+  RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
+                           PrepareControlMesh(domain.fit.control_mesh, domain.position_step));
+  sampled.domain = std::move(domain);
+  const ControlMesh& mesh = surface.control_mesh;
+  const int level = surface.max_level = ChooseLevel(options, scan.cloud, mesh.faces.cols());
+  RILIEVO_RETURN_IF_ERROR(CheckSurfaceFaces(mesh.faces.cols(), level, options.max_surface_faces));
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
+  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+  const LevelRings rings =
+      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
+                           EvaluateLimit(refinement, mesh.vertices, level, context));
+  RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
+                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, rings,
+                                              limit, options.displacement, context));
+  Shape& shape = sampled.shape;
+  shape.vertices = std::move(limit.positions);
+  for (int64_t v = 0; v < limit.normals.cols(); ++v) {
+    shape.vertices.col(v) += double{field.heights[v]} * limit.normals.col(v);
+  }
+  shape.triangles = FinestFaces(refinement);
+  shape.children_per_face = 1 << (2 * level);
+  surface.heights = std::move(field.heights);
+  surface.sources = std::move(field.source);
+  return sampled;
+}
+
+// Per control face, the share of its heights that had no data.
+std::vector<float> UnmeasuredShares(const SampledSurface& sampled) {
+  const DisplacedSurface& surface = sampled.surface;
+  std::vector<float> shares(surface.control_mesh.faces.cols(), 0.0f);
+  const float corner_share = 1.0f / static_cast<float>(int64_t{3} << (2 * surface.max_level));
+  for (int64_t f = 0; f < sampled.shape.triangles.cols(); ++f) {
+    for (const int v : sampled.shape.triangles.col(f)) {
+      if (surface.sources[v] == HeightSource::kFilled) {
+        shares[f >> (2 * surface.max_level)] += corner_share;
+      }
+    }
+  }
+  return shares;
+}
+
+}  // namespace
+
+// V_l is about control_faces / 2 * 4^l.
+int LevelAsDenseAs(double points, int64_t control_faces) {
+  const double steps = std::log2(2.0 * points / static_cast<double>(control_faces)) / 2;
+  return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
+}
+
+absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology topology,
+                                             Domain domain, const ReconstructOptions& options,
+                                             const PipelineContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(SampledSurface sampled,
+                           Displace(scan, std::move(domain), options, context));
+  if (options.control.boundary == BoundaryRule::kClose || topology != Topology::kArbitrary) {
+    return sampled;
+  }
+  const ControlMesh& mesh = sampled.surface.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh cut,
+                           TrimUnmeasured(mesh, UnmeasuredShares(sampled), scan.cloud, scan.index,
+                                          TrimUnmeasuredOptions{}, context));
+  if (cut.faces.cols() == mesh.faces.cols()) return sampled;
+  sampled = SampledSurface();
+  RILIEVO_ASSIGN_OR_RETURN(Domain cut_domain, FitDomain(scan, cut, options, context));
+  return Displace(scan, std::move(cut_domain), options, context);
+}
+
+}  // namespace rilievo
