@@ -14,7 +14,6 @@
 #include "core/scan/orientation/component_bridges.h"
 #include "core/scan/orientation/edge_sign_votes.h"
 #include "core/scan/orientation/flipped_patches.h"
-#include "core/scan/orientation/inverted_components.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/signed_graph.h"
@@ -181,15 +180,10 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Orie
   }
   const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
   RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
-  RILIEVO_RETURN_IF_ERROR(FlipInvertedComponents(patches, links, cloud, context));
   std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   RILIEVO_RETURN_IF_ERROR(
       FlipInvertedPatches(patches, Agreements(patches, links, turned), cloud, context));
-  if (Turned(unoriented, cloud->normals) != turned) {
-    // A limb one side of which was turned to agree with the other may be inside out now.
-    RILIEVO_RETURN_IF_ERROR(FlipInvertedComponents(patches, links, cloud, context));
-    turned = Turned(unoriented, cloud->normals);
-  }
+  turned = Turned(unoriented, cloud->normals);
   if (!IsLeftOut(Mechanism::kAmbiguousNormals)) {
     cloud->ambiguous = Ambiguous(patches, Agreements(patches, std::move(links), turned));
   }

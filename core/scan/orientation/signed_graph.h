@@ -22,9 +22,7 @@ struct SignedLabels {
 // Joins the two groups with the largest |sum of weights between them| until no links are left;
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
-// Keuper et al. 2015, Bailoni et al. 2022). The same with groups of limited size and a search over
-// their signs (Kernighan and Lin 1970) gives a second answer; of every part in which the two
-// differ the better one is taken.
+// Keuper et al. 2015, Bailoni et al. 2022).
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
                                               const RunContext& context);
 
