@@ -176,10 +176,10 @@ test('colours and intensity of a scan are shown, and carried into files when ask
 
 test('cancel ends the job, here and at the server', async () => {
   const large = join(folder, 'large.ply');
-  rilievo('simulate', 'star', '-o', large, '--points', '250000');
+  rilievo('simulate', 'genus2', '-o', large, '--points', '250000', '--noise', '0.001');
   await withPage(gateway.address, async (page) => {
     await page.setInputFiles('#file', large);
-    await page.locator('#stages li[data-state=running]', { hasText: /neighbours|Normals|Control|Fitting/ }).waitFor();
+    await page.locator('#stages li[data-state=running]', { hasText: /neighbours|Normals|Control|Fitting|Displacement/ }).waitFor();
     await page.locator('#work').getByRole('button', { name: 'Cancel', exact: true }).click();
     await page.getByText('Cancelled.', { exact: true }).first().waitFor();
     await page.locator('#stages li[data-state=failed]').waitFor();
