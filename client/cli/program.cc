@@ -18,8 +18,8 @@ namespace rilievo {
 
 int RunProgram(int argc, const char* const* argv) {
   CLI::App app{
-      "From a point cloud to a displaced subdivision surface: a scan goes in, a smooth surface\n"
-      "with one height at each of its vertices comes out."};
+      "From a point cloud to a displaced subdivision surface: a smooth surface, and one\n"
+      "height at each of its vertices."};
   app.name("rilievo");
   app.set_version_flag("--version", std::string("rilievo ") + RILIEVO_VERSION);
   app.require_subcommand(1);

@@ -143,7 +143,7 @@ See 'rilievo export --help'.
 )"},
     {"simulate cow -o b.ply", 2,
      R"(rilievo simulate: SHAPE: 'cow' is not one of sphere, torus, genus2, terrain,
-  cutbox, pair, star
+  cutbox, pair, star, bracket, thinwalls
 See 'rilievo simulate --help'.
 )"},
 };
