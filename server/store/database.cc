@@ -60,16 +60,22 @@ absl::Status MakePrivate(const std::string& path) {
 void Query::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
 Query& Query::Bind(int64_t value) {
-  sqlite3_bind_int64(statement_.get(), ++bound_, value);
-  return *this;
+  return Bound(sqlite3_bind_int64(statement_.get(), ++bound_, value));
 }
 
 Query& Query::Bind(const std::string& value) {
-  sqlite3_bind_blob64(statement_.get(), ++bound_, value.data(), value.size(), SQLITE_TRANSIENT);
+  return Bound(sqlite3_bind_blob64(statement_.get(), ++bound_, value.data(), value.size(),
+                                   SQLITE_TRANSIENT));
+}
+
+// A value that is not bound is NULL, and would be stored so.
+Query& Query::Bound(int code) {
+  if (code != SQLITE_OK && binding_.ok()) binding_ = StatusOf(sqlite3_db_handle(statement_.get()));
   return *this;
 }
 
 absl::StatusOr<bool> Query::Step() {
+  RILIEVO_RETURN_IF_ERROR(binding_);
   const int code = sqlite3_step(statement_.get());
   if (code == SQLITE_ROW) return true;
   if (code == SQLITE_DONE) return false;

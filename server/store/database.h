@@ -23,9 +23,9 @@ class Query {
   Query& Bind(int64_t value);
   Query& Bind(const std::string& value);  // text or bytes
 
-  // Whether there is a(nother) row. RESOURCE_EXHAUSTED when the disk is full, UNAVAILABLE when
-  // another program holds the database, ALREADY_EXISTS when a value must be unique, DATA_LOSS when
-  // the file is damaged, else INTERNAL.
+  // Whether there is a(nother) row. RESOURCE_EXHAUSTED when the disk is full or memory is short,
+  // be it for a value that was bound, UNAVAILABLE when another program holds the database,
+  // ALREADY_EXISTS when a value must be unique, DATA_LOSS when the file is damaged, else INTERNAL.
   absl::StatusOr<bool> Step();
 
   // To its end; rows are dropped.
@@ -42,8 +42,11 @@ class Query {
   };
   explicit Query(sqlite3_stmt* statement) : statement_(statement) {}
 
+  Query& Bound(int code);
+
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
   int bound_ = 0;
+  absl::Status binding_;  // of the first value that could not be bound
 };
 
 // Used by one thread at a time. Write-ahead log; every transaction is synced to disk before it

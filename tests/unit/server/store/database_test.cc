@@ -1,6 +1,7 @@
 #include "server/store/database.h"
 
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <chrono>
 #include <filesystem>
@@ -94,6 +95,19 @@ TEST(Database, ATransactionIsKeptWholeOrNotAtAll) {
   EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 0);
   EXPECT_TRUE(insert(absl::OkStatus()).ok());
   EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 1);
+}
+
+TEST(Database, AValueThatCannotBeBoundIsNotStored) {
+  const TestFolder test;
+  auto database = Opened(test / "db");
+  EXPECT_FALSE(database->Prepare("SELECT 1")->Bind(1).Run().ok()) << "no such parameter";
+
+  auto query = database->Prepare("INSERT INTO t(b) VALUES(?)");
+  const int64_t limit = sqlite3_hard_heap_limit64(sqlite3_memory_used() + 10'000);
+  const absl::Status stored = query->Bind(std::string(1'000'000, 'x')).Run();
+  sqlite3_hard_heap_limit64(limit);
+  EXPECT_TRUE(absl::IsResourceExhausted(stored)) << stored;
+  EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 0);
 }
 
 TEST(Database, IsItsOwnersAndShrinks) {
