@@ -170,11 +170,12 @@ class FaultyRuns {
     const Attempt attempt = UploadAndReconstruct(server, scan_);
     faults.Disarm();
     happened_ += faults.happened();
-    // Who is aborted takes a moment to be gone.
     const bool silent =
         std::any_of(attempt.refusals.begin(), attempt.refusals.end(),
                     [](const absl::Status& refusal) { return ErrorReason(refusal).empty(); });
-    const auto exit = server.process().WaitForExit(seconds(silent ? 5 : 0));
+    const std::string after = silent ? "" : WrongAfter(server, scan_, attempt);
+    // A server that ends for want of memory takes a moment to be gone.
+    const auto exit = server.process().WaitForExit(seconds(silent || !after.empty() ? 5 : 0));
     const bool ended = exit.has_value();
     ended_ += ended;
     for (const absl::Status& refusal : attempt.refusals) {
@@ -187,7 +188,7 @@ class FaultyRuns {
     if (!ended && kind.lasting && !attempt.refusals.empty()) {
       Wrong(kind, n, "the server stays without memory");
     }
-    if (!ended) Wrong(kind, n, WrongAfter(server, scan_, attempt));
+    if (!ended) Wrong(kind, n, silent ? WrongAfter(server, scan_, attempt) : after);
     server.Kill();
     server.Start();
     const std::string again = WrongAfter(server, scan_, attempt);
