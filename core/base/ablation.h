@@ -3,8 +3,10 @@
 
 #ifdef RILIEVO_ABLATION
 #include <bitset>
+#include <cstdlib>
 #endif
 #include <array>
+#include <string>
 #include <string_view>
 
 namespace rilievo {
@@ -105,7 +107,19 @@ inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
 // Only a build with the CMake option RILIEVO_ABLATION can leave anything out (./dev accuracy
 // --ablation); in all others the question is settled when they are compiled.
 #ifdef RILIEVO_ABLATION
-inline std::bitset<kMechanisms.size()> left_out_mechanisms;
+// The names in the environment variable RILIEVO_WITHOUT, separated by commas: for every program of
+// such a build.
+inline std::bitset<kMechanisms.size()> LeftOutByEnvironment() {
+  std::bitset<kMechanisms.size()> left_out;
+  const char* value = std::getenv("RILIEVO_WITHOUT");
+  const std::string names = std::string(",").append(value == nullptr ? "" : value).append(",");
+  for (const auto& [mechanism, name] : kMechanisms) {
+    const std::string item = std::string(",").append(name).append(",");
+    left_out.set(static_cast<size_t>(mechanism), names.find(item) != std::string::npos);
+  }
+  return left_out;
+}
+inline std::bitset<kMechanisms.size()> left_out_mechanisms = LeftOutByEnvironment();
 // Process-wide; while nothing else works.
 inline void LeaveOut(Mechanism mechanism, bool out = true) {
   left_out_mechanisms.set(static_cast<size_t>(mechanism), out);
