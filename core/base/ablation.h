@@ -34,7 +34,6 @@ enum class Mechanism {
   kCreases,
   kUncoveredPoints,
   kHandles,
-  kCreaseGaps,
   kTrimUnmeasured,
   kDriftGuard,
   kFoldGuard,
@@ -53,7 +52,6 @@ enum class Mechanism {
   kLocalFit,
   kOtherSide,
   kFewerFaces,
-  kMendDomain,
 };
 
 struct NamedMechanism {
@@ -82,7 +80,6 @@ inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
     {Mechanism::kCreases, "creases"},
     {Mechanism::kUncoveredPoints, "uncovered_points"},
     {Mechanism::kHandles, "handles"},
-    {Mechanism::kCreaseGaps, "crease_gaps"},
     {Mechanism::kTrimUnmeasured, "trim_unmeasured"},
     {Mechanism::kDriftGuard, "drift_guard"},
     {Mechanism::kFoldGuard, "fold_guard"},
@@ -101,7 +98,6 @@ inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
     {Mechanism::kLocalFit, "local_fit"},
     {Mechanism::kOtherSide, "other_side"},
     {Mechanism::kFewerFaces, "fewer_faces"},
-    {Mechanism::kMendDomain, "mend_domain"},
 });
 
 // Only a build with the CMake option RILIEVO_ABLATION can leave anything out (./dev accuracy

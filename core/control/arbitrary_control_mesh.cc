@@ -124,9 +124,8 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
     return mesh;
   };
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, simplified({}));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const UncoveredPoints lost,
-      FindUncoveredPoints(cloud, control, ControlStage::kTaken, kInReach, context));
+  RILIEVO_ASSIGN_OR_RETURN(const UncoveredPoints lost,
+                           FindUncoveredPoints(cloud, control, kInReach, context));
   if (!lost.points.empty() && !IsLeftOut(Mechanism::kUncoveredPoints)) {
     RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
   }

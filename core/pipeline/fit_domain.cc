@@ -21,11 +21,6 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
-// Few faces cut tips off that the noise does not hide. What the fit left out of reach, where the
-// points face 25 degrees away from the surface, gets faces, so many times: the second finds what
-// the first lost, and what stays lost gets more.
-constexpr int kMends = 2;
-constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 2.5, .cosine = 0.9};
 
 // Of position steps.
 constexpr double kFinest = 4e-4, kCoarsest = 5e-3;
@@ -47,23 +42,6 @@ double ShortEdge(const ControlMesh& mesh) {
       lengths.begin() + static_cast<std::ptrdiff_t>(kShort * static_cast<double>(lengths.size()));
   std::nth_element(lengths.begin(), short_edge, lengths.end());
   return *short_edge;
-}
-
-// The fit of a mesh of fewer faces that keeps the points in reach.
-absl::StatusOr<Domain> MendDomain(const ScanSurface& scan, const ControlMesh& start, int faces,
-                                  Domain domain, const ReconstructOptions& options,
-                                  const PipelineContext& context) {
-  UncoveredPoints lost;
-  for (int mend = 0; mend < kMends && !IsLeftOut(Mechanism::kMendDomain); ++mend) {
-    RILIEVO_ASSIGN_OR_RETURN(const UncoveredPoints found,
-                             FindUncoveredPoints(scan.cloud, domain.fit.control_mesh,
-                                                 ControlStage::kFitted, kInReach, context));
-    if (found.points.empty()) break;
-    lost.Add(found);
-    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh mesh, FewerFaces(scan, start, faces, lost, context));
-    RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, mesh, options, context));
-  }
-  return domain;
 }
 
 }  // namespace
@@ -94,14 +72,12 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
 }
 
 absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMesh& start,
-                                       int target_faces, const UncoveredPoints& lost,
-                                       const RunContext& context) {
+                                       int target_faces, const RunContext& context) {
   if (start.creases.empty() || IsMachined(start)) {
-    return CoarserControlMesh(start, target_faces, context, lost);
+    return CoarserControlMesh(start, target_faces, context);
   }
   const ControlMesh untagged{start.vertices, start.faces, {}, {}};
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
-                           CoarserControlMesh(untagged, target_faces, context, lost));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh, CoarserControlMesh(untagged, target_faces, context));
   RILIEVO_RETURN_IF_ERROR(TagCreases(scan.cloud, scan.index, context, &mesh));
   return mesh;
 }
@@ -115,14 +91,12 @@ absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh&
   if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {
     return FitDomain(scan, start, options, context);
   }
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, {}, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, context));
   const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
   ReconstructOptions trial = options;
   trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
-  if (domain.fit.rms_after <= trial.fit.wanted_rms) {
-    return MendDomain(scan, start, fewer, std::move(domain), options, context);
-  }
+  if (domain.fit.rms_after <= trial.fit.wanted_rms) return domain;
   return FitDomain(scan, start, options, context);
 }
 

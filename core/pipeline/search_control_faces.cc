@@ -98,7 +98,7 @@ class Search {
   absl::Status Try(double step) {
     ControlMesh mesh = start_;
     if (step > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(step), {}, context_));
+      RILIEVO_ASSIGN_OR_RETURN(mesh, FewerFaces(scan_, start_, FacesAt(step), context_));
     }
     RILIEVO_ASSIGN_OR_RETURN(const Domain domain, FitDomain(scan_, mesh, options_, context_));
     return TryDomain(domain, step, options_);

@@ -11,7 +11,6 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
-#include "core/control/creases/close_crease_gaps.h"
 #include "core/control/simplify/quadric.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
@@ -323,7 +322,6 @@ absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
     if (mesh->creases.empty()) {
       *mesh = given;
     } else {
-      CloseCreaseGaps(*mesh, topology, &tags);
       mesh->creases = CreasesOf(topology, tags);
       mesh->corners = TurningCorners(*mesh, topology, judgements, tags);
     }

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/base/status_macros.h"
-#include "core/control/simplify/adaptive_simplify.h"
 #include "core/control/simplify/relax_mesh.h"
+#include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
 namespace {
@@ -18,10 +18,9 @@ constexpr double kEvenness = 1e-4;
 }  // namespace
 
 absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int target_faces,
-                                               const RunContext& context,
-                                               const UncoveredPoints& lost) {
+                                               const RunContext& context) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4), .evenness = kEvenness};
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, AdaptiveSimplify(lost, mesh, simplify, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyMesh(mesh, simplify, context));
   for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&coarser, kFlatDihedralDegrees);
     RelaxTangentially(&coarser, kRelaxRounds);

@@ -39,17 +39,14 @@ struct Triangles {
   }
 };
 
-// The Loop surface of `mesh`, or that whose limits at the control vertices are its vertices,
-// nearly: a few rounds of moving each control point by what its limit is off (Maekawa, Matsumoto,
-// Namiki 2007).
-absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, ControlStage stage,
-                                    const RunContext& context) {
+// The Loop surface whose limits at the control vertices are the vertices of `mesh`, nearly: a few
+// rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
+absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, const RunContext& context) {
   const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
   RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, level - 1, context));
   refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
   Eigen::Matrix3Xd points = mesh.vertices;
-  const int rounds = stage == ControlStage::kTaken ? kInterpolationRounds : 0;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < kInterpolationRounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                              EvaluateLimit(refinement, points, 0, context));
     points += mesh.vertices - limit.positions;
@@ -91,11 +88,11 @@ Reach ReachOf(const OrientedCloud& cloud, int64_t point, const CoverageLimits& l
 }  // namespace
 
 absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
-                                                    const ControlMesh& control, ControlStage stage,
+                                                    const ControlMesh& control,
                                                     const CoverageLimits& limits,
                                                     const RunContext& context) {
   if (cloud.points.cols() == 0) return UncoveredPoints{};
-  RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceOf(control, stage, context));
+  RILIEVO_ASSIGN_OR_RETURN(const Triangles surface, SurfaceOf(control, context));
   RILIEVO_ASSIGN_OR_RETURN(
       const ClosestPointTree tree,
       ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.children_per_face));

@@ -12,12 +12,7 @@ namespace rilievo {
 
 struct UncoveredPoints {
   std::vector<Eigen::Vector3d> points;  // some of the cloud's, unit frame
-  int faces = 0;                        // nearest to these points; of several meshes the sum
-
-  void Add(const UncoveredPoints& other) {
-    points.insert(points.end(), other.points.begin(), other.points.end());
-    faces += other.faces;
-  }
+  int faces = 0;                        // nearest to these points
 };
 
 // Where a point counts as out of reach.
@@ -27,19 +22,13 @@ struct CoverageLimits {
   double cosine;  // and the cosine of its normal and the surface's is less
 };
 
-// What the control mesh is like.
-enum class ControlStage {
-  kTaken,   // its vertices lie on the surface that it was taken from
-  kFitted,  // its Loop surface was fitted to the points
-};
-
 // Points out of reach of a Loop surface, creases included: a tip that was cut off, the sides of two
 // prongs with a web between them. Heights along the surface's normals come to few of them, and a
 // fit gives few of them to a sample. Where noise sets the limit, a point that is alone on its face
-// does not count. The surface is that of `control` where it is fitted, else one through its
-// vertices. INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
+// does not count. The surface is one through the vertices of `control`, which is not fitted yet.
+// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
 absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
-                                                    const ControlMesh& control, ControlStage stage,
+                                                    const ControlMesh& control,
                                                     const CoverageLimits& limits,
                                                     const RunContext& context);
 

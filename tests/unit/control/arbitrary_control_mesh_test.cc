@@ -62,8 +62,8 @@ TEST(ArbitraryControlMeshTest, ProngsStayInReach) {
                                                   CreaseRule::kAuto, 60, RunContext{})
                                  .value();
   const UncoveredPoints lost =
-      FindUncoveredPoints(made.cloud, made.mesh, ControlStage::kTaken,
-                          {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext{})
+      FindUncoveredPoints(made.cloud, made.mesh, {.spacings = 1, .noises = 4, .cosine = 0.3},
+                          RunContext{})
           .value();
   EXPECT_LT(lost.points.size(), 20);
 }

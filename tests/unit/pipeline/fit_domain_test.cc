@@ -26,7 +26,7 @@ double LengthOfCreases(const ControlMesh& mesh) {
 TEST(FewerFacesTest, AMachinedPartKeepsItsCreases) {
   const PreparedScan box = Prepare(*MakeCutBox());
   ASSERT_TRUE(IsMachined(box.control.mesh));
-  const ControlMesh fewer = FewerFaces(box.scan, box.control.mesh, 300, {}, {}).value();
+  const ControlMesh fewer = FewerFaces(box.scan, box.control.mesh, 300, {}).value();
   EXPECT_NEAR(LengthOfCreases(fewer), LengthOfCreases(box.control.mesh),
               0.05 * LengthOfCreases(box.control.mesh));
 }
@@ -38,7 +38,7 @@ TEST(FewerFacesTest, AFewCreasesElsewhereAreFoundAnew) {
   const int a = torus.control.mesh.faces(0, 0), b = torus.control.mesh.faces(1, 0);
   torus.control.mesh.creases = {{std::min(a, b), std::max(a, b)}};
   ASSERT_FALSE(IsMachined(torus.control.mesh));
-  const ControlMesh fewer = FewerFaces(torus.scan, torus.control.mesh, 300, {}, {}).value();
+  const ControlMesh fewer = FewerFaces(torus.scan, torus.control.mesh, 300, {}).value();
   EXPECT_TRUE(fewer.creases.empty());
   EXPECT_NEAR(static_cast<double>(fewer.faces.cols()), 300, 2);
 }

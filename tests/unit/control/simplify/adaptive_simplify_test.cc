@@ -23,8 +23,8 @@ TEST(AdaptiveSimplifyTest, ProngsThatSimplificationCutsOffComeBack) {
   const OrientedCloud cloud = CloudOf(fine);
   const SimplifyOptions options{.target_faces = 60};
   const auto lost_of = [&](const absl::StatusOr<ControlMesh>& mesh) {
-    return FindUncoveredPoints(cloud, *mesh, ControlStage::kTaken,
-                               {.spacings = 1, .noises = 4, .cosine = 0.3}, RunContext())
+    return FindUncoveredPoints(cloud, *mesh, {.spacings = 1, .noises = 4, .cosine = 0.3},
+                               RunContext())
         .value();
   };
   const auto plain = SimplifyMesh(fine, options, RunContext());

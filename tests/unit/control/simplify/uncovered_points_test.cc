@@ -5,7 +5,6 @@
 #include <stop_token>
 
 #include "core/control/simplify/simplify_mesh.h"
-#include "core/loop/refinement.h"
 #include "tests/unit/control/pronged_ball.h"
 #include "tests/unit/loop/crease_meshes.h"
 
@@ -20,7 +19,7 @@ constexpr CoverageLimits kLimits = {.spacings = 1, .noises = 4, .cosine = 0.3};
 
 absl::StatusOr<UncoveredPoints> Find(const OrientedCloud& cloud, const ControlMesh& control,
                                      const RunContext& context = {}) {
-  return FindUncoveredPoints(cloud, control, ControlStage::kTaken, kLimits, context);
+  return FindUncoveredPoints(cloud, control, kLimits, context);
 }
 
 TEST(UncoveredPointsTest, HeightsReachAllOfASmoothSurface) {
@@ -55,27 +54,13 @@ TEST(UncoveredPointsTest, ASteeperRuleFindsMore) {
   const ControlMesh coarse = Coarse(MarchTetrahedra(BallField, 80), 200);
   CoverageLimits limits = kLimits;
   const auto with = [&](const CoverageLimits& rule) {
-    return FindUncoveredPoints(cloud, coarse, ControlStage::kTaken, rule, {})->points.size();
+    return FindUncoveredPoints(cloud, coarse, rule, {})->points.size();
   };
   const size_t few = with(limits);
   limits.cosine = 0.9;
   EXPECT_GT(with(limits), few);
   limits.spacings = 20;
   EXPECT_LT(with(limits), few);
-}
-
-TEST(UncoveredPointsTest, AFittedMeshIsTakenAsItIs) {
-  const ControlMesh control = Coarse(MarchTetrahedra(SphereField, 40), 200);
-  const LoopRefinement refinement = RefineTopology(control, 3, RunContext()).value();
-  const LimitSurface limit = EvaluateLimit(refinement, control.vertices, 3, RunContext()).value();
-  const OrientedCloud cloud = CloudOf({limit.positions, RefineFaces(refinement.levels[2]), {}, {}});
-  const auto count = [&](ControlStage stage) {
-    return FindUncoveredPoints(cloud, control, stage, {.spacings = 0.5, .noises = 3, .cosine = 2},
-                               {})
-        ->points.size();
-  };
-  EXPECT_EQ(count(ControlStage::kFitted), 0);
-  EXPECT_GT(count(ControlStage::kTaken), 100);
 }
 
 // Past the edges of the smaller cube both sides' triangles are as near to a point.
@@ -98,13 +83,11 @@ TEST(UncoveredPointsTest, AnEdgeFacesAsEitherSideDoes) {
   cloud.spacing.assign(cloud.points.cols(), 0.05f);
   cloud.noise.assign(cloud.points.cols(), 0.0f);
   const CoverageLimits limits = {.spacings = 1, .noises = 1, .cosine = 0.9};
-  const auto lost =
-      FindUncoveredPoints(cloud, testing::SharpCube(), ControlStage::kFitted, limits, {});
+  const auto lost = FindUncoveredPoints(cloud, testing::SharpCube(), limits, {});
   ASSERT_TRUE(lost.ok());
   EXPECT_EQ(lost->points.size(), 0);
   cloud.normals = -cloud.normals;  // none but faces away, and is farther off than a spacing
-  const auto away =
-      FindUncoveredPoints(cloud, testing::SharpCube(), ControlStage::kFitted, limits, {});
+  const auto away = FindUncoveredPoints(cloud, testing::SharpCube(), limits, {});
   EXPECT_GT(away->points.size(), 100);
 }
 
