@@ -4,9 +4,11 @@
 #ifdef RILIEVO_ABLATION
 #include <bitset>
 #include <cstdlib>
+#include <iostream>
+#include <sstream>
+#include <string>
 #endif
 #include <array>
-#include <string>
 #include <string_view>
 
 namespace rilievo {
@@ -104,14 +106,19 @@ inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
 // --ablation); in all others the question is settled when they are compiled.
 #ifdef RILIEVO_ABLATION
 // The names in the environment variable RILIEVO_WITHOUT, separated by commas: for every program of
-// such a build.
+// such a build. Ends the process at a name that no mechanism has.
 inline std::bitset<kMechanisms.size()> LeftOutByEnvironment() {
   std::bitset<kMechanisms.size()> left_out;
   const char* value = std::getenv("RILIEVO_WITHOUT");
-  const std::string names = std::string(",").append(value == nullptr ? "" : value).append(",");
-  for (const auto& [mechanism, name] : kMechanisms) {
-    const std::string item = std::string(",").append(name).append(",");
-    left_out.set(static_cast<size_t>(mechanism), names.find(item) != std::string::npos);
+  std::istringstream names(value == nullptr ? "" : value);
+  for (std::string name; std::getline(names, name, ',');) {
+    size_t place = 0;
+    while (place < kMechanisms.size() && kMechanisms[place].name != name) ++place;
+    if (place == kMechanisms.size()) {
+      std::cerr << "RILIEVO_WITHOUT: no mechanism is called '" << name << "'\n";
+      std::exit(EXIT_FAILURE);
+    }
+    left_out.set(static_cast<size_t>(kMechanisms[place].mechanism));
   }
   return left_out;
 }

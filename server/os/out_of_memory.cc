@@ -32,14 +32,15 @@ void Say(std::string_view line) {
 void FindMemory() {
   thread_local Clock::time_point first, last;
   const auto now = Clock::now();
-  if (now - last > kMemoryPatience) first = now;  // another allocation than the last time
-  last = now;
+  // Called again at once after its pause it serves the same allocation, else another one.
+  if (now - last > kPause) first = now;
   if (now - first >= kMemoryPatience) {
     Say(kNoMemory);
     std::_Exit(EXIT_FAILURE);
   }
   malloc_trim(0);
   std::this_thread::sleep_for(kPause);
+  last = Clock::now();
 }
 
 // abort() goes on to end the process.

@@ -103,10 +103,11 @@ absl::Status LeaveOutByName(std::string_view name) {
 absl::StatusOr<std::string> MeasureAblation(const std::vector<SubjectName>& subjects,
                                             const std::vector<std::string>& names) {
   std::vector<NamedMechanism> mechanisms;
-  for (const NamedMechanism& known : kMechanisms) {
-    const bool named = std::find(names.begin(), names.end(), known.name) != names.end();
-    if (names.empty() || named) mechanisms.push_back(known);
+  for (const std::string& name : names) {
+    RILIEVO_ASSIGN_OR_RETURN(const Mechanism mechanism, MechanismOf(name));
+    mechanisms.push_back({mechanism, name});
   }
+  if (names.empty()) mechanisms.assign(kMechanisms.begin(), kMechanisms.end());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> with, MeasureAll(subjects));
   std::string table = kHead;
   std::cout << table << std::flush;

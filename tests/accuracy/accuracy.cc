@@ -12,10 +12,12 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
 #include "tests/accuracy/ablation_table.h"
 #include "tests/accuracy/accuracy_table.h"
@@ -29,11 +31,18 @@ struct Arguments {
   std::string compare, write;
 };
 
+bool TakesValue(std::string_view word) {
+  return word == "--only" || word == "--without" || word == "--compare" || word == "--write";
+}
+
 absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
   Arguments arguments;
   for (int i = 1; i < count; ++i) {
     const std::string word = words[i];
     const auto value = [&]() -> std::string { return i + 1 < count ? words[++i] : ""; };
+    if (i + 1 == count && TakesValue(word)) {
+      return absl::InvalidArgumentError(absl::StrCat(word, " takes a value"));
+    }
     if (word == "--fast") {
       arguments.fast = true;
     } else if (word == "--only") {
@@ -98,12 +107,22 @@ absl::Status WriteRows(const std::string& path, const std::vector<AccuracyRow>& 
     return absl::FailedPreconditionError(absl::StrCat(path, " has no accuracy table"));
   }
   size_t end = begin;
-  while (end < text.size() && text[end] == '|') end = text.find('\n', end) + 1;
-  std::ofstream(path) << text.substr(0, begin) << table << text.substr(end);
+  while (end < text.size() && text[end] == '|')
+    end = std::min(text.find('\n', end), text.size() - 1) + 1;
+  std::ofstream file(path);
+  file << text.substr(0, begin) << table << text.substr(end);
+  if (!file.flush()) return absl::UnavailableError(absl::StrCat(path, " cannot be written"));
   return absl::OkStatus();
 }
 
 absl::Status Run(const Arguments& arguments) {
+  const std::vector<std::string> shapes = SubjectShapes();
+  for (const std::string& shape : arguments.only) {
+    if (std::find(shapes.begin(), shapes.end(), shape) == shapes.end()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--only ", shape, ": the shapes are ", absl::StrJoin(shapes, ", ")));
+    }
+  }
   if (arguments.ablation) {
     return MeasureAblation(SubjectsFor(arguments), arguments.without).status();
   }

@@ -1,8 +1,8 @@
 #include <functional>
 #include <future>
 
+#include "tests/integration/line.h"
 #include "tests/stress/known_scans.h"
-#include "tests/stress/line.h"
 #include "tests/stress/parts.h"
 #include "tests/stress/stress_server.h"
 #include "tests/unit/server/os/loopback.h"

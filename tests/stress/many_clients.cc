@@ -2,9 +2,9 @@
 #include <random>
 
 #include "client/library/status_conversion.h"
+#include "tests/integration/line.h"
 #include "tests/stress/known_scans.h"
 #include "tests/stress/ledger.h"
-#include "tests/stress/line.h"
 #include "tests/stress/parts.h"
 #include "tests/stress/stress_server.h"
 

@@ -87,8 +87,8 @@ absl::Status ClearWhereFlat(double radius, const RunContext& context,
   return absl::OkStatus();
 }
 
-// Tightens the loops that FindLoops() will most likely ask for, which are off the
-// boundary and the neighbourhoods of all before. The others stay empty.
+// Tightens the loops that FindLoops() will most likely ask for, which are off the boundary and the
+// neighbourhoods of all before. The others stay empty.
 absl::StatusOr<std::vector<std::vector<int>>> TightenFirstOfEach(
     const MeshTopology& topology, const std::vector<std::vector<int>>& found, double radius,
     double step, const RunContext& context, NonseparatingLoopFinder* finder,
@@ -208,7 +208,6 @@ ControlMesh CutAndCap(const ControlMesh& mesh, const MeshTopology& topology,
   }
   // Corners at loop vertices: those left of the loop take the second copy of the vertex. Left is
   // what can be reached around the vertex, without crossing the loop, from a face left of it.
-  std::vector<std::vector<int>> copy_of(loops.size());
   ControlMesh cut;
   cut.faces = mesh.faces;
   std::vector<Eigen::Vector3d> added;

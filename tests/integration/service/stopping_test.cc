@@ -1,7 +1,7 @@
 // How calls end before their time: cancel, deadline, a cut line, limits of time, shutdown.
 #include <thread>
 
-#include "tests/integration/service/cuttable_line.h"
+#include "tests/integration/line.h"
 #include "tests/integration/service/service_fixture.h"
 
 namespace rilievo {
@@ -55,11 +55,11 @@ TEST_F(StoppingTest, TheDeadlineReachesTheWorkWithinASecond) {
 TEST_F(StoppingTest, ACutLineReachesTheWorkWithinASecond) {
   StartServer();
   const std::string address = server_->address();
-  CuttableLine line(std::stoi(address.substr(address.rfind(':') + 1)));
+  Line line(std::stoi(address.substr(address.rfind(':') + 1)));
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  const auto stub = v1::ReconstructionService::NewStub(grpc::CreateCustomChannel(
-      "127.0.0.1:" + std::to_string(line.port()), grpc::InsecureChannelCredentials(), arguments));
+  const auto stub = v1::ReconstructionService::NewStub(
+      grpc::CreateCustomChannel(line.address(), grpc::InsecureChannelCredentials(), arguments));
   grpc::ClientContext context;
   const auto stream = stub->Reconstruct(&context);
   SendWholeScan(stream.get(), 50);

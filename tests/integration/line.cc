@@ -1,4 +1,4 @@
-#include "tests/stress/line.h"
+#include "tests/integration/line.h"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -8,7 +8,7 @@
 
 #include "tests/unit/server/os/loopback.h"
 
-namespace rilievo::stress {
+namespace rilievo {
 namespace {
 
 constexpr int kLookAroundMilliseconds = 20;
@@ -71,4 +71,4 @@ void Line::Pass(int from, int to) const {
   shutdown(to, SHUT_RDWR);
 }
 
-}  // namespace rilievo::stress
+}  // namespace rilievo

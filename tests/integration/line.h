@@ -9,7 +9,7 @@
 
 #include "server/os/file_descriptor.h"
 
-namespace rilievo::stress {
+namespace rilievo {
 
 // Passes on the bytes of one connection, the first that comes.
 class Line {
@@ -39,4 +39,4 @@ class Line {
   std::jthread thread_;
 };
 
-}  // namespace rilievo::stress
+}  // namespace rilievo
