@@ -17,8 +17,6 @@
 #include "core/displacement/regularize/retract_heights.h"
 #include "core/displacement/sampling/domain_sampling.h"
 #include "core/displacement/sampling/height_sampler.h"
-#include "core/displacement/solve/solve_heights.h"
-#include <cstdlib>
 
 namespace rilievo {
 namespace {
@@ -96,17 +94,6 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, graph, index, refinement, limit));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kDisplacement, 0.0);
-  if (std::getenv("RILIEVO_SOLVE")) {
-    RILIEVO_ASSIGN_OR_RETURN(HeightSamples samples,
-                             SolveHeights(cloud, refinement, rings, limit, options, context));
-    const std::vector<float> sampled = samples.height;
-    RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, samples.measured, context, &samples.height));
-    for (int v = 0; v < samples.size(); ++v) {
-      const HeightBounds bounds = BoundsOf(v, rings, limit, options.max_height);
-      samples.height[v] = std::clamp(samples.height[v], bounds.lowest, bounds.highest);
-    }
-    return MakeField(sampled, std::move(samples));
-  }
   RILIEVO_ASSIGN_OR_RETURN(RayCloud ray_cloud, PrepareRayCloud(cloud, graph, context));
   RILIEVO_RETURN_IF_ERROR(
       CalibrateNoise(graph, LeastNoiseWorthFitting(options), context, &ray_cloud));
