@@ -41,6 +41,7 @@ bool ByteSource::ReadBlock() {
   in_.read(buffer_.data() + end_, static_cast<std::streamsize>(kBlock));
   const size_t count = static_cast<size_t>(in_.gcount());
   end_ += count;
+  read_ += count;
   // A file that shrinks while it is read must not leave bytes promised that will never come.
   if (unread_) *unread_ = count < kBlock ? 0 : *unread_ - std::min<uint64_t>(*unread_, count);
   return count > 0;

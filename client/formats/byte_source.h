@@ -25,6 +25,9 @@ class ByteSource {
   // False only when it is known that fewer than `count` bytes are left.
   bool MayHold(uint64_t count) const { return !remaining() || count <= *remaining(); }
 
+  // Bytes consumed since the source was made.
+  uint64_t position() const { return read_ - buffered(); }
+
   enum class Line { kRead, kEnd, kTooLong };
   // The next line without its LF or CRLF, valid until the next call of any method here.
   Line NextLine(std::string_view* line);
@@ -50,6 +53,7 @@ class ByteSource {
   std::istream& in_;
   std::vector<char> buffer_;
   size_t begin_ = 0, end_ = 0;
+  uint64_t read_ = 0;               // bytes taken from the stream
   std::optional<uint64_t> unread_;  // bytes still in the stream
   int64_t line_number_ = 0;
   bool line_was_ended_ = true;

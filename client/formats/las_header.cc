@@ -14,10 +14,9 @@ namespace {
 constexpr bool kSwap = std::endian::native == std::endian::big;
 constexpr size_t kShortHeader = 227;  // LAS 1.0 to 1.2
 constexpr size_t kLongHeader = 375;   // LAS 1.4
-// Bytes of a point by its format, ASPRS LAS 1.4 R15, tables 7 to 17.
-constexpr size_t kRecordSizes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
-// laszip sets it in the point format.
+// LASzip sets it in the point format, and may set the bit below.
 constexpr uint8_t kCompressed = 0x80;
+constexpr uint8_t kPointFormat = 0x3f;
 
 template <typename... What>
 absl::Status Invalid(const What&... what) {
@@ -36,7 +35,7 @@ absl::Status CheckHeader(const LasHeader& header, uint16_t size) {
   if (header.point_format > 10) {
     return Invalid("point format ", header.point_format, ", known are 0 to 10");
   }
-  const size_t record = kRecordSizes[header.point_format];
+  const size_t record = kLasRecordSizes[header.point_format];
   if (header.record_size < record) {
     return Invalid("points of ", header.record_size, " bytes, point format ", header.point_format,
                    " needs ", record);
@@ -71,27 +70,21 @@ absl::StatusOr<LasHeader> ReadLasHeader(ByteSource* source) {
     return Invalid("version ", major, ".", header.minor_version, ", known are 1.0 to 1.4");
   }
   const auto size = LoadAs<uint16_t>(bytes + 94, kSwap);
+  header.records_offset = size;
   header.point_offset = LoadAs<uint32_t>(bytes + 96, kSwap);
+  header.record_count = LoadAs<uint32_t>(bytes + 100, kSwap);
   const auto format = LoadAs<uint8_t>(bytes + 104, false);
-  if ((format & kCompressed) != 0) {
-    return absl::InvalidArgumentError(
-        "this is a LAZ file (compressed LAS), which is not supported; unpack it first, with "
-        "LAStools: "
-        "laszip -i IN.laz -o OUT.las, or with PDAL (of conda-forge): pdal translate IN.laz "
-        "OUT.las");
-  }
-  header.point_format = format;
+  header.compressed = (format & kCompressed) != 0;
+  header.point_format = header.compressed ? format & kPointFormat : format;
   header.record_size = LoadAs<uint16_t>(bytes + 105, kSwap);
   header.point_count = LoadAs<uint32_t>(bytes + 107, kSwap);
   for (int axis = 0; axis < 3; ++axis) {
     header.scale[axis] = LoadAs<double>(bytes + 131 + 8 * axis, kSwap);
     header.offset[axis] = LoadAs<double>(bytes + 155 + 8 * axis, kSwap);
   }
-  header.header_size = kShortHeader;
   if (header.minor_version >= 4 && size >= kLongHeader) {
     bytes = source->Take(kLongHeader - kShortHeader);
     if (bytes == nullptr) return CutOff();
-    header.header_size = kLongHeader;
     // The legacy count is 0 for the formats from 6 on and beyond 2^32 points.
     const auto count = LoadAs<uint64_t>(bytes + 247 - kShortHeader, kSwap);
     if (count > 0) header.point_count = count;

@@ -1,14 +1,16 @@
-// Uncompressed LAS 1.0 to 1.4, all point formats.
+// LAS 1.0 to 1.4 and LAZ, all point formats.
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/las_header.h"
+#include "client/formats/laz/laz_records.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
@@ -18,9 +20,6 @@ namespace rilievo {
 namespace {
 
 constexpr bool kSwap = std::endian::native == std::endian::big;
-
-// Where the red of a point is, by its format; 0: it has no colours.
-constexpr size_t kColorOffsets[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
 
 // "Withheld" points are deleted ones that the file still holds: a bit of the classification in
 // formats 0 to 5, of the flags before it in the others.
@@ -33,34 +32,19 @@ class LasReader {
  public:
   LasReader(const LasHeader& header, const WantedLayers& wanted)
       : header_(header),
-        intensity_wanted_(wanted.intensity),
-        color_offset_(wanted.colors ? kColorOffsets[header.point_format] : 0) {}
+        wanted_(wanted),
+        color_offset_(wanted.colors ? kLasColorOffsets[header.point_format] : 0) {}
 
   absl::Status Read(ByteSource* source) {
-    if (!source->Skip(header_.point_offset - header_.header_size)) return CutOff(0);
-    if (source->remaining()) {
-      const uint64_t held = *source->remaining() / header_.record_size;
-      if (header_.point_count > held) return CutOff(held);
-      points_.Reserve(header_.point_count);
-    }
-    for (uint64_t i = 0; i < header_.point_count; ++i) {
-      const char* record = source->Take(header_.record_size);
-      if (record == nullptr) return CutOff(i);
-      if (IsWithheld(record, header_.point_format)) {
-        ++withheld_;
-      } else {
-        AddPoint(record);
-      }
-    }
-    return absl::OkStatus();
+    return header_.compressed ? ReadCompressed(source) : ReadPlain(source);
   }
 
   int64_t count() const { return points_.count(); }
 
   ScanFile Finish() {
     ScanFile scan;
-    scan.format =
-        absl::StrCat("LAS 1.", header_.minor_version, ", point format ", header_.point_format);
+    scan.format = absl::StrCat(header_.compressed ? "LAZ 1." : "LAS 1.", header_.minor_version,
+                               ", point format ", header_.point_format);
     if (withheld_ > 0) absl::StrAppend(&scan.format, ", without ", withheld_, " withheld points");
     scan.cloud.points = points_.Finish();
     scan.layers.intensity = std::move(intensity_);
@@ -76,20 +60,54 @@ class LasReader {
   }
 
  private:
+  absl::Status ReadPlain(ByteSource* source) {
+    if (!source->Skip(header_.point_offset - source->position())) return CutOff(0);
+    if (source->remaining()) {
+      const uint64_t held = *source->remaining() / header_.record_size;
+      if (header_.point_count > held) return CutOff(held);
+      points_.Reserve(header_.point_count);
+    }
+    for (uint64_t i = 0; i < header_.point_count; ++i) {
+      const char* record = source->Take(header_.record_size);
+      if (record == nullptr) return CutOff(i);
+      AddRecord(record);
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadCompressed(ByteSource* source) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::unique_ptr<laz::LazRecords> records,
+                             laz::LazRecords::Open(source, header_, wanted_));
+    // Two bytes for a point are little already, what needs less grows as it comes.
+    if (source->remaining() && header_.point_count <= *source->remaining() / 2) {
+      points_.Reserve(header_.point_count);
+    }
+    for (uint64_t i = 0; i < header_.point_count; ++i) {
+      const char* record = records->Next();
+      if (record == nullptr) return records->status();
+      AddRecord(record);
+    }
+    return records->CheckEnd();
+  }
+
   absl::Status CutOff(uint64_t held) const {
     return absl::DataLossError(absl::StrCat("LAS: the header announces ", header_.point_count,
                                             " points of ", header_.record_size,
                                             " bytes, the file holds ", held, "; truncated file?"));
   }
 
-  void AddPoint(const char* record) {
+  void AddRecord(const char* record) {
+    if (IsWithheld(record, header_.point_format)) {
+      ++withheld_;
+      return;
+    }
     std::array<double, 3> point;
     for (int axis = 0; axis < 3; ++axis) {
       const auto value = LoadAs<int32_t>(record + 4 * axis, kSwap);
       point[axis] = value * header_.scale[axis] + header_.offset[axis];
     }
     points_.Add(point[0], point[1], point[2]);
-    if (intensity_wanted_) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
+    if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
     if (color_offset_ == 0) return;
     std::array<uint16_t, 3> color;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -100,7 +118,7 @@ class LasReader {
   }
 
   const LasHeader header_;
-  const bool intensity_wanted_;
+  const WantedLayers wanted_;
   const size_t color_offset_;
   PointCollector points_;
   std::vector<float> intensity_;
