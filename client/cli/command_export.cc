@@ -280,9 +280,10 @@ Command AddExport(CLI::App& program) {
       ->excludes(tolerance)
       ->excludes("--triangles")
       ->excludes("--region");
-  app->add_option("--carry", arguments->carry,
-                  "a scan (PLY, LAS, PTX) whose colours and intensity the vertices take from their "
-                  "nearest points; .ply and .glb");
+  app->add_option(
+      "--carry", arguments->carry,
+      "a scan (PLY, LAS, LAZ, PTX) whose colours and intensity the vertices take from their "
+      "nearest points; .ply and .glb");
   AddPointsOnlyOption(app, &arguments->scan);
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "

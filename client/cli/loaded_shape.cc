@@ -96,8 +96,8 @@ LoadedShape ShapeOf(MeshFile file) {
 void AddFormatOption(CLI::App* app, std::string* format) {
   app->add_option("--format", *format,
                   "format of an input that is not recognised by its content or extension")
-      ->check(
-          CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "ptx", "stl", "dss"}));
+      ->check(CLI::IsMember(
+          {"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "ptx", "stl", "dss"}));
 }
 
 void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments) {

@@ -72,7 +72,7 @@ std::optional<FileKind> ByExtension(const std::string& extension) {
   if (extension == "pcd") return FileKind::kPcd;
   if (extension == "obj") return FileKind::kObj;
   if (extension == "stl") return FileKind::kStl;
-  if (extension == "las") return FileKind::kLas;
+  if (extension == "las" || extension == "laz") return FileKind::kLas;
   if (extension == "ptx") return FileKind::kPtx;
   if (extension == "dss") return FileKind::kDss;
   for (const char* text : {"xyz", "pts", "txt", "csv", "asc", "xyzn", "xyzrgb"}) {
@@ -140,7 +140,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   if (!line.empty() && (LooksLikeNumbers(line) || ParseXyzHeading(line))) return FileKind::kXyz;
   return absl::InvalidArgumentError(
       "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, "
-      "PTX)");
+      "LAZ, PTX)");
 }
 
 }  // namespace rilievo

@@ -30,12 +30,12 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
       return ReadPtxScan(input.stream(), wanted);
     case FileKind::kStl:
       return absl::InvalidArgumentError(
-          "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS or "
-          "PTX");
+          "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
+          "LAZ or PTX");
     case FileKind::kDss:
       return absl::InvalidArgumentError(
-          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS "
-          "or PTX");
+          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
+          "LAZ or PTX");
   }
   return absl::InternalError("unknown kind of file");
 }

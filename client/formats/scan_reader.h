@@ -1,4 +1,4 @@
-// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ, LAS, PTX.
+// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ, LAS, LAZ, PTX.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace rilievo {
 struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
-  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, PTX
+  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, PTX
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
 };
 
@@ -40,9 +40,10 @@ absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in);
 // The 'v' lines of a Wavefront file.
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
 
-// ASPRS LAS 1.0 to 1.4, uncompressed, point formats 0 to 10. Integers become coordinates in double,
-// so map grids keep what the file has. Points marked as withheld are left out. LAZ is refused with
-// what to run. 16-bit colours become 8 bits.
+// ASPRS LAS 1.0 to 1.4 and LAZ (M. Isenburg, "LASzip: lossless compression of LiDAR data",
+// Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
+// coordinates in double, so map grids keep what the file has. Points marked as withheld are left
+// out. 16-bit colours become 8 bits.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame.

@@ -31,6 +31,13 @@ void ArithmeticDecoder::Begin() {
   }
 }
 
+void ArithmeticDecoder::ShiftNearEnd() {
+  while (length_ < (1u << 24)) {
+    value_ = value_ << 8 | NextByte();
+    length_ <<= 8;
+  }
+}
+
 void ArithmeticDecoder::Stop() {
   source_->Skip(static_cast<uint64_t>(next_ - begin_));
   begin_ = next_ = end_ = nullptr;

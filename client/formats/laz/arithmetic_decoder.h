@@ -1,6 +1,7 @@
 // The arithmetic coder of LASzip, its decoding half.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -70,14 +71,24 @@ class ArithmeticDecoder {
     return bits & ((1u << count) - 1);
   }
 
+  // Narrows the interval to [begin, begin + length), then shifts whole bytes in until its length
+  // has more than 24 bits. Without a branch on how many, which cannot be foretold.
   void Narrow(uint32_t begin, uint32_t length) {
     value_ -= begin;
     length_ = length;
-    while (length_ < (1u << 24)) {
-      value_ = value_ << 8 | NextByte();
-      length_ <<= 8;
+    if (end_ - next_ < 4) {
+      ShiftNearEnd();
+      return;
     }
+    const int shift = std::countl_zero(length) & 24;
+    const auto* bytes = reinterpret_cast<const uint8_t*>(next_);
+    const uint64_t ahead = static_cast<uint64_t>(value_) << 32 | uint32_t{bytes[0]} << 24 |
+                           uint32_t{bytes[1]} << 16 | uint32_t{bytes[2]} << 8 | bytes[3];
+    value_ = static_cast<uint32_t>(ahead << shift >> 32);
+    length_ = length << shift;
+    next_ += shift / 8;
   }
+  void ShiftNearEnd();
 
   uint8_t NextByte() {
     if (next_ == end_ && !Refill()) return 0;
