@@ -4,10 +4,9 @@ namespace rilievo::laz {
 namespace {
 
 // Symbols for a step: 0 none of the multiples, 1 to 500 that multiple, 501 to 510 the multiples -1
-// to -10, then the same time, a whole time, and another of the sequences.
+// to -10, 511 the same time, then a whole time, and another of the sequences.
 constexpr uint32_t kLargestMultiple = 500;
 constexpr uint32_t kSmallestMultiple = 510;
-constexpr uint32_t kSameTime = 511;
 constexpr uint32_t kWholeTime = 512;
 
 }  // namespace
