@@ -2,6 +2,8 @@
 """Makes the seeds of the fuzz targets: small files of every kind the readers know.
 
     make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files
+
+Not made here: las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
 """
 import pathlib
 import struct

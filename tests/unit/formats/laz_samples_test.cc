@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -63,6 +64,40 @@ TEST(LazSampleTest, NoPointsAreRefused) {
   ASSERT_FALSE(scan.ok());
   EXPECT_THAT(std::string(scan.status().message()), ::testing::HasSubstr("0 points"));
 }
+
+// Files that laz-perf wrote, of points of a formula, in chunks of 40: of every point format that it
+// knows, pointwise (0 to 3) and layered (6 to 8), some with extra bytes.
+class LazFormatTest : public ::testing::TestWithParam<int> {};
+
+TEST_P(LazFormatTest, HoldsThePointsOfTheFormula) {
+  const int format = GetParam();
+  const std::string name = "packed_" + std::to_string(format) + ".laz";
+  const fs::path source = fs::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto scan =
+      ReadScan((source / "fuzz/corpus/las" / name).string(), {.intensity = true, .colors = true});
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->format, "LAZ 1." + std::to_string(format < 6 ? 2 : 4) + ", point format " +
+                              std::to_string(format));
+  ASSERT_EQ(scan->cloud.points.cols(), 100);
+  ASSERT_EQ(scan->layers.intensity.size(), 100u);
+  const bool colored = format == 2 || format == 3 || format >= 7;
+  ASSERT_EQ(scan->layers.colors.size(), colored ? 100u : 0u);
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(i);
+    const int x = static_cast<int>(1000 * std::cos(.7 * i));
+    const int y = static_cast<int>(1000 * std::sin(.7 * i));
+    const int z = i * i % 97 * (i % 13 == 0 ? 50 : 1);
+    EXPECT_EQ(scan->cloud.points(0, i), x * .01 + 1);
+    EXPECT_EQ(scan->cloud.points(1, i), y * .01 + 2);
+    EXPECT_EQ(scan->cloud.points(2, i), z * .01 + 3);
+    EXPECT_EQ(scan->layers.intensity[i], 100 + i * 37 % 50);
+    for (int k = 0; colored && k < 3; ++k) {
+      EXPECT_EQ(scan->layers.colors[i][k], (1000 * (k + 1) + i * 257 % 3000) >> 8);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(PointFormats, LazFormatTest, ::testing::Values(0, 1, 2, 3, 6, 7, 8));
 
 // A file that ends early, anywhere, is refused and says so.
 TEST(LazSampleTest, TruncatedFilesAreRefused) {
