@@ -39,9 +39,10 @@ inline constexpr size_t kMostAuditBytes = 64;  // no id is longer
 // Thread-safe, never waits.
 class AuditLog {
  public:
-  // Event "audit" of LogEvent(), when IsAudited(). Calls that succeed always leave their line. Of
-  // those that fail so many of owners do, and fewer of callers who have proven no name: these fill
-  // no disk and hide nobody else. left_out counts those of the same kind that left none.
+  // Event "audit" of LogEvent(), when IsAudited(). Calls that succeed all leave one, as long as the
+  // log is read. Of those that fail so many of owners do, and fewer of callers who have proven no
+  // name: these fill no disk and hide nobody else. left_out counts those of the same kind that left
+  // none.
   void Write(const AuditRecord& record);
   static constexpr int kOwnersPerSecond = 50, kStrangersPerSecond = 5;
 

@@ -15,6 +15,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPause{10};
+// An allocation asks again at once after its pause; a busy processor makes that later.
+constexpr std::chrono::milliseconds kAtOnce{50};
 
 constexpr std::string_view kNoMemory =
     "rilievod: no memory is left, so the server ends; started again it goes on with all that it "
@@ -32,8 +34,7 @@ void Say(std::string_view line) {
 void FindMemory() {
   thread_local Clock::time_point first, last;
   const auto now = Clock::now();
-  // Called again at once after its pause it serves the same allocation, else another one.
-  if (now - last > kPause) first = now;
+  if (now - last > kAtOnce) first = now;  // another allocation than the last time
   if (now - first >= kMemoryPatience) {
     Say(kNoMemory);
     std::_Exit(EXIT_FAILURE);

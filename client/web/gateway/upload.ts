@@ -25,7 +25,7 @@ function uploadOf(request: IncomingMessage): Upload {
   if (!Number.isSafeInteger(totalBytes) || totalBytes < 1) {
     throw new ConnectError('content-length is missing; send the points with their size', Code.InvalidArgument);
   }
-  if (!/^[0-9a-f]{64}$/.test(digest)) {
+  if (!/^[0-9a-f]{64}$/i.test(digest)) {
     throw new ConnectError(`x-scan-sha256 '${digest.slice(0, 80)}' is no SHA-256; send 64 hexadecimal digits`, Code.InvalidArgument);
   }
   return { id, totalBytes, sha256: Uint8Array.from(Buffer.from(digest, 'hex')) };

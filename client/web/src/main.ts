@@ -29,6 +29,7 @@ function start(): void {
   // Loads the module before it is needed; what cannot be loaded is told when it is.
   void decoder.ask('warmUp', undefined).catch(() => undefined);
   const view = new SurfaceView(decoder, viewer);
+  const digestOf = (bytes: Uint8Array) => decoder.ask('digest', { bytes });
   const list = new JobList((job) => void openJob(job));
 
   /** Runs one piece of work at a time; what was begun before is broken off. */
@@ -66,7 +67,7 @@ function start(): void {
     const generation = view.begin(name, keepsScan);
     let drawing: Promise<void> | undefined;
     try {
-      const stream = await streamSurface(job.jobId, signal, (arriving) => {
+      const stream = await streamSurface(job.jobId, digestOf, signal, (arriving) => {
         drawing ??= view.drawStream(arriving, generation).finally(() => (drawing = undefined));
         drawing.catch(() => undefined); // awaited below
       });

@@ -2,6 +2,7 @@
 //   BIN: folder with rilievo and dump_surface; GOLDEN: frozen files; WASM: the module.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
 import { mkdtempSync, readFileSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -139,4 +140,12 @@ test('the distance of a scan to a surface is that of its points', () => {
   assert.ok(Math.abs(said / rms - 1) < 0.006, `${legend}; here ${rms}`);
   scan.free();
   surface.free();
+});
+
+test('the digest is SHA-256', () => {
+  for (const size of [0, 1, 55, 64, 1_000_003]) {
+    const bytes = Uint8Array.from({ length: size }, (_none, i) => (i * 31) % 251);
+    const digest = createHash('sha256').update(bytes).digest();
+    assert.ok(asBytes(decoder.digest(bytes)).equals(digest), `${size} bytes`);
+  }
 });

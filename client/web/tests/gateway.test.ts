@@ -297,7 +297,7 @@ test('the trace that a call belongs to goes on', async () => {
   try {
     const points = Buffer.alloc(240, 7);
     const sha256 = createHash('sha256').update(points).digest('hex');
-    const stored = await ask('/scans', { 'x-upload-id': 'a', 'x-scan-sha256': sha256 }, points, front);
+    const stored = await ask('/scans', { 'x-upload-id': 'a', 'x-scan-sha256': sha256.toUpperCase() }, points, front);
     const scanId = JSON.parse(stored.text).scanId;
     assert.equal(scanId, sha256);
     const trace = '4bf92f3577b34da6a3ce929d0e0e4736';

@@ -154,11 +154,15 @@ const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes
   const bool single = rilievo::FloatLosesNothing(points);
   scan->packed = single ? rilievo::Pack<float>(points) : rilievo::Pack<double>(points);
   *coordinate_bytes = single ? 4 : 8;
-  rilievo::Sha256 hash;
-  hash.Add(scan->packed);
-  const auto digest = hash.Finish();
-  std::copy(digest.begin(), digest.end(), sha256);
+  rilievo_page_sha256(scan->packed.data(), scan->packed.size(), sha256);
   return rilievo::Elements(scan->packed, count);
+}
+
+void rilievo_page_sha256(const uint8_t* bytes, size_t size, uint8_t* digest) {
+  rilievo::Sha256 hash;
+  hash.Add({bytes, size});
+  const auto finished = hash.Finish();
+  std::copy(finished.begin(), finished.end(), digest);
 }
 
 RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMesh* mesh,

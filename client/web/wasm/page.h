@@ -48,6 +48,10 @@ RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const Ri
 RILIEVO_API const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count);
 RILIEVO_API void rilievo_page_bytes_free(RilievoBytes* bytes);
 
+/* The SHA-256 of the bytes, 32 bytes at `digest`: browsers have none of their own outside of secure
+ * contexts. */
+RILIEVO_API void rilievo_page_sha256(const uint8_t* bytes, size_t size, uint8_t* digest);
+
 #ifdef __cplusplus
 } /* extern "C" */
 #endif

@@ -62,6 +62,8 @@ export interface Tasks {
   decode: { ask: { bytes: Uint8Array }; answer: Decoded };
   /** Milliseconds to decode this beginning of a file and to tessellate its finest level; the surface stays. */
   timeOf: { ask: { bytes: Uint8Array }; answer: number };
+  /** SHA-256. */
+  digest: { ask: { bytes: Uint8Array }; answer: Uint8Array<ArrayBuffer> };
   picture: { ask: { level: number }; answer: Picture };
   readScan: { ask: { bytes: Uint8Array; name: string }; answer: ReadScan };
   /** Without a frame: that of the points' own bounding box. */

@@ -246,6 +246,16 @@ export class DecoderModule {
     );
   }
 
+  /** SHA-256; browsers have none of their own outside of secure contexts. */
+  digest(bytes: Uint8Array): Uint8Array<ArrayBuffer> {
+    return this.withBytes(bytes, (at) =>
+      this.withRoom(32, (room) => {
+        this.call('rilievo_page_sha256', at, bytes.length, room);
+        return this.copy(room, 32);
+      }),
+    );
+  }
+
   call(name: string, ...values: number[]): number {
     if (this.#broken) throw new DecoderError(ERROR_INTERNAL, 'the decoder has ended; load it again');
     const called = this.#exports[name];

@@ -166,6 +166,7 @@ const tasks: { [N in TaskName]: (ask: Tasks[N]['ask']) => Tasks[N]['answer'] | P
   warmUp,
   decode: ({ bytes }) => decode(bytes),
   timeOf: ({ bytes }) => timeOf(bytes),
+  digest: ({ bytes }) => decoder.digest(bytes),
   picture: ({ level }) => picture(level),
   readScan: ({ bytes, name }) => readScan(bytes, name),
   scanPicture: (ask) => scanPicture(ask.frame),

@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
 #include <new>
@@ -52,19 +53,53 @@ TEST_F(OutOfMemory, EndsWithALineThatSaysSo) {
       testing::ExitedWithCode(1), "no memory is left");
 }
 
+// Shortages of a quarter of the patience each. Its thread begins before the memory is limited: it
+// needs a stack.
+class Shortages {
+ public:
+  Shortages() {
+    std::thread([this] {
+      while (true) {
+        std::this_thread::sleep_for(kMemoryPatience / 4);
+        if (void* block = block_.exchange(nullptr)) munmap(block, kBlock);
+      }
+    }).detach();
+  }
+
+  void Begin() {
+    block_ = mmap(nullptr, kBlock, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  }
+
+ private:
+  std::atomic<void*> block_ = nullptr;
+};
+
 TEST_F(OutOfMemory, AShortageThatPassesIsWaitedFor) {
   EXPECT_EXIT(
       {
         EndWithoutMemory();
-        void* in_the_way =
-            mmap(nullptr, kBlock, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        std::thread other([&] {
-          std::this_thread::sleep_for(kMemoryPatience / 4);
-          munmap(in_the_way, kBlock);
-        });
+        Shortages shortages;
+        shortages.Begin();
         LimitMemory();
         Allocate();
-        other.join();
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+// Together they last longer than the patience.
+TEST_F(OutOfMemory, ShortagesOneAfterAnotherAreWaitedForEach) {
+  EXPECT_EXIT(
+      {
+        EndWithoutMemory();
+        Shortages shortages;
+        shortages.Begin();
+        LimitMemory();
+        for (int round = 0; round < 10; ++round) {
+          Allocate();
+          std::this_thread::sleep_for(kMemoryPatience / 2);
+          shortages.Begin();
+        }
         std::_Exit(0);
       },
       testing::ExitedWithCode(0), "");
