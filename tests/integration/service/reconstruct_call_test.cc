@@ -218,7 +218,7 @@ TEST_F(ReconstructCallTest, ASlowReaderGetsTheLatestProgressAndEverythingElse) {
 TEST_F(ReconstructCallTest, LogsOneRecordACall) {
   StartServer();
   ASSERT_TRUE(Call({HeaderRequest(50), PointsRequest(50)}).status.ok());
-  ASSERT_TRUE(server_->WaitUntilIdle(milliseconds(5000)));  // its record is written after its answer
+  ASSERT_TRUE(server_->WaitUntilIdle(milliseconds(5000)));  // its record follows its answer
   ASSERT_FALSE(Call({HeaderRequest(30), PointsRequest(29)}).status.ok());
   ASSERT_TRUE(server_->WaitUntilIdle(milliseconds(5000)));
   const std::lock_guard lock(log_mutex_);
