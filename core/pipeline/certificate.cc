@@ -152,12 +152,12 @@ double ShareOf(HeightSource source, const DisplacedSurface& surface) {
 absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
                                            const SearchableShape* points, DssMetadata stated,
                                            const PipelineContext& context) {
-  std::optional<StageScope> scope(std::in_place, Stage::kMeasure, context);
+  const StageScope scope(Stage::kMeasure, context);
   Certificate certificate{std::move(stated), {}};
   DssMetadata& metadata = certificate.metadata;
   TwoSidedError& error = certificate.error;
   RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
-  scope.emplace(Stage::kMeasure, context);  // what the refinement took goes back
+  ReleaseToOsAfter(context.points);  // what the refinement took
   const auto count_folds = [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(metadata.folds,
                              CountFolds(decoded, triangles.vertices, triangles.triangles, context));

@@ -1,11 +1,10 @@
 #include "server/auth/connection_watch.h"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <optional>
 
-#include "server/observability/library_log.h"
+#include "core/base/freed_memory.h"
+#include "server/observability/line_rate.h"
 #include "server/observability/server_log.h"
 #include "server/os/process_usage.h"
 
@@ -121,7 +120,7 @@ void ConnectionWatch::GiveBackMemory(int64_t resident, Clock::time_point now) {
   const bool large = resident - first_resident_ >= kGrowth && now - gave_back_ >= kGiveBackLate;
   if (!grown && !large) return;
   gave_back_ = now;
-  malloc_trim(0);
+  ReleaseToOs();
   least_resident_ = ResidentBytes();
 }
 

@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 #include "server/observability/event_line.h"
-#include "server/observability/library_log.h"
+#include "server/observability/line_rate.h"
 
 namespace rilievo {
 

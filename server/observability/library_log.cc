@@ -1,12 +1,14 @@
 #include "server/observability/library_log.h"
 
+#include <chrono>
 #include <cstdlib>
+#include <optional>
 #include <string>
-#include <utility>
 
 #include "absl/strings/match.h"
 #include "google/protobuf/stubs/logging.h"
 #include "grpc/support/log.h"
+#include "server/observability/line_rate.h"
 #include "server/observability/server_log.h"
 
 namespace rilievo {
@@ -43,20 +45,6 @@ void LogOfProtobuf(google::protobuf::LogLevel level, const char* /*file*/, int /
 }
 
 }  // namespace
-
-std::optional<uint64_t> LineRate::Pass(Clock::time_point now) {
-  const std::lock_guard lock(mutex_);
-  if (now - second_ >= std::chrono::seconds(1)) {
-    second_ = now;
-    passed_ = 0;
-  }
-  if (passed_ >= most_) {
-    ++left_out_;
-    return std::nullopt;
-  }
-  ++passed_;
-  return std::exchange(left_out_, 0);
-}
 
 void CatchLibraryLogs() {
   gpr_set_log_function(LogOfGrpc);

@@ -1,11 +1,6 @@
 // What gRPC and protobuf print, as lines of the server's own log.
 #pragma once
 
-#include <chrono>
-#include <cstdint>
-#include <mutex>
-#include <optional>
-
 namespace rilievo {
 
 // Some of their lines hold a caller's words, and any caller can cause one. From here on each is an
@@ -15,24 +10,5 @@ namespace rilievo {
 void CatchLibraryLogs();
 
 inline constexpr int kLibraryLinesPerSecond = 5;
-
-// Thread-safe.
-class LineRate {
- public:
-  using Clock = std::chrono::steady_clock;
-
-  // So many in any second that begins with a line.
-  explicit LineRate(int most) : most_(most) {}
-
-  // How many lines were left out since the last one that passed; nothing when this one is left out.
-  std::optional<uint64_t> Pass(Clock::time_point now);
-
- private:
-  const int most_;
-  std::mutex mutex_;
-  Clock::time_point second_;
-  int passed_ = 0;
-  uint64_t left_out_ = 0;
-};
 
 }  // namespace rilievo

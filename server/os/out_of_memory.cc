@@ -1,6 +1,5 @@
 #include "server/os/out_of_memory.h"
 
-#include <malloc.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -8,6 +7,8 @@
 #include <new>
 #include <string_view>
 #include <thread>
+
+#include "core/base/freed_memory.h"
 
 namespace rilievo {
 namespace {
@@ -39,7 +40,7 @@ void FindMemory() {
     Say(kNoMemory);
     std::_Exit(EXIT_FAILURE);
   }
-  malloc_trim(0);
+  ReleaseToOs();
   std::this_thread::sleep_for(kPause);
   last = Clock::now();
 }

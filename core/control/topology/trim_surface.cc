@@ -48,16 +48,13 @@ Links LinkVertices(const ControlMesh& mesh) {
   Links links;
   const auto vertex_count = static_cast<int>(mesh.vertices.cols());
   links.begin.assign(static_cast<size_t>(vertex_count) + 1, 0);
-  links.next_on_border.assign(static_cast<size_t>(vertex_count), -1);
+  links.next_on_border = NextOnBorder(mesh);
   std::vector<std::array<int, 2>> edges;
   edges.reserve(static_cast<size_t>(mesh.faces.cols()) * 8 / 5);
-  ForEachEdge(mesh.faces, vertex_count, [&](int low, int high, const HalfEdgeGroup& group) {
+  ForEachEdge(mesh.faces, vertex_count, [&](int low, int high, const HalfEdgeGroup& /*edge*/) {
     edges.push_back({low, high});
     ++links.begin[low + 1];
     ++links.begin[high + 1];
-    if (group.size() > 1) return;
-    const int from = Origin(mesh.faces, group[0]);
-    links.next_on_border[from] = low + high - from;
   });
   std::partial_sum(links.begin.begin(), links.begin.end(), links.begin.begin());
   links.vertices.resize(links.begin.back());

@@ -52,6 +52,15 @@ bool FailsAt(FaultKind kind, int file) {
   return Fails(kind);
 }
 
+bool AllocationFails(const void* caller) {
+  if (!Fails(FaultKind::kAllocate)) return false;
+  Dl_info about;
+  control->asked_by_grpc = dladdr(caller, &about) != 0 && about.dli_fname != nullptr &&
+                           std::strstr(about.dli_fname, "libgrpc") != nullptr;
+  errno = control->error;
+  return true;
+}
+
 template <typename Function>
 Function* Next(const char* name) {
   return reinterpret_cast<Function*>(dlsym(RTLD_NEXT, name));
@@ -60,6 +69,7 @@ Function* Next(const char* name) {
 }  // namespace
 }  // namespace rilievo::stress
 
+using rilievo::stress::AllocationFails;
 using rilievo::stress::Fails;
 using rilievo::stress::FailsAt;
 using rilievo::stress::FaultKind;
@@ -107,14 +117,16 @@ int renameat(int from_folder, const char* from, int to_folder, const char* to) n
   return Fails(FaultKind::kRename) ? -1 : next(from_folder, from, to_folder, to);
 }
 
-void* malloc(size_t size) { return Fails(FaultKind::kAllocate) ? nullptr : __libc_malloc(size); }
+void* malloc(size_t size) {
+  return AllocationFails(__builtin_return_address(0)) ? nullptr : __libc_malloc(size);
+}
 
 void* calloc(size_t count, size_t size) {
-  return Fails(FaultKind::kAllocate) ? nullptr : __libc_calloc(count, size);
+  return AllocationFails(__builtin_return_address(0)) ? nullptr : __libc_calloc(count, size);
 }
 
 void* realloc(void* block, size_t size) {
-  return Fails(FaultKind::kAllocate) ? nullptr : __libc_realloc(block, size);
+  return AllocationFails(__builtin_return_address(0)) ? nullptr : __libc_realloc(block, size);
 }
 
 }  // extern "C"

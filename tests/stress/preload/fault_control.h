@@ -19,6 +19,8 @@ struct FaultControl {
   std::atomic<bool> lasting;  // and so do all after it
   std::atomic<int> error;
   std::atomic<int64_t> failed;  // calls that were made to fail
+  // Whether the last failed allocation was one that gRPC's library itself asked of malloc.
+  std::atomic<bool> asked_by_grpc;
 };
 
 // The server finds the file by this variable.
