@@ -1,0 +1,41 @@
+// The values of one field of the records.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "client/formats/e57/scan_description.h"
+
+namespace rilievo::e57 {
+
+// A bytestream of the bit-packing codec (ASTM E2807, clause 9.7): values one after another without
+// gaps, low bits first, that go on from packet to packet and may be cut anywhere.
+class ValueStream {
+ public:
+  // `field` must outlive this and be of a type that is read.
+  explicit ValueStream(const Field& field) : field_(&field) {}
+
+  void Append(const char* bytes, size_t size);
+
+  // Values that are there whole; those of a field without bits are always there.
+  uint64_t available() const;
+  // Whether bits of a value are there that is not there whole.
+  bool holds_part() const;
+
+  // The next `count` of the available values.
+  void Take(size_t count, double* values);
+
+ private:
+  size_t bits_held() const { return 8 * (bytes_.size() - begin_) - bit_; }
+  template <typename Real>
+  void TakeReals(size_t count, double* values);
+  void TakeIntegers(size_t count, double* values);
+
+  const Field* field_;
+  std::vector<char> bytes_;
+  size_t begin_ = 0;  // first byte that is not used up
+  int bit_ = 0;       // first bit of it that is not
+};
+
+}  // namespace rilievo::e57
