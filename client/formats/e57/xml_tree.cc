@@ -127,6 +127,9 @@ class XmlParser {
   absl::Status TakeElement(int depth, XmlElement* element) {
     if (depth > kMostNested) return Error("more than ", kMostNested, " nested elements");
     if (++elements_ > kMostElements) return Error("more than ", kMostElements, " elements");
+    if (Rest().substr(0, 2) == "<!") {
+      return Error(Quoted(Rest().substr(0, Rest().find(' '))), " has no place in E57");
+    }
     ++at_;
     RILIEVO_ASSIGN_OR_RETURN(const string_view name, TakeName());
     element->name = name;
