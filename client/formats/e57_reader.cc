@@ -30,7 +30,7 @@ constexpr size_t kBlock = 4096;  // records that are decoded at a time
 
 absl::StatusOr<std::vector<ScanDescription>> ReadDescriptions(PagedFile* file) {
   RILIEVO_ASSIGN_OR_RETURN(const uint64_t begin,
-                           file->Logical(file->xml_offset(), "E57: the XML section"));
+                           file->Logical(file->xml_offset(), "the XML section"));
   const uint64_t length = file->xml_length();
   if (length > file->logical_size() - begin || length > kMostXml) {
     return absl::DataLossError(
@@ -141,7 +141,7 @@ class E57Reader {
     }
   }
 
-  // Range, azimuth, elevation (clause 8.4.4.2): azimuth from the x axis towards y, elevation from
+  // Range, azimuth, elevation : azimuth from the x axis towards y, elevation from
   // the x-y plane towards z.
   static Eigen::Vector3d FromSpherical(const Eigen::Vector3d& place) {
     const double range = place[0], azimuth = place[1], elevation = place[2];

@@ -16,7 +16,8 @@ namespace rilievo::e57 {
 namespace {
 
 constexpr bool kSwap = std::endian::native == std::endian::big;
-constexpr size_t kHeaderSize = 48;
+// Table 1 of the standard.
+constexpr size_t kHeaderSize = 48, kLengthOffset = 16;
 constexpr size_t kChecksumSize = 4;
 // The standard's is 1024; others do no harm within these bounds.
 constexpr uint64_t kLeastPage = 64, kMostPage = 1 << 20;
@@ -55,15 +56,17 @@ absl::StatusOr<std::unique_ptr<PagedFile>> PagedFile::Open(std::istream& in) {
   file->start_ = in.tellg();
   if (file->start_ == std::istream::pos_type(-1)) {
     in.clear();
-    file->ReadWhole();
+    file->ReadPipe();
   }
   RILIEVO_RETURN_IF_ERROR(file->ReadHeader());
   return file;
 }
 
-void PagedFile::ReadWhole() {
+void PagedFile::ReadPipe() {
   std::string bytes;
-  while (*in_) {
+  // Up to the length of the header, as nothing says that a pipe ends there.
+  while (*in_ && (bytes.size() < kHeaderSize ||
+                  bytes.size() < LoadAs<uint64_t>(bytes.data() + kLengthOffset, kSwap))) {
     const size_t size = bytes.size();
     bytes.resize(size + kBlock);
     in_->read(bytes.data() + size, static_cast<std::streamsize>(kBlock));
@@ -87,7 +90,7 @@ absl::Status PagedFile::ReadHeader() {
   if (major != 1 || minor != 0) {
     return Invalid("version ", major, ".", minor, ", known is 1.0; export the scan as E57 1.0");
   }
-  const auto length = LoadAs<uint64_t>(bytes + 16, kSwap);
+  const auto length = LoadAs<uint64_t>(bytes + kLengthOffset, kSwap);
   xml_offset_ = LoadAs<uint64_t>(bytes + 24, kSwap);
   xml_length_ = LoadAs<uint64_t>(bytes + 32, kSwap);
   page_size_ = LoadAs<uint64_t>(bytes + 40, kSwap);
@@ -107,7 +110,7 @@ absl::Status PagedFile::ReadHeader() {
   return Read(0, kHeaderSize, bytes);  // for the checksum of the first page
 }
 
-absl::StatusOr<uint64_t> PagedFile::Logical(uint64_t physical, const char* what) const {
+absl::StatusOr<uint64_t> PagedFile::Logical(uint64_t physical, const std::string& what) const {
   const uint64_t in_page = physical % page_size_;
   if (physical / page_size_ >= pages_ || in_page >= page_payload()) {
     return Lost(what, " should begin at byte ", physical, ", which is ",

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <istream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -12,13 +13,14 @@
 
 namespace rilievo::e57 {
 
-// ASTM E2807, clause 7: the file is a row of pages, each of which ends with the CRC-32C of the
-// bytes before it. "Physical" offsets count all bytes; "logical" ones leave the checksums out.
+// ASTM E2807-11 (see also D. Huber, "The ASTM E57 file format for 3D imaging data exchange", SPIE
+// 7864, 2011): the file is a row of pages, each of which ends with the CRC-32C of the bytes before
+// it. "Physical" offsets count all bytes; "logical" ones leave the checksums out.
 class PagedFile {
  public:
   // Reads the header. `in` must outlive this; one that cannot be sought in, such as a pipe, is read
   // into memory whole, as the XML section stands at the end. INVALID_ARGUMENT for what is not E57
-  // 1.0, DATA_LOSS for less bytes than the header says.
+  // 1.0, DATA_LOSS for fewer bytes than the header says.
   static absl::StatusOr<std::unique_ptr<PagedFile>> Open(std::istream& in);
 
   uint64_t logical_size() const { return pages_ * page_payload(); }
@@ -27,7 +29,7 @@ class PagedFile {
 
   // DATA_LOSS where `physical` is outside the file or within a checksum; the message begins with
   // `what`.
-  absl::StatusOr<uint64_t> Logical(uint64_t physical, const char* what) const;
+  absl::StatusOr<uint64_t> Logical(uint64_t physical, const std::string& what) const;
   // For messages.
   uint64_t Physical(uint64_t logical) const {
     return logical / page_payload() * page_size_ + logical % page_payload();
@@ -41,7 +43,7 @@ class PagedFile {
   explicit PagedFile(std::istream& in) : in_(&in) {}
 
   uint64_t page_payload() const { return page_size_ - 4; }
-  void ReadWhole();
+  void ReadPipe();
   absl::Status ReadHeader();
   absl::Status LoadBlock(uint64_t page);
 

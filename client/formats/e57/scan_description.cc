@@ -83,7 +83,7 @@ class ScanReader {
                    " is not a whole number of 64 bits");
   }
 
-  // The number in the child `name`; an element without text is 0 (clause 6.3.4).
+  // The number in the child `name`; an element without text is 0.
   absl::Status ChildNumber(const XmlElement& parent, const char* name, double* value) const {
     const XmlElement* child = parent.Child(name);
     if (child == nullptr) return Invalid("'", parent.name, "' has no element '", name, "'");
@@ -138,8 +138,8 @@ class ScanReader {
       return Invalid("maximum ", maximum, " of ", element.name, " is below its minimum ",
                      field->minimum);
     }
-    // Clause 9.7.2: the stored value is the difference from the minimum, in as many bits as the
-    // greatest difference takes.
+    // What is stored is the difference from the minimum, in as many bits as the greatest difference
+    // takes.
     const uint64_t range = static_cast<uint64_t>(maximum) - static_cast<uint64_t>(field->minimum);
     field->bits = static_cast<int>(std::bit_width(range));
     if (scaled) {
@@ -152,7 +152,7 @@ class ScanReader {
     return absl::OkStatus();
   }
 
-  // Bit packing is what fields without a codec have, and the one codec of E57 1.0 (clause 9.7).
+  // Bit packing is what fields without a codec have, and the one codec of E57 1.0.
   absl::Status CheckCodecs(const XmlElement& codecs) const {
     for (const XmlElement& codec : codecs.children) {
       for (const XmlElement& part : codec.children) {
@@ -226,7 +226,7 @@ class ScanReader {
     return absl::OkStatus();
   }
 
-  // Clause 8.4.5: a unit quaternion and a translation, either of which may be missing.
+  // A unit quaternion and a translation, either of which may be missing.
   absl::Status ReadPose(const XmlElement& pose) {
     scan_.has_pose = true;
     if (const XmlElement* rotation = pose.Child("rotation")) {
@@ -238,7 +238,8 @@ class ScanReader {
       const double length = turn.norm();
       // Writers round; what is further off is no rotation.
       if (!(std::abs(length - 1) < 1e-3)) {
-        return Invalid("the quaternion of its pose has the length ", length, ", it must be 1");
+        return Invalid("the quaternion of its pose has the length ", length,
+                       ", it must be 1; export the scan with the pose as a unit quaternion");
       }
       scan_.rotation = turn.normalized().toRotationMatrix();
     }

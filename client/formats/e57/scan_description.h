@@ -13,7 +13,7 @@
 
 namespace rilievo::e57 {
 
-// How a field of the records is stored (ASTM E2807, clauses 6.3 and 9.7).
+// How a field of the records is stored: Float of either precision, Integer and ScaledInteger.
 enum class FieldType : uint8_t { kSingle, kDouble, kInteger, kUnread };
 
 struct Field {
@@ -25,7 +25,7 @@ struct Field {
   double least = 0, greatest = 1;  // bounds of the values, where the file states them
 };
 
-// A Data3D element (clause 8.4.3). Fields are given by their number, -1 where the scan has none.
+// A Data3D element of ASTM E2807-11. Fields are given by their number, -1 where the scan has none.
 struct ScanDescription {
   std::string name;             // "scan 2", for messages
   uint64_t section_offset = 0;  // physical

@@ -14,7 +14,7 @@ namespace {
 constexpr bool kSwap = std::endian::native == std::endian::big;
 constexpr size_t kSectionHeader = 32;
 constexpr uint8_t kCompressedVector = 1;  // kind of a section
-// Kinds of packets (clause 9.4).
+// Kinds of packets.
 constexpr uint8_t kIndexPacket = 0, kDataPacket = 1, kEmptyPacket = 2;
 constexpr size_t kPacketStart = 4;  // kind, flags, size
 constexpr size_t kDataHeader = 6;   // and the number of bytestreams
@@ -42,8 +42,8 @@ absl::StatusOr<SectionReader> SectionReader::Open(PagedFile* file, const ScanDes
 }
 
 absl::Status SectionReader::ReadHeader() {
-  const std::string what = absl::StrCat("E57 ", scan_->name);
-  RILIEVO_ASSIGN_OR_RETURN(begin_, file_->Logical(scan_->section_offset, "the section of points"));
+  RILIEVO_ASSIGN_OR_RETURN(
+      begin_, file_->Logical(scan_->section_offset, scan_->name + ": the section of points"));
   char header[kSectionHeader];
   RILIEVO_RETURN_IF_ERROR(file_->Read(begin_, sizeof(header), header));
   const auto kind = LoadAs<uint8_t>(header, false);
@@ -57,8 +57,8 @@ absl::Status SectionReader::ReadHeader() {
                 ", the file has ", file_->logical_size() - begin_, " there");
   }
   end_ = begin_ + length;
-  RILIEVO_ASSIGN_OR_RETURN(
-      at_, file_->Logical(LoadAs<uint64_t>(header + 16, kSwap), "the first packet of points"));
+  RILIEVO_ASSIGN_OR_RETURN(at_, file_->Logical(LoadAs<uint64_t>(header + 16, kSwap),
+                                               scan_->name + ": the first packet"));
   if (at_ < begin_ + kSectionHeader || at_ >= end_) {
     return Lost("its first packet, at byte ", file_->Physical(at_), ", is outside its section");
   }

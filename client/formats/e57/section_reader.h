@@ -12,7 +12,7 @@
 
 namespace rilievo::e57 {
 
-// A binary section of a CompressedVector (ASTM E2807, clause 9.3): a header, then data packets that
+// The binary section of a CompressedVector of ASTM E2807-11: a header, then data packets that
 // each hold a piece of every field's bytestream, with index packets and empty ones in between,
 // which are passed over. What a packet holds of fields that are not read is left alone.
 class SectionReader {

@@ -34,11 +34,11 @@ void ValueStream::Append(const char* bytes, size_t size) {
 
 uint64_t ValueStream::available() const {
   if (field_->bits == 0) return std::numeric_limits<uint64_t>::max();
-  return bits_held() / static_cast<size_t>(field_->bits);
+  return bits_held() / static_cast<uint64_t>(field_->bits);
 }
 
 bool ValueStream::holds_part() const {
-  return field_->bits > 0 && bits_held() % static_cast<size_t>(field_->bits) != 0;
+  return field_->bits > 0 && bits_held() % static_cast<uint64_t>(field_->bits) != 0;
 }
 
 void ValueStream::Take(size_t count, double* values) {

@@ -9,7 +9,7 @@
 
 namespace rilievo::e57 {
 
-// A bytestream of the bit-packing codec (ASTM E2807, clause 9.7): values one after another without
+// A bytestream of bitPackCodec, the codec of ASTM E2807-11: values one after another without
 // gaps, low bits first, that go on from packet to packet and may be cut anywhere.
 class ValueStream {
  public:
@@ -27,7 +27,9 @@ class ValueStream {
   void Take(size_t count, double* values);
 
  private:
-  size_t bits_held() const { return 8 * (bytes_.size() - begin_) - bit_; }
+  uint64_t bits_held() const {
+    return 8 * uint64_t{bytes_.size() - begin_} - static_cast<uint64_t>(bit_);
+  }
   template <typename Real>
   void TakeReals(size_t count, double* values);
   void TakeIntegers(size_t count, double* values);

@@ -13,7 +13,7 @@ namespace {
 using std::string_view;
 
 constexpr int kMostNested = 64;
-constexpr int kMostElements = 1'000'000;
+constexpr int kMostParts = 2'000'000;  // elements and attributes
 
 struct Entity {
   string_view name;
@@ -110,7 +110,13 @@ class XmlParser {
     return absl::OkStatus();
   }
 
+  absl::Status CountPart() {
+    if (++parts_ <= kMostParts) return absl::OkStatus();
+    return Error("more than ", kMostParts, " elements and attributes");
+  }
+
   absl::Status TakeAttribute(XmlElement* element) {
+    RILIEVO_RETURN_IF_ERROR(CountPart());
     RILIEVO_ASSIGN_OR_RETURN(const string_view name, TakeName());
     PassBlanks();
     if (!Accept("=")) return Error("'=' is due behind the attribute ", Quoted(name));
@@ -126,7 +132,7 @@ class XmlParser {
   // From '<' to the end of the element.
   absl::Status TakeElement(int depth, XmlElement* element) {
     if (depth > kMostNested) return Error("more than ", kMostNested, " nested elements");
-    if (++elements_ > kMostElements) return Error("more than ", kMostElements, " elements");
+    RILIEVO_RETURN_IF_ERROR(CountPart());
     if (Rest().substr(0, 2) == "<!") {
       return Error(Quoted(Rest().substr(0, Rest().find(' '))), " has no place in E57");
     }
@@ -170,7 +176,7 @@ class XmlParser {
 
   const string_view text_;
   size_t at_ = 0;
-  int elements_ = 0;
+  int parts_ = 0;
 };
 
 }  // namespace
