@@ -54,6 +54,7 @@ struct E57Scan {
   std::string codecs = {};
   // Bytes of each column in a packet; with 0 for one of them, it comes after the others.
   std::vector<size_t> pieces = {};
+  bool restarts = false;       // the flag of each packet that says so
   bool other_packets = false;  // an index packet and an empty one between those of data
 };
 
@@ -82,7 +83,8 @@ inline std::string E57Packets(const E57Scan& scan) {
       for (size_t i = 0; i < count; ++i) rest.columns[i].stream.erase(0, done[i]);
       return packets + E57Packets(rest);
     }
-    packets += E57Packet(1, LowBytesFirst(static_cast<uint16_t>(count)) + sizes + pieces);
+    packets += E57Packet(scan.restarts ? 0x101 : 1,
+                         LowBytesFirst(static_cast<uint16_t>(count)) + sizes + pieces);
     if (scan.other_packets) {
       packets += E57Packet(0, std::string(28, '\0')) + E57Packet(2, std::string(100, '\x55'));
     }

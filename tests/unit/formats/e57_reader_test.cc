@@ -108,6 +108,13 @@ TEST(E57ReaderTest, FieldsWithOneValueTakeNoBits) {
   EXPECT_TRUE((read->cloud.points.row(2).array() == -2.5).all());
 }
 
+TEST(E57ReaderTest, PacketsMayStartAnewBetweenValues) {
+  E57Scan scan = RealScan(false);
+  scan.pieces = {80, 80, 80};
+  scan.restarts = true;
+  ExpectFormula(Read(E57File({scan})), .125);
+}
+
 TEST(E57ReaderTest, InvalidPointsAreLeftOut) {
   E57Scan scan = RealScan(false, 6);
   scan.columns.insert(scan.columns.begin(),
@@ -309,6 +316,10 @@ std::vector<Refusal> Refusals() {
   for (int i = 0; i < 100; ++i) depth.more += "<deep>";
   all_invalid.columns.push_back(
       E57Integers("cartesianInvalidState", 0, 2, std::vector<int64_t>(40, 2)));
+  E57Scan cut = scan, crowded = scan;
+  cut.pieces = {81, 80, 80};
+  cut.restarts = true;
+  for (int i = 0; i < 2'000'000; ++i) crowded.more += "<a/>";
   const std::string doctype = "<!DOCTYPE e57Root [<!ENTITY a \"&b;\">]><e57Root>";
   E57Scan few = RealScan(false, 30);
   few.records = 36;
@@ -349,6 +360,8 @@ std::vector<Refusal> Refusals() {
       {"bytestream_size",
        Replaced(file, LowBytesFirst(uint16_t{320}), LowBytesFirst(uint16_t{400})),
        {"byte 80", "972 bytes", "need 1052"}},
+      {"cut", E57File({cut}), {"starts anew within a value of cartesianX"}},
+      {"crowded", E57File({crowded}), {"more than 2000000 elements and attributes"}},
       {"few_packets", E57File({few}), {"ends after 30 of 36 points"}},
       {"deep", E57File({depth}), {"more than 64 nested elements"}},
       {"doctype", E57File({scan}, 1024, doctype), {"'<!DOCTYPE'"}},
