@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -19,9 +21,9 @@ using std::string_view;
 
 string_view Trimmed(string_view text) { return NextWord(&text); }
 
-class ScanReader {
+class DescriptionReader {
  public:
-  ScanReader(const XmlElement& data3d, size_t number) : data3d_(data3d) {
+  DescriptionReader(const XmlElement& data3d, size_t number) : data3d_(data3d) {
     scan_.name = absl::StrCat("scan ", number);
   }
 
@@ -266,7 +268,8 @@ absl::StatusOr<std::vector<ScanDescription>> DescribeScans(const XmlElement& roo
   const XmlElement* data3d = root.Child("data3D");
   if (data3d == nullptr) return scans;
   for (const XmlElement& element : data3d->children) {
-    RILIEVO_ASSIGN_OR_RETURN(ScanDescription scan, ScanReader(element, scans.size() + 1).Read());
+    RILIEVO_ASSIGN_OR_RETURN(ScanDescription scan,
+                             DescriptionReader(element, scans.size() + 1).Read());
     scans.push_back(std::move(scan));
   }
   return scans;
