@@ -62,7 +62,7 @@ class E57Reader {
     RILIEVO_ASSIGN_OR_RETURN(std::vector<SectionReader> sections, OpenSections());
     for (size_t i = 0, section = 0; i < scans_.size(); ++i) {
       if (scans_[i].record_count == 0) continue;
-      RILIEVO_RETURN_IF_ERROR(ReadRecords(scans_[i], &sections[section++]));
+      RILIEVO_RETURN_IF_ERROR(ReadRecords(scans_[i], std::move(sections[section++])));
     }
     if (points_.count() == 0) {
       return absl::InvalidArgumentError(
@@ -86,8 +86,8 @@ class E57Reader {
   }
   bool HasColors(const ScanDescription& scan) const { return wanted_.colors && scan.color[0] >= 0; }
 
-  // Of the scans with records. Sections cannot overlap, so that all points together are bounded by
-  // the size of the file, as those of each scan are by its section.
+  // Those of the scans with records. Each section bounds the points of its scan; sections that
+  // together are no larger than the file bound those of all scans.
   absl::StatusOr<std::vector<SectionReader>> OpenSections() {
     std::vector<SectionReader> sections;
     uint64_t records = 0, bytes = 0;
@@ -112,10 +112,11 @@ class E57Reader {
     return sections;
   }
 
-  absl::Status ReadRecords(const ScanDescription& scan, SectionReader* section) {
+  // Takes the section, so that its buffers go before those of the next one come.
+  absl::Status ReadRecords(const ScanDescription& scan, SectionReader section) {
     std::vector<std::vector<double>> values;
     for (;;) {
-      RILIEVO_ASSIGN_OR_RETURN(const size_t count, section->Next(kBlock, &values));
+      RILIEVO_ASSIGN_OR_RETURN(const size_t count, section.Next(kBlock, &values));
       if (count == 0) return absl::OkStatus();
       for (size_t i = 0; i < count; ++i) AddRecord(scan, values, i);
     }
@@ -124,7 +125,7 @@ class E57Reader {
   void AddRecord(const ScanDescription& scan, const std::vector<std::vector<double>>& values,
                  size_t i) {
     size_t next = 3;
-    // 1 is a direction without a range, 2 nothing at all.
+    // State 1 says that only the direction is valid, state 2 that nothing is.
     if (scan.invalid_state >= 0 && values[next++][i] != 0) {
       ++invalid_;
       return;
@@ -141,8 +142,7 @@ class E57Reader {
     }
   }
 
-  // Range, azimuth, elevation : azimuth from the x axis towards y, elevation from
-  // the x-y plane towards z.
+  // `place`: range, azimuth from the x axis towards y, elevation from the x-y plane towards z.
   static Eigen::Vector3d FromSpherical(const Eigen::Vector3d& place) {
     const double range = place[0], azimuth = place[1], elevation = place[2];
     const double across = range * std::cos(elevation);
@@ -158,7 +158,7 @@ class E57Reader {
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
     scan.cloud.points = points_.Finish();
-    // A layer that one of the scans lacks is no layer.
+    // A layer needs a value for each point; one that a scan lacks is left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
     if (colors_.size() == count) scan.layers.colors = std::move(colors_);

@@ -48,7 +48,7 @@ absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wante
 
 // ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
 // frame. Points marked as invalid are left out. Each page that is read is compared with its
-// checksum. A pipe is held in memory whole. Colours become 8 bits by their limits.
+// checksum. A pipe is read into memory first. Colours become 8 bits by their limits.
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame.

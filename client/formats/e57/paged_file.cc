@@ -19,9 +19,9 @@ constexpr bool kSwap = std::endian::native == std::endian::big;
 // Table 1 of the standard.
 constexpr size_t kHeaderSize = 48, kLengthOffset = 16;
 constexpr size_t kChecksumSize = 4;
-// The standard's is 1024; others do no harm within these bounds.
+// Writers use 1024. The header may say otherwise; these bounds keep a block small.
 constexpr uint64_t kLeastPage = 64, kMostPage = 1 << 20;
-// Bytes that are read ahead where one page after another is asked for.
+// Bytes to read ahead when pages are asked for in order.
 constexpr uint64_t kBlock = 1 << 18;
 
 template <typename... What>
@@ -34,7 +34,7 @@ absl::Status Invalid(const What&... what) {
   return absl::InvalidArgumentError(absl::StrCat("E57 header: ", what...));
 }
 
-// Alone of all numbers in the file, the checksum stands with its high byte first.
+// The checksum is the only big-endian number in the file.
 bool IsSound(const char* page, size_t size) {
   const size_t payload = size - kChecksumSize;
   const auto* bytes = reinterpret_cast<const uint8_t*>(page);
@@ -114,7 +114,7 @@ absl::StatusOr<uint64_t> PagedFile::Logical(uint64_t physical, const std::string
   const uint64_t in_page = physical % page_size_;
   if (physical / page_size_ >= pages_ || in_page >= page_payload()) {
     return Lost(what, " should begin at byte ", physical, ", which is ",
-                in_page >= page_payload() ? "within a checksum" : "behind the end",
+                in_page >= page_payload() ? "within a checksum" : "beyond the end",
                 " of the file; damaged file? copy or export it again");
   }
   return physical / page_size_ * page_payload() + in_page;
@@ -123,7 +123,7 @@ absl::StatusOr<uint64_t> PagedFile::Logical(uint64_t physical, const std::string
 absl::Status PagedFile::Read(uint64_t logical, size_t count, char* bytes) {
   if (logical > logical_size() || count > logical_size() - logical) {
     return Lost(
-        "bytes behind the end of the file are referred to; truncated file? copy or export "
+        "the file refers to bytes beyond its end; truncated file? copy or export "
         "it again");
   }
   while (count > 0) {

@@ -14,13 +14,13 @@
 namespace rilievo::e57 {
 
 // ASTM E2807-11 (see also D. Huber, "The ASTM E57 file format for 3D imaging data exchange", SPIE
-// 7864, 2011): the file is a row of pages, each of which ends with the CRC-32C of the bytes before
-// it. "Physical" offsets count all bytes; "logical" ones leave the checksums out.
+// 7864, 2011): a file consists of pages, each of which ends with the CRC-32C of its other bytes.
+// "Physical" offsets count all bytes; "logical" ones leave the checksums out.
 class PagedFile {
  public:
-  // Reads the header. `in` must outlive this; one that cannot be sought in, such as a pipe, is read
-  // into memory whole, as the XML section stands at the end. INVALID_ARGUMENT for what is not E57
-  // 1.0, DATA_LOSS for fewer bytes than the header says.
+  // Reads the header. `in` must outlive this. A stream that cannot seek, such as a pipe, is read
+  // into memory first, because the XML section is at the end of the file. INVALID_ARGUMENT for a
+  // file that is not E57 1.0, DATA_LOSS for one that is shorter than its header says.
   static absl::StatusOr<std::unique_ptr<PagedFile>> Open(std::istream& in);
 
   uint64_t logical_size() const { return pages_ * page_payload(); }
@@ -36,7 +36,7 @@ class PagedFile {
   }
 
   // Copies the bytes from `logical` on. DATA_LOSS for a damaged page, with its physical offset, and
-  // for bytes behind the end.
+  // for bytes beyond the end.
   absl::Status Read(uint64_t logical, size_t count, char* bytes);
 
  private:

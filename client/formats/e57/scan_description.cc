@@ -238,7 +238,7 @@ class DescriptionReader {
       RILIEVO_RETURN_IF_ERROR(ChildNumber(*rotation, "y", &turn.y()));
       RILIEVO_RETURN_IF_ERROR(ChildNumber(*rotation, "z", &turn.z()));
       const double length = turn.norm();
-      // Writers round; what is further off is no rotation.
+      // Writers round; a quaternion that is further off is not a rotation.
       if (!(std::abs(length - 1) < 1e-3)) {
         return Invalid("the quaternion of its pose has the length ", length,
                        ", it must be 1; export the scan with the pose as a unit quaternion");

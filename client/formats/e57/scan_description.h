@@ -32,7 +32,7 @@ struct ScanDescription {
   std::vector<Field> fields;                // one bytestream each, in this order
   std::array<int, 3> place = {-1, -1, -1};  // x, y, z or range, azimuth, elevation
   bool spherical = false;                   // angles in radians
-  int invalid_state = -1;                   // 0 in the records that have a place
+  int invalid_state = -1;                   // 0 for valid records
   int intensity = -1;
   std::array<int, 3> color = {-1, -1, -1};
   std::array<std::array<double, 2>, 3> color_limits{};  // darkest, brightest value a channel

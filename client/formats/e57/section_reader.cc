@@ -68,7 +68,7 @@ absl::Status SectionReader::ReadHeader() {
 absl::Status SectionReader::CheckCount() const {
   uint64_t bits = 0;  // of a record
   for (const int field : fields_) bits += static_cast<uint64_t>(scan_->fields[field].bits);
-  // Where every field can have one value only, nothing but this bounds the number of the points.
+  // At least one: records of constant fields take no bits, and their number would have no bound.
   bits = std::max<uint64_t>(bits, 1);
   const uint64_t most = 8 * size() / bits;
   if (scan_->record_count <= most) return absl::OkStatus();
@@ -139,8 +139,8 @@ absl::Status SectionReader::TakeData() {
   for (size_t i = 0; i < streams_.size(); ++i) {
     ValueStream& stream = streams_[i];
     const auto field = static_cast<size_t>(fields_[i]);
-    // Whether the bits left are filling or the first of the next value is not said anywhere; no
-    // known writer sets the flag.
+    // The bits left over may be padding or the beginning of a value. No known writer sets the flag,
+    // so there is nothing to tell them apart by.
     if ((packet_[1] & kRestart) != 0 && stream.holds_part()) {
       return Lost("the packet at byte ", place, " starts anew within a value of ",
                   scan_->fields[field].name, ", which is not supported");

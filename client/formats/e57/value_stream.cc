@@ -23,8 +23,8 @@ uint64_t LoadWord(const char* bytes, const char* end) {
 }  // namespace
 
 void ValueStream::Append(const char* bytes, size_t size) {
-  // Only when half of it is used up, so that a stream that others lag behind is not moved each
-  // time.
+  // Used bytes are dropped only when they are the larger half: a stream that runs ahead of the
+  // others would otherwise be moved for each packet.
   if (begin_ > bytes_.size() / 2) {
     bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(begin_));
     begin_ = 0;
@@ -64,7 +64,7 @@ void ValueStream::TakeIntegers(size_t count, double* values) {
     if (bits > 0) {
       const char* bytes = bytes_.data() + begin_;
       stored = LoadWord(bytes, end) >> bit_;
-      // The ninth byte that a value of more than 57 bits may reach into.
+      // The ninth byte, which a value of more than 57 bits may reach into.
       if (bit_ + bits > 64) stored |= uint64_t{static_cast<uint8_t>(bytes[8])} << (64 - bit_);
       const int next = bit_ + bits;
       begin_ += static_cast<size_t>(next / 8);

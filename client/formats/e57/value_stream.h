@@ -9,8 +9,8 @@
 
 namespace rilievo::e57 {
 
-// A bytestream of bitPackCodec, the codec of ASTM E2807-11: values one after another without
-// gaps, low bits first, that go on from packet to packet and may be cut anywhere.
+// A bytestream of bitPackCodec, the codec of ASTM E2807-11: values without gaps between them,
+// lowest bits first. A value may begin in one packet and end in the next.
 class ValueStream {
  public:
   // `field` must outlive this and be of a type that is read.
@@ -18,9 +18,9 @@ class ValueStream {
 
   void Append(const char* bytes, size_t size);
 
-  // Values that are there whole; those of a field without bits are always there.
+  // Number of complete values; the greatest number for a field whose values take no bits.
   uint64_t available() const;
-  // Whether bits of a value are there that is not there whole.
+  // Whether a part of a value is left over behind the complete ones.
   bool holds_part() const;
 
   // The next `count` of the available values.

@@ -102,7 +102,7 @@ class XmlParser {
       if (name.size() == raw.size() || (!numbered && entity == std::end(kEntities))) {
         return Error("the entity ", Quoted(name), " is not known");
       }
-      // Characters by number stand in names and descriptions only, which nothing here depends on.
+      // Numbered characters occur in names and descriptions, which are not used.
       text->push_back(numbered ? '?' : entity->character);
       raw.remove_prefix(name.size() + 1);
     }

@@ -24,9 +24,9 @@ struct XmlElement {
 // The root element of `text`, UTF-8. This is the part of XML 1.0 (W3C, fifth edition) that E57
 // writers use; no XML library, because the page's WebAssembly module reads E57 files too, and
 // Debian has none compiled for it. There are no document types and no entities but the five of
-// XML's own, so nothing expands and nothing outside is read; what follows the root is not looked
-// at. INVALID_ARGUMENT, with the line, for anything else, and for more than 64 nested elements or
-// two million elements and attributes, which bounds the memory.
+// XML's own, so nothing expands and nothing outside is read; what follows the root is
+// ignored. INVALID_ARGUMENT, with the line, for anything else, and for more than 64 nested elements
+// or two million elements and attributes, which bounds the memory.
 absl::StatusOr<XmlElement> ParseXml(std::string_view text);
 
 }  // namespace rilievo::e57

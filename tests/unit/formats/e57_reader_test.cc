@@ -333,7 +333,7 @@ std::vector<Refusal> Refusals() {
       {"minor", WithNumber(file, 8, 1 + (uint64_t{7} << 32)), {"version 1.7"}},
       {"page_size", WithNumber(file, 40, uint64_t{1} << 40), {"pages of 1099511627776 bytes"}},
       {"page_of_0", WithNumber(file, 40, 0), {"pages of 0 bytes"}},
-      {"xml_offset", WithNumber(file, 24, 1 << 20), {"XML section", "1048576", "behind the end"}},
+      {"xml_offset", WithNumber(file, 24, 1 << 20), {"XML section", "1048576", "beyond the end"}},
       {"xml_in_checksum", WithNumber(file, 24, 1022), {"XML section", "within a checksum"}},
       {"xml_length", WithNumber(file, 32, ~uint64_t{0}), {"XML section of 18446744073709551615"}},
       {"no_scan", E57File({}), {"no scan"}},
