@@ -282,7 +282,7 @@ Command AddExport(CLI::App& program) {
       ->excludes("--region");
   app->add_option(
       "--carry", arguments->carry,
-      "a scan (PLY, LAS, LAZ, PTX) whose colours and intensity the vertices take from their "
+      "a scan (PLY, LAS, LAZ, E57, PTX) whose colours and intensity the vertices take from their "
       "nearest points; .ply and .glb");
   AddPointsOnlyOption(app, &arguments->scan);
   app->add_option("--camera", arguments->camera,

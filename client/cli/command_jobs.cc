@@ -272,8 +272,9 @@ CLI::App* AddJobCommand(CLI::App* jobs, const std::string& name, const std::stri
 }
 
 void AddSubmit(CLI::App* app, JobsArguments* a) {
-  app->add_option("SCAN", a->scan,
-                  "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, PTX; - is standard input")
+  app->add_option(
+         "SCAN", a->scan,
+         "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, E57, PTX; - is standard input")
       ->required();
   app->add_option(
       "--request-id", a->request_id,

@@ -170,10 +170,11 @@ absl::Status Run(const Arguments& arguments, std::stop_token stop) {
 Command AddReconstruct(CLI::App& program) {
   CLI::App* app = program.add_subcommand("reconstruct", "Make a surface or a mesh from a scan");
   const auto a = std::make_shared<Arguments>();
-  app->add_option("SCAN", a->scans,
-                  "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, PTX; - is standard input; "
-                  "several become "
-                  "several surfaces")
+  app->add_option(
+         "SCAN", a->scans,
+         "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, E57, PTX; - is standard input; "
+         "several become "
+         "several surfaces")
       ->required();
   AddSurfaceOutput(app, "a folder (DIR/) for several scans; ", &a->surface)->required();
   app->add_option("--server", a->connection.server,

@@ -97,7 +97,7 @@ void AddFormatOption(CLI::App* app, std::string* format) {
   app->add_option("--format", *format,
                   "format of an input that is not recognised by its content or extension")
       ->check(CLI::IsMember(
-          {"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "ptx", "stl", "dss"}));
+          {"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "e57", "ptx", "stl", "dss"}));
 }
 
 void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments) {

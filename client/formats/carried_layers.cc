@@ -48,10 +48,9 @@ absl::StatusOr<PointLayers> LayersAt(const Eigen::Matrix3Xd& vertices, const Sca
                                      const RunContext& context) {
   const PointLayers& given = scan.layers;
   if (given.colors.empty() && given.intensity.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("this scan (", scan.format,
-                     ") has neither colours nor intensity; PLY, LAS and "
-                     "PTX can hold them"));
+    return absl::InvalidArgumentError(absl::StrCat("this scan (", scan.format,
+                                                   ") has neither colours nor intensity; PLY, LAS, "
+                                                   "E57 and PTX can hold them"));
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
                            Nearest(vertices, scan.cloud.points, context));

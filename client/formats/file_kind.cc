@@ -25,9 +25,6 @@ constexpr Foreign kForeign[] = {
     {"\xff\xd8\xff", "a JPEG picture, not a scan"},
     {"PK\x03\x04", "a ZIP archive; unpack it first"},
     {"\x1f\x8b", "gzip-compressed; unpack it first (gunzip)"},
-    {"ASTM-E57",
-     "an E57 file, which is not supported; convert it to PLY, with CloudCompare or with PDAL (of "
-     "conda-forge): pdal translate IN.e57 OUT.ply"},
     {"glTF", "a GLB file, which is not supported; convert it to PLY"},
     {"OFF", "an OFF file, which is not supported; convert it to PLY"},
     {"\x7f"
@@ -73,6 +70,7 @@ std::optional<FileKind> ByExtension(const std::string& extension) {
   if (extension == "obj") return FileKind::kObj;
   if (extension == "stl") return FileKind::kStl;
   if (extension == "las" || extension == "laz") return FileKind::kLas;
+  if (extension == "e57") return FileKind::kE57;
   if (extension == "ptx") return FileKind::kPtx;
   if (extension == "dss") return FileKind::kDss;
   for (const char* text : {"xyz", "pts", "txt", "csv", "asc", "xyzn", "xyzrgb"}) {
@@ -128,6 +126,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
                  "DSS\r\n"))
     return FileKind::kDss;
   if (StartsWith(head, "LASF")) return FileKind::kLas;
+  if (StartsWith(head, "ASTM-E57")) return FileKind::kE57;
   head = WithoutByteOrderMark(head);
   const string_view line = FirstDataLine(head);
   const string_view word = FirstWord(line);
@@ -140,7 +139,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   if (!line.empty() && (LooksLikeNumbers(line) || ParseXyzHeading(line))) return FileKind::kXyz;
   return absl::InvalidArgumentError(
       "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, "
-      "LAZ, PTX)");
+      "LAZ, E57, PTX)");
 }
 
 }  // namespace rilievo

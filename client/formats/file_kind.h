@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-enum class FileKind { kPly, kPcd, kXyz, kObj, kStl, kLas, kPtx, kDss };
+enum class FileKind { kPly, kPcd, kXyz, kObj, kStl, kLas, kE57, kPtx, kDss };
 
 // How much of the start RecognizeFile wants to see.
 inline constexpr size_t kHeadBytes = 4096;

@@ -26,16 +26,18 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
       return ReadObjScan(input.stream());
     case FileKind::kLas:
       return ReadLasScan(input.stream(), wanted);
+    case FileKind::kE57:
+      return ReadE57Scan(input.stream(), wanted);
     case FileKind::kPtx:
       return ReadPtxScan(input.stream(), wanted);
     case FileKind::kStl:
       return absl::InvalidArgumentError(
           "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
-          "LAZ or PTX");
+          "LAZ, E57 or PTX");
     case FileKind::kDss:
       return absl::InvalidArgumentError(
           "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
-          "LAZ or PTX");
+          "LAZ, E57 or PTX");
   }
   return absl::InternalError("unknown kind of file");
 }

@@ -1,4 +1,4 @@
-// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ, LAS, LAZ, PTX.
+// Scans in the formats people have: PLY, PCD, XYZ/PTS/TXT, OBJ, LAS, LAZ, E57, PTX.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace rilievo {
 struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
-  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, PTX
+  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, E57, PTX
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
 };
 
@@ -45,6 +45,11 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
 // coordinates in double, so map grids keep what the file has. Points marked as withheld are left
 // out. 16-bit colours become 8 bits.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
+
+// ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
+// frame. Points marked as invalid are left out. Each page that is read is compared with its
+// checksum. A pipe is read into memory first. Colours become 8 bits by their limits.
+absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame.
 // Rays without a return (0 0 0) are left out.

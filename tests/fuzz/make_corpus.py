@@ -105,6 +105,78 @@ def las():
         put(f"las/format_{kind}.las", bytes(head) + b"vlr" + rows)
 
 
+def crc32c(data):
+    crc = 0xffffffff
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82f63b78 if crc & 1 else 0)
+    return crc ^ 0xffffffff
+
+
+def e57_bits(values, minimum, maximum):
+    width = (maximum - minimum).bit_length()
+    number = sum(value - minimum << width * i for i, value in enumerate(values))
+    return number.to_bytes((width * len(values) + 7) // 8, "little")
+
+
+def e57_packet(kind, content):
+    content += bytes(-len(content) % 4)
+    return struct.pack("<HH", kind, len(content) + 3) + content
+
+
+def e57(name, page, scans):
+    """`scans`: (elements of the prototype, bytestreams, elements of the Data3D) each."""
+    data = bytearray(48)
+
+    def physical(at):
+        return at // (page - 4) * page + at % (page - 4)
+
+    xml = "<?xml version='1.0'?><e57Root><data3D>"
+    for fields, streams, more in scans:
+        at = len(data)
+        packets = b""
+        # The first three bytes of each stream, then the rest.
+        for pieces in ([s[:3] for s in streams], [s[3:] for s in streams]):
+            sizes = struct.pack(f"<{len(pieces) + 1}H", len(pieces), *map(len, pieces))
+            packets += e57_packet(1, sizes + b"".join(pieces)) + e57_packet(2, b"") + \
+                e57_packet(0, bytes(12))
+        data += struct.pack("<4Q", 1, 32 + len(packets), physical(at + 32), 0) + packets
+        xml += f"<vectorChild>{more}<points fileOffset='{physical(at)}' recordCount='4'>" \
+               f"<prototype>{fields}</prototype></points></vectorChild>"
+    xml += "</data3D></e57Root>"
+    struct.pack_into("<8s2I4Q", data, 0, b"ASTM-E57", 1, 0, 0, physical(len(data)), len(xml), page)
+    data += xml.encode()
+    data += bytes(-len(data) % (page - 4))
+    struct.pack_into("<Q", data, 16, len(data) // (page - 4) * page)
+    pages = [bytes(data[at:at + page - 4]) for at in range(0, len(data), page - 4)]
+    put(f"e57/{name}.e57", b"".join(p + struct.pack(">I", crc32c(p)) for p in pages))
+
+
+def e57_files():
+    axes = list(zip(*POINTS))
+    singles = "".join(f"<cartesian{c} type='Float' precision='single'/>" for c in "XYZ")
+    doubles = "".join(f"<spherical{c} type='Float'/>" for c in ("Range", "Azimuth", "Elevation"))
+    scaled = "".join(f"<cartesian{c} type='ScaledInteger' minimum='-999' maximum='1000' "
+                     "scale='0.001'/>" for c in "XYZ")
+    state = "<{}InvalidState type='Integer' minimum='0' maximum='2'/>"
+    colors = "".join(f"<color{c} type='Integer' minimum='0' maximum='255'/>"
+                     for c in ("Red", "Green", "Blue"))
+    pose = ("<pose><rotation><w>0.6</w><x/><y/><z>-8e-1</z></rotation><translation>"
+            "<x>4600000</x><y>1</y><z/></translation></pose>")
+    float_streams = [struct.pack("<4f", *axis) for axis in axes]
+    e57("floats", 1024, [(singles, float_streams, "")])
+    e57("integers", 128, [
+        (scaled + state.format("cartesian") + colors +
+         "<intensity type='Integer' minimum='7' maximum='7'/>",
+         [e57_bits([round(1000 * c) for c in axis], -999, 1000) for axis in axes] +
+         [e57_bits([0, 1, 2, 0], 0, 2)] + [bytes([0, 9, 99, 255])] * 3 + [b""], "")])
+    e57("poses", 256, [
+        (singles, float_streams, pose),
+        (doubles + state.format("spherical"),
+         [struct.pack("<4d", *axis) for axis in axes] + [e57_bits([0, 0, 0, 1], 0, 2)], pose)])
+
+
 def ptx():
     head = "{}\n{}\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
     matrix = "1 0 0 0\n0 1 0 0\n0 0 1 0\n4600000 5500000 0 1\n"
@@ -136,5 +208,6 @@ if __name__ == "__main__":
     pcd()
     text_formats()
     las()
+    e57_files()
     ptx()
     dss(sys.argv[1])

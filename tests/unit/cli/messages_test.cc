@@ -60,7 +60,7 @@ See 'rilievo jobs fetch --help'.
 )"},
     {"reconstruct", 2,
      R"(rilievo reconstruct: SCAN is missing: the points: PLY, PCD, XYZ, PTS, TXT, OBJ,
-  LAS, LAZ, PTX
+  LAS, LAZ, E57, PTX
 See 'rilievo reconstruct --help'.
 )"},
     {"reconstruct scan.ply", 2,

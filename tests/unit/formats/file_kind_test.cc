@@ -8,6 +8,7 @@ namespace {
 TEST(FileKindTest, ContentSpeaksBeforeTheName) {
   EXPECT_EQ(RecognizeFile("ply\nformat ascii 1.0\n", 0, "scan.xyz").value(), FileKind::kPly);
   EXPECT_EQ(RecognizeFile("LASF", 0, "-").value(), FileKind::kLas);
+  EXPECT_EQ(RecognizeFile("ASTM-E57", 0, "scan.xyz").value(), FileKind::kE57);
 }
 
 TEST(FileKindTest, RowsOfNumbersNeedNoName) {

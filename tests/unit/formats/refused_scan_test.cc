@@ -45,7 +45,7 @@ std::vector<BadScan> BadScans() {
       {"random.ply", std::string(4096, '\x93'), kInvalid, {"first line is not 'ply'"}},
       {"png.ply", "\x89PNG\r\n\x1a\n", kInvalid, {"PNG"}},
       {"short.las", "LASF\x01\x02", kLost, {"LAS", "header"}},
-      {"e57.las", "ASTM-E57", kInvalid, {"E57", "pdal"}},
+      {"e57.las", "ASTM-E57", kLost, {"E57", "header"}},
       {"header.ply", "ply\nformat ascii 1.0\nelement vertex 10\nprop", kLost, {"end_header"}},
       {"zero.ply", binary("0"), kInvalid, {"count is 0"}},
       {"claims_4e9.ply", binary("4294967295"), kLost, {"vertex", "4294967295", "120 bytes"}},

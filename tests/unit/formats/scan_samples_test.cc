@@ -5,6 +5,7 @@
 
 #include "client/formats/lzf.h"
 #include "client/formats/number_text.h"
+#include "tests/unit/formats/e57_file.h"
 
 namespace rilievo::testing {
 namespace {
@@ -49,6 +50,17 @@ std::string PlyMixed(const Eigen::Matrix3Xd& points, bool big) {
              Raw(uint16_t{65000}, big);
   }
   return bytes + Raw(uint8_t{3}) + Raw(0, big) + Raw(1, big) + Raw(2, big);
+}
+
+std::string E57OfFloats(const Eigen::Matrix3Xd& points) {
+  E57Scan scan = {.records = static_cast<uint64_t>(points.cols())};
+  const char* const names[] = {"cartesianX", "cartesianY", "cartesianZ"};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values(static_cast<size_t>(points.cols()));
+    Eigen::VectorXd::Map(values.data(), points.cols()) = points.row(axis);
+    scan.columns.push_back(E57Reals(names[axis], true, values));
+  }
+  return E57File({scan});
 }
 
 std::string PlyAsciiMixed(const Eigen::Matrix3Xd& points) {
@@ -202,6 +214,8 @@ std::vector<NamedBytes> ValidScans(int count) {
       {"extra_bytes.las", LasFile(points, {.minor = 3, .point_format = 3, .extra = 5}), count},
       {"format_7.las", LasFile(points, {.minor = 4, .point_format = 7}), count},
       {"las_unnamed", LasFile(points, {.minor = 4, .point_format = 10}), count},
+      {"floats.e57", E57OfFloats(points), count},
+      {"e57_unnamed", E57OfFloats(points), count},
       {"grid.ptx", PtxCloud(1, count, kIdentity, TextRows(points, " ", " 0.5\n")), count},
       {"ptx_unnamed", PtxCloud(count, 1, kIdentity, TextRows(points, " ", " 0.5 9 8 7\r\n")),
        count},
