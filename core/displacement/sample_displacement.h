@@ -12,7 +12,6 @@
 #include "core/displacement/displacement_options.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
-#include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
 #include "core/surface/height_source.h"
 
@@ -27,8 +26,7 @@ struct DisplacementField {
 // `rings`, `limit`: of the finest level of `refinement`, of which, unless it is the only one,
 // neither faces nor edges are asked for.
 absl::StatusOr<DisplacementField> SampleDisplacement(
-    const OrientedCloud& cloud, const NeighborGraph& graph, const PointIndex& index,
-    const LoopRefinement& refinement, const LevelRings& rings, const LimitSurface& limit,
-    const DisplacementOptions& options, const RunContext& context);
+    const OrientedCloud& cloud, const LoopRefinement& refinement, const LevelRings& rings,
+    const LimitSurface& limit, const DisplacementOptions& options, const RunContext& context);
 
 }  // namespace rilievo

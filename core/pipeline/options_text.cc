@@ -50,10 +50,6 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("robust_spacings", o.fit.robust_spacings);
   visit("max_height", o.displacement.max_height);
   visit("min_normal_agreement", o.displacement.min_normal_agreement);
-  visit("max_queue", o.displacement.max_queue);
-  visit("max_triangle_spacings", o.displacement.max_triangle_spacings);
-  visit("plane_noise_ratio", o.displacement.plane_noise_ratio);
-  visit("smoothing_rounds", o.displacement.smoothing_rounds);
   visit("height_step", o.encode.height_step);
   visit("position_step", o.encode.position_step);
   visit("max_error", o.encode.max_error);
@@ -63,6 +59,10 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("max_level", o.max_level);
   visit("seed", stated.seed);
 }
+
+// Options of earlier versions whose mechanisms are gone: files that state them are read.
+constexpr std::array kRetired = {"max_queue", "max_triangle_spacings", "plane_noise_ratio",
+                                 "smoothing_rounds"};
 
 // Shortest text that reads back to the same number.
 template <typename Number>
@@ -156,6 +156,7 @@ absl::StatusOr<StatedOptions> ReadOptionsText(absl::string_view text) {
   for (const absl::string_view word : absl::StrSplit(text, ' ', absl::SkipEmpty())) {
     words.insert(absl::StrSplit(word, absl::MaxSplits('=', 1)));
   }
+  for (const char* name : kRetired) words.erase(name);
   StatedOptions stated;
   Reader reader(std::move(words));
   VisitOptions(stated, reader);

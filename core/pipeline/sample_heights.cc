@@ -65,9 +65,9 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
       level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
   RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
                            EvaluateLimit(refinement, mesh.vertices, level, context));
-  RILIEVO_ASSIGN_OR_RETURN(DisplacementField field,
-                           SampleDisplacement(scan.cloud, scan.graph, scan.index, refinement, rings,
-                                              limit, options.displacement, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      DisplacementField field,
+      SampleDisplacement(scan.cloud, refinement, rings, limit, options.displacement, context));
   Shape& shape = sampled.shape;
   shape.vertices = std::move(limit.positions);
   for (int64_t v = 0; v < limit.normals.cols(); ++v) {

@@ -7,11 +7,9 @@ namespace rilievo {
 
 // Where a height comes from.
 enum class HeightSource : uint8_t {
-  // A virtual triangle of points, or the planes of an edge, where the normal ray pierces it.
+  // Told by the points next to it.
   kMeasured = 0,
-  // A weighted fit to the points around the ray; or a spike measured again, or moved: by the
-  // input-dependent Laplacian by more than the noise, to a point that the surface passed by, or
-  // back to the points from where none was near.
+  // Told together with the points around it: the fit there is smoother than the points are dense.
   kSmoothed = 1,
   // No data there: interpolated from the heights around it.
   kFilled = 2,

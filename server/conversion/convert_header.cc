@@ -80,15 +80,6 @@ void ReadDisplacement(const v1::DisplacementOptions& from, DisplacementOptions* 
               {.low = 0, .high = 0.5, .low_open = true}, &displacement->max_height);
   reader.Read("min_normal_agreement", from.has_min_normal_agreement(), from.min_normal_agreement(),
               {.low = -1, .high = 1, .high_open = true}, &displacement->min_normal_agreement);
-  reader.Read("max_queue", from.has_max_queue(), from.max_queue(), {3, 256},
-              &displacement->max_queue);
-  reader.Read("max_triangle_spacings", from.has_max_triangle_spacings(),
-              from.max_triangle_spacings(), {.low = 1, .high = 1000, .low_open = true},
-              &displacement->max_triangle_spacings);
-  reader.Read("plane_noise_ratio", from.has_plane_noise_ratio(), from.plane_noise_ratio(),
-              {0, 1000}, &displacement->plane_noise_ratio);
-  reader.Read("smoothing_rounds", from.has_smoothing_rounds(), from.smoothing_rounds(), {0, 20},
-              &displacement->smoothing_rounds);
 }
 
 void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations* violations) {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/displacement/rays/ray_cloud.h"
 #include "core/displacement/regularize/fill_heights.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/points/morton_order.h"
@@ -55,8 +54,8 @@ void BM_SampleDisplacement(benchmark::State& state) {
   const RunContext context = ThreadsOf(state.range(1));
   DisplacementField field;
   for (auto _ : state) {
-    auto sampled = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                      domain.rings, domain.limit, DisplacementOptions(), context);
+    auto sampled = SampleDisplacement(scan.cloud, domain.refinement, domain.rings, domain.limit,
+                                      DisplacementOptions(), context);
     if (!sampled.ok()) {
       state.SkipWithError(std::string(sampled.status().message()).c_str());
       return;
@@ -77,22 +76,6 @@ void BM_SampleDisplacement(benchmark::State& state) {
 BENCHMARK(BM_SampleDisplacement)
     ->ArgNames({"noise_permille", "threads"})
     ->ArgsProduct({{0, 250, 750}, {1, 2}})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-
-void BM_PrepareRayCloud(benchmark::State& state) {
-  const Scan scan = WavyScan(0.25);
-  const RunContext context = ThreadsOf(state.range(0));
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(PrepareRayCloud(scan.cloud, scan.graph, context));
-  }
-  state.SetItemsProcessed(state.iterations() * kPoints);
-}
-BENCHMARK(BM_PrepareRayCloud)
-    ->ArgNames({"threads"})
-    ->Arg(1)
-    ->Arg(2)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();

@@ -174,9 +174,7 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
     }
     for (const int face : region.faces) keep[face] = 0;
   }
-  const auto faces = static_cast<double>(keep.size());
-  const auto cut = static_cast<double>(std::count(keep.begin(), keep.end(), 0));
-  if (cut == 0 || cut < options.least_cut_share * faces) return mesh;
+  if (std::count(keep.begin(), keep.end(), 0) == 0) return mesh;
   KeepPinchedVertices(mesh, topology, &keep);
   DropSmallPieces(topology, unmeasured, options.min_piece_faces, &keep);
   if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;

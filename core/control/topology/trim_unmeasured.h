@@ -13,13 +13,11 @@ namespace rilievo {
 
 struct TrimUnmeasuredOptions {
   // A control face is unmeasured when at least this share of its heights has no data. (0, 1].
-  double unmeasured_share = 0.9;
+  double unmeasured_share = 0.75;
   // Unmeasured faces inside the surface are a hole to be kept filled when together they are at most
   // this wide, in spacings of the points around; wider ones, and those at the boundary, are
   // openings.
   double filled_hole_spacings = 10;
-  // Less than this share of all faces is not worth another fit. [0, 1].
-  double least_cut_share = 0.02;
   // Where faces are cut, pieces of fewer faces than this that are mostly unmeasured are dropped.
   int min_piece_faces = 8;
 };

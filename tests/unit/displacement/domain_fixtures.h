@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/displacement/rays/ray_cloud.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/refinement.h"
 #include "core/points/neighbor_graph.h"
@@ -86,20 +85,19 @@ inline Domain MakeDomain(const ControlMesh& mesh, int level) {
 
 struct Scan {
   OrientedCloud cloud;
-  PointIndex index;
-  NeighborGraph graph;
 };
 
 // A scan of points with normals; spacing from the neighbours, `noise` as stated.
 inline Scan MakeScan(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
                      double noise) {
-  Scan scan = {{}, PointIndex(points), {}};
-  scan.graph = *BuildNeighborGraph(scan.index, points, NeighborOptions(), RunContext());
+  Scan scan;
+  const NeighborGraph graph =
+      *BuildNeighborGraph(PointIndex(points), points, NeighborOptions(), RunContext());
   scan.cloud.points = points;
   scan.cloud.normals = normals;
-  const int k = scan.graph.k;
+  const int k = graph.k;
   for (int i = 0; i < points.cols(); ++i) {
-    const float farthest = NeighborDistances(points, scan.graph, i)[k - 1];
+    const float farthest = NeighborDistances(points, graph, i)[k - 1];
     scan.cloud.spacing.push_back(2 * farthest / std::sqrt(static_cast<float>(k)));
     scan.cloud.noise.push_back(static_cast<float>(noise));
     scan.cloud.median_spacing += scan.cloud.spacing.back() / points.cols();
@@ -180,8 +178,8 @@ inline double SphereHeight(const Eigen::Vector3d& position, const Eigen::Vector3
 inline DisplacementField Sample(const Scan& scan, const Domain& domain,
                                 const DisplacementOptions& options = DisplacementOptions(),
                                 int threads = 2) {
-  auto field = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                  domain.rings, domain.limit, options, Threads(threads));
+  auto field = SampleDisplacement(scan.cloud, domain.refinement, domain.rings, domain.limit,
+                                  options, Threads(threads));
   return *std::move(field);
 }
 

@@ -63,7 +63,6 @@ TEST(SampleDisplacementTest, HeightsStayFiniteAndBoundedOnAnyCloud) {
     const Domain domain = MakeDomain(Octahedron(0.25, 2), 3);
     DisplacementOptions options;
     options.min_normal_agreement = -1;
-    options.smoothing_rounds = 5;
     const DisplacementField field = Sample(scan, domain, options);
     for (float height : field.heights) {
       ASSERT_TRUE(std::isfinite(height));
@@ -83,8 +82,8 @@ TEST(SampleDisplacementTest, ReportsProgressFromTheCallingThreadAndEndsAtOne) {
     EXPECT_EQ(std::this_thread::get_id(), caller);
     fractions.push_back(progress.fraction);
   };
-  ASSERT_TRUE(SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                 domain.rings, domain.limit, DisplacementOptions(), context)
+  ASSERT_TRUE(SampleDisplacement(scan.cloud, domain.refinement, domain.rings, domain.limit,
+                                 DisplacementOptions(), context)
                   .ok());
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   ASSERT_GE(fractions.size(), 3u);
@@ -102,8 +101,8 @@ TEST(SampleDisplacementTest, StopsWhenAsked) {
   context.progress = [&](const Progress&) {
     if (++reports == 2) stop.request_stop();
   };
-  const auto field = SampleDisplacement(scan.cloud, scan.graph, scan.index, domain.refinement,
-                                        domain.rings, domain.limit, DisplacementOptions(), context);
+  const auto field = SampleDisplacement(scan.cloud, domain.refinement, domain.rings, domain.limit,
+                                        DisplacementOptions(), context);
   EXPECT_EQ(field.status().code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(reports, 2);
 }
@@ -113,8 +112,7 @@ TEST(SampleDisplacementTest, RefusesInputsThatDoNotBelongTogether) {
   const Domain domain = MakeDomain(Octahedron(0.295, 1), 2);
   const auto code = [&](const OrientedCloud& cloud, const LimitSurface& limit,
                         const DisplacementOptions& options) {
-    return SampleDisplacement(cloud, scan.graph, scan.index, domain.refinement, domain.rings, limit,
-                              options, RunContext())
+    return SampleDisplacement(cloud, domain.refinement, domain.rings, limit, options, RunContext())
         .status()
         .code();
   };
@@ -143,10 +141,6 @@ TEST(DisplacementOptionsTest, EachFieldIsChecked) {
   EXPECT_THAT(message([](auto* o) { o->max_height = 0.6; }), HasSubstr("max_height"));
   EXPECT_THAT(message([](auto* o) { o->max_height = kNan; }), HasSubstr("max_height"));
   EXPECT_THAT(message([](auto* o) { o->min_normal_agreement = 1; }), HasSubstr("agreement"));
-  EXPECT_THAT(message([](auto* o) { o->max_queue = 2; }), HasSubstr("max_queue"));
-  EXPECT_THAT(message([](auto* o) { o->max_triangle_spacings = 1; }), HasSubstr("spacings"));
-  EXPECT_THAT(message([](auto* o) { o->plane_noise_ratio = -1; }), HasSubstr("noise_ratio"));
-  EXPECT_THAT(message([](auto* o) { o->smoothing_rounds = 21; }), HasSubstr("rounds"));
 }
 
 }  // namespace

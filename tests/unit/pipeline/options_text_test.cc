@@ -43,6 +43,12 @@ TEST(OptionsTextTest, EveryNumberComesBackAsItWas) {
   EXPECT_EQ(OptionsText(read->options, read->seed), text);
 }
 
+TEST(OptionsTextTest, OptionsOfEarlierVersionsAreReadAndMeanNothing) {
+  const auto read = ReadOptionsText("neighbors=24 smoothing_rounds=0 max_queue=40");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(OptionsText(read->options, read->seed), "neighbors=24");
+}
+
 TEST(OptionsTextTest, UnknownWordsAndBrokenNumbersAreNamed) {
   for (const char* text :
        {"neighbors=24 color=red", "color", "neighbors=2x4", "topology=flat", "max_error=", "=3"}) {

@@ -98,10 +98,6 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   options->mutable_fit()->set_robust_spacings(1.5);
   options->mutable_displacement()->set_max_height_ratio(0.1);
   options->mutable_displacement()->set_min_normal_agreement(-1);
-  options->mutable_displacement()->set_max_queue(40);
-  options->mutable_displacement()->set_max_triangle_spacings(6);
-  options->mutable_displacement()->set_plane_noise_ratio(0.5);
-  options->mutable_displacement()->set_smoothing_rounds(0);
   options->mutable_encode()->set_height_step_ratio(1e-4);
   options->mutable_encode()->set_position_step_ratio(1e-5);
 
@@ -131,10 +127,6 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   EXPECT_EQ(parsed.fit.robust_spacings, 1.5);
   EXPECT_EQ(parsed.displacement.max_height, 0.1);
   EXPECT_EQ(parsed.displacement.min_normal_agreement, -1);
-  EXPECT_EQ(parsed.displacement.max_queue, 40);
-  EXPECT_EQ(parsed.displacement.max_triangle_spacings, 6);
-  EXPECT_EQ(parsed.displacement.plane_noise_ratio, 0.5);
-  EXPECT_EQ(parsed.displacement.smoothing_rounds, 0);
   EXPECT_EQ(parsed.encode.height_step, 1e-4);
   EXPECT_EQ(parsed.encode.position_step, 1e-5);
 }
@@ -173,13 +165,6 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_displacement()->set_max_height_ratio(0.51); }},
       {"displacement.min_normal_agreement",
        [](Options* o) { o->mutable_displacement()->set_min_normal_agreement(1); }},
-      {"displacement.max_queue", [](Options* o) { o->mutable_displacement()->set_max_queue(2); }},
-      {"displacement.max_triangle_spacings",
-       [](Options* o) { o->mutable_displacement()->set_max_triangle_spacings(1); }},
-      {"displacement.plane_noise_ratio",
-       [](Options* o) { o->mutable_displacement()->set_plane_noise_ratio(-1); }},
-      {"displacement.smoothing_rounds",
-       [](Options* o) { o->mutable_displacement()->set_smoothing_rounds(21); }},
       {"encode.height_step_ratio",
        [](Options* o) { o->mutable_encode()->set_height_step_ratio(0); }},
       {"encode.position_step_ratio",
@@ -214,10 +199,6 @@ TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
     o->mutable_fit()->set_robust_spacings(top ? 1000 : 1e-3);
     o->mutable_displacement()->set_max_height_ratio(top ? 0.5 : 1e-6);
     o->mutable_displacement()->set_min_normal_agreement(top ? 0.999 : -1);
-    o->mutable_displacement()->set_max_queue(top ? 256 : 3);
-    o->mutable_displacement()->set_max_triangle_spacings(top ? 1000 : 1.001);
-    o->mutable_displacement()->set_plane_noise_ratio(top ? 1000 : 0);
-    o->mutable_displacement()->set_smoothing_rounds(top ? 20 : 0);
     o->mutable_encode()->set_height_step_ratio(top ? 0.01 : 1e-9);
     o->mutable_encode()->set_position_step_ratio(top ? 0.01 : 1e-9);
   };

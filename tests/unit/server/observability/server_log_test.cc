@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/observability/library_log.h"
+#include "server/observability/line_rate.h"
 
 namespace rilievo {
 namespace {

@@ -1,0 +1,247 @@
+#include "core/displacement/feet/point_feet.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/displacement/solve_settings.h"
+#include "core/surface/closest_point_tree.h"
+#include "core/surface/triangle_distance.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+using Corners = std::array<int, 3>;
+
+// A point in the coordinates of a prism.
+struct PrismPlace {
+  Vector3d weight = Vector3d::Constant(1.0 / 3);  // barycentric, of the corners
+  double height = 0;
+};
+
+class FootFinder {
+ public:
+  FootFinder(const OrientedCloud& cloud, const LevelRings& rings, const MeshTopology& finest,
+             const LimitSurface& limit, const DisplacementOptions& options)
+      : cloud_(cloud), rings_(rings), finest_(finest), limit_(limit), options_(options) {}
+
+  // Walks from a triangle at vertex `start` towards the prism that holds the point.
+  std::optional<PointFoot> Walk(int64_t point, int start) const {
+    const Vector3d p = cloud_.points.col(point);
+    const Ring ring = rings_.Of(start);
+    Corners corners = {start, ring[0], ring[1]};
+    PrismPlace place;
+    place.height = (p - limit_.positions.col(start)).dot(limit_.normals.col(start));
+    for (int step = 0; step < kFeet.walk_steps; ++step) {
+      const bool met = Invert(p, corners, &place);
+      int out = 0;
+      const double least = place.weight.minCoeff(&out);
+      if (least >= -kFeet.outside) return met ? FootAt(point, corners, place) : std::nullopt;
+      const int next = Across(corners[(out + 1) % 3], corners[(out + 2) % 3], corners[out]);
+      if (next < 0) {
+        return least >= -kFeet.beyond_rim ? FootAt(point, corners, place) : std::nullopt;
+      }
+      corners[out] = next;
+      place.weight.setConstant(1.0 / 3);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // Newton's method from the place given; whether it arrived.
+  bool Invert(const Vector3d& point, const Corners& c, PrismPlace* place) const {
+    const Vector3d s = limit_.positions.col(c[0]), n = limit_.normals.col(c[0]);
+    const Vector3d s1 = limit_.positions.col(c[1]) - s, s2 = limit_.positions.col(c[2]) - s;
+    const Vector3d n1 = limit_.normals.col(c[1]) - n, n2 = limit_.normals.col(c[2]) - n;
+    const double near = kFeet.arrived * s1.norm();
+    Vector3d at(place->weight[1], place->weight[2], place->height);
+    bool arrived = false;
+    for (int step = 0; step < kFeet.newton_steps; ++step) {
+      const Vector3d normal = n + at[0] * n1 + at[1] * n2;
+      const Vector3d off = s + at[0] * s1 + at[1] * s2 + at[2] * normal - point;
+      arrived = off.norm() < near;
+      if (off.norm() < 0.1 * near) break;
+      Eigen::Matrix3d slope;
+      slope << s1 + at[2] * n1, s2 + at[2] * n2, normal;
+      const Vector3d move = slope.inverse() * off;
+      if (!move.allFinite()) break;
+      at -= move;
+      if (at.head<2>().cwiseAbs().maxCoeff() > kFeet.farthest) break;
+    }
+    at.head<2>() = at.head<2>().cwiseMax(-kFeet.farthest).cwiseMin(kFeet.farthest);
+    place->weight << 1 - at[0] - at[1], at[0], at[1];
+    place->height = std::clamp(at[2], -1.0, 1.0);
+    return arrived;
+  }
+
+  std::optional<PointFoot> FootAt(int64_t point, const Corners& corners,
+                                  const PrismPlace& place) const {
+    const Vector3d& weight = place.weight;
+    const Vector3d normal = cloud_.normals.col(point);
+    Vector3d mean = Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) mean += weight[k] * limit_.normals.col(corners[k]);
+    if (!(mean.normalized().dot(normal) > options_.min_normal_agreement) ||
+        !(std::abs(place.height) <= options_.max_height)) {
+      return std::nullopt;
+    }
+    PointFoot foot;
+    foot.corner = corners;
+    for (int k = 0; k < 3; ++k) {
+      foot.weight[k] = static_cast<float>(weight[k] * limit_.normals.col(corners[k]).dot(normal));
+    }
+    foot.offset = static_cast<float>(place.height * mean.dot(normal));
+    return foot;
+  }
+
+  // The corner opposite `from` over edge a b; -1 beyond a rim.
+  int Across(int a, int b, int from) const {
+    const Ring ring = rings_.Of(a);
+    const int size = ring.size();
+    const int place = static_cast<int>(std::find(ring.begin(), ring.end(), b) - ring.begin());
+    const bool open = finest_.boundary_vertex[a] != 0;
+    const int after = place + 1 < size ? ring[place + 1] : open ? -1 : ring[0];
+    const int before = place > 0 ? ring[place - 1] : open ? -1 : ring[size - 1];
+    return after == from ? before : after;
+  }
+
+  const OrientedCloud& cloud_;
+  const LevelRings& rings_;
+  const MeshTopology& finest_;
+  const LimitSurface& limit_;
+  const DisplacementOptions& options_;
+};
+
+int NearestCorner(const Eigen::Vector3i& face, const Eigen::Matrix3Xd& positions,
+                  const Vector3d& point) {
+  return *std::min_element(face.begin(), face.end(), [&](int a, int b) {
+    return (positions.col(a) - point).squaredNorm() < (positions.col(b) - point).squaredNorm();
+  });
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
+                                                const LoopRefinement& refinement,
+                                                const LevelRings& rings, const LimitSurface& limit,
+                                                const DisplacementOptions& options,
+                                                const RunContext& context) {
+  // The triangles of the level before the finest are near enough to begin a walk, and a quarter.
+  const MeshTopology& coarse = refinement.levels[std::max(0, refinement.max_level() - 1)];
+  const Eigen::Matrix3Xd places = limit.positions.leftCols(coarse.vertex_count);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ClosestPointTree tree,
+      ClosestPointTree::Build(places, coarse.faces, context,
+                              coarse.face_count() / refinement.levels.front().face_count()));
+  const FootFinder finder(cloud, rings, refinement.levels.back(), limit, options);
+  const auto start_at = [&](int item, const Vector3d& point) {
+    return NearestCorner(coarse.faces.col(tree.source()[item]), places, point);
+  };
+  std::vector<PointFoot> feet(cloud.points.cols());
+  constexpr int64_t kBlock = 2048;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(feet.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        int hint = -1;
+        for (int64_t p = begin; p < end; ++p) {
+          const Vector3d point = cloud.points.col(p);
+          hint = tree.Closest(point, hint).item;
+          std::optional<PointFoot> foot = finder.Walk(p, start_at(hint, point));
+          if (!foot) {
+            // Nearer to another sheet, or to where the normals part.
+            std::array<ClosestPointTree::Hit, kFeet.tries> hits;
+            const int found = tree.Nearest(point, hits);
+            for (int i = 1; i < found && !foot; ++i) {
+              const int start = start_at(hits[i].item, point);
+              if (limit.normals.col(start).dot(cloud.normals.col(p)) >
+                  options.min_normal_agreement) {
+                foot = finder.Walk(p, start);
+              }
+            }
+          }
+          if (foot) feet[p] = *foot;
+        }
+      }));
+  return feet;
+}
+
+absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                         const LimitSurface& limit, const std::vector<double>& heights,
+                         const std::vector<float>& spacing, const RunContext& context,
+                         std::vector<PointFoot>* feet) {
+  const int coarse_level = std::max(0, refinement.max_level() - 1);
+  const MeshTopology& coarse = refinement.levels[coarse_level];
+  const auto place_of = [&](int v) -> Vector3d {
+    return limit.positions.col(v) + heights[v] * limit.normals.col(v);
+  };
+  Eigen::Matrix3Xd places(3, coarse.vertex_count);
+  for (int v = 0; v < coarse.vertex_count; ++v) places.col(v) = place_of(v);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ClosestPointTree tree,
+      ClosestPointTree::Build(places, coarse.faces, context,
+                              coarse.face_count() / refinement.levels.front().face_count()));
+  // The triangles of the finest level that a coarser one became.
+  const auto children_of = [&](int f) {
+    std::array<Corners, 4> children;
+    const Corners c = {coarse.faces(0, f), coarse.faces(1, f), coarse.faces(2, f)};
+    if (coarse_level == refinement.max_level()) {
+      children.fill(c);
+      return children;
+    }
+    Corners m;
+    for (int k = 0; k < 3; ++k) m[k] = coarse.vertex_count + coarse.face_edges(k, f);
+    children = {Corners{c[0], m[0], m[2]}, Corners{m[0], c[1], m[1]}, Corners{m[2], m[1], c[2]},
+                Corners{m[1], m[2], m[0]}};
+    return children;
+  };
+  const auto reach = [&](int64_t p) {
+    const Vector3d point = cloud.points.col(p), normal = cloud.normals.col(p);
+    PointFoot foot;
+    double least = std::numeric_limits<double>::infinity();
+    Vector3d weights, way;
+    for (const Corners& corners : children_of(tree.source()[tree.Closest(point).item])) {
+      const Vector3d a = place_of(corners[0]), b = place_of(corners[1]), c = place_of(corners[2]);
+      const Vector3d w = ClosestWeights(point, a, b, c);
+      const Vector3d off = point - w[0] * a - w[1] * b - w[2] * c;
+      if (off.squaredNorm() >= least) continue;
+      least = off.squaredNorm();
+      foot.corner = corners;
+      weights = w;
+      way = off;
+    }
+    // What lies beyond a rim is none of its heights'.
+    const MeshTopology& finest = refinement.levels.back();
+    bool on_rim = true;
+    for (int k = 0; k < 3; ++k)
+      on_rim &= !(weights[k] > 0) || finest.boundary_vertex[foot.corner[k]];
+    const double length = way.norm();
+    // Of the points by the surface: a stray's own is large.
+    const double most =
+        kFeet.farthest_way * std::max<double>(spacing[foot.corner[0]], cloud.median_spacing);
+    if (on_rim || !(length > 0) || length > most) return PointFoot();
+    Vector3d mean = Vector3d::Zero();
+    double offset = length;
+    for (int k = 0; k < 3; ++k) {
+      const int v = foot.corner[k];
+      mean += weights[k] * limit.normals.col(v);
+      foot.weight[k] = static_cast<float>(weights[k] * limit.normals.col(v).dot(way) / length);
+      offset += foot.weight[k] * heights[v];
+    }
+    foot.offset = static_cast<float>(offset);
+    const bool beside = std::abs(mean.dot(way)) < kFeet.along_way * length;
+    return mean.dot(normal) > 0 && !beside ? foot : PointFoot();
+  };
+  constexpr int64_t kBlock = 2048;
+  return ParallelFor(static_cast<int64_t>(feet->size()), kBlock, context,
+                     [&](int64_t begin, int64_t end) {
+                       for (int64_t p = begin; p < end; ++p) {
+                         if (!(*feet)[p].found()) (*feet)[p] = reach(p);
+                       }
+                     });
+}
+
+}  // namespace rilievo

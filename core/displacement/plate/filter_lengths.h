@@ -1,0 +1,23 @@
+// How smooth the heights are to be, region by region.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/displacement/plate/height_problem.h"
+
+namespace rilievo {
+
+// The coarsest level on which a vertex has about as many points as a region needs.
+int RegionLevel(const HeightProblem& problem);
+
+// Filter lengths in spacings, per vertex of the finest level: those of least generalised
+// cross-validation over regions, a vertex of RegionLevel and its ring,
+//   mean a r^2 / (1 - L)^2, r: residual, L: mean share of a point in its own fitted height,
+// smoothed over two rings. L joins, as the root of the sum of squares, what the plate leaves a
+// point and what the fit of the domain took: a few degrees of freedom for each control vertex.
+absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& problem,
+                                                       const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,204 @@
+#include "core/displacement/plate/height_equations.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <numeric>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/displacement/solve_settings.h"
+
+namespace rilievo {
+
+namespace {
+
+constexpr int64_t kBlock = 8192;
+
+// A foot on a coarser level than the finest: a corner on an edge goes half to each of its ends. The
+// corners of a triangle have their parents among the three of the triangle it came of.
+class PushedFoot {
+ public:
+  explicit PushedFoot(const PointFoot& foot) : corner_(foot.corner) {
+    std::copy(foot.weight.begin(), foot.weight.end(), weight_.begin());
+  }
+  void PushTo(const MeshTopology& coarse) {
+    const PushedFoot fine = *this;
+    corner_ = {-1, -1, -1};
+    weight_ = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      const int v = fine.corner_[k];
+      if (v < 0) continue;
+      if (v < coarse.vertex_count) {
+        Add(v, fine.weight_[k]);
+        continue;
+      }
+      const auto ends = coarse.edge_vertices.col(v - coarse.vertex_count);
+      Add(ends[0], 0.5 * fine.weight_[k]);
+      Add(ends[1], 0.5 * fine.weight_[k]);
+    }
+  }
+  const std::array<int, 3>& corner() const { return corner_; }
+  const std::array<double, 3>& weight() const { return weight_; }
+
+ private:
+  void Add(int vertex, double weight) {
+    for (int k = 0; k < 3; ++k) {
+      if (corner_[k] >= 0 && corner_[k] != vertex) continue;
+      corner_[k] = vertex;
+      weight_[k] += weight;
+      return;
+    }
+  }
+  std::array<int, 3> corner_;
+  std::array<double, 3> weight_;
+};
+
+PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
+                   const std::vector<PointFoot>& feet, const std::vector<float>& weights) {
+  PointTerm term;
+  term.diagonal.assign(level.vertex_count(), 0.0f);
+  term.slot.assign(level.neighbor.size(), 0.0f);
+  term.right_side.assign(level.vertex_count(), 0.0);
+  for (size_t i = 0; i < feet.size(); ++i) {
+    if (!feet[i].found()) continue;
+    PushedFoot foot(feet[i]);
+    for (int l = refinement.max_level() - 1; l >= to; --l) foot.PushTo(refinement.levels[l]);
+    for (int a = 0; a < 3; ++a) {
+      const int v = foot.corner()[a];
+      if (v < 0) continue;
+      const double weight = weights[i] * foot.weight()[a];
+      term.right_side[v] += weight * feet[i].offset;
+      term.diagonal[v] += static_cast<float>(weight * foot.weight()[a]);
+      for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+        for (int b = 0; b < 3; ++b) {
+          if (b != a && foot.corner()[b] == level.neighbor[s]) {
+            term.slot[s] += static_cast<float>(weight * foot.weight()[b]);
+          }
+        }
+      }
+    }
+  }
+  return term;
+}
+
+// Sums by blocks of a fixed length, so that the result does not depend on the threads.
+absl::StatusOr<double> SumOver(int64_t count, const RunContext& context,
+                               const std::function<double(int64_t, int64_t)>& sum_of) {
+  std::vector<double> sums((count + kBlock - 1) / kBlock, 0.0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+    sums[begin / kBlock] = sum_of(begin, end);
+  }));
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+class System {
+ public:
+  System(const PlateLevel& level, const PointTerm& points, std::span<const float> stiffness,
+         const RunContext& context)
+      : level_(level), points_(points), stiffness_(stiffness), context_(context) {
+    bend_.resize(level.vertex_count());
+    diagonal_.resize(level.vertex_count());
+    for (int v = 0; v < level.vertex_count(); ++v) {
+      double sum = points.diagonal[v] + stiffness[v];
+      for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+        sum += double{stiffness[level.neighbor[s]]} * level.back[s] * level.back[s];
+      }
+      diagonal_[v] = sum > 0 ? static_cast<float>(sum) : 1.0f;
+    }
+  }
+
+  double diagonal(int64_t v) const { return diagonal_[v]; }
+
+  // Multiplies by the matrix; returns the product's dot with `x`.
+  absl::StatusOr<double> Multiply(const std::vector<double>& x, std::vector<double>* product) {
+    const int64_t count = level_.vertex_count();
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context_, [&](int64_t begin, int64_t end) {
+      for (int64_t v = begin; v < end; ++v) {
+        bend_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) : 0.0;
+      }
+    }));
+    return SumOver(count, context_, [&](int64_t begin, int64_t end) {
+      double dot = 0;
+      for (int64_t v = begin; v < end; ++v) {
+        double sum = points_.diagonal[v] * x[v] - bend_[v];
+        for (int s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
+          const int n = level_.neighbor[s];
+          sum += points_.slot[s] * x[n] + level_.back[s] * bend_[n];
+        }
+        (*product)[v] = sum;
+        dot += sum * x[v];
+      }
+      return dot;
+    });
+  }
+
+ private:
+  const PlateLevel& level_;
+  const PointTerm& points_;
+  std::span<const float> stiffness_;
+  const RunContext& context_;
+  std::vector<double> bend_;
+  std::vector<float> diagonal_;
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
+                                                          const std::vector<PlateLevel>& levels,
+                                                          const std::vector<PointFoot>& feet,
+                                                          const std::vector<float>& weights,
+                                                          const RunContext& context) {
+  std::vector<PointTerm> terms(levels.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(levels.size()), 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t l = begin; l < end; ++l) {
+          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights);
+        }
+      }));
+  return terms;
+}
+
+absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
+                          std::span<const float> stiffness, int steps, const RunContext& context,
+                          std::vector<double>* heights) {
+  const int64_t count = level.vertex_count();
+  System system(level, points, stiffness, context);
+  std::vector<double> residual = points.right_side, image(count), direction(count);
+  double right = 0;  // norms are in the preconditioner's metric
+  for (int64_t v = 0; v < count; ++v) right += residual[v] * residual[v] / system.diagonal(v);
+  RILIEVO_RETURN_IF_ERROR(system.Multiply(*heights, &image).status());
+  double square = 0;
+  for (int64_t v = 0; v < count; ++v) {
+    residual[v] -= image[v];
+    direction[v] = residual[v] / system.diagonal(v);
+    square += residual[v] * direction[v];
+  }
+  const double enough = kSolve.residual * kSolve.residual * right;
+  for (int step = 0; step < steps && square > enough; ++step) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const double curvature, system.Multiply(direction, &image));
+    if (!(curvature > 0)) break;
+    const double length = square / curvature;
+    RILIEVO_ASSIGN_OR_RETURN(const double next,
+                             SumOver(count, context, [&](int64_t begin, int64_t end) {
+                               double sum = 0;
+                               for (int64_t v = begin; v < end; ++v) {
+                                 (*heights)[v] += length * direction[v];
+                                 residual[v] -= length * image[v];
+                                 sum += residual[v] * residual[v] / system.diagonal(v);
+                               }
+                               return sum;
+                             }));
+    const double keep = next / square;
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+      for (int64_t v = begin; v < end; ++v) {
+        direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];
+      }
+    }));
+    square = next;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,40 @@
+// The normal equations of the heights, on every level, and their solution.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/displacement/feet/point_feet.h"
+#include "core/displacement/plate/plate_levels.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+
+// What the points say on one level, sum over points of
+//   a (sum weight[k] height[corner[k]] - offset)^2,
+// as the matrix and the right side of its gradient. Only corners of one triangle meet in a point,
+// so the matrix has an entry for each slot of the level.
+struct PointTerm {
+  std::vector<float> diagonal;     // per vertex
+  std::vector<float> slot;         // per slot
+  std::vector<double> right_side;  // per vertex
+};
+
+// On each level, for heights of a coarser level prolonged to the finest. `weights`: a, one for each
+// foot.
+absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
+                                                          const std::vector<PlateLevel>& levels,
+                                                          const std::vector<PointFoot>& feet,
+                                                          const std::vector<float>& weights,
+                                                          const RunContext& context);
+
+// Moves `heights` towards the minimum of the points' term plus sum stiffness[v] bend(v)^2, by at
+// most `steps` of conjugate gradients, preconditioned by the diagonal.
+absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
+                          std::span<const float> stiffness, int steps, const RunContext& context,
+                          std::vector<double>* heights);
+
+}  // namespace rilievo

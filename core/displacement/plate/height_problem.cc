@@ -1,0 +1,157 @@
+#include "core/displacement/plate/height_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/displacement/solve_settings.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kBlock = 8192;
+
+double Square(double x) { return x * x; }
+
+// 1 at 0, a quarter at 1 (Geman and McClure).
+double RobustWeight(double share) { return 1 / Square(1 + share * share); }
+
+// Mean of `sums` over `weights` on each level, coarse to fine: where hardly a point is, that of the
+// level before.
+std::vector<float> MeanWherePointsAre(const LoopRefinement& refinement,
+                                      const std::vector<double>& sums,
+                                      const std::vector<double>& weights, double elsewhere) {
+  constexpr double kFewPoints = 0.05;
+  const int finest = refinement.max_level();
+  std::vector<double> mean(refinement.levels.front().vertex_count, elsewhere);
+  for (int l = 0; l <= finest; ++l) {
+    if (l > 0) mean = Prolong(refinement, l - 1, l, std::move(mean));
+    const std::vector<double> sum = Restrict(refinement, finest, l, sums);
+    const std::vector<double> weight = Restrict(refinement, finest, l, weights);
+    for (size_t v = 0; v < mean.size(); ++v) {
+      if (weight[v] > kFewPoints) mean[v] = sum[v] / weight[v];
+    }
+  }
+  return {mean.begin(), mean.end()};
+}
+
+}  // namespace
+
+HeightProblem::HeightProblem(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                             const std::vector<PointFoot>& feet, std::vector<PlateLevel> levels)
+    : cloud_(&cloud),
+      refinement_(&refinement),
+      feet_(&feet),
+      levels_(std::move(levels)),
+      weights_(feet.size(), 1.0f) {
+  spacing_ = MeanWherePointsAre(refinement,
+                                SumAt(finest(), [&](size_t p) { return double{cloud.spacing[p]}; }),
+                                SumAt(finest(), [](size_t) { return 1.0; }), cloud.median_spacing);
+}
+
+absl::Status HeightProblem::Assemble(const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(terms_,
+                           AssemblePointTerms(*refinement_, levels_, *feet_, weights_, context));
+  return absl::OkStatus();
+}
+
+std::vector<float> HeightProblem::Stiffness(int level, const std::vector<float>& lengths) const {
+  const double kPlate = 32 * std::sqrt(3.0) / M_PI;
+  const PlateLevel& plate = levels_[level];
+  std::vector<float> stiffness(plate.vertex_count());
+  for (size_t v = 0; v < stiffness.size(); ++v) {
+    const double length = lengths.size() == 1 ? lengths[0] : lengths[v];
+    stiffness[v] = static_cast<float>(kPlate * Square(Square(length)) * Square(spacing_[v]) *
+                                      plate.inverse_edge2[v]);
+    if (level == finest() && !give_way_.empty()) stiffness[v] *= give_way_[v];
+  }
+  return stiffness;
+}
+
+absl::Status HeightProblem::Relax(int level, const std::vector<float>& lengths, int steps,
+                                  const RunContext& context, std::vector<double>* heights) const {
+  return RelaxHeights(levels_[level], terms_[level], Stiffness(level, lengths), steps, context,
+                      heights);
+}
+
+absl::StatusOr<std::vector<double>> HeightProblem::SolveUpTo(int level,
+                                                             const std::vector<float>& lengths,
+                                                             const RunContext& context) const {
+  std::vector<double> heights(levels_.front().vertex_count(), 0.0);
+  for (int l = 0; l <= level; ++l) {
+    if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
+    RILIEVO_RETURN_IF_ERROR(
+        Relax(l, lengths, l == level ? kSolve.steps : kSolve.coarse_steps, context, &heights));
+  }
+  return heights;
+}
+
+absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<double>& heights,
+                                                            const RunContext& context) const {
+  std::vector<float> residuals(feet_->size(), 0.0f);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(residuals.size()), kBlock, context,
+                                      [&](int64_t begin, int64_t end) {
+                                        for (int64_t p = begin; p < end; ++p) {
+                                          const PointFoot& foot = (*feet_)[p];
+                                          if (!foot.found()) continue;
+                                          double off = -foot.offset;
+                                          for (int k = 0; k < 3; ++k)
+                                            off += foot.weight[k] * heights[foot.corner[k]];
+                                          residuals[p] = static_cast<float>(off);
+                                        }
+                                      }));
+  return residuals;
+}
+
+void HeightProblem::PreferNearPoints() {
+  for (size_t p = 0; p < weights_.size(); ++p) {
+    const double scale = kSolve.near_domain * cloud_->spacing[p];
+    weights_[p] = static_cast<float>(RobustWeight((*feet_)[p].offset / scale));
+  }
+}
+
+absl::Status HeightProblem::Reweigh(const std::vector<double>& heights, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
+  for (size_t p = 0; p < residuals.size(); ++p) {
+    const double scale =
+        kSolve.robust_residual *
+        std::max<double>(cloud_->noise[p], kSolve.least_noise * cloud_->spacing[p]);
+    weights_[p] = static_cast<float>(RobustWeight(residuals[p] / scale));
+  }
+  return absl::OkStatus();
+}
+
+void HeightProblem::GiveWay(const std::vector<double>& heights, int region_level) {
+  const PlateLevel& plate = levels_.back();
+  std::vector<double> bend(plate.vertex_count()), rows(plate.vertex_count());
+  for (int v = 0; v < plate.vertex_count(); ++v) {
+    rows[v] = plate.inverse_edge2[v] > 0 ? 1 : 0;
+    bend[v] = rows[v] * std::abs(BendAt(plate, heights, v)) * plate.inverse_edge2[v];
+  }
+  std::vector<double> mean = Restrict(*refinement_, finest(), region_level, bend);
+  const std::vector<double> count = Restrict(*refinement_, finest(), region_level, rows);
+  for (size_t v = 0; v < mean.size(); ++v) mean[v] /= std::max(count[v], 1.0);
+  mean = Prolong(*refinement_, region_level, finest(), std::move(mean));
+  give_way_.resize(bend.size());
+  for (size_t v = 0; v < bend.size(); ++v) {
+    give_way_[v] = mean[v] > 0
+                       ? static_cast<float>(RobustWeight(bend[v] / (kSolve.give_way * mean[v])))
+                       : 1.0f;
+  }
+}
+
+std::vector<double> HeightProblem::SumAt(int level,
+                                         const std::function<double(size_t)>& value) const {
+  std::vector<double> sums(levels_.back().vertex_count(), 0.0);
+  for (size_t p = 0; p < feet_->size(); ++p) {
+    const PointFoot& foot = (*feet_)[p];
+    if (!foot.found()) continue;
+    const double v = value(p);
+    for (int k = 0; k < 3; ++k) sums[foot.corner[k]] += foot.weight[k] * v;
+  }
+  return Restrict(*refinement_, finest(), level, std::move(sums));
+}
+
+}  // namespace rilievo

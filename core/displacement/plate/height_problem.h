@@ -1,0 +1,75 @@
+// One scan's heights as a family of least-squares problems: points' weights, filter lengths and
+// stiffness may change, points and plate do not.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/displacement/feet/point_feet.h"
+#include "core/displacement/plate/height_equations.h"
+#include "core/displacement/plate/plate_levels.h"
+#include "core/loop/refinement.h"
+#include "core/points/oriented_cloud.h"
+
+namespace rilievo {
+
+class HeightProblem {
+ public:
+  // All points weigh 1. What is given must outlive the problem, and `feet` may change between
+  // calls.
+  HeightProblem(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                const std::vector<PointFoot>& feet, std::vector<PlateLevel> levels);
+
+  // To be called before a solution, and once more when feet or weights have changed.
+  absl::Status Assemble(const RunContext& context);
+
+  // Heights of level `level` from those of the level before, all the way from the first; `lengths`:
+  // the filter lengths, in spacings, per vertex of that level (levels nest) or one for all.
+  absl::StatusOr<std::vector<double>> SolveUpTo(int level, const std::vector<float>& lengths,
+                                                const RunContext& context) const;
+  // The same on `level` alone, from heights near the solution.
+  absl::Status Relax(int level, const std::vector<float>& lengths, int steps,
+                     const RunContext& context, std::vector<double>* heights) const;
+
+  // How far each point lies from the heights of the finest level, along its normal; 0 for those
+  // without a foot.
+  absl::StatusOr<std::vector<float>> Residuals(const std::vector<double>& heights,
+                                               const RunContext& context) const;
+  // Points far from the domain lose weight: of two sheets above each other the nearer is meant.
+  void PreferNearPoints();
+  // Points far from the heights of the finest level lose weight; those without a foot weigh 1, for
+  // when they get one.
+  absl::Status Reweigh(const std::vector<double>& heights, const RunContext& context);
+  // The plate gives way where it bends much more than it does around, on the finest level alone.
+  // `region_level`: regions are its vertices.
+  void GiveWay(const std::vector<double>& heights, int region_level);
+
+  // Per vertex of `level`, the sum over the points of value times their share of the vertex.
+  std::vector<double> SumAt(int level, const std::function<double(size_t point)>& value) const;
+
+  const LoopRefinement& refinement() const { return *refinement_; }
+  const std::vector<PlateLevel>& levels() const { return levels_; }
+  const std::vector<PointFoot>& feet() const { return *feet_; }
+  const std::vector<float>& weights() const { return weights_; }
+  // Distance between the points there, per vertex of the finest level.
+  const std::vector<float>& spacing() const { return spacing_; }
+  int finest() const { return static_cast<int>(levels_.size()) - 1; }
+
+ private:
+  std::vector<float> Stiffness(int level, const std::vector<float>& lengths) const;
+
+  const OrientedCloud* cloud_;
+  const LoopRefinement* refinement_;
+  const std::vector<PointFoot>* feet_;
+  std::vector<PlateLevel> levels_;
+  std::vector<float> spacing_;
+  std::vector<float> weights_;    // per point
+  std::vector<PointTerm> terms_;  // per level, of the weights
+  std::vector<float> give_way_;   // per vertex of the finest level; empty: nowhere
+};
+
+}  // namespace rilievo

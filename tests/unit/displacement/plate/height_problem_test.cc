@@ -1,0 +1,134 @@
+#include "core/displacement/plate/height_problem.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+
+#include "core/displacement/plate/filter_lengths.h"
+#include "tests/unit/displacement/domain_fixtures.h"
+
+namespace rilievo {
+namespace {
+
+using namespace testing;
+
+// A sheet under points of z = height(x, y) with noise.
+struct Setting {
+  Domain domain;
+  Scan scan;
+  std::vector<PointFoot> feet;
+
+  Setting(int count, double noise, const std::function<double(double, double)>& height)
+      : domain(MakeDomain(Sheet(0.3, 8), 3)) {
+    Random random(1);
+    Points points = HeightFieldPoints(0.32, count, &random, height);
+    for (auto& at : points.at) at.z() += noise * Gauss(&random);
+    scan = MakeScan(points.Positions(), points.Normals(), noise);
+    feet = *FindFeet(scan.cloud, domain.refinement, domain.rings, domain.limit,
+                     DisplacementOptions(), Threads(2));
+  }
+  HeightProblem Problem() const {
+    HeightProblem problem(
+        scan.cloud, domain.refinement, feet,
+        *BuildPlateLevels(domain.refinement, domain.rings, domain.limit, Threads(2)));
+    EXPECT_TRUE(problem.Assemble(Threads(2)).ok());
+    return problem;
+  }
+  double RmsInside(const std::vector<double>& heights,
+                   const std::function<double(double, double)>& truth) const {
+    double squares = 0;
+    int count = 0;
+    for (size_t v = 0; v < heights.size(); ++v) {
+      const auto at = domain.limit.positions.col(v);
+      if (at.head<2>().cwiseAbs().maxCoeff() > 0.2) continue;
+      squares += std::pow(heights[v] - truth(at[0], at[1]), 2);
+      ++count;
+    }
+    return std::sqrt(squares / count);
+  }
+};
+
+TEST(HeightProblem, AWaveIsDampedAsTheFilterSays) {
+  // 1 / (1 + (k t spacing)^4) of the wave is left.
+  constexpr double kWaveNumber = 2 * M_PI / 0.1, kAmplitude = 0.002;
+  const auto wave = [](double x, double) { return kAmplitude * std::sin(kWaveNumber * x); };
+  const Setting setting(22500, 0, wave);
+  const HeightProblem problem = setting.Problem();
+  const double spacing = setting.scan.cloud.median_spacing;
+  for (const double t : {1.0, 3.0, 5.0}) {
+    const std::vector<double> heights =
+        *problem.SolveUpTo(problem.finest(), {static_cast<float>(t)}, Threads(2));
+    const double left = 1 / (1 + std::pow(kWaveNumber * t * spacing, 4));
+    const auto damped = [&](double x, double y) { return left * wave(x, y); };
+    EXPECT_LT(setting.RmsInside(heights, damped), 0.05 * kAmplitude) << t << " " << left;
+  }
+}
+
+TEST(HeightProblem, APointFarOffLosesItsWeight) {
+  Setting setting(10000, 0, [](double, double) { return 0.01; });
+  size_t outlier = 0;
+  for (size_t p = 0; p < setting.feet.size(); ++p) {
+    if (setting.feet[p].found() && setting.scan.cloud.points.col(p).head<2>().norm() < 0.01) {
+      outlier = p;
+    }
+  }
+  setting.feet[outlier].offset += 0.03f;
+  HeightProblem problem = setting.Problem();
+  const std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {3.0f}, Threads(2));
+  ASSERT_TRUE(problem.Reweigh(heights, Threads(2)).ok());
+  EXPECT_LT(problem.weights()[outlier], 0.05);
+  EXPECT_GT(problem.weights()[outlier + 1], 0.5);
+}
+
+TEST(HeightProblem, ThePlateGivesWayAtAnEdgeThatNoCreaseTells) {
+  const auto ridge = [](double x, double) { return 0.02 - 0.5 * std::abs(x - 0.003); };
+  const Setting setting(10000, 0, ridge);
+  HeightProblem problem = setting.Problem();
+  std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {2.0f}, Threads(2));
+  const double before = setting.RmsInside(heights, ridge);
+  for (const double most : {0.9, 0.85, 0.82}) {
+    problem.GiveWay(heights, RegionLevel(problem));
+    ASSERT_TRUE(problem.Relax(problem.finest(), {2.0f}, 100, Threads(2), &heights).ok());
+    EXPECT_LT(setting.RmsInside(heights, ridge), most * before);
+  }
+}
+
+TEST(HeightProblem, OfTwoSheetsTheNearerToTheDomainIsMeant) {
+  Setting setting(10000, 0, [](double, double) { return 0.002; });
+  for (size_t p = 0; p < setting.feet.size(); p += 2) setting.feet[p].offset += 0.03f;
+  HeightProblem problem = setting.Problem();
+  problem.PreferNearPoints();
+  ASSERT_TRUE(problem.Assemble(Threads(2)).ok());
+  const std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {1.0f}, Threads(2));
+  EXPECT_LT(setting.RmsInside(heights, [](double, double) { return 0.002; }), 0.004);
+}
+
+TEST(ChooseFilterLengths, NoiseWantsLongOnesAndDetailShortOnes) {
+  // Left: fine waves, clean. Right: flat and noisy.
+  const auto waves = [](double x, double y) {
+    return x < 0 ? 0.003 * std::sin(60 * x) * std::sin(60 * y) : 0.0;
+  };
+  Setting setting(22500, 0, waves);
+  Random random(3);
+  for (size_t p = 0; p < setting.feet.size(); ++p) {
+    if (setting.scan.cloud.points(0, p) > 0) {
+      setting.feet[p].offset += static_cast<float>(0.004 * Gauss(&random));
+    }
+  }
+  const HeightProblem problem = setting.Problem();
+  const std::vector<float> lengths = *ChooseFilterLengths(problem, Threads(2));
+  double clean = 0, noisy = 0;
+  int clean_count = 0, noisy_count = 0;
+  for (int v = 0; v < setting.domain.size(); ++v) {
+    const auto at = setting.domain.limit.positions.col(v);
+    if (std::abs(at[0]) < 0.06 || at.cwiseAbs().maxCoeff() > 0.25) continue;
+    (at[0] < 0 ? clean : noisy) += std::log(lengths[v]);
+    ++(at[0] < 0 ? clean_count : noisy_count);
+  }
+  EXPECT_LT(std::exp(clean / clean_count), 1);
+  EXPECT_GT(std::exp(noisy / noisy_count), 3);
+}
+
+}  // namespace
+}  // namespace rilievo
