@@ -1,4 +1,4 @@
-// How heights are sampled.
+// Which points take part in the heights, and how large these may be.
 #pragma once
 
 #include "absl/status/status.h"
@@ -8,9 +8,8 @@ namespace rilievo {
 struct DisplacementOptions {
   // Largest |height| kept, fraction of the diagonal. (0, 0.5].
   double max_height = 0.05;
-  // A point takes part only if its normal and that of the domain below it agree: n_point . n >
-  // this.
-  // [-1, 1).
+  // A point takes part only if the cosine between its normal and that of the domain below it is
+  // above this. [-1, 1).
   double min_normal_agreement = 0.2;
   absl::Status Validate() const;
 };

@@ -1,7 +1,6 @@
-// Heights along the limit normals, sampled from unorganized points (W.-K. Jeong and C.-H. Kim,
-// "Direct reconstruction of a displaced subdivision surface from unorganized points", Graphical
-// Models 64, 2002, sections 4.3 and 4.4), over a domain as in A. Lee, H. Moreton and H. Hoppe,
-// "Displaced subdivision surfaces", SIGGRAPH 2000.
+// Heights along the limit normals of the domain, as in A. Lee, H. Moreton and H. Hoppe, "Displaced
+// subdivision surfaces", SIGGRAPH 2000, fitted to unorganized points (solve_heights.h); filled in
+// where there are none, and kept from folding the surface.
 #pragma once
 
 #include <cstdint>

@@ -46,12 +46,13 @@ std::vector<uint8_t> WithinReach(const HeightProblem& problem, const LimitSurfac
   return within;
 }
 
-// Vertices under points, and those between them: a closing, so that what lies beside the points is
-// not told by them.
+// Vertices under points, and those between them: a morphological closing, which leaves out what
+// lies beside the points.
 std::vector<uint8_t> MeasuredVertices(const HeightProblem& problem, const LimitSurface& limit) {
   std::vector<uint8_t> under(problem.levels().back().vertex_count(), 0);
-  for (const PointFoot& foot : problem.feet()) {
-    if (!foot.found()) continue;
+  for (size_t p = 0; p < problem.feet().size(); ++p) {
+    const PointFoot& foot = problem.feet()[p];
+    if (!foot.found() || problem.weights()[p] < kSolve.least_weight) continue;
     for (const int v : foot.corner) under[v] = 1;
   }
   std::vector<uint8_t> far = WithinReach(problem, limit, under);
@@ -76,22 +77,20 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   const int finest = problem.finest();
   const std::vector<float> first(1, static_cast<float>(kSolve.first_length));
   problem.PreferNearPoints();
-  RILIEVO_RETURN_IF_ERROR(problem.Assemble(context));
+  RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<double> heights, problem.SolveUpTo(finest, first, context));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
   if (!IsLeftOut(Mechanism::kReachPoints)) {
     RILIEVO_RETURN_IF_ERROR(
         ReachPoints(cloud, refinement, limit, heights, problem.spacing(), context, &feet));
   }
-  RILIEVO_RETURN_IF_ERROR(problem.Assemble(context));
+  RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> lengths, ChooseFilterLengths(problem, context));
   RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context));
   if (!IsLeftOut(Mechanism::kGiveWay)) problem.GiveWay(heights, RegionLevel(problem));
-  for (int round = 0; round < kSolve.final_rounds; ++round) {
-    RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
-    RILIEVO_RETURN_IF_ERROR(problem.Assemble(context));
-    RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
-  }
+  RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
+  RILIEVO_RETURN_IF_ERROR(problem.Assemble(finest, context));
+  RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
   SolvedHeights solved;
   solved.height.assign(heights.begin(), heights.end());
   solved.measured = MeasuredVertices(problem, limit);

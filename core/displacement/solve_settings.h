@@ -10,7 +10,7 @@ struct FeetSettings {
   double arrived = 1e-2;  // distance from the point, in edges
   double outside = 1e-4;  // barycentric coordinate below 0 that still counts as inside
   double beyond_rim = 1;  // the same over a rim, where there is no other triangle
-  double farthest = 50;   // barycentric coordinates of a step that has left all sense
+  double farthest = 50;   // barycentric coordinates of a step that diverged
   // To points that have no prism: the length of the way, in spacings, and the least cosine between
   // it and the limit normal.
   double farthest_way = 4, along_way = 0.5;
@@ -21,8 +21,8 @@ inline constexpr FeetSettings kFeet;
 // The penalised least squares (solve_heights.h). Lengths are in local point spacings unless said
 // otherwise; the accuracy of the fit hardly changes within half and twice of each.
 struct SolveSettings {
-  // Filter lengths that are tried: from the shortest, each `length_ratio` times the one before. One
-  // shorter than the shortest bends freely between points (featuretype, clean).
+  // Filter lengths that are tried: from the shortest, each `length_ratio` times the one before,
+  // below the longest. The shortest lets heights follow single points.
   double shortest = 0.25, length_ratio = 1.5, longest = 9;
   // Before the points' weights are known: the filter length, and the distance from the domain at
   // which a point weighs a quarter.
@@ -30,11 +30,10 @@ struct SolveSettings {
   // Points to a region that has a filter length of its own.
   double region_points = 40;
   // Degrees of freedom that the fit of the domain took for each of its control vertices; they
-  // are three coordinates, of which those along the surface fit little.
+  // are three coordinates each, of which those along the surface fit little.
   double freedom_of_vertex = 1.5;
   // A region that one control vertex serves has at least so many points.
   double least_points = 3;
-  double most_leverage = 0.9;
   // A filter length is tried on the coarsest level whose edges are shorter than this share of it.
   double edge_of_length = 1;
   // Share of the regions that a shorter filter must serve better than all longer ones for still
@@ -46,15 +45,13 @@ struct SolveSettings {
   // Bending at which a row of the plate weighs a quarter, in mean bendings of its region: the plate
   // gives way at edges that no crease of the domain tells (machined parts, clean).
   double give_way = 4;
-  // Rounds of weighing the points and fitting once the filter lengths are chosen.
-  int final_rounds = 2;
   // Conjugate gradients: steps on the last level, on those before it, and where heights are only to
   // be compared; and the residual, relative to the right side, that ends them.
   int steps = 40, coarse_steps = 80, trial_steps = 10;
   double residual = 1e-4;
-  // A height farther than this from all points is filled in, and one filtered over more than
-  // `smoothed` is flagged as smoothed.
-  double reach = 2, smoothed = 0.7;
+  // Heights between points this far apart or nearer are measured, and flagged as smoothed where the
+  // filter is longer than `smoothed`; points of less weight than `least_weight` measure nothing.
+  double reach = 2, smoothed = 0.7, least_weight = 0.25;
 };
 inline constexpr SolveSettings kSolve;
 

@@ -40,20 +40,32 @@ class FootFinder {
     place.height = (p - limit_.positions.col(start)).dot(limit_.normals.col(start));
     for (int step = 0; step < kFeet.walk_steps; ++step) {
       const bool met = Invert(p, corners, &place);
-      int out = 0;
-      const double least = place.weight.minCoeff(&out);
-      if (least >= -kFeet.outside) return met ? FootAt(point, corners, place) : std::nullopt;
-      const int next = Across(corners[(out + 1) % 3], corners[(out + 2) % 3], corners[out]);
-      if (next < 0) {
-        return least >= -kFeet.beyond_rim ? FootAt(point, corners, place) : std::nullopt;
+      if (!StepTowards(place.weight, &corners)) {
+        // In it, or beyond a rim.
+        const bool near = place.weight.minCoeff() >= -kFeet.beyond_rim;
+        return met && near ? FootAt(point, corners, place) : std::nullopt;
       }
-      corners[out] = next;
       place.weight.setConstant(1.0 / 3);
     }
     return std::nullopt;
   }
 
  private:
+  // Over the edge that the place lies farthest beyond, rims left out. False where there is none.
+  bool StepTowards(const Vector3d& weight, Corners* corners) const {
+    std::array<int, 3> order = {0, 1, 2};
+    std::sort(order.begin(), order.end(), [&](int a, int b) { return weight[a] < weight[b]; });
+    for (const int out : order) {
+      if (weight[out] >= -kFeet.outside) return false;
+      const int next =
+          Across((*corners)[(out + 1) % 3], (*corners)[(out + 2) % 3], (*corners)[out]);
+      if (next < 0) continue;
+      (*corners)[out] = next;
+      return true;
+    }
+    return false;
+  }
+
   // Newton's method from the place given; whether it arrived.
   bool Invert(const Vector3d& point, const Corners& c, PrismPlace* place) const {
     const Vector3d s = limit_.positions.col(c[0]), n = limit_.normals.col(c[0]);
@@ -62,11 +74,11 @@ class FootFinder {
     const double near = kFeet.arrived * s1.norm();
     Vector3d at(place->weight[1], place->weight[2], place->height);
     bool arrived = false;
-    for (int step = 0; step < kFeet.newton_steps; ++step) {
+    for (int step = 0; step <= kFeet.newton_steps; ++step) {
       const Vector3d normal = n + at[0] * n1 + at[1] * n2;
       const Vector3d off = s + at[0] * s1 + at[1] * s2 + at[2] * normal - point;
       arrived = off.norm() < near;
-      if (off.norm() < 0.1 * near) break;
+      if (off.norm() < 0.1 * near || step == kFeet.newton_steps) break;
       Eigen::Matrix3d slope;
       slope << s1 + at[2] * n1, s2 + at[2] * n2, normal;
       const Vector3d move = slope.inverse() * off;
@@ -131,7 +143,7 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
                                                 const LevelRings& rings, const LimitSurface& limit,
                                                 const DisplacementOptions& options,
                                                 const RunContext& context) {
-  // The triangles of the level before the finest are near enough to begin a walk, and a quarter.
+  // A walk may start from the level before the finest, which has a quarter of the triangles.
   const MeshTopology& coarse = refinement.levels[std::max(0, refinement.max_level() - 1)];
   const Eigen::Matrix3Xd places = limit.positions.leftCols(coarse.vertex_count);
   RILIEVO_ASSIGN_OR_RETURN(
@@ -142,6 +154,7 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
   const auto start_at = [&](int item, const Vector3d& point) {
     return NearestCorner(coarse.faces.col(tree.source()[item]), places, point);
   };
+  const double farthest2 = options.max_height * options.max_height;
   std::vector<PointFoot> feet(cloud.points.cols());
   constexpr int64_t kBlock = 2048;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
@@ -155,7 +168,7 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
             // Nearer to another sheet, or to where the normals part.
             std::array<ClosestPointTree::Hit, kFeet.tries> hits;
             const int found = tree.Nearest(point, hits);
-            for (int i = 1; i < found && !foot; ++i) {
+            for (int i = 1; i < found && !foot && hits[i].squared_distance <= farthest2; ++i) {
               const int start = start_at(hits[i].item, point);
               if (limit.normals.col(start).dot(cloud.normals.col(p)) >
                   options.min_normal_agreement) {
@@ -213,13 +226,13 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refin
       weights = w;
       way = off;
     }
-    // What lies beyond a rim is none of its heights'.
+    // Points beyond a rim say nothing about its heights.
     const MeshTopology& finest = refinement.levels.back();
     bool on_rim = true;
     for (int k = 0; k < 3; ++k)
       on_rim &= !(weights[k] > 0) || finest.boundary_vertex[foot.corner[k]];
     const double length = way.norm();
-    // Of the points by the surface: a stray's own is large.
+    // The spacing at the surface: an outlier's own is large.
     const double most =
         kFeet.farthest_way * std::max<double>(spacing[foot.corner[0]], cloud.median_spacing);
     if (on_rim || !(length > 0) || length > most) return PointFoot();

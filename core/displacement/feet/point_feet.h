@@ -41,8 +41,9 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
 // surface displaced by `heights` that is nearest to the point, drawn on the way to it. With the
 // way's direction d the row is
 //   sum w_k (N_k . d) height[corner[k]] = sum w_k (N_k . d) heights[corner[k]] + length of the way.
-// Left alone are points on the other side of a sheet, beside the way that the heights go, and far
-// off. `spacing`: of the points, per vertex of the finest level.
+// A point gets none where it faces away from the surface, lies sideways of the limit normal, beyond
+// a rim, or too far off; otherwise its normal may disagree, for at a tip it does. `spacing`: of the
+// points, per vertex of the finest level.
 absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
                          const LimitSurface& limit, const std::vector<double>& heights,
                          const std::vector<float>& spacing, const RunContext& context,

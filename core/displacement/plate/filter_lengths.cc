@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -34,7 +35,7 @@ void AddRing(const PlateLevel& level, const std::vector<double>& of, std::vector
   }
 }
 
-// The coarsest level, from `least` on, that shows what a filter of `length` leaves.
+// The coarsest level, not below `least`, whose mean edge is shorter than the filter.
 int LevelFor(const HeightProblem& problem, double length, int least) {
   int level = problem.finest();
   while (level > least && problem.levels()[level - 1].mean_edge < kSolve.edge_of_length * length) {
@@ -43,12 +44,17 @@ int LevelFor(const HeightProblem& problem, double length, int least) {
   return level;
 }
 
-std::vector<double> SmoothOverRings(const PlateLevel& level, std::vector<double> values) {
+// Means over two rings of the values that are known; 0 where none is near.
+std::vector<double> SmoothOverRings(const PlateLevel& level, std::vector<double> values,
+                                    std::vector<double> known) {
   for (int round = 0; round < 2; ++round) {
-    const std::vector<double> before = values;
+    for (size_t v = 0; v < values.size(); ++v) values[v] *= known[v];
+    const std::vector<double> before = values, known_before = known;
     AddRing(level, before, &values);
-    for (int v = 0; v < level.vertex_count(); ++v) {
-      values[v] /= 1 + level.begin[v + 1] - level.begin[v];
+    AddRing(level, known_before, &known);
+    for (size_t v = 0; v < values.size(); ++v) {
+      values[v] /= std::max(known[v], 1.0);
+      known[v] = known[v] > 0 ? 1 : 0;
     }
   }
   return values;
@@ -71,7 +77,10 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
   std::vector<double> weight(regions.vertex_count()), risk(weight);
   AddRing(regions, problem.SumAt(region, [&](size_t p) { return problem.weights()[p]; }), &weight);
   std::vector<double> least(weight.size(), std::numeric_limits<double>::infinity());
-  std::vector<double> chosen(weight.size(), std::log(kSolve.shortest));
+  std::vector<double> chosen(weight.size(), 0.0), known(weight.size());
+  std::transform(weight.begin(), weight.end(), known.begin(),
+                 [](double w) { return w > 0 ? 1.0 : 0.0; });
+  const double regions_with_points = std::accumulate(known.begin(), known.end(), 0.0);
   std::vector<double> lengths;
   for (double length = kSolve.shortest; length < kSolve.longest; length *= kSolve.length_ratio) {
     lengths.push_back(length);
@@ -104,18 +113,18 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
     size_t better = 0;
     for (size_t v = 0; v < risk.size(); ++v) {
       if (!(weight[v] > 0)) continue;
-      const double leverage =
-          std::min(kSolve.most_leverage, std::hypot(LeverageOfPlate(*length), of_domain[v]));
+      const double leverage = std::hypot(LeverageOfPlate(*length), of_domain[v]);
       const double score = risk[v] / weight[v] / ((1 - leverage) * (1 - leverage));
       if (score > least[v]) continue;
       least[v] = score;
       ++better;
       chosen[v] = std::log(*length);
     }
-    if (static_cast<double>(better) < kSolve.settled * static_cast<double>(risk.size())) break;
+    if (static_cast<double>(better) < kSolve.settled * regions_with_points) break;
   }
-  const std::vector<double> logarithm = Prolong(problem.refinement(), region, problem.finest(),
-                                                SmoothOverRings(regions, std::move(chosen)));
+  const std::vector<double> logarithm =
+      Prolong(problem.refinement(), region, problem.finest(),
+              SmoothOverRings(regions, std::move(chosen), std::move(known)));
   std::vector<float> result(logarithm.size());
   std::transform(logarithm.begin(), logarithm.end(), result.begin(),
                  [](double l) { return static_cast<float>(std::exp(l)); });

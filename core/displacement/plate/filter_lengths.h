@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-// The coarsest level on which a vertex has about as many points as a region needs.
+// The finest level on which a vertex has, on average, as many points as a region needs.
 int RegionLevel(const HeightProblem& problem);
 
 // Filter lengths in spacings, per vertex of the finest level: those of least generalised

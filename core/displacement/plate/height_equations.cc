@@ -55,12 +55,15 @@ class PushedFoot {
 };
 
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
-                   const std::vector<PointFoot>& feet, const std::vector<float>& weights) {
+                   const std::vector<PointFoot>& feet, const std::vector<float>& weights,
+                   const RunContext& context) {
+  constexpr size_t kPointsBetweenStops = 1 << 16;
   PointTerm term;
   term.diagonal.assign(level.vertex_count(), 0.0f);
   term.slot.assign(level.neighbor.size(), 0.0f);
   term.right_side.assign(level.vertex_count(), 0.0);
   for (size_t i = 0; i < feet.size(); ++i) {
+    if (i % kPointsBetweenStops == 0 && !context.CheckStop().ok()) return term;
     if (!feet[i].found()) continue;
     PushedFoot foot(feet[i]);
     for (int l = refinement.max_level() - 1; l >= to; --l) foot.PushTo(refinement.levels[l]);
@@ -146,16 +149,18 @@ class System {
 
 absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
                                                           const std::vector<PlateLevel>& levels,
+                                                          int first,
                                                           const std::vector<PointFoot>& feet,
                                                           const std::vector<float>& weights,
                                                           const RunContext& context) {
   std::vector<PointTerm> terms(levels.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(static_cast<int64_t>(levels.size()), 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t l = begin; l < end; ++l) {
-          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(levels.size()) - first, 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t l = begin + first; l < end + first; ++l) {
+          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights, context);
         }
       }));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   return terms;
 }
 

@@ -23,10 +23,11 @@ struct PointTerm {
   std::vector<double> right_side;  // per vertex
 };
 
-// On each level, for heights of a coarser level prolonged to the finest. `weights`: a, one for each
-// foot.
+// On the levels from `first` on, for heights of a coarser level prolonged to the finest; the
+// others' are left empty. `weights`: a, one for each foot.
 absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
                                                           const std::vector<PlateLevel>& levels,
+                                                          int first,
                                                           const std::vector<PointFoot>& feet,
                                                           const std::vector<float>& weights,
                                                           const RunContext& context);

@@ -15,11 +15,13 @@ constexpr int64_t kBlock = 8192;
 
 double Square(double x) { return x * x; }
 
-// 1 at 0, a quarter at 1 (Geman and McClure).
-double RobustWeight(double share) { return 1 / Square(1 + share * share); }
+// 1 at 0, a quarter at `scale` (Geman and McClure).
+double RobustWeight(double distance, double scale) {
+  return scale > 0 ? 1 / Square(1 + Square(distance / scale)) : 1;
+}
 
-// Mean of `sums` over `weights` on each level, coarse to fine: where hardly a point is, that of the
-// level before.
+// Mean of `sums` over `weights` at the vertices of the finest level. Where there are hardly any
+// points, that of the finest level that has them.
 std::vector<float> MeanWherePointsAre(const LoopRefinement& refinement,
                                       const std::vector<double>& sums,
                                       const std::vector<double>& weights, double elsewhere) {
@@ -51,9 +53,10 @@ HeightProblem::HeightProblem(const OrientedCloud& cloud, const LoopRefinement& r
                                 SumAt(finest(), [](size_t) { return 1.0; }), cloud.median_spacing);
 }
 
-absl::Status HeightProblem::Assemble(const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(terms_,
-                           AssemblePointTerms(*refinement_, levels_, *feet_, weights_, context));
+absl::Status HeightProblem::Assemble(int first, const RunContext& context) {
+  terms_.clear();
+  RILIEVO_ASSIGN_OR_RETURN(
+      terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_, weights_, context));
   return absl::OkStatus();
 }
 
@@ -108,7 +111,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<do
 void HeightProblem::PreferNearPoints() {
   for (size_t p = 0; p < weights_.size(); ++p) {
     const double scale = kSolve.near_domain * cloud_->spacing[p];
-    weights_[p] = static_cast<float>(RobustWeight((*feet_)[p].offset / scale));
+    weights_[p] = static_cast<float>(RobustWeight((*feet_)[p].offset, scale));
   }
 }
 
@@ -118,7 +121,7 @@ absl::Status HeightProblem::Reweigh(const std::vector<double>& heights, const Ru
     const double scale =
         kSolve.robust_residual *
         std::max<double>(cloud_->noise[p], kSolve.least_noise * cloud_->spacing[p]);
-    weights_[p] = static_cast<float>(RobustWeight(residuals[p] / scale));
+    weights_[p] = static_cast<float>(RobustWeight(residuals[p], scale));
   }
   return absl::OkStatus();
 }
@@ -136,9 +139,7 @@ void HeightProblem::GiveWay(const std::vector<double>& heights, int region_level
   mean = Prolong(*refinement_, region_level, finest(), std::move(mean));
   give_way_.resize(bend.size());
   for (size_t v = 0; v < bend.size(); ++v) {
-    give_way_[v] = mean[v] > 0
-                       ? static_cast<float>(RobustWeight(bend[v] / (kSolve.give_way * mean[v])))
-                       : 1.0f;
+    give_way_[v] = static_cast<float>(RobustWeight(bend[v], kSolve.give_way * mean[v]));
   }
 }
 
@@ -148,8 +149,11 @@ std::vector<double> HeightProblem::SumAt(int level,
   for (size_t p = 0; p < feet_->size(); ++p) {
     const PointFoot& foot = (*feet_)[p];
     if (!foot.found()) continue;
-    const double v = value(p);
-    for (int k = 0; k < 3; ++k) sums[foot.corner[k]] += foot.weight[k] * v;
+    double all = 0;
+    for (const float weight : foot.weight) all += std::abs(weight);
+    if (!(all > 0)) continue;
+    const double each = value(p) / all;
+    for (int k = 0; k < 3; ++k) sums[foot.corner[k]] += std::abs(foot.weight[k]) * each;
   }
   return Restrict(*refinement_, finest(), level, std::move(sums));
 }

@@ -1,5 +1,5 @@
-// One scan's heights as a family of least-squares problems: points' weights, filter lengths and
-// stiffness may change, points and plate do not.
+// One scan's heights as a family of least-squares problems, which differ in the weights of the
+// points and in the stiffness of the plate.
 #pragma once
 
 #include <cstdint>
@@ -24,22 +24,24 @@ class HeightProblem {
   HeightProblem(const OrientedCloud& cloud, const LoopRefinement& refinement,
                 const std::vector<PointFoot>& feet, std::vector<PlateLevel> levels);
 
-  // To be called before a solution, and once more when feet or weights have changed.
-  absl::Status Assemble(const RunContext& context);
+  // To be called before a solution, and once more when feet or weights have changed: for the levels
+  // from `first` on.
+  absl::Status Assemble(int first, const RunContext& context);
 
   // Heights of level `level` from those of the level before, all the way from the first; `lengths`:
-  // the filter lengths, in spacings, per vertex of that level (levels nest) or one for all.
+  // the filter lengths, in spacings, per vertex of that level or a finer one (levels
+  // nest), or one for all.
   absl::StatusOr<std::vector<double>> SolveUpTo(int level, const std::vector<float>& lengths,
                                                 const RunContext& context) const;
   // The same on `level` alone, from heights near the solution.
   absl::Status Relax(int level, const std::vector<float>& lengths, int steps,
                      const RunContext& context, std::vector<double>* heights) const;
 
-  // How far each point lies from the heights of the finest level, along its normal; 0 for those
-  // without a foot.
+  // How far each point lies from the heights of the finest level, in the direction of its row; 0
+  // for those without a foot.
   absl::StatusOr<std::vector<float>> Residuals(const std::vector<double>& heights,
                                                const RunContext& context) const;
-  // Points far from the domain lose weight: of two sheets above each other the nearer is meant.
+  // Points far from the domain lose weight, so that of two sheets the nearer one counts.
   void PreferNearPoints();
   // Points far from the heights of the finest level lose weight; those without a foot weigh 1, for
   // when they get one.
@@ -48,7 +50,8 @@ class HeightProblem {
   // `region_level`: regions are its vertices.
   void GiveWay(const std::vector<double>& heights, int region_level);
 
-  // Per vertex of `level`, the sum over the points of value times their share of the vertex.
+  // Per vertex of `level`, the sum of the points' values; each goes to the corners of its foot in
+  // proportion to their weights, and from there to coarser levels.
   std::vector<double> SumAt(int level, const std::function<double(size_t point)>& value) const;
 
   const LoopRefinement& refinement() const { return *refinement_; }

@@ -229,7 +229,7 @@ TEST(SampleDisplacementTest, OutliersMakeNoSpikes) {
 TEST(SampleDisplacementTest, EachHeightSaysWhereItComesFrom) {
   Random random(21);
   const Points even = HeightFieldPoints(0.3, 10000, &random, [](double x, double y) {
-    return x > 0 ? 0.01 : 0.01 + 0.003 * std::sin(100 * x) * std::sin(100 * y);
+    return x > 0 ? 0.01 : 0.01 + 0.003 * std::sin(150 * x) * std::sin(150 * y);
   });
   constexpr double kNoise = 0.004;  // two thirds of the spacing
   Points points;
@@ -254,11 +254,10 @@ TEST(SampleDisplacementTest, EachHeightSaysWhereItComesFrom) {
       EXPECT_EQ(field.source[v], HeightSource::kFilled);
     } else if (radius > 0.07 && std::abs(x) > 0.1) {
       ++far;
-      as_expected +=
-          field.source[v] == (x > 0 ? HeightSource::kSmoothed : HeightSource::kMeasured);
+      as_expected += field.source[v] == (x > 0 ? HeightSource::kSmoothed : HeightSource::kMeasured);
     }
   }
-  EXPECT_GT(as_expected, 0.97 * far);
+  EXPECT_GT(as_expected, 0.9 * far) << far;
   EXPECT_EQ(count[0], field.measured);
   EXPECT_EQ(count[1], field.smoothed);
   EXPECT_EQ(count[2], field.filled);

@@ -32,7 +32,7 @@ struct Setting {
     HeightProblem problem(
         scan.cloud, domain.refinement, feet,
         *BuildPlateLevels(domain.refinement, domain.rings, domain.limit, Threads(2)));
-    EXPECT_TRUE(problem.Assemble(Threads(2)).ok());
+    EXPECT_TRUE(problem.Assemble(0, Threads(2)).ok());
     return problem;
   }
   double RmsInside(const std::vector<double>& heights,
@@ -99,9 +99,9 @@ TEST(HeightProblem, OfTwoSheetsTheNearerToTheDomainIsMeant) {
   for (size_t p = 0; p < setting.feet.size(); p += 2) setting.feet[p].offset += 0.03f;
   HeightProblem problem = setting.Problem();
   problem.PreferNearPoints();
-  ASSERT_TRUE(problem.Assemble(Threads(2)).ok());
+  ASSERT_TRUE(problem.Assemble(0, Threads(2)).ok());
   const std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {1.0f}, Threads(2));
-  EXPECT_LT(setting.RmsInside(heights, [](double, double) { return 0.002; }), 0.004);
+  EXPECT_LT(setting.RmsInside(heights, [](double, double) { return 0.002; }), 0.001);
 }
 
 TEST(ChooseFilterLengths, NoiseWantsLongOnesAndDetailShortOnes) {
