@@ -32,13 +32,13 @@ struct SolveSettings {
   // Degrees of freedom that the fit of the domain took for each of its control vertices; they
   // are three coordinates each, of which those along the surface fit little.
   double freedom_of_vertex = 1.5;
+  // The filter that flat triangles are by themselves, in edges; measured by the trace of the fit
+  // (Hutchinson 1990) where an edge is about a spacing.
+  double filter_of_edge = 0.24;
   // A region that one control vertex serves has at least so many points.
   double least_points = 3;
   // A filter length is tried on the coarsest level whose edges are shorter than this share of it.
   double edge_of_length = 1;
-  // Share of the regions that a shorter filter must serve better than all longer ones for still
-  // shorter ones to be tried.
-  double settled = 0.005;
   // Residual at which a point's weight is a quarter, in the larger of its noise and `least_noise`
   // spacings.
   double robust_residual = 5, least_noise = 0.15;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -12,11 +11,14 @@
 namespace rilievo {
 namespace {
 
-// The share of a point in its own height after a filter of `length` spacings: the mean of its
-// response 1 / (1 + (k length)^4) over all waves, one point in pi / 4 of the plane.
-double LeverageOfPlate(double length) {
-  const double wide = M_PI / 32 / (length * length);
-  return wide / (1 + wide);
+// The share of a point in its own height after a filter of `length` over triangles with edges of
+// `edge`, both in spacings: the mean of the response 1 / (1 + (k length)^4) over the waves that so
+// many points can tell apart, those of k < 4, for the points are one to pi / 4 of the plane. Flat
+// triangles filter too, as their corners take part.
+double LeverageOfPlate(double length, double edge) {
+  const double of_edge = kSolve.filter_of_edge * edge;
+  const double widest = 16 * (length * length + of_edge * of_edge);
+  return std::atan(widest) / widest;
 }
 
 // Per vertex of `level`, the share of its points that the fit of the domain took.
@@ -80,13 +82,13 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
   std::vector<double> chosen(weight.size(), 0.0), known(weight.size());
   std::transform(weight.begin(), weight.end(), known.begin(),
                  [](double w) { return w > 0 ? 1.0 : 0.0; });
-  const double regions_with_points = std::accumulate(known.begin(), known.end(), 0.0);
   std::vector<double> lengths;
   for (double length = kSolve.shortest; length < kSolve.longest; length *= kSolve.length_ratio) {
     lengths.push_back(length);
   }
   double spacing = 0;
   for (const float s : problem.spacing()) spacing += s / problem.spacing().size();
+  const double edge = problem.levels().back().mean_edge / spacing;
   // From the longest, whose heights the next ones start from.
   std::vector<double> heights;
   int level = -1;
@@ -110,17 +112,14 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
                             return double{problem.weights()[p]} * residuals[p] * residuals[p];
                           }),
             &risk);
-    size_t better = 0;
     for (size_t v = 0; v < risk.size(); ++v) {
       if (!(weight[v] > 0)) continue;
-      const double leverage = std::hypot(LeverageOfPlate(*length), of_domain[v]);
+      const double leverage = std::hypot(LeverageOfPlate(*length, edge), of_domain[v]);
       const double score = risk[v] / weight[v] / ((1 - leverage) * (1 - leverage));
       if (score > least[v]) continue;
       least[v] = score;
-      ++better;
       chosen[v] = std::log(*length);
     }
-    if (static_cast<double>(better) < kSolve.settled * regions_with_points) break;
   }
   const std::vector<double> logarithm =
       Prolong(problem.refinement(), region, problem.finest(),
