@@ -21,14 +21,12 @@ constexpr int kMostPoints = 384;
 // Noise in spacings.
 constexpr double kClean = 0.15;
 constexpr int kLeastSidePoints = 8;
-constexpr int kRounds = 4, kUnbiasedRounds = 2, kBowRounds = 2;
+constexpr int kRounds = 4, kBowRounds = 2;
 // Least cosine of a point's normal and the nearer of the faces'.
 constexpr double kSameSheet = 0.2;
 // Least cosine of a point's normal and the nearer of the sides': others are of a corner's third.
 constexpr double kOwnSides = 0.5;
-// Of no side, and of either: noise may have carried a point so near to the edge across it.
-constexpr int kNeither = 2, kEither = 3;
-constexpr double kEitherNoises = 0.7;
+constexpr int kNeither = 2;  // of no side
 // Of the angle between two sides.
 constexpr double kLeastSine = 0.05;
 // Least ratio of the widths of a side's points, squared: below it they lie on a line.
@@ -229,27 +227,6 @@ double Bluntness(const Neighborhood& around, const std::array<HingePlane, 2>& si
   return count > 0 ? inside / (noise * std::sqrt(count)) : 0;
 }
 
-// The nearer plane takes points beside the edge whose noise is larger than their way to it, and
-// both lean: in the end the sides part at the edge, and points nearer to it than noise carries them
-// are left out. Sides that then fit the points worse are not taken.
-void Unbias(double noise, Neighborhood* around, std::array<HingePlane, 2>* sides) {
-  constexpr double kMostWorse = 1.1;
-  const SolidSquares before = PlaneSquares(*around, *sides);
-  const bool convex = before.convex < before.concave;
-  std::array<HingePlane, 2> refit = *sides;
-  for (int round = 0; round < kUnbiasedRounds; ++round) {
-    for (int i = 0; i < around->count; ++i) {
-      if (around->side[i] == kNeither) continue;
-      const double a = Off(refit[0], *around, i), b = Off(refit[1], *around, i);
-      const bool near = std::max(std::abs(a), std::abs(b)) < kEitherNoises * noise;
-      around->side[i] = near ? kEither : (convex ? a >= b : a <= b) ? 0 : 1;
-    }
-    if (!FitSides(*around, &refit)) return;
-  }
-  const SolidSquares after = PlaneSquares(*around, refit);
-  if ((convex ? after.convex : after.concave) < kMostWorse * before.best()) *sides = refit;
-}
-
 // Squared residuals of the best quadric height field over `axis`.
 double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
   constexpr int kTerms = 6;
@@ -274,14 +251,13 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
 
 // Among the first `count` points found.
 std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& found, int count,
-                                      const EdgePlace& place, SideBias bias) {
+                                      const EdgePlace& place) {
   const int nearest = found.nearest;
   TwoPlaneModel fit;
   fit.spacing = cloud.spacing[nearest];
   fit.middle = place.middle;
   fit.along = place.along;
   Neighborhood around = Gather(cloud, found, count, place);
-  fit.reach = around.reach;
   if (around.count < 2 * kLeastSidePoints || !Part(&around, &fit.sides)) return std::nullopt;
   const Vector3d &a = fit.sides[0].normal, &b = fit.sides[1].normal;
   const Vector3d axis = a + b;
@@ -303,11 +279,6 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
       used * std::log((quadric + floor) / (planes + floor)) - 2 * std::log(used);
   fit.bluntness =
       Bluntness(around, fit.sides, solid.convex < solid.concave, fit.spacing, cloud.noise[nearest]);
-  // Where little speaks for two sides, those that explain the points best are the safer ones.
-  if (bias == SideBias::kRemoved && fit.log_likelihood_ratio > kEnough &&
-      cloud.noise[nearest] > kClean * fit.spacing) {
-    Unbias(cloud.noise[nearest], &around, &fit.sides);
-  }
   fit.cosine = a.dot(b);
   if (!(a.cross(b).norm() > kLeastSine)) return std::nullopt;
   fit.direction = a.cross(b).normalized();
@@ -334,7 +305,7 @@ HingePlane TwoPlaneModel::TangentAt(int side, const Vector3d& place) const {
 }
 
 std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const PointIndex& index,
-                                              const EdgePlace& place, SideBias bias) {
+                                              const EdgePlace& place) {
   Found found;
   double squared = 0;
   index.Nearest(place.middle, 1, &found.nearest, &squared);
@@ -348,7 +319,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
   for (const int asked : {wanted, other}) {
     const int count = std::min(asked, found.count);
     if (count < found.count) found.BringForward(count);
-    auto fit = FitAmong(cloud, found, count, place, bias);
+    auto fit = FitAmong(cloud, found, count, place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
     if (best && best->log_likelihood_ratio > kEnough) break;
   }

@@ -28,11 +28,10 @@ struct TwoPlaneModel {
   // Twice the logarithm of how much likelier the points are off two sides than off a quadric, less
   // what the sides' two curvatures cost (Schwarz 1978).
   double log_likelihood_ratio = 0;
-  // How far inside their corner, before any bias is removed, the points by the edge lie in the
+  // How far inside their corner the points by the edge lie in the
   // mean, in standard errors: about 0 or less at a sharp edge, more at a rounded one.
   double bluntness = 0;
   double spacing = 0;  // of the points
-  double reach = 0;    // farthest of the points from the middle
 
   // The tangent plane of a side where it passes `place`, a place by the edge.
   HingePlane TangentAt(int side, const Eigen::Vector3d& place) const;
@@ -46,15 +45,9 @@ struct EdgePlace {
   std::array<Eigen::Vector3d, 2> inward;  // from the edge into them, within their planes
 };
 
-// Noise carries points across the edge to the nearer plane, and both lean. kRemoved: sure sides are
-// fitted once more without those points. Heights want that; a tag or the place of a control vertex
-// is steadier as it stands.
-enum class SideBias { kLeft, kRemoved };
-
 // Nothing where the points do not form two sides of enough of them, wide enough to hold a plane, or
 // lie farther off them than their noise.
 std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const PointIndex& index,
-                                              const EdgePlace& place,
-                                              SideBias bias = SideBias::kLeft);
+                                              const EdgePlace& place);
 
 }  // namespace rilievo
