@@ -26,7 +26,7 @@ constexpr double kLaterCleanRatio = 0.75, kLaterNoisyRatio = 1.3;
 // Bytes of a .dss a point, beside a head of 1000 at most: 0.03 to 0.2 on noisy clouds, where few
 // heights are kept however many control faces there are, 0.04 (smooth shapes without noise) to 0.7
 // on the benchmark's clean ones.
-constexpr double kNoisyBytesOfPoint[] = {0.02, 0.3}, kCleanBytesOfPoint[] = {0.03, 0.8};
+constexpr double kNoisyBytesOfPoint[] = {0.01, 0.3}, kCleanBytesOfPoint[] = {0.03, 0.8};
 constexpr int kHeadBytes = 1000;
 constexpr double kNoisySpacings = 0.1;  // noise from which on heights are smoothed
 

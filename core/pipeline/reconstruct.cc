@@ -163,6 +163,7 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            Control(std::move(oriented.cloud), oriented, options, context));
   oriented.cloud = std::move(control.cloud);
+  oriented.graph = NeighborGraph();  // not asked from here on
   const ScanFigures figures = oriented.figures;
   const DssMetadata metadata =
       MetadataOf(std::move(input.hash), control.topology, options, context);
