@@ -10,6 +10,7 @@
 #include <set>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "client/library/status_conversion.h"
 #include "core/base/sanitized.h"
 #include "server/os/file_descriptor.h"
@@ -79,14 +80,14 @@ class FaultFile {
   void FailAt(const Kind& kind, int64_t n) {
     control_->error = kind.error;
     control_->lasting = kind.lasting;
-    control_->asked_by_grpc = false;
+    control_->library[0] = 0;
     control_->countdown[static_cast<int>(kind.kind)] = n;
   }
   void Disarm() {
     for (auto& countdown : control_->countdown) countdown = 0;
   }
   bool happened() const { return control_->failed > 0; }
-  bool asked_by_grpc() const { return control_->asked_by_grpc; }
+  std::string library() const { return control_->library; }
 
  private:
   const std::string path_;
@@ -142,9 +143,11 @@ std::string WrongAfter(const StressServer& server, const KnownScan& scan, const 
 
 // Why the server should not have ended like that; empty when it should.
 std::string WrongEnd(const Kind& kind, int exit, const FaultFile& faults, StressServer& server) {
-  if (kind.is_memory() && exit == kExitOnNull && faults.asked_by_grpc()) return "";
+  const bool of_grpc = absl::StrContains(faults.library(), "libgrpc");
+  if (kind.is_memory() && exit == kExitOnNull && of_grpc) return "";
   if (!kind.is_memory() || (exit != kExitOnNoMemory && exit != kExitOnAbort)) {
-    return absl::StrFormat("the server ended with %d", exit);
+    return absl::StrFormat("the server ended with %d, asked for memory by %s", exit,
+                           faults.library());
   }
   return server.process().WaitForLine(kLastLine, seconds(5)) ? "" : "the server ended in silence";
 }

@@ -13,13 +13,13 @@ constexpr int kReaders = 50;
 constexpr double kChunkBytes = 128 << 10;  // of a piece of a surface
 constexpr uint64_t kLeastSurface = 800'000;
 
-// A surface of a megabyte from few points: many levels, written very exactly.
+// A surface of a megabyte from 30 000 points: many levels, written very exactly.
 absl::StatusOr<v1::Job> LargeSurface(const JobsClient& jobs) {
   v1::ReconstructOptions options;
   options.set_max_level(6);
   options.mutable_encode()->set_height_step_ratio(1e-9);
   options.set_measure(false);
-  auto job = jobs.Submit(PackScan(Simulated("torus", 7'000, 0.002)), options, "large");
+  auto job = jobs.Submit(PackScan(Simulated("star", 30'000, 0.0005)), options, "large");
   if (!job.ok()) return job;
   return jobs.Watch(job->job_id(), {}, Within(seconds(120)));
 }

@@ -55,8 +55,11 @@ bool FailsAt(FaultKind kind, int file) {
 bool AllocationFails(const void* caller) {
   if (!Fails(FaultKind::kAllocate)) return false;
   Dl_info about;
-  control->asked_by_grpc = dladdr(caller, &about) != 0 && about.dli_fname != nullptr &&
-                           std::strstr(about.dli_fname, "libgrpc") != nullptr;
+  if (dladdr(caller, &about) != 0 && about.dli_fname != nullptr) {
+    const char* slash = std::strrchr(about.dli_fname, '/');
+    std::strncpy(control->library, slash != nullptr ? slash + 1 : about.dli_fname,
+                 sizeof(control->library) - 1);
+  }
   errno = control->error;
   return true;
 }

@@ -19,8 +19,8 @@ struct FaultControl {
   std::atomic<bool> lasting;  // and so do all after it
   std::atomic<int> error;
   std::atomic<int64_t> failed;  // calls that were made to fail
-  // Whether the last failed allocation was one that gRPC's library itself asked of malloc.
-  std::atomic<bool> asked_by_grpc;
+  // File name of the library that asked for the last failed allocation; read once all is quiet.
+  char library[64];
 };
 
 // The server finds the file by this variable.
