@@ -158,7 +158,7 @@ class E57Reader {
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
     scan.cloud.points = points_.Finish();
-    // A layer needs a value for each point; one that a scan lacks is left out.
+    // A layer needs a value for each point. Layers that some scan does not have are left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
     if (colors_.size() == count) scan.layers.colors = std::move(colors_);

@@ -10,7 +10,6 @@
 #include "core/displacement/solve_settings.h"
 
 namespace rilievo {
-
 namespace {
 
 constexpr int64_t kBlock = 8192;
