@@ -126,7 +126,7 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
 }
 
 // What was written, in words or as JSON.
-void Say(const ExportArguments& arguments, const std::string& what, nlohmann::ordered_json facts) {
+void SayExported(const ExportArguments& arguments, const std::string& what, nlohmann::ordered_json facts) {
   if (arguments.json) {
     facts["output"] = arguments.output;
     std::cout << facts.dump(2) << '\n';
@@ -170,7 +170,7 @@ absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArgument
                                : WriteDisplacementAtlas(surface, level, context, out);
   });
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  Say(arguments,
+  SayExported(arguments,
       absl::StrCat("level ", level, ", ",
                    Counted(surface.control_mesh.faces.cols(), "control face", "control faces")),
       {{"level", level}, {"control_faces", surface.control_mesh.faces.cols()}});
@@ -206,7 +206,7 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
   const TriangleMesh& mesh = exported.mesh;
-  Say(arguments,
+  SayExported(arguments,
       absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
                    Counted(mesh.triangles.cols(), "face", "faces")),
       {{"kind", exported.how},
