@@ -114,6 +114,8 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   report.island_points = scan.island_points;
   report.points_used = scan.kept;
   report.normal_disagreement = scan.orientation.disagreement;
+  report.stations = scan.orientation.stations;
+  report.normals = scan.orientation.normals;
   report.topology = TopologyName(control.topology);
   report.topology_reason = control.reason;
   report.domain_rms = coded.domain.fit.rms_after;

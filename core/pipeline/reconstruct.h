@@ -46,7 +46,8 @@ struct ReconstructReport {
   double diagonal = 0;  // scan unit
   double median_spacing = 0, median_noise = 0;
   double normal_disagreement = 0;
-  std::string topology;  // "planar", "spherical", "arbitrary", "user"
+  SightFigures stations, normals;  // no points: none given, or not wanted
+  std::string topology;            // "planar", "spherical", "arbitrary", "user"
   std::string topology_reason;
   int components = 0, boundary_loops = 0, genus = 0;
   int control_vertices = 0, control_faces = 0, max_level = 0;
