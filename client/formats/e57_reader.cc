@@ -16,6 +16,7 @@
 #include "client/formats/e57/xml_tree.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -52,7 +53,7 @@ uint8_t Channel(double value, const std::array<double, 2>& limits) {
 class E57Reader {
  public:
   E57Reader(PagedFile* file, std::vector<ScanDescription> scans, const WantedLayers& wanted)
-      : file_(file), scans_(std::move(scans)), wanted_(wanted) {}
+      : file_(file), scans_(std::move(scans)), wanted_(wanted), sights_(wanted) {}
 
   absl::StatusOr<ScanFile> Read() {
     if (scans_.empty()) {
@@ -134,12 +135,22 @@ class E57Reader {
     if (scan.spherical) point = FromSpherical(point);
     if (scan.has_pose) point = scan.rotation * point + scan.translation;
     points_.Add(point.x(), point.y(), point.z());
+    sights_.AddStation(StationOf(scan));
     if (HasIntensity(scan)) intensity_.push_back(static_cast<float>(values[next++][i]));
     if (!HasColors(scan)) return;
     std::array<uint8_t, 3>& color = colors_.emplace_back();
     for (size_t k = 0; k < 3; ++k) {
       color[k] = Channel(values[next + k][i], scan.color_limits[k]);
     }
+  }
+
+  // A scan in spherical coordinates has its sensor at their origin; so has one in cartesian
+  // coordinates whose pose moves it. Without a pose, or with one that does nothing, its points may
+  // have been moved before.
+  static Eigen::Vector3d StationOf(const ScanDescription& scan) {
+    const bool is_moved =
+        scan.has_pose && !(scan.rotation.isIdentity(0) && scan.translation.isZero(0));
+    return scan.spherical || is_moved ? scan.translation : UnknownPlace();
   }
 
   // `place`: range, azimuth from the x axis towards y, elevation from the x-y plane towards z.
@@ -157,6 +168,7 @@ class E57Reader {
     ScanFile scan;
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
+    scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
     // A layer needs a value for each point. Layers that some scan does not have are left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
@@ -169,6 +181,7 @@ class E57Reader {
   const std::vector<ScanDescription> scans_;
   const WantedLayers wanted_;
   PointCollector points_;
+  SightCollector sights_;
   std::vector<float> intensity_;
   std::vector<std::array<uint8_t, 3>> colors_;
   uint64_t invalid_ = 0;

@@ -19,9 +19,9 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
     case FileKind::kPly:
       return ReadPlyScan(input.stream(), wanted);
     case FileKind::kPcd:
-      return ReadPcdScan(input.stream());
+      return ReadPcdScan(input.stream(), wanted);
     case FileKind::kXyz:
-      return ReadXyzScan(input.stream());
+      return ReadXyzScan(input.stream(), wanted);
     case FileKind::kObj:
       return ReadObjScan(input.stream());
     case FileKind::kLas:
