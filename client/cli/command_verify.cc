@@ -121,7 +121,8 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(scan, LoadScan(arguments.scan, arguments.reading));
+    RILIEVO_ASSIGN_OR_RETURN(
+        scan, LoadScan(arguments.scan, arguments.reading, {.stations = true, .normals = true}));
   }
   RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));

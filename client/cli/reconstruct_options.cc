@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/mesh_reader.h"
-#include "client/library/point_packing.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/point_records.h"
 
 namespace rilievo {
 namespace {
@@ -18,13 +18,17 @@ absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
         path, ": holds no faces; the control mesh must be a triangle mesh (OBJ, PLY, STL)"));
   }
   v1::ControlMesh mesh;
-  PointCloud vertices{file.mesh.vertices};
-  mesh.set_positions(
-      PackPoints(vertices, 0, vertices.points.cols(), v1::COORDINATE_FORMAT_FLOAT64_LE));
+  mesh.set_positions(PackPoints({file.mesh.vertices}, 0, file.mesh.vertices.cols(),
+                                {.coordinates = CoordinateType::kFloat64}));
   for (Eigen::Index i = 0; i < file.mesh.triangles.size(); ++i) {
     mesh.add_faces(static_cast<uint32_t>(file.mesh.triangles.data()[i]));
   }
   return mesh;
+}
+
+v1::SightRule SightRuleOf(const std::string& word) {
+  if (word == "auto") return v1::SIGHT_RULE_AUTO;
+  return word == "use" ? v1::SIGHT_RULE_USE : v1::SIGHT_RULE_IGNORE;
 }
 
 }  // namespace
@@ -41,6 +45,15 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   app->get_option("--topology")->excludes(mesh);
   app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
       ->check(CLI::IsMember({"keep", "close"}))
+      ->capture_default_str();
+  app->add_option("--stations", a->stations,
+                  "whether the surface faces the places that its points were seen from, where the "
+                  "scan tells them: auto (when believable), use (without a check) or ignore")
+      ->check(CLI::IsMember({"auto", "use", "ignore"}))
+      ->capture_default_str();
+  app->add_option("--normals", a->normals,
+                  "the same for the side of the normals that the scan gives")
+      ->check(CLI::IsMember({"auto", "use", "ignore"}))
       ->capture_default_str();
   app->add_option("--creases", a->creases,
                   "auto: sharp edges of the scan become creases of the surface; off: none do")
@@ -83,12 +96,18 @@ void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::strin
   files->push_back(arguments.control_mesh);
 }
 
+WantedLayers LayersFor(const ReconstructArguments& arguments) {
+  return {.stations = arguments.stations != "ignore", .normals = arguments.normals != "ignore"};
+}
+
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {
   v1::ReconstructOptions options;
   if (arguments.max_level) options.set_max_level(*arguments.max_level);
   if (arguments.threads) options.set_threads(*arguments.threads);
   if (arguments.seed) options.set_seed(*arguments.seed);
   if (arguments.no_measure) options.set_measure(false);
+  options.mutable_scan()->set_stations(SightRuleOf(arguments.stations));
+  options.mutable_scan()->set_normals(SightRuleOf(arguments.normals));
   v1::ControlOptions& control = *options.mutable_control();
   const std::map<std::string, v1::Topology> topologies = {{"auto", v1::TOPOLOGY_AUTO},
                                                           {"planar", v1::TOPOLOGY_PLANAR},

@@ -63,6 +63,26 @@ std::string SizeText(const v1::ReconstructReport& report, const SurfaceTarget& t
                                               : absl::StrCat("kept as ", target.kept_dss));
 }
 
+// What the surface has its side from, or does not.
+std::string SidesText(const v1::ReconstructReport& report) {
+  const auto text = [](const v1::SightReport& sights, const char* what) {
+    return absl::StrCat(what, " of ", Counted(sights.points(), "point", "points"),
+                        sights.used() ? "" : ", not believed");
+  };
+  std::vector<std::string> parts;
+  if (report.has_stations()) parts.push_back(text(report.stations(), "stations"));
+  if (report.has_normals()) parts.push_back(text(report.normals(), "given normals"));
+  return absl::StrJoin(parts, "; ");
+}
+
+Json SightJson(const v1::SightReport& sights) {
+  return {{"points", sights.points()},
+          {"usable", sights.usable()},
+          {"alignment", sights.alignment()},
+          {"consistency", sights.consistency()},
+          {"used", sights.used()}};
+}
+
 Json SummaryJson(const v1::DistanceSummary& summary) {
   return {{"rms", summary.rms()},
           {"mean", summary.mean()},
@@ -95,6 +115,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   };
   add("scan", absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
                            paths.scan_format, "), ", DroppedText(report)));
+  if (report.has_stations() || report.has_normals()) add("sides", SidesText(report));
   add("topology", absl::StrCat(report.road(), ": ", report.road_reason()));
   add("surface",
       absl::StrCat(
@@ -162,6 +183,8 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["median_spacing_ratio"] = report.median_spacing_ratio();
   json["median_noise_ratio"] = report.median_noise_ratio();
   json["normal_disagreement"] = report.normal_disagreement();
+  json["stations"] = report.has_stations() ? SightJson(report.stations()) : Json();
+  json["normals"] = report.has_normals() ? SightJson(report.normals()) : Json();
   json["road"] = report.road();
   json["road_reason"] = report.road_reason();
   json["components"] = report.components();

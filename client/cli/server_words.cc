@@ -11,12 +11,14 @@ namespace rilievo {
 namespace {
 
 // By the last word of the path, or by a word within it.
-constexpr std::array<std::pair<absl::string_view, const char*>, 13> kOptions = {{
+constexpr std::array<std::pair<absl::string_view, const char*>, 15> kOptions = {{
     {"max_level", "--max-level"},
     {"threads", "--threads"},
     {"seed", "--seed"},
     {"topology", "--topology"},
     {"boundary", "--boundary"},
+    {"stations", "--stations"},
+    {"normals", "--normals"},
     {"creases", "--creases"},
     {"control_faces", "--control-faces"},
     {"control_mesh", "--control-mesh"},
