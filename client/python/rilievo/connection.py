@@ -43,8 +43,8 @@ _PARAMETERS = {
     "height_step_ratio": "height_step", "max_error_ratio": "max_error", "method": "fit",
     "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
 }
-_SAME = ("max_bytes", "topology", "boundary", "creases", "control_faces", "max_level", "seed",
-         "threads", "measure")
+_SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",
+         "max_level", "seed", "threads", "measure")
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from .v1 import options_pb2
 Topology = Literal["auto", "planar", "spherical", "arbitrary"]
 Boundary = Literal["keep", "close"]
 Creases = Literal["auto", "off"]
+SightRule = Literal["auto", "use", "ignore"]
 Fit = Literal["suzuki", "least-squares"]
 
 
@@ -22,6 +23,11 @@ class Options(TypedDict, total=False):
     """Step of the height quantiser."""
     topology: Optional[Topology]
     """The topology of the control mesh."""
+    stations: Optional[SightRule]
+    """Whether the surface faces the places that its points were seen from: "auto", when these are
+    known and believable; "use", without a check; or "ignore"."""
+    normals: Optional[SightRule]
+    """The same for the side of the given normals."""
     boundary: Optional[Boundary]
     """Keep an open scan open, or close it."""
     creases: Optional[Creases]
@@ -42,7 +48,10 @@ class Options(TypedDict, total=False):
     """Measure the error at the end, for the report and the certificate."""
 
 
+_SIGHT_RULES = {"auto": options_pb2.SIGHT_RULE_AUTO, "use": options_pb2.SIGHT_RULE_USE,
+                "ignore": options_pb2.SIGHT_RULE_IGNORE}
 _WORDS: Dict[str, Dict[str, int]] = {
+    "stations": _SIGHT_RULES, "normals": _SIGHT_RULES,
     "topology": {"auto": options_pb2.TOPOLOGY_AUTO, "planar": options_pb2.TOPOLOGY_PLANAR,
                  "spherical": options_pb2.TOPOLOGY_SPHERICAL,
                  "arbitrary": options_pb2.TOPOLOGY_ARBITRARY},
@@ -55,6 +64,7 @@ _WORDS: Dict[str, Dict[str, int]] = {
 _FIELDS = {
     "max_error": ("encode", "max_error_ratio", float), "max_bytes": ("encode", "max_bytes", int),
     "height_step": ("encode", "height_step_ratio", float), "topology": ("control", "topology", str),
+    "stations": ("scan", "stations", str), "normals": ("scan", "normals", str),
     "boundary": ("control", "boundary", str), "creases": ("control", "creases", str),
     "control_faces": ("control", "control_faces", int), "fit": ("fit", "method", str),
     "max_level": ("", "max_level", int), "seed": ("", "seed", int), "threads": ("", "threads", int),

@@ -102,7 +102,18 @@ test('scans are read as the command line reads them, and packed without loss', (
   const packed = plain.packed();
   assert.equal(packed.coordinateBytes, 4);
   assert.deepEqual([...new Float32Array(packed.bytes.buffer)], [1, 2, 3, 4, 5, 6.5]);
+  assert.equal(packed.stations.length, 0);
+  assert.equal(packed.normals, false);
   plain.free();
+  const seen = decoder.readScan(Buffer.from(
+    'x y z nx ny nz sensor_x sensor_y sensor_z\n1 2 3 0 0 1 0.1 8 9\n4 5 6 0 1 0 0.1 8 9\n'), 'scan.xyz');
+  const records = seen.packed();
+  assert.equal(seen.count(), 2);
+  assert.equal(records.bytes.length, 2 * (12 + 2 + 12));
+  assert.deepEqual([...new Float64Array(records.stations.buffer)], [0.1, 8, 9]);
+  assert.equal(records.normals, true);
+  assert.deepEqual([...new Float32Array(records.bytes.buffer.slice(14, 26))], [0, 0, 1]);
+  seen.free();
   const mesh = decoder.readScan(Buffer.from('v 1 2 3\nv 4 5 6\nv 7 8 8\nf 1 2 3\n'), 'mesh.obj');
   assert.equal(mesh.format(), 'OBJ without its faces (1)');
   mesh.free();

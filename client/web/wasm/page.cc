@@ -2,9 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
 #include <istream>
 #include <memory>
 #include <sstream>
@@ -21,11 +18,12 @@
 #include "client/formats/scan_reader.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/point_records.h"
 #include "core/surface/error_at_vertices.h"
 
 struct RilievoScan {
   rilievo::ScanFile file;
-  std::vector<uint8_t> packed;
+  std::string packed;
 };
 
 struct RilievoBytes {
@@ -75,20 +73,6 @@ TriangleMesh MeshOf(const RilievoMesh* mesh) {
   return result;
 }
 
-template <typename Number>
-std::vector<uint8_t> Pack(const Eigen::Matrix3Xd& points) {
-  const Eigen::Matrix<Number, 3, Eigen::Dynamic> numbers = points.cast<Number>();
-  std::vector<uint8_t> bytes(static_cast<size_t>(numbers.size()) * sizeof(Number));
-  if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return bytes;
-}
-
-bool FloatLosesNothing(const Eigen::Matrix3Xd& points) {
-  return std::all_of(points.data(), points.data() + points.size(), [](double value) {
-    return !std::isfinite(value) || static_cast<double>(static_cast<float>(value)) == value;
-  });
-}
-
 absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh& mesh,
                              float* distances, double* rms) {
   RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors, ErrorAtVertices(mesh, points, RunContext()));
@@ -131,7 +115,8 @@ RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* n
     std::istream in(&buffer);
     RILIEVO_ASSIGN_OR_RETURN(
         rilievo::ScanFile file,
-        rilievo::ReadScanStream(in, name, {.intensity = true, .colors = true}));
+        rilievo::ReadScanStream(
+            in, name, {.intensity = true, .colors = true, .stations = true, .normals = true}));
     // The page says what it read; that its faces play no part must be said too.
     if (file.faces > 0) absl::StrAppend(&file.format, " without its faces (", file.faces, ")");
     *scan = new RilievoScan{.file = std::move(file), .packed = {}};
@@ -149,13 +134,22 @@ const char* rilievo_page_scan_format(const RilievoScan* scan) { return scan->fil
 
 const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes, uint8_t* sha256,
                                         size_t* count) {
-  static_assert(std::endian::native == std::endian::little);
-  const Eigen::Matrix3Xd& points = scan->file.cloud.points;
-  const bool single = rilievo::FloatLosesNothing(points);
-  scan->packed = single ? rilievo::Pack<float>(points) : rilievo::Pack<double>(points);
-  *coordinate_bytes = single ? 4 : 8;
-  rilievo_page_sha256(scan->packed.data(), scan->packed.size(), sha256);
-  return rilievo::Elements(scan->packed, count);
+  const rilievo::PointCloud& cloud = scan->file.cloud;
+  const rilievo::PointLayout layout = rilievo::LosslessLayout(cloud);
+  scan->packed = rilievo::PackPoints(cloud, 0, cloud.points.cols(), layout);
+  *coordinate_bytes = layout.coordinates == rilievo::CoordinateType::kFloat32 ? 4 : 8;
+  *count = scan->packed.size();
+  const auto* bytes = reinterpret_cast<const uint8_t*>(scan->packed.data());
+  rilievo_page_sha256(bytes, *count, sha256);
+  return bytes;
+}
+
+const double* rilievo_page_scan_stations(const RilievoScan* scan, size_t* count) {
+  return rilievo::Elements(scan->file.cloud.sights.stations, count);
+}
+
+int rilievo_page_scan_has_normals(const RilievoScan* scan) {
+  return scan->file.cloud.sights.normals.cols() != 0 ? 1 : 0;
 }
 
 void rilievo_page_sha256(const uint8_t* bytes, size_t size, uint8_t* digest) {

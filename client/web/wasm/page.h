@@ -21,10 +21,16 @@ RILIEVO_API void rilievo_page_scan_free(RilievoScan* scan);
 RILIEVO_API const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count);
 /* For people: "PLY binary_little_endian". */
 RILIEVO_API const char* rilievo_page_scan_format(const RilievoScan* scan);
-/* PointChunk.data for all points: float32 where that loses nothing (*coordinate_bytes 4), else
- * float64 (8). *sha256 is of these bytes. */
+/* PointChunk.data for all points, with their stations and normals where the scan has them:
+ * coordinates are float32 where that loses nothing (*coordinate_bytes 4), else float64 (8). *sha256
+ * is of these bytes. */
 RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes,
                                                     uint8_t* sha256, size_t* count);
+
+/* ReconstructHeader.stations, x, y, z each; none where the scan has none. */
+RILIEVO_API const double* rilievo_page_scan_stations(const RilievoScan* scan, size_t* count);
+/* ReconstructHeader.normals: 1 where the scan has them, else 0. */
+RILIEVO_API int rilievo_page_scan_has_normals(const RilievoScan* scan);
 
 /* One figure a vertex: the RMS distance, scan unit, of the finite points whose nearest triangle
  * touches it; NaN where there is none (core/surface/error_at_vertices.h). *rms, which may be NULL,

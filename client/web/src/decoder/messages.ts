@@ -32,6 +32,9 @@ export interface ReadScan {
   points: number;
   format: string;
   coordinateBytes: 4 | 8;
+  /** See PackedScan of module.ts. */
+  stations: Uint8Array<ArrayBuffer>;
+  normals: boolean;
   packed: Uint8Array<ArrayBuffer>;
   sha256: string;
   layers: { colours: boolean; intensity: boolean };

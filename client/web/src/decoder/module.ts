@@ -54,6 +54,9 @@ export interface PackedScan {
   /** PointChunk.data of all points. */
   bytes: Uint8Array<ArrayBuffer>;
   coordinateBytes: 4 | 8;
+  /** ReconstructHeader.stations: three float64 each. */
+  stations: Uint8Array<ArrayBuffer>;
+  normals: boolean;
   sha256: Uint8Array;
 }
 
@@ -156,6 +159,11 @@ export class Scan {
     return this.#module.doublesOf('rilievo_page_scan_points', this.#pointer);
   }
 
+  /** How many points. */
+  count(): number {
+    return this.#module.countOf('rilievo_page_scan_points', this.#pointer) / 3;
+  }
+
   format(): string {
     return this.#module.text(this.#module.call('rilievo_page_scan_format', this.#pointer));
   }
@@ -172,12 +180,15 @@ export class Scan {
 
   packed(): PackedScan {
     const module = this.#module;
+    const stations = new Uint8Array(module.doublesOf('rilievo_page_scan_stations', this.#pointer).buffer);
     return module.withRoom(48, (room) => {
       const pointer = module.call('rilievo_page_scan_packed', this.#pointer, room, room + 8, room + 4);
       const view = module.view();
       return {
         bytes: module.copy(pointer, view.getUint32(room + 4, true)),
         coordinateBytes: view.getInt32(room, true) as 4 | 8,
+        stations,
+        normals: module.call('rilievo_page_scan_has_normals', this.#pointer) !== 0,
         sha256: module.copy(room + 8, 32),
       };
     });

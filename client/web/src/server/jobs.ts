@@ -30,7 +30,8 @@ export async function submitScan(scan: ReadScan, signal: AbortSignal, listener: 
   listener.onUpload(1);
   const coordinateFormat =
     scan.coordinateBytes === 4 ? CoordinateFormat.FLOAT32_LE : CoordinateFormat.FLOAT64_LE;
-  const header = { pointCount: BigInt(scan.points), coordinateFormat };
+  const { stations, normals } = scan;
+  const header = { pointCount: BigInt(scan.points), coordinateFormat, stations, normals };
   const { job } = await jobs.createJob({ requestId: randomName(), scanId, header }, { signal });
   if (!job) throw new ConnectError('the server has given no job', Code.Internal);
   return job;
