@@ -11,6 +11,7 @@
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
+#include "client/formats/with_input.h"
 #include "core/base/status_macros.h"
 #include "core/surface/displaced_surface.h"
 #include "server/command_line/text_layout.h"
@@ -23,7 +24,8 @@ absl::Status AtPath(const std::string& path, const absl::Status& status) {
 }
 
 std::string NameOf(const std::string& path, const std::string& format) {
-  return format.empty() || !Extension(path).empty() ? path : absl::StrCat(path, ".", format);
+  return format.empty() || !Extension(NameUnpacked(path)).empty() ? path
+                                                                  : absl::StrCat(path, ".", format);
 }
 
 std::vector<uint8_t> AllBytes(std::istream& in) {

@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std:
   RILIEVO_RETURN_IF_ERROR(MakeFolder(output));
   std::map<std::string, std::string> scan_of;
   for (const std::string& scan : scans) {
-    const std::string stem = scan == "-" ? "stdin" : fs::path(scan).stem().string();
+    const std::string stem = scan == "-" ? "stdin" : fs::path(NameUnpacked(scan)).stem().string();
     targets.push_back({(fs::path(output) / (stem + ".dss")).string(), ""});
     const auto [other, is_new] = scan_of.emplace(targets.back().path, scan);
     if (is_new) continue;

@@ -15,6 +15,7 @@
 #include "client/formats/ply_vertex.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/with_input.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
