@@ -158,6 +158,7 @@ absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& nam
   MeshFile file;
   file.mesh.vertices = std::move(scan.cloud.points);
   file.format = std::move(scan.format);
+  file.place = std::move(scan.place);
   return file;
 }
 
