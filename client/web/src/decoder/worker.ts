@@ -125,6 +125,7 @@ function readScan(bytes: Uint8Array, name: string): ReadScan {
     format: next.format(),
     coordinateBytes: packed.coordinateBytes,
     layers: next.layers(),
+    place: next.place(),
     packed: packed.bytes,
     sha256: [...packed.sha256].map((byte) => byte.toString(16).padStart(2, '0')).join(''),
   };
