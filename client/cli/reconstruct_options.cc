@@ -3,9 +3,11 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/length_words.h"
 #include "client/formats/mesh_reader.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/point_records.h"
+#include "server/conversion/convert_place.h"
 
 namespace rilievo {
 namespace {
@@ -75,19 +77,21 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   CLI::Option* error =
       app->add_option(
              "--max-error", a->max_error,
-             "largest RMS distance between the surface and the points, as a fraction of the "
-             "diagonal (0.001 is 0.1 %); a warning says where the scan does not allow it; default "
-             "chosen so that coding adds little to the error of the surface itself")
-          ->check(CLI::Range(1e-6, 0.1));
+             "largest RMS distance between the surface and the points: 2cm, 0.5mm, 0.02u (the "
+             "scan's own units), 0.1% or 0.001 (of the diagonal); a warning says where the scan "
+             "does not allow it; default chosen so that coding adds little to the error of the "
+             "surface itself")
+          ->check(IsLength(1e-6, 0.1));
   CLI::Option* bytes =
       app->add_option("--max-bytes", a->max_bytes, "largest size of the .dss file in bytes")
           ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
           ->excludes(error);
   app->add_option("--height-step", a->height_step,
-                  "step of the height quantiser, as a fraction of the diagonal")
-      ->check(CLI::Range(1e-9, 0.01))
+                  "step of the height quantiser, written like --max-error")
+      ->check(IsLength(1e-9, 0.01))
       ->excludes(error)
       ->excludes(bytes);
+  AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
 }
@@ -127,11 +131,34 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
     options.mutable_fit()->set_method(arguments.fit == "suzuki" ? v1::FIT_METHOD_SUZUKI
                                                                 : v1::FIT_METHOD_LEAST_SQUARES);
   }
-  if (arguments.height_step)
-    options.mutable_encode()->set_height_step_ratio(*arguments.height_step);
-  if (arguments.max_error) options.mutable_encode()->set_max_error_ratio(*arguments.max_error);
   if (arguments.max_bytes) options.mutable_encode()->set_max_bytes(*arguments.max_bytes);
   return options;
+}
+
+absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& path,
+                      const ScanPlace& known, v1::ReconstructOptions* options) {
+  const ScanPlace place = PlaceOf(arguments.place, known);
+  options->clear_place();
+  if (place != ScanPlace()) *options->mutable_place() = ProtoPlace(place);
+  v1::EncodeOptions& encode = *options->mutable_encode();
+  const auto set = [&](const char* option, const std::string& text, auto set_fraction,
+                       auto set_length) -> absl::Status {
+    if (text.empty()) return absl::OkStatus();
+    RILIEVO_ASSIGN_OR_RETURN(const Length length, ParseLength(text));
+    if (length.of == Length::Of::kDiagonal) {
+      set_fraction(length.value);
+      return absl::OkStatus();
+    }
+    RILIEVO_ASSIGN_OR_RETURN(const double units, InScanUnits(length, place, option, path));
+    set_length(units);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(set(
+      "--max-error", arguments.max_error, [&](double v) { encode.set_max_error_ratio(v); },
+      [&](double v) { encode.set_max_error_length(v); }));
+  return set(
+      "--height-step", arguments.height_step, [&](double v) { encode.set_height_step_ratio(v); },
+      [&](double v) { encode.set_height_step_length(v); });
 }
 
 }  // namespace rilievo

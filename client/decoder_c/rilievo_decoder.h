@@ -76,7 +76,9 @@ RILIEVO_API int rilievo_surface_declared_max_level(const RilievoSurface* surface
  * chunk_bytes, control (vertices, faces, closed, creases, corners), certificate (error_rms,
  * error_mean, error_p95, error_max, error_across, surface_to_scan and scan_to_surface with rms,
  * mean, p95, max; measured_share, smoothed_share, filled_share, folds; distances are fractions of
- * frame.diagonal, null where unknown), metadata (generator, road: the topology of the control mesh,
+ * frame.diagonal, null where unknown), place (metres_per_unit: of the coordinates; up: "x" to "-z",
+ * the axis that points up; crs: coordinate reference system, well-known text or "EPSG:" and a
+ * number; null where unknown), metadata (generator, road: the topology of the control mesh,
  * scan_points, input_hash in hexadecimal digits, options). Unknown keys may be added. Ends with a
  * zero byte that `count` leaves out. */
 RILIEVO_API const char* rilievo_surface_info(const RilievoSurface* surface, size_t* count);

@@ -42,8 +42,4 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
   return absl::InternalError("unknown kind of file");
 }
 
-absl::StatusOr<ScanFile> ReadScan(const std::string& path, const WantedLayers& wanted) {
-  return WithInput(path, [&](std::istream& in) { return ReadScanStream(in, path, wanted); });
-}
-
 }  // namespace rilievo

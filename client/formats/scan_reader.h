@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "client/formats/point_layers.h"
 #include "core/geometry/point_cloud.h"
+#include "core/geometry/scan_place.h"
 
 namespace rilievo {
 
@@ -16,6 +17,7 @@ struct ScanFile {
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
   PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, E57, PTX
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
+  ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -48,14 +50,16 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
 // ASPRS LAS 1.0 to 1.4 and LAZ (M. Isenburg, "LASzip: lossless compression of LiDAR data",
 // Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
 // coordinates in double, so map grids keep what the file has. Points marked as withheld are left
-// out. 16-bit colours become 8 bits.
+// out. 16-bit colours become 8 bits. The coordinate reference system is that of the variable length
+// records (las_variable_records.h); which unit it has is not asked of it.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
 
 // ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
 // frame. The station of a scan is the origin of its own coordinates, where these are spherical or
 // have a pose that is not the identity. Points marked as invalid are left out. Each page that is
 // read is compared with its checksum. A pipe is read into memory first. Colours become 8 bits by
-// their limits.
+// their limits. The unit is the metre, the coordinate reference system that of the element
+// coordinateMetadata.
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame,

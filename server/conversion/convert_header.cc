@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/scan/clean/check_scan.h"
+#include "server/conversion/convert_place.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
 
@@ -111,7 +112,8 @@ void ReadDisplacement(const v1::DisplacementOptions& from, DisplacementOptions* 
               {.low = -1, .high = 1, .high_open = true}, &displacement->min_normal_agreement);
 }
 
-void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations* violations) {
+void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, EncodeLengths* lengths,
+                Violations* violations) {
   OptionReader reader("header.options.encode", violations);
   const Range step{.low = 0, .high = 0.01, .low_open = true};
   reader.Read("height_step_ratio", from.has_height_step_ratio(), from.height_step_ratio(), step,
@@ -121,10 +123,18 @@ void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations
   reader.Read("max_error_ratio", from.has_max_error_ratio(), from.max_error_ratio(), {1e-6, 0.1},
               &encode->max_error);
   reader.Read("max_bytes", from.has_max_bytes(), from.max_bytes(), {1, 1e15}, &encode->max_bytes);
-  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() > 1) {
-    reader.Violate("max_error_ratio",
-                   "only one of height_step_ratio, max_error_ratio and max_bytes can be kept; "
-                   "leave the others out");
+  // Its share of the diagonal is looked at once the points are known.
+  const Range length{.low = 0, .high = 1e300, .low_open = true};
+  reader.Read("max_error_length", from.has_max_error_length(), from.max_error_length(), length,
+              &lengths->max_error);
+  reader.Read("height_step_length", from.has_height_step_length(), from.height_step_length(),
+              length, &lengths->height_step);
+  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() +
+          from.has_max_error_length() + from.has_height_step_length() >
+      1) {
+    reader.Violate(from.has_max_error_length() ? "max_error_length" : "max_error_ratio",
+                   "only one of height_step_ratio, max_error_ratio, max_bytes, max_error_length "
+                   "and height_step_length can be kept; leave the others out");
   }
 }
 
@@ -329,7 +339,8 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   ReadControl(from.control(), &request.options.control, &violations);
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
-  ReadEncode(from.encode(), &request.options.encode, &violations);
+  ReadEncode(from.encode(), &request.options.encode, &request.options.lengths, &violations);
+  request.options.place = ReadPlace(from.place(), &violations);
   request.options.max_surface_faces =
       std::clamp<int64_t>(limits.max_surface_faces, 1, request.options.max_surface_faces);
   if (const auto excess = CheckSurfaceSize(request, limits, &violations); excess && !over_limit) {

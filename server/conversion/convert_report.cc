@@ -1,3 +1,4 @@
+#include "server/conversion/convert_place.h"
 #include "server/conversion/job_report.h"
 
 namespace rilievo {
@@ -38,6 +39,7 @@ void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_island_points(from.island_points);
   to->set_points_used(from.points_used);
   to->set_diagonal(from.diagonal);
+  if (from.place != ScanPlace()) *to->mutable_place() = ProtoPlace(from.place);
   to->set_median_spacing_ratio(from.median_spacing);
   to->set_median_noise_ratio(from.median_noise);
   to->set_normal_disagreement(from.normal_disagreement);

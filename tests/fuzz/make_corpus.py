@@ -3,8 +3,10 @@
 
     make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files
 
-Not made here: las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
+Not made here: unpacked/rows.zst, which zstd 1.5 wrote of the rows of unpacked/rows.gz, and
+las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
 """
+import gzip
 import pathlib
 import struct
 import subprocess
@@ -94,6 +96,12 @@ def text_formats():
     body = b"".join(struct.pack("<3f", 0, 0, 1) +
                     b"".join(struct.pack("<3f", *POINTS[k]) for k in f) + b"\0\0" for f in FACES)
     put("stl/binary.stl", b"seed".ljust(80) + struct.pack("<I", 2) + body)
+
+
+def packed():
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS).encode()
+    put("unpacked/rows.gz", gzip.compress(rows, mtime=0))
+    put("unpacked/members.gz", gzip.compress(b"0 0 0\n", 1, mtime=0) + gzip.compress(b"", mtime=0))
 
 
 def las():
@@ -217,6 +225,7 @@ if __name__ == "__main__":
     ply()
     pcd()
     text_formats()
+    packed()
     las()
     e57_files()
     ptx()

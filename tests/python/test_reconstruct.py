@@ -62,6 +62,12 @@ class ReconstructTest(WithServer):
     def test_same_bytes_as_the_command_line(self):
         scans = {"closed": (sphere(4000), {}, []),
                  "max_error": (sphere(4000), {"max_error": 2e-3}, ["--max-error", "2e-3"]),
+                 "place": (sphere(4000), {"max_error": "2cm", "unit": "m", "up": "-y",
+                                          "crs": "EPSG:25832"},
+                           ["--max-error", "2cm", "--unit", "m", "--up", "-y", "--crs",
+                            "EPSG:25832"]),
+                 "units": (sphere(4000), {"height_step": "0.0003u"}, ["--height-step", "0.0003u"]),
+                 "percent": (sphere(4000), {"max_error": "0.2%"}, ["--max-error", "0.2%"]),
                  "open": (sheet(4000), {"max_bytes": 2000, "topology": "planar", "max_level": 2},
                           ["--max-bytes", "2000", "--topology", "planar", "--max-level", "2"]),
                  "far": (sheet(3000, (4.6e6, 5.5e6, 300)),
@@ -74,6 +80,27 @@ class ReconstructTest(WithServer):
                 self.assertEqual(surface.to_bytes(), command_line(points, arguments))
                 if "max_bytes" in options:
                     self.assertLessEqual(len(surface.to_bytes()), 2000)
+
+    def test_the_place_and_the_error_come_back(self):
+        surface = rilievo.reconstruct(sphere(3000), server=self.server, unit="mm", up="z")
+        self.assertEqual(surface.place, rilievo.Place(0.001, "z", None))
+        self.assertEqual(surface.report["place"]["metres_per_unit"], 0.001)
+        error = surface.report["error"]["points_to_surface"]["rms"] * surface.frame.diagonal
+        self.assertAlmostEqual(surface.error / error, 1, delta=1e-3)
+        self.assertIn(f"scan to surface {surface.error / 1000:.3g} m", repr(surface))
+        plain = rilievo.reconstruct(sphere(3000), server=self.server)
+        self.assertEqual(plain.place, rilievo.Place(None, None, None))
+        self.assertIn(f"scan to surface {plain.error:.3g},", repr(plain))
+
+    def test_lengths_that_are_none_are_refused_with_the_ways_to_write_them(self):
+        for options, words in (({"max_error": "2cm"}, "unit='m'"),
+                               ({"max_error": "2 parsecs", "unit": "m"}, "'2cm'"),
+                               ({"height_step": "cm", "unit": "m"}, "'2cm'"),
+                               ({"unit": "parsec"}, "'us-ft'"), ({"up": "w"}, "'-z'"),
+                               ({"max_error": "9km", "unit": "m"}, "must lie between")):
+            with self.subTest(str(options)):
+                with self.assertRaisesRegex(rilievo.InvalidArgument, words):
+                    rilievo.reconstruct(sphere(100), server=self.server, **options)
 
     def test_float32_points_are_the_same_scan_as_their_doubles(self):
         narrow = sphere(2000).astype(np.float32)

@@ -54,6 +54,16 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Place:
+    """What the coordinates stand for; None where the file does not say it."""
+    metres_per_unit: Optional[float]
+    up: Optional[str]
+    """"x", "y", "z", "-x", "-y" or "-z"."""
+    crs: Optional[str]
+    """Coordinate reference system: well-known text, or "EPSG:" and a number."""
+
+
+@dataclass(frozen=True)
 class Distance:
     """One direction; fractions of the diagonal, None where unknown."""
     rms: Optional[float]
@@ -66,12 +76,14 @@ class Distance:
 class Certificate:
     """Errors of the decoded surface against its scan, measured when it was made. Distances are
     fractions of Frame.diagonal; None where unknown."""
+    scan_to_surface: Distance
+    """The error: how far the scan's points are from the surface."""
+    surface_to_scan: Distance
     error_rms: Optional[float]
+    """Of both ways together, as the next three."""
     error_mean: Optional[float]
     error_p95: Optional[float]
     error_max: Optional[float]
-    surface_to_scan: Distance
-    scan_to_surface: Distance
     measured_share: Optional[float]
     smoothed_share: Optional[float]
     filled_share: Optional[float]
@@ -137,7 +149,10 @@ class Surface:
 
     def __repr__(self) -> str:
         finest = self.info["levels"][-1]
-        return (f"<rilievo.Surface: {self.info['control']['faces']} control faces, "
+        error, metres = self.error, self.place.metres_per_unit
+        told = "" if error is None else f"scan to surface {error:.3g}, " if metres is None else \
+            f"scan to surface {error * metres:.3g} m, "
+        return (f"<rilievo.Surface: {told}{self.info['control']['faces']} control faces, "
                 f"max_level {self.max_level}, {finest['vertices']} vertices, "
                 f"{len(self._data)} bytes>")
 
@@ -160,6 +175,20 @@ class Surface:
     def frame(self) -> Frame:
         values = self._handle.array("rilievo_surface_frame")
         return Frame(values[:3], float(values[3]))
+
+    @property
+    def error(self) -> Optional[float]:
+        """RMS distance of the scan's points to the surface, measured when it was made, in the unit
+        of the scan; None where unknown. More figures: certificate."""
+        share = self.certificate.scan_to_surface.rms
+        return None if share is None else share * float(self.info["frame"]["diagonal"])
+
+    @property
+    def place(self) -> Place:
+        """Unit, way up and coordinate reference system of the coordinates, as far as known."""
+        # Libraries of older versions do not know it.
+        values = self.info.get("place", {})
+        return Place(values.get("metres_per_unit"), values.get("up"), values.get("crs"))
 
     @property
     def heights(self) -> npt.NDArray[np.float32]:

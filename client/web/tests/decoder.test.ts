@@ -143,14 +143,28 @@ test('the distance of a scan to a surface is that of its points', () => {
   assert.ok(near.length > distances.length / 4);
   // The scan's own noise is 0.001 of the diagonal: most of it is the distance.
   assert.ok(rms / frame.diagonal > 0.0003 && rms / frame.diagonal < 0.0015, `${rms / frame.diagonal}`);
-  assert.ok(certificate.error_rms !== null);
+  const stated = certificate.scan_to_surface.rms;
+  assert.ok(stated !== null && Math.abs(stated * frame.diagonal / rms - 1) < 0.05, `${stated}`);
   // The command line tells the same figure, to three digits.
   const words = ['view', path, '-o', join(folder, 'error.png'), '--size', '64', '--colors', 'error', '--scan', path.replace('.dss', '.ply'), '--json'];
   const { legend } = JSON.parse(execFileSync(join(BIN, 'rilievo'), words, { encoding: 'utf8' })) as { legend: string };
-  const said = Number(/RMS of all ([\d.e-]+)/.exec(legend)?.[1]);
+  const said = Number(/scan to surface: RMS ([\d.e-]+)/.exec(legend)?.[1]);
   assert.ok(Math.abs(said / rms - 1) < 0.006, `${legend}; here ${rms}`);
   scan.free();
   surface.free();
+});
+
+test('the place of a surface and of a scan is told', () => {
+  const scan = join(folder, 'place.ply');
+  const path = join(folder, 'place.dss');
+  execFileSync(join(BIN, 'rilievo'), ['simulate', 'sphere', '-o', scan, '--points', '2000'], { stdio: 'ignore' });
+  execFileSync(join(BIN, 'rilievo'), ['reconstruct', scan, '-o', path, '--quiet', '--unit', 'mm', '--up', '-y', '--crs', 'EPSG:25832'], { stdio: 'ignore' });
+  const surface = decoder.decode(readFileSync(path));
+  assert.deepEqual(surface.info().place, { metres_per_unit: 0.001, up: '-y', crs: 'EPSG:25832' });
+  surface.free();
+  const read = decoder.readScan(readFileSync(scan), 'place.ply');
+  assert.deepEqual(read.place(), { metres_per_unit: null, up: null, crs: null });
+  read.free();
 });
 
 test('the digest is SHA-256', () => {

@@ -30,9 +30,9 @@ export RILIEVO_WEB_TESTS=$web/generated/tests
 npx vite build --logLevel warn --config vite.tests.config.ts
 export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
 export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
-export GOLDEN=$root/tests/golden REFERENCE=$web/tests/reference
+export GOLDEN=$root/tests/golden CORPUS=$root/tests/fuzz/corpus REFERENCE=$web/tests/reference
 status=0
-for part in gateway decoder page; do # one after the other: two of them measure
+for part in gateway decoder page formats; do # one after the other: two of them measure
   node --test ${2:+--test-name-pattern="$2"} "generated/tests/$part.test.js" || status=1
 done
 exit $status

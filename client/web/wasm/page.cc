@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/decoder_c/guarded.h"
+#include "client/decoder_c/surface.h"
 #include "client/formats/carried_layers.h"
 #include "client/formats/glb_writer.h"
 #include "client/formats/mesh_writer.h"
@@ -23,6 +24,7 @@
 
 struct RilievoScan {
   rilievo::ScanFile file;
+  std::string place;  // JSON
   std::string packed;
 };
 
@@ -119,7 +121,8 @@ RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* n
             in, name, {.intensity = true, .colors = true, .stations = true, .normals = true}));
     // The page says what it read; that its faces play no part must be said too.
     if (file.faces > 0) absl::StrAppend(&file.format, " without its faces (", file.faces, ")");
-    *scan = new RilievoScan{.file = std::move(file), .packed = {}};
+    std::string place = rilievo::decoder_c::PlaceJson(file.place);
+    *scan = new RilievoScan{.file = std::move(file), .place = std::move(place), .packed = {}};
     return absl::OkStatus();
   });
 }
@@ -129,6 +132,8 @@ void rilievo_page_scan_free(RilievoScan* scan) { delete scan; }
 const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count) {
   return rilievo::Elements(scan->file.cloud.points, count);
 }
+
+const char* rilievo_page_scan_place(const RilievoScan* scan) { return scan->place.c_str(); }
 
 const char* rilievo_page_scan_format(const RilievoScan* scan) { return scan->file.format.c_str(); }
 
@@ -190,9 +195,13 @@ RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, const RilievoScan* c
   return Guarded([&] { return rilievo::WriteInto(rilievo::WritePlyMesh, mesh, carried, bytes); });
 }
 
-RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const RilievoScan* carried,
-                                   RilievoBytes** bytes) {
-  return Guarded([&] { return rilievo::WriteInto(rilievo::WriteGlbMesh, mesh, carried, bytes); });
+RilievoCode rilievo_page_write_glb(const RilievoSurface* surface, const RilievoMesh* mesh,
+                                   const RilievoScan* carried, RilievoBytes** bytes) {
+  const auto write = [&](const auto& triangles, const auto& sources, std::ostream& out,
+                         const auto& layers) {
+    return rilievo::WriteGlbMesh(triangles, sources, out, layers, surface->decoded.metadata.place);
+  };
+  return Guarded([&] { return rilievo::WriteInto(write, mesh, carried, bytes); });
 }
 
 const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count) {

@@ -1,5 +1,5 @@
 // What the page and its worker say to each other.
-import type { SurfaceInfo } from './module';
+import type { Place, SurfaceInfo } from './module';
 
 /** Triangles for the screen: relative to the frame, in float. */
 export interface Picture {
@@ -38,6 +38,7 @@ export interface ReadScan {
   packed: Uint8Array<ArrayBuffer>;
   sha256: string;
   layers: { colours: boolean; intensity: boolean };
+  place: Place;
 }
 
 export interface Frame {

@@ -127,6 +127,7 @@ function readScan(bytes: Uint8Array, name: string): ReadScan {
     stations: packed.stations,
     normals: packed.normals,
     layers: next.layers(),
+    place: next.place(),
     packed: packed.bytes,
     sha256: [...packed.sha256].map((byte) => byte.toString(16).padStart(2, '0')).join(''),
   };

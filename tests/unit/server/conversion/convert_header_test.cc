@@ -169,6 +169,11 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_encode()->set_height_step_ratio(0); }},
       {"encode.position_step_ratio",
        [](Options* o) { o->mutable_encode()->set_position_step_ratio(0.02); }},
+      {"encode.max_error_length",
+       [](Options* o) { o->mutable_encode()->set_max_error_length(-1); }},
+      {"place.metres_per_unit", [](Options* o) { o->mutable_place()->set_metres_per_unit(0); }},
+      {"place.up", [](Options* o) { o->mutable_place()->set_up(static_cast<v1::UpDirection>(7)); }},
+      {"place.crs", [](Options* o) { o->mutable_place()->set_crs(std::string(65536, ' ')); }},
   };
   v1::ReconstructHeader all = ValidHeader();
   for (const auto& [field, change] : cases) {
@@ -217,6 +222,25 @@ TEST(ParseHeader, OnlyOneGoalOfTheFileIsTaken) {
   header.mutable_options()->mutable_encode()->set_max_error_ratio(1e-3);
   header.mutable_options()->mutable_encode()->set_max_bytes(10000);
   EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_ratio"));
+}
+
+TEST(ParseHeader, LengthsAndThePlaceAreTaken) {
+  v1::ReconstructHeader header = ValidHeader();
+  v1::EncodeOptions& encode = *header.mutable_options()->mutable_encode();
+  v1::ScanPlace& place = *header.mutable_options()->mutable_place();
+  encode.set_max_error_length(0.02);
+  place.set_metres_per_unit(0.001);
+  place.set_up(v1::UP_DIRECTION_MINUS_Y);
+  place.set_crs("EPSG:25832");
+  const ReconstructOptions options = Parse(header).options;
+  EXPECT_EQ(options.lengths.max_error, 0.02);
+  EXPECT_FALSE(options.encode.max_error);
+  EXPECT_EQ(options.place, (ScanPlace{0.001, UpDirection::kMinusY, "EPSG:25832"}));
+  encode.set_max_error_ratio(0.01);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_length"));
+  encode.clear_max_error_ratio();
+  encode.set_height_step_length(0.01);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_length"));
 }
 
 TEST(ParseHeader, ScanSizeIsCheckedAgainstTheLimits) {
