@@ -33,7 +33,7 @@ Eigen::Quaterniond YUpFrom(UpDirection up) {
 
 Eigen::Vector3d RoundOrigin(const Eigen::Vector3d& center, double diagonal) {
   const double grid = std::pow(10, std::floor(std::log10(diagonal)));
-  return (center / grid).array().round() * grid;
+  return (center / grid).array().round() * grid + 0.0;  // no -0
 }
 
 }  // namespace rilievo

@@ -85,8 +85,8 @@ TEST_F(PlaceTest, TheFileAndTheReportsSayIt) {
   EXPECT_EQ(info["place"]["up"], "-x");
   EXPECT_EQ(info["place"]["crs"], "EPSG:25832");
   EXPECT_THAT(Run({"info", At("a.dss")}).out,
-              AllOf(HasSubstr("unit       mm, up -x"), HasSubstr("crs        EPSG:25832"),
-                    HasSubstr("error      scan to surface: RMS")));
+              AllOf(HasSubstr("unit        mm, up -x"), HasSubstr("crs         EPSG:25832"),
+                    HasSubstr("error       scan to surface: RMS")));
   // One error, however one asks.
   EXPECT_NEAR(double{info["scan_to_surface"]["rms"]} / double{error["rms"]}, 1, 1e-3);
   const Json verified = Json::parse(Run({"verify", At("a.dss"), At("scan.ply"), "--json"}).out);
@@ -96,9 +96,9 @@ TEST_F(PlaceTest, TheFileAndTheReportsSayIt) {
   EXPECT_EQ(compared["unit"], "mm");
   EXPECT_NEAR(double{compared["rms"]} / double{error["rms"]}, 1, 1e-3);
   EXPECT_THAT(Run({"compare", At("a.dss"), At("scan.ply")}).out,
-              HasSubstr("error      scan to surface: RMS"));
+              HasSubstr("error       scan to surface: RMS"));
   EXPECT_THAT(Run({"verify", At("a.dss"), At("scan.ply")}).out,
-              HasSubstr("error      scan to surface: RMS"));
+              HasSubstr("error       scan to surface: RMS"));
 }
 
 TEST_F(PlaceTest, AToleranceIsALengthToo) {

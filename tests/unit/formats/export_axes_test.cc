@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "client/formats/mesh_writer.h"
 
 namespace rilievo {
@@ -15,6 +17,7 @@ TEST(ExportAxesTest, AnOriginIsNearAndShort) {
   for (const double diagonal : {1e-3, 0.7, 12.0, 5e4}) {
     EXPECT_LE((RoundOrigin(center, diagonal) - center).cwiseAbs().maxCoeff(), diagonal / 2 + 1e-9);
   }
+  EXPECT_FALSE(std::signbit(RoundOrigin({-0.1, 0, 0}, 3).x()));  // people read it
 }
 
 TEST(ExportAxesTest, FloatRoundingIsThatOfTheFarthestPoint) {

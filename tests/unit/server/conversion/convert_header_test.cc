@@ -182,7 +182,8 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
     EXPECT_THAT(Faults(header), testing::ElementsAre("header.options." + field));
     change(all.mutable_options());
   }
-  EXPECT_EQ(Faults(all).size(), cases.size()) << "all faults are told at once";
+  // Two goals of the file exclude each other, which is one fault more.
+  EXPECT_EQ(Faults(all).size(), cases.size() + 1) << "all faults are told at once";
 }
 
 TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
