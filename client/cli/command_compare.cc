@@ -3,12 +3,16 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "core/base/status_macros.h"
@@ -23,6 +27,7 @@ using Json = nlohmann::ordered_json;
 struct CompareArguments {
   std::string a, b;
   MeasureOptions measure;
+  std::optional<double> max_rms, max_distance;  // fractions of A's diagonal
   std::string format;
   bool json = false;
 };
@@ -87,6 +92,23 @@ std::string Row(const char* label, const DistanceSummary& s) {
   return Row(label, s.rms, s.mean, s.p95, s.max);
 }
 
+// Of both ways together; what exceeds its bound, in words.
+absl::Status CheckBounds(const CompareArguments& arguments, const TwoSidedError& error,
+                         double diagonal) {
+  std::vector<std::string> exceeded;
+  const auto check = [&](const char* option, const char* name, std::optional<double> bound,
+                         double found) {
+    if (!bound || found <= *bound * diagonal) return;
+    exceeded.push_back(absl::StrFormat("the %s is %.6g of A's diagonal, above --%s %.6g", name,
+                                       found / diagonal, option, *bound));
+  };
+  check("max-rms", "RMS distance", arguments.max_rms, error.rms);
+  check("max-distance", "largest distance", arguments.max_distance, error.max);
+  if (exceeded.empty()) return absl::OkStatus();
+  return WithExitCode(absl::FailedPreconditionError(absl::StrJoin(exceeded, "; ")),
+                      ExitCode::kDiffers);
+}
+
 absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.a, arguments.b}, .text = {"-"}}));
   RunContext context;
@@ -105,12 +127,14 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
   const Shape shape_b{std::move(b.mesh.vertices), std::move(b.mesh.triangles)};
   RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
                            MeasureTwoSided(shape_a, shape_b, arguments.measure, context));
+  const absl::Status within = CheckBounds(arguments, error, diagonal);
   if (arguments.json) {
     Json json = CompareJson(arguments, error, diagonal);
+    if (arguments.max_rms || arguments.max_distance) json["within_bounds"] = within.ok();
     if (Known(sources[0])) json["heights_a"] = SourcesJson(sources[0]);
     if (Known(sources[1])) json["heights_b"] = SourcesJson(sources[1]);
     std::cout << json.dump(2) << '\n';
-    return absl::OkStatus();
+    return within;
   }
   std::cout << "A " << arguments.a << " (" << a.description << ")\n"
             << "B " << arguments.b << " (" << b.description << ")\n"
@@ -132,7 +156,7 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
                                                    " is a set of points: distances to it hold the "
                                                    "gaps between them"));
   }
-  return absl::OkStatus();
+  return within;
 }
 
 }  // namespace
@@ -148,6 +172,13 @@ Command AddCompare(CLI::App& program) {
   app->add_option("--samples", arguments->measure.samples, "samples per surface")
       ->check(CLI::Range(1000, 10000000))
       ->capture_default_str();
+  app->add_option(
+         "--max-rms", arguments->max_rms,
+         "end with exit code 7 when the RMS distance of both ways is larger, as a fraction "
+         "of A's diagonal")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--max-distance", arguments->max_distance, "the same of the largest distance")
+      ->check(CLI::Range(0.0, 1.0));
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Compare(*arguments, stop); }};
 }
