@@ -85,7 +85,7 @@ absl::StatusOr<DistanceFigures> FiguresOf(const TriangleMesh& mesh,
 }
 
 absl::StatusOr<Measured> MeasureShape(const TriangleMesh& mesh, const std::vector<Plane>& planes,
-                                      const std::vector<Ray>& rays,
+                                      const std::vector<ProbeRay>& rays,
                                       const MeasureArguments& arguments,
                                       const RunContext& context) {
   Measured measured;
@@ -102,7 +102,9 @@ absl::StatusOr<Measured> MeasureShape(const TriangleMesh& mesh, const std::vecto
   if (!rays.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
                              ClosestPointTree::Build(mesh.vertices, mesh.triangles, context));
-    for (const Ray& ray : rays) measured.hits.push_back(tree.AlongRay(ray.from, ray.direction));
+    for (const ProbeRay& ray : rays) {
+      measured.hits.push_back(tree.AlongRay(ray.from, ray.direction));
+    }
   }
   if (!arguments.points.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(measured.distances, FiguresOf(mesh, arguments, context));
@@ -133,7 +135,7 @@ Json SectionJson(const PlaneSection& section) {
   return json;
 }
 
-Json RayJson(const Ray& ray, const std::vector<RayHit>& hits) {
+Json RayJson(const ProbeRay& ray, const std::vector<RayHit>& hits) {
   Json json = {
       {"from", Array(ray.from)}, {"direction", Array(ray.direction)}, {"hits", Json::array()}};
   for (const RayHit& hit : hits) {
@@ -144,7 +146,7 @@ Json RayJson(const Ray& ray, const std::vector<RayHit>& hits) {
   return json;
 }
 
-Json MeasuredJson(const MeasureArguments& arguments, const std::vector<Ray>& rays,
+Json MeasuredJson(const MeasureArguments& arguments, const std::vector<ProbeRay>& rays,
                   const Measured& measured) {
   Json json = MassJson(measured.mass);
   json["sections"] = Json::array();
@@ -183,7 +185,7 @@ void PrintMass(const MassProperties& mass) {
   }
 }
 
-void PrintMeasured(const std::vector<Ray>& rays, const Measured& measured) {
+void PrintMeasured(const std::vector<ProbeRay>& rays, const Measured& measured) {
   PrintMass(measured.mass);
   for (const PlaneSection& section : measured.sections) {
     const auto count = static_cast<int64_t>(section.polylines.size());
@@ -231,7 +233,7 @@ absl::Status CheckSections(const MeasureArguments& arguments) {
 absl::Status Measure(const MeasureArguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckSections(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Plane> planes, ReadPlaneWords(arguments.planes));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<Ray> rays, ReadRayWords(arguments.rays));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<ProbeRay> rays, ReadRayWords(arguments.rays));
   RILIEVO_RETURN_IF_ERROR(
       CheckFiles({{arguments.input, arguments.points}, {arguments.sections}, {"-"}}));
   RunContext context;

@@ -51,8 +51,8 @@ absl::StatusOr<std::vector<Plane>> ReadPlaneWords(const std::vector<std::string>
   return planes;
 }
 
-absl::StatusOr<std::vector<Ray>> ReadRayWords(const std::vector<std::string>& words) {
-  std::vector<Ray> rays;
+absl::StatusOr<std::vector<ProbeRay>> ReadRayWords(const std::vector<std::string>& words) {
+  std::vector<ProbeRay> rays;
   for (const std::string& word : words) {
     const auto numbers = Numbers(word, 6);
     if (!numbers || numbers->tail<3>().isZero(0)) {

@@ -11,7 +11,7 @@
 namespace rilievo {
 
 // Scan frame.
-struct Ray {
+struct ProbeRay {
   Eigen::Vector3d from, direction;  // the direction has a length, not that of a unit vector
 };
 
@@ -20,6 +20,6 @@ struct Ray {
 absl::StatusOr<std::vector<Plane>> ReadPlaneWords(const std::vector<std::string>& words);
 
 // Each word is six numbers with ',' between them. Errors likewise.
-absl::StatusOr<std::vector<Ray>> ReadRayWords(const std::vector<std::string>& words);
+absl::StatusOr<std::vector<ProbeRay>> ReadRayWords(const std::vector<std::string>& words);
 
 }  // namespace rilievo

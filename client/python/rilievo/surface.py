@@ -264,17 +264,18 @@ class Surface:
         control_mesh.faces[face], v the third; u >= 0, v >= 0, u + v <= 1. The arguments are numbers
         or arrays, broadcast against each other. `smooth`: of the smooth surface, without heights.
         The first call prepares the surface."""
-        faces, u, v = np.broadcast_arrays(faces, np.asarray(u, np.float64),
-                                          np.asarray(v, np.float64))
-        if faces.dtype.kind not in "iu":
-            raise InvalidArgument(f"faces has elements of type {faces.dtype}: must be whole numbers")
+        numbers, first, second = (array.ravel() for array in np.broadcast_arrays(
+            np.asarray(faces), np.asarray(u, np.float64), np.asarray(v, np.float64)))
+        if numbers.dtype.kind not in "iu":
+            raise InvalidArgument(f"faces has elements of type {numbers.dtype}: must be whole "
+                                  "numbers")
         count = self.info["control"]["faces"]
-        if faces.size and not (0 <= faces.min() and faces.max() < count):
-            raise InvalidArgument(f"faces holds {faces.min()} to {faces.max()}: this surface has "
-                                  f"control faces 0 to {count - 1}")
+        if numbers.size and not (0 <= numbers.min() and numbers.max() < count):
+            raise InvalidArgument(f"faces holds {numbers.min()} to {numbers.max()}: this surface "
+                                  f"has control faces 0 to {count - 1}")
         jets = _library.evaluate(
-            self._tool("evaluator", smooth), np.ascontiguousarray(faces.ravel(), np.uint32),
-            np.ascontiguousarray(np.stack([u.ravel(), v.ravel()], axis=1)), self._threads)
+            self._tool("evaluator", smooth), np.ascontiguousarray(numbers, np.uint32),
+            np.ascontiguousarray(np.stack([first, second], axis=1)), self._threads)
         vectors = [np.ascontiguousarray(jets[:, i:i + 3]) for i in range(0, 21, 3)]
         return Jet(*vectors, np.ascontiguousarray(jets[:, 21:]))
 

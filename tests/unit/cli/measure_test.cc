@@ -58,14 +58,17 @@ TEST_F(MeasureTest, OpenShapesHaveNoVolume) {
 
 TEST_F(MeasureTest, SectionsRaysAndDistances) {
   std::ofstream(At("places.xyz")) << "0 3 5\n1.5 3 5\n1.5 3 9\nnan 0 0\n";
-  const Json figures = Figures({At("box.obj"), "--plane", "z=4", "2,0,0,3", "--ray", "0,3,5,2,0,0",
-                                "--points", At("places.xyz")});
-  ASSERT_EQ(figures["sections"].size(), 2u);
+  const Json figures =
+      Figures({At("box.obj"), "--plane", "z=4", "2,0,0,3", "-1,0,0,-1.5", "--ray", "0,3,5,2,0,0",
+               "-1,3,5,0,0,1", "--points", At("places.xyz")});
+  ASSERT_EQ(figures["sections"].size(), 3u);
   EXPECT_NEAR(figures["sections"][0]["area"].get<double>(), 2, 1e-12);
   EXPECT_NEAR(figures["sections"][1]["area"].get<double>(), 8, 1e-12);
   EXPECT_NEAR(figures["sections"][1]["length"].get<double>(), 12, 1e-12);
   EXPECT_EQ(figures["sections"][1]["normal"][0].get<double>(), 1);
   EXPECT_EQ(figures["sections"][1]["offset"].get<double>(), 1.5);
+  EXPECT_NEAR(figures["sections"][2]["area"].get<double>(), 8, 1e-12);
+  EXPECT_TRUE(figures["rays"][1]["hits"].empty());
   const Json hits = figures["rays"][0]["hits"];
   ASSERT_EQ(hits.size(), 2u);
   EXPECT_NEAR(hits[0]["distance"].get<double>(), 1, 1e-12);
