@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FieldViolation,
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
-from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, ControlMesh, Distance, Frame, Mesh,
-                      Place, Surface, read)
+from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
+                      Jet, Mesh, Place, Surface, read)
 
 if TYPE_CHECKING:
     from .connection import Server
@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
-    "Cancelled", "Certificate", "ControlMesh", "DataLoss", "DeadlineExceeded", "Distance",
-    "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument", "Job", "Jobs",
-    "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied", "Place", "PrivateServer",
+    "Cancelled", "Certificate", "Closest", "ControlMesh", "DataLoss", "DeadlineExceeded",
+    "Distance", "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument",
+    "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
+    "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
     "Surface", "UNITS", "Unavailable", "read", "reconstruct",
 ]

@@ -18,7 +18,7 @@ struct Case {
 const Case kCases[] = {
     {"", 2,
      R"(rilievo: a command is missing; the commands are reconstruct, diagnose, export,
-  info, verify, compare, simulate, view, jobs, completion
+  info, measure, evaluate, verify, compare, simulate, view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -38,7 +38,8 @@ See 'rilievo --help'.
 )"},
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, diagnose,
-  export, info, verify, compare, simulate, view, jobs, completion
+  export, info, measure, evaluate, verify, compare, simulate, view, jobs,
+  completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,
