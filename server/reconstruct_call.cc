@@ -169,7 +169,7 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
-  charge_ = core_->pool.TryCharge(job_.point_count * BytesOfPoint(job_.coordinates));
+  charge_ = core_->pool.TryCharge(job_.point_count * job_.layout.bytes());
   if (!charge_) {
     Fail(CallError(ErrorCause::kJobsLimit,
                    "scans and surfaces that are on their way take the memory of this server; try "
@@ -178,7 +178,7 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   record_.points_announced = job_.point_count;
-  upload_.emplace(job_.point_count, job_.coordinates);
+  upload_.emplace(job_.point_count, job_.layout);
   phase_ = Phase::kUpload;
 }
 

@@ -3,14 +3,19 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
 #include "core/surface/measure_error.h"
 #include "server/command_line/text_layout.h"
@@ -23,6 +28,7 @@ using Json = nlohmann::ordered_json;
 struct CompareArguments {
   std::string a, b;
   MeasureOptions measure;
+  std::optional<double> max_rms, max_distance;  // fractions of A's diagonal
   std::string format;
   bool json = false;
 };
@@ -60,10 +66,33 @@ std::string SourcesLine(const SourceCounts& counts) {
   return absl::StrCat(share(0), " measured, ", share(1), " smoothed, ", share(2), " filled in");
 }
 
-Json CompareJson(const CompareArguments& arguments, const TwoSidedError& error, double diagonal) {
+// Where one of the two is a set of points and the other a surface.
+struct ScanAndSurface {
+  bool scan_is_a = false;
+  double diagonal = 0;  // of the surface, for a .dss that of its frame
+  ScanPlace place;
+
+  ScanError ErrorIn(const TwoSidedError& error) const {
+    const DistanceSummary& way = scan_is_a ? error.a_to_b : error.b_to_a;
+    return {way.rms, way.p95, way.max, diagonal, place};
+  }
+};
+
+std::optional<ScanAndSurface> AsScanAndSurface(const LoadedShape& a, const LoadedShape& b) {
+  const bool scan_is_a = a.mesh.triangles.cols() == 0;
+  if (scan_is_a == (b.mesh.triangles.cols() == 0)) return std::nullopt;
+  const LoadedShape &scan = scan_is_a ? a : b, &surface = scan_is_a ? b : a;
+  return ScanAndSurface{scan_is_a,
+                        surface.diagonal > 0 ? surface.diagonal : DiagonalOf(surface.mesh.vertices),
+                        surface.place != ScanPlace() ? surface.place : scan.place};
+}
+
+Json CompareJson(const CompareArguments& arguments, const TwoSidedError& error, double diagonal,
+                 Json scan_error) {
   Json json;
   json["a"] = arguments.a;
   json["b"] = arguments.b;
+  json["scan_to_surface"] = std::move(scan_error);
   json["diagonal_a"] = diagonal;
   json["rms"] = error.rms;
   json["mean"] = error.mean;
@@ -87,6 +116,23 @@ std::string Row(const char* label, const DistanceSummary& s) {
   return Row(label, s.rms, s.mean, s.p95, s.max);
 }
 
+// Of both ways together; what exceeds its bound, in words.
+absl::Status CheckBounds(const CompareArguments& arguments, const TwoSidedError& error,
+                         double diagonal) {
+  std::vector<std::string> exceeded;
+  const auto check = [&](const char* option, const char* name, std::optional<double> bound,
+                         double found) {
+    if (!bound || found <= *bound * diagonal) return;
+    exceeded.push_back(absl::StrFormat("the %s is %.6g of A's diagonal, above --%s %.6g", name,
+                                       found / diagonal, option, *bound));
+  };
+  check("max-rms", "RMS distance", arguments.max_rms, error.rms);
+  check("max-distance", "largest distance", arguments.max_distance, error.max);
+  if (exceeded.empty()) return absl::OkStatus();
+  return WithExitCode(absl::FailedPreconditionError(absl::StrJoin(exceeded, "; ")),
+                      ExitCode::kDiffers);
+}
+
 absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.a, arguments.b}, .text = {"-"}}));
   RunContext context;
@@ -100,21 +146,31 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
     return absl::InvalidArgumentError(
         absl::StrCat(arguments.a, ": all points are the same; there is no scale to compare by"));
   }
+  const std::optional<ScanAndSurface> pair = AsScanAndSurface(a, b);
   const std::array<SourceCounts, 2> sources = {CountSources(a), CountSources(b)};
   const Shape shape_a{std::move(a.mesh.vertices), std::move(a.mesh.triangles)};
   const Shape shape_b{std::move(b.mesh.vertices), std::move(b.mesh.triangles)};
   RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
                            MeasureTwoSided(shape_a, shape_b, arguments.measure, context));
+  const absl::Status within = CheckBounds(arguments, error, diagonal);
   if (arguments.json) {
-    Json json = CompareJson(arguments, error, diagonal);
+    Json json = CompareJson(arguments, error, diagonal,
+                            pair ? ScanErrorJson(pair->ErrorIn(error)) : Json());
+    if (arguments.max_rms || arguments.max_distance) json["within_bounds"] = within.ok();
     if (Known(sources[0])) json["heights_a"] = SourcesJson(sources[0]);
     if (Known(sources[1])) json["heights_b"] = SourcesJson(sources[1]);
     std::cout << json.dump(2) << '\n';
-    return absl::OkStatus();
+    return within;
   }
   std::cout << "A " << arguments.a << " (" << a.description << ")\n"
-            << "B " << arguments.b << " (" << b.description << ")\n"
-            << absl::StrFormat("  %-12s %12s %12s %12s %12s\n", "distance", "RMS", "mean",
+            << "B " << arguments.b << " (" << b.description << ")\n";
+  if (pair) {
+    std::cout << LabelledLine(
+        "error", absl::StrCat("scan to surface: ", ScanErrorText(pair->ErrorIn(error)),
+                              "; % of the surface's diagonal; every point of the file counts, also "
+                              "those that a reconstruction leaves out"));
+  }
+  std::cout << absl::StrFormat("  %-12s %12s %12s %12s %12s\n", "distance", "RMS", "mean",
                                "95th perc.", "max")
             << Row("A to B", error.a_to_b) << Row("B to A", error.b_to_a)
             << Row("both", error.rms, error.mean, error.p95, error.max)
@@ -132,7 +188,7 @@ absl::Status Compare(const CompareArguments& arguments, std::stop_token stop) {
                                                    " is a set of points: distances to it hold the "
                                                    "gaps between them"));
   }
-  return absl::OkStatus();
+  return within;
 }
 
 }  // namespace
@@ -148,6 +204,13 @@ Command AddCompare(CLI::App& program) {
   app->add_option("--samples", arguments->measure.samples, "samples per surface")
       ->check(CLI::Range(1000, 10000000))
       ->capture_default_str();
+  app->add_option(
+         "--max-rms", arguments->max_rms,
+         "end with exit code 7 when the RMS distance of both ways is larger, as a fraction "
+         "of A's diagonal")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--max-distance", arguments->max_distance, "the same of the largest distance")
+      ->check(CLI::Range(0.0, 1.0));
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Compare(*arguments, stop); }};
 }

@@ -25,7 +25,8 @@ absl::Status Diagnose(const DiagnoseArguments& arguments, std::stop_token stop) 
   RunContext context;
   context.stop = stop;
   context.threads = arguments.threads;
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading,
+                                                         {.stations = true, .normals = true}));
   const absl::StatusOr<ScanDiagnosis> diagnosis = DiagnoseScan(scan.cloud, context);
   if (!diagnosis.ok()) {
     return absl::Status(diagnosis.status().code(),

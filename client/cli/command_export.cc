@@ -9,8 +9,11 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/export_place.h"
+#include "client/cli/length_words.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/region_words.h"
@@ -32,14 +35,16 @@ namespace {
 struct ExportArguments {
   std::string input, output, format = "ply";
   std::optional<int> level;
+  std::string tolerance;  // see length_words.h
   AdaptiveOptions adaptive;
+  ExportPlaceArguments place;
   bool cage = false, json = false;
   std::vector<double> camera;  // x, y, z, or empty
   std::string carry;           // a scan
   ScanArguments scan;
   std::vector<std::string> region;
 
-  bool adapts() const { return adaptive.tolerance || adaptive.triangles; }
+  bool adapts() const { return !tolerance.empty() || adaptive.triangles || adaptive.camera; }
 };
 
 struct ExportedMesh {
@@ -47,11 +52,41 @@ struct ExportedMesh {
   std::vector<HeightSource> sources;
   PointLayers layers;
   std::string how;  // for people
+  SpatialFrame frame;
+  ScanPlace place;
 };
 
-absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
-                                    const ExportArguments& arguments, const RunContext& context) {
+// The tolerance as a fraction, of the diagonal or of the distance from the camera.
+absl::StatusOr<AdaptiveOptions> AdaptiveOptionsOf(const ExportArguments& arguments,
+                                                  const SpatialFrame& frame,
+                                                  const ScanPlace& place) {
+  AdaptiveOptions options = arguments.adaptive;
+  if (arguments.tolerance.empty()) {
+    if (!options.triangles) options.tolerance = 1e-3;  // with a camera
+    return options;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const Length length, ParseLength(arguments.tolerance));
+  if (length.of == Length::Of::kDiagonal) {
+    options.tolerance = length.value;
+    return options;
+  }
+  if (options.camera) {
+    return UsageError(absl::StrCat("--tolerance ", length.text,
+                                   ": with --camera it is a fraction of the distance from there; "
+                                   "write one, such as 0.001"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const double units,
+                           InScanUnits(length, place, "--tolerance", arguments.input));
+  options.tolerance = units / frame.diagonal;
+  return options;
+}
+
+absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportArguments& arguments,
+                                    const RunContext& context) {
+  const DisplacedSurface& surface = decoded.surface;
   ExportedMesh exported;
+  exported.frame = surface.frame;
+  exported.place = PlaceOf(arguments.place.place, decoded.metadata.place);
   if (arguments.cage) {
     const ControlMesh& control = surface.control_mesh;
     exported.mesh.vertices =
@@ -67,17 +102,19 @@ absl::StatusOr<ExportedMesh> MeshOf(const DisplacedSurface& surface,
     exported.how = absl::StrCat("level ", level);
     return exported;
   }
-  absl::StatusOr<AdaptiveMesh> made = TessellateAdaptively(surface, arguments.adaptive, context);
+  RILIEVO_ASSIGN_OR_RETURN(const AdaptiveOptions options,
+                           AdaptiveOptionsOf(arguments, surface.frame, exported.place));
+  absl::StatusOr<AdaptiveMesh> made = TessellateAdaptively(surface, options, context);
   if (absl::IsInvalidArgument(made.status())) {  // it begins with the name of an option
     return absl::InvalidArgumentError(absl::StrCat("--", made.status().message()));
   }
   RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, std::move(made));
   exported.mesh = std::move(adaptive.mesh);
   for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
-  exported.how = absl::StrCat(
-      "within ", Percent(adaptive.error),
-      arguments.adaptive.camera ? " of its distance from the camera" : " of the diagonal",
-      " of level ", surface.max_level);
+  exported.how =
+      absl::StrCat("within ", Percent(adaptive.error),
+                   options.camera ? " of its distance from the camera" : " of the diagonal",
+                   " of level ", surface.max_level);
   return exported;
 }
 
@@ -114,6 +151,8 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
       DecodedRegion part,
       DecodeRegion(bytes, faces, arguments.level.value_or(kFinestLevel), context));
   ExportedMesh exported;
+  exported.frame = control.surface.frame;
+  exported.place = PlaceOf(arguments.place.place, control.metadata.place);
   exported.mesh = std::move(part.region.mesh);
   exported.sources = std::move(part.sources);
   exported.how =
@@ -126,13 +165,23 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
 }
 
 // What was written, in words or as JSON.
-void SayExported(const ExportArguments& arguments, const std::string& what, nlohmann::ordered_json facts) {
+void SayExported(const ExportArguments& arguments, std::string what, const Eigen::Vector3d& origin,
+                 const std::string& warning, nlohmann::ordered_json facts) {
   if (arguments.json) {
+    facts["origin"] = {origin.x(), origin.y(), origin.z()};
+    facts["warnings"] = nlohmann::ordered_json::array();
+    if (!warning.empty()) facts["warnings"].push_back(warning);
     facts["output"] = arguments.output;
     std::cout << facts.dump(2) << '\n';
     return;
   }
-  WordsBeside(arguments.output) << Wrap(absl::StrCat(arguments.output, ": ", what), 2) << '\n';
+  if (!arguments.place.origin.empty()) {
+    absl::StrAppend(&what, ", 0 0 0 being ",
+                    absl::StrFormat("%.15g %.15g %.15g", origin.x(), origin.y(), origin.z()));
+  }
+  std::ostream& out = WordsBeside(arguments.output);
+  out << Wrap(absl::StrCat(arguments.output, ": ", what), 2) << '\n';
+  if (!warning.empty()) out << LabelledLine("warning", warning);
 }
 
 // Formats that hold the surface itself, not triangles of it: they have levels only.
@@ -151,12 +200,13 @@ absl::Status CheckFormat(const ExportArguments& arguments, const std::string& ex
   } else if (!arguments.carry.empty() && extension != "ply" && extension != "glb") {
     problem = "only .ply and .glb can --carry colours and intensity";
   }
-  if (problem.empty()) return absl::OkStatus();
+  if (problem.empty()) return CheckExportPlace(arguments.place, arguments.output, extension);
   return UsageError(absl::StrCat(arguments.output, ": ", problem));
 }
 
-absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArguments& arguments,
+absl::Status ExportSurface(DecodedSurface decoded, const ExportArguments& arguments,
                            const std::string& extension, const RunContext& context) {
+  DisplacedSurface& surface = decoded.surface;
   const int level = arguments.level.value_or(surface.max_level);
   if (level > surface.max_level) {
     return WithExitCode(
@@ -165,15 +215,19 @@ absl::Status ExportSurface(const DisplacedSurface& surface, const ExportArgument
             " holds heights, and the surface has those of level 0 to ", surface.max_level)),
         ExitCode::kUsage);
   }
+  const ScanPlace place = PlaceOf(arguments.place.place, decoded.metadata.place);
+  RILIEVO_ASSIGN_OR_RETURN(const Eigen::Vector3d origin, OriginOf(arguments.place, surface.frame));
+  surface.frame.center -= origin;
   const absl::Status written = WriteFileAtomically(arguments.output, [&](std::ostream& out) {
-    return extension == "usda" ? WriteUsdSurface(surface, level, context, out)
+    return extension == "usda" ? WriteUsdSurface(surface, level, place, context, out)
                                : WriteDisplacementAtlas(surface, level, context, out);
   });
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  SayExported(arguments,
+  SayExported(
+      arguments,
       absl::StrCat("level ", level, ", ",
                    Counted(surface.control_mesh.faces.cols(), "control face", "control faces")),
-      {{"level", level}, {"control_faces", surface.control_mesh.faces.cols()}});
+      origin, "", {{"level", level}, {"control_faces", surface.control_mesh.faces.cols()}});
   return absl::OkStatus();
 }
 
@@ -191,10 +245,11 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
                            const ExportedMesh& exported, const std::string& extension) {
   if (arguments.cage && extension == "obj") {  // the one mesh format that can tell the creases
     return WriteFileAtomically(arguments.output, [&](std::ostream& out) {
-      return WriteObjCage(surface.control_mesh, surface.frame, out);
+      return WriteObjCage(surface.control_mesh, exported.frame, out);
     });
   }
-  return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers);
+  return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers,
+                   exported.place);
 }
 
 absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments& arguments,
@@ -203,15 +258,19 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
   if (!arguments.carry.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(exported.layers, Carried(arguments, exported.mesh.vertices, context));
   }
+  RILIEVO_ASSIGN_OR_RETURN(const Eigen::Vector3d origin, OriginOf(arguments.place, exported.frame));
+  exported.mesh.vertices.colwise() -= origin;
+  exported.frame.center -= origin;
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
   const TriangleMesh& mesh = exported.mesh;
   SayExported(arguments,
-      absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
-                   Counted(mesh.triangles.cols(), "face", "faces")),
-      {{"kind", exported.how},
-       {"vertices", mesh.vertices.cols()},
-       {"faces", mesh.triangles.cols()}});
+              absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"),
+                           ", ", Counted(mesh.triangles.cols(), "face", "faces")),
+              origin, RoundingWarning(extension, mesh.vertices, exported.place),
+              {{"kind", exported.how},
+               {"vertices", mesh.vertices.cols()},
+               {"faces", mesh.triangles.cols()}});
   return absl::OkStatus();
 }
 
@@ -228,11 +287,11 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
     RILIEVO_ASSIGN_OR_RETURN(const ExportedMesh part, RegionOf(bytes, arguments, context));
     return WriteAndSay({}, arguments, part, extension, context);
   }
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, LoadDss(arguments.input, context));
   if (HoldsSurface(extension)) {
-    return ExportSurface(decoded.surface, arguments, extension, context);
+    return ExportSurface(std::move(decoded), arguments, extension, context);
   }
-  RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded.surface, arguments, context));
+  RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded, arguments, context));
   return WriteAndSay(decoded.surface, arguments, std::move(exported), extension, context);
 }
 
@@ -258,10 +317,10 @@ Command AddExport(CLI::App& program) {
       ->check(CLI::Range(0, 10));
   CLI::Option* level = app->get_option("--level");
   CLI::Option* tolerance =
-      app->add_option("--tolerance", arguments->adaptive.tolerance,
-                      "largest distance from the finest level, as a fraction of the diagonal, with "
-                      "as few triangles as possible")
-          ->check(CLI::Range(0.0, 1.0))
+      app->add_option("--tolerance", arguments->tolerance,
+                      "largest distance from the finest level, with as few triangles as possible: "
+                      "0.5mm, 0.02u (the scan's own units), 0.1% or 0.001 (of the diagonal)")
+          ->check(IsLength(0, 1))
           ->excludes(level);
   app->add_option("--triangles", arguments->adaptive.triangles,
                   "largest number of triangles, placed where they reduce the error most")
@@ -285,6 +344,7 @@ Command AddExport(CLI::App& program) {
       "a scan (PLY, LAS, LAZ, E57, PTX) whose colours and intensity the vertices take from their "
       "nearest points; .ply and .glb");
   AddPointsOnlyOption(app, &arguments->scan);
+  AddExportPlace(app, &arguments->place);
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
                   "fraction of the distance from there, 0.001 (a pixel of 1080 over 60 degrees) "
@@ -295,9 +355,7 @@ Command AddExport(CLI::App& program) {
       ->excludes("--region");
   return {app, [arguments](std::stop_token stop) {
             if (!arguments->camera.empty()) {
-              AdaptiveOptions& adaptive = arguments->adaptive;
-              adaptive.camera = Eigen::Vector3d(arguments->camera.data());
-              if (!adaptive.tolerance && !adaptive.triangles) adaptive.tolerance = 1e-3;
+              arguments->adaptive.camera = Eigen::Vector3d(arguments->camera.data());
             }
             return Export(*arguments, stop);
           }};

@@ -9,8 +9,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/length_words.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/place_options.h"
+#include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "server/command_line/text_layout.h"
@@ -66,6 +69,12 @@ SurfaceFacts Facts(const DecodedSurface& decoded) {
   return facts;
 }
 
+ScanError ScanErrorOf(const DecodedSurface& decoded) {
+  const DssDistance& error = decoded.metadata.scan_to_surface;
+  const double d = decoded.surface.frame.diagonal;
+  return {error.rms * d, error.p95 * d, error.max * d, d, decoded.metadata.place};
+}
+
 Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   const DssMetadata& metadata = decoded.metadata;
   Json json;
@@ -74,12 +83,20 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   json["generator"] = metadata.generator;
   json["road"] = metadata.topology;
   json["scan_points"] = metadata.scan_points;
+  json["scan_to_surface"] =
+      metadata.scan_to_surface.rms < 0 ? Json() : ScanErrorJson(ScanErrorOf(decoded));
   json["error_rms_ratio"] = metadata.error_rms < 0 ? Json() : Json(metadata.error_rms);
   json["error_max_ratio"] = metadata.error_max < 0 ? Json() : Json(metadata.error_max);
   json["error_across_ratio"] = metadata.error_across < 0 ? Json() : Json(metadata.error_across);
   const SpatialFrame& frame = decoded.surface.frame;
   json["frame"] = {{"center", {frame.center.x(), frame.center.y(), frame.center.z()}},
                    {"diagonal", frame.diagonal}};
+  const ScanPlace& place = metadata.place;
+  json["place"] = {
+      {"metres_per_unit", place.metres_per_unit > 0 ? Json(place.metres_per_unit) : Json()},
+      {"unit", place.metres_per_unit > 0 ? Json(UnitName(place.metres_per_unit)) : Json()},
+      {"up", place.up != UpDirection::kUnknown ? Json(UpName(place.up)) : Json()},
+      {"crs", place.crs.empty() ? Json() : Json(place.crs)}};
   json["components"] = facts.topology.components;
   json["genus"] = facts.topology.genus;
   json["boundary_loops"] = facts.topology.boundary_loops;
@@ -100,6 +117,20 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   return json;
 }
 
+// The name of a well-known text, or the short form as it is.
+std::string CrsName(const std::string& crs) {
+  const size_t begin = crs.find('"'), end = crs.find('"', begin + 1);
+  if (begin == std::string::npos || end == std::string::npos) return crs;
+  return crs.substr(begin + 1, end - begin - 1);
+}
+
+void PrintPlace(const ScanPlace& place) {
+  const auto known = [](const std::string& text) { return text.empty() ? "not known" : text; };
+  std::cout << LabelledLine("unit", absl::StrCat(known(UnitName(place.metres_per_unit)), ", up ",
+                                                 known(UpName(place.up))));
+  if (!place.crs.empty()) std::cout << LabelledLine("crs", CrsName(place.crs));
+}
+
 void PrintInfo(const std::string& path, const DecodedSurface& decoded, const SurfaceFacts& facts) {
   const DssMetadata& metadata = decoded.metadata;
   const TopologySummary& topology = facts.topology;
@@ -118,16 +149,15 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
   std::cout << LabelledLine(
       "place", absl::StrCat("diagonal ", Short(frame.diagonal), ", centre (", frame.center.x(),
                             ", ", frame.center.y(), ", ", frame.center.z(), ")"));
+  PrintPlace(metadata.place);
   if (metadata.scan_points > 0) {
     std::cout << LabelledLine("scan", absl::StrCat(Counted(metadata.scan_points, "point", "points"),
                                                    ", topology ", metadata.topology));
   }
-  if (metadata.error_rms >= 0) {
+  if (metadata.scan_to_surface.rms >= 0) {
     std::cout << LabelledLine("error",
-                              absl::StrCat("RMS ", Short(metadata.error_rms * frame.diagonal), " (",
-                                           Percent(metadata.error_rms), " of the diagonal), max ",
-                                           Short(metadata.error_max * frame.diagonal), " (",
-                                           Percent(metadata.error_max), ")"));
+                              absl::StrCat("scan to surface: ", ScanErrorText(ScanErrorOf(decoded)),
+                                           "; % of the diagonal"));
   }
   const double heights =
       std::max(1.0, static_cast<double>(facts.measured + facts.smoothed + facts.filled));
@@ -156,7 +186,9 @@ absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   const SurfaceFacts facts = Facts(decoded);
   if (arguments.json) {
-    std::cout << InfoJson(decoded, facts).dump(2) << '\n';
+    // A file may hold texts that are no UTF-8.
+    std::cout << InfoJson(decoded, facts).dump(2, ' ', false, Json::error_handler_t::replace)
+              << '\n';
   } else {
     PrintInfo(arguments.input, decoded, facts);
   }

@@ -164,8 +164,10 @@ std::string RandomRequestId() {
 absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  RILIEVO_ASSIGN_OR_RETURN(const v1::ReconstructOptions options, OptionsFrom(arguments.options));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading));
+  RILIEVO_ASSIGN_OR_RETURN(v1::ReconstructOptions options, OptionsFrom(arguments.options));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading,
+                                                         LayersFor(arguments.options)));
+  RILIEVO_RETURN_IF_ERROR(SetPlace(arguments.options, arguments.scan, scan.place, &options));
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
   absl::StatusOr<v1::Job> submitted =

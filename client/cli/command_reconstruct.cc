@@ -76,9 +76,11 @@ struct Made {
 
 // One scan, from its file to the file of its surface.
 absl::StatusOr<Made> MakeSurface(const Arguments& arguments, const std::string& scan_path,
-                                 const SurfaceTarget& target, const v1::ReconstructOptions& options,
+                                 const SurfaceTarget& target, v1::ReconstructOptions options,
                                  const ReconstructionClient& client, const std::stop_token& stop) {
-  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(scan_path, arguments.scan));
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan,
+                           LoadScan(scan_path, arguments.scan, LayersFor(arguments.options)));
+  RILIEVO_RETURN_IF_ERROR(SetPlace(arguments.options, scan_path, scan.place, &options));
   const bool works_here = arguments.connection.server.empty();
   if (works_here && scan.cloud.points.cols() >= kManyPoints) ReleaseLargeBlocksAtOnce();
   ProgressDisplay display(

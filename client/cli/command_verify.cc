@@ -15,6 +15,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
 #include "server/command_line/text_layout.h"
@@ -65,6 +66,21 @@ std::string Reason(const VerifyArguments& arguments, const Verification& verific
   return absl::StrJoin(reasons, "; ");
 }
 
+// As it was measured now; nullopt without a scan, or where the file states nothing to compare with.
+std::optional<ScanError> FoundError(const DecodedSurface& decoded,
+                                    const Verification& verification) {
+  const double diagonal = decoded.surface.frame.diagonal;
+  ScanError error{.diagonal = diagonal, .place = decoded.metadata.place};
+  bool known = false;
+  for (const CertifiedFigure& figure : verification.figures) {
+    const double length = figure.found * diagonal;
+    if (figure.name == "scan_to_surface_rms") known = true, error.rms = length;
+    if (figure.name == "scan_to_surface_p95") error.p95 = length;
+    if (figure.name == "scan_to_surface_max") error.max = length;
+  }
+  return known ? std::optional(error) : std::nullopt;
+}
+
 Json VerifyJson(const VerifyArguments& arguments, const DecodedSurface& decoded,
                 const Verification& verification) {
   Json json;
@@ -76,6 +92,8 @@ Json VerifyJson(const VerifyArguments& arguments, const DecodedSurface& decoded,
   json["layers"] = decoded.chunk_bytes.size();
   json["complete"] = verification.complete;
   json["scan"] = ScanName(verification.scan);
+  const std::optional<ScanError> found = FoundError(decoded, verification);
+  json["scan_to_surface"] = found ? ScanErrorJson(*found) : Json();
   json["figures"] = Json::object();
   for (const CertifiedFigure& figure : verification.figures) {
     json["figures"][figure.name] = {
@@ -101,6 +119,10 @@ void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& d
     std::cout << LabelledLine(
         "scan", absl::StrCat(arguments.scan, " is the scan the surface was made from"));
   }
+  if (const std::optional<ScanError> found = FoundError(decoded, verification)) {
+    std::cout << LabelledLine(
+        "error", absl::StrCat("scan to surface: ", ScanErrorText(*found), "; % of the diagonal"));
+  }
   if (!verification.figures.empty()) {
     std::cout << absl::StrFormat("  %-24s %16s %16s\n", "figure", "stated", "found");
   }
@@ -121,7 +143,8 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(scan, LoadScan(arguments.scan, arguments.reading));
+    RILIEVO_ASSIGN_OR_RETURN(
+        scan, LoadScan(arguments.scan, arguments.reading, {.stations = true, .normals = true}));
   }
   RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));

@@ -14,6 +14,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/frame_paths.h"
+#include "client/cli/length_words.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/web_viewer.h"
@@ -32,7 +33,7 @@ namespace {
 constexpr int kFrameMilliseconds = 100;
 
 struct ViewArguments {
-  std::string input, output, scan, size = "960x720", colors = "shade", up = "z";
+  std::string input, output, scan, size = "960x720", colors = "shade", up;
   std::string show = "surface";
   ScanArguments reading;
   std::optional<int> level;
@@ -83,9 +84,10 @@ absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArgume
   RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors,
                            ErrorAtVertices(shape.mesh, scan.cloud.points, context));
   return Coloring{ColorsByValue(errors.at_vertex),
-                  absl::StrCat("RMS distance of the scan's points, from white, 0, to full red, ",
-                               Short(FullColorValue(errors.at_vertex)),
-                               "; grey where there are none; RMS of all ", Short(errors.rms))};
+                  absl::StrCat("scan to surface: RMS ", LengthText(errors.rms, shape.place),
+                               ", at each vertex from white, 0, to full red, ",
+                               LengthText(FullColorValue(errors.at_vertex), shape.place),
+                               "; grey where there are no points")};
 }
 
 absl::StatusOr<Coloring> ColoringOf(const LoadedShape& shape, const ViewArguments& arguments,
@@ -205,7 +207,6 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   context.stop = std::move(stop);
   PictureOptions picture = arguments.picture;
   picture.camera.perspective = !arguments.orthographic;
-  picture.camera.up = arguments.up == "y" ? UpAxis::kY : UpAxis::kZ;
   RILIEVO_RETURN_IF_ERROR(ParseSize(arguments.size, &picture));
   std::vector<std::string> frame_paths;
   if (arguments.turntable > 1) {
@@ -220,6 +221,8 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
                                                       : ShownPart::kControlMesh;
   RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape, LoadShape(arguments.input, arguments.level, context,
                                                         arguments.reading.format, part));
+  const bool y_up = arguments.up.empty() ? shape.place.up == UpDirection::kY : arguments.up == "y";
+  picture.camera.up = y_up ? UpAxis::kY : UpAxis::kZ;
   RILIEVO_ASSIGN_OR_RETURN(Coloring coloring, ColoringOf(shape, arguments, context));
   const Scene scene{std::move(shape.mesh), std::move(coloring.colors)};
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<Image> images,
@@ -252,9 +255,9 @@ void AddCamera(CLI::App* app, ViewArguments* arguments) {
                   "above the horizon, degrees")
       ->check(CLI::Range(-90.0, 90.0))
       ->capture_default_str();
-  app->add_option("--up", arguments->up, "the axis that points up: y or z")
-      ->check(CLI::IsMember({"y", "z"}))
-      ->capture_default_str();
+  app->add_option("--up", arguments->up,
+                  "the axis that points up: y or z; default what a surface says, else z")
+      ->check(CLI::IsMember({"y", "z"}));
   app->add_flag("--orthographic", arguments->orthographic, "without perspective");
   CLI::Option* views = app->add_option("--views", arguments->views, "pictures on the sheet")
                            ->check(CLI::Range(1, 4))

@@ -25,10 +25,12 @@ struct Command {
 Command AddReconstruct(CLI::App& program);
 Command AddCompletion(CLI::App& program);
 Command AddDiagnose(CLI::App& program);
+Command AddEvaluate(CLI::App& program);
 Command AddExport(CLI::App& program);
 Command AddInfo(CLI::App& program);
 Command AddJobs(CLI::App& program);
 Command AddManual(CLI::App& program);
+Command AddMeasure(CLI::App& program);
 Command AddCompare(CLI::App& program);
 Command AddSimulate(CLI::App& program);
 Command AddVerify(CLI::App& program);

@@ -23,7 +23,7 @@ const char kExitCodeHelp[] =
     "     ran out of time\n"
     "  5  cancelled (Ctrl-C)\n"
     "  6  the result cannot be written\n"
-    "  7  verification failed\n";
+    "  7  verification failed, or shapes differ more than allowed\n";
 
 absl::Status WithExitCode(absl::Status status, ExitCode code) {
   if (!status.ok()) {

@@ -16,7 +16,7 @@ enum class ExitCode {
   kServer = 4,     // the server cannot be reached, is full, or ran out of time
   kCancelled = 5,  // by Ctrl-C or SIGTERM
   kOutput = 6,     // the result cannot be written
-  kDiffers = 7,    // a certificate that is not confirmed
+  kDiffers = 7,    // a certificate that is not confirmed, or a bound of compare exceeded
 };
 
 // The table above for --help.

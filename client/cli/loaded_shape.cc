@@ -11,6 +11,7 @@
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
+#include "client/formats/with_input.h"
 #include "core/base/status_macros.h"
 #include "core/surface/displaced_surface.h"
 #include "server/command_line/text_layout.h"
@@ -23,7 +24,8 @@ absl::Status AtPath(const std::string& path, const absl::Status& status) {
 }
 
 std::string NameOf(const std::string& path, const std::string& format) {
-  return format.empty() || !Extension(path).empty() ? path : absl::StrCat(path, ".", format);
+  return format.empty() || !Extension(NameUnpacked(path)).empty() ? path
+                                                                  : absl::StrCat(path, ".", format);
 }
 
 std::vector<uint8_t> AllBytes(std::istream& in) {
@@ -45,8 +47,10 @@ absl::StatusOr<ScanFile> ReadStlVertices(std::istream& in) {
   return ScanFile{{std::move(file.mesh.vertices)}, std::move(file.format), {}, faces};
 }
 
-LoadedShape ControlMeshOf(const DisplacedSurface& surface) {
+LoadedShape ControlMeshOf(const DecodedSurface& decoded) {
+  const DisplacedSurface& surface = decoded.surface;
   LoadedShape shape;
+  shape.place = decoded.metadata.place;
   shape.mesh.vertices.resize(3, surface.control_mesh.vertices.cols());
   for (Eigen::Index i = 0; i < shape.mesh.vertices.cols(); ++i) {
     shape.mesh.vertices.col(i) = surface.frame.ScanFromUnit(surface.control_mesh.vertices.col(i));
@@ -59,10 +63,12 @@ LoadedShape ControlMeshOf(const DisplacedSurface& surface) {
 
 absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional<int> level,
                                     ShownPart part, const RunContext& context) {
-  if (part == ShownPart::kControlMesh) return ControlMeshOf(decoded.surface);
+  if (part == ShownPart::kControlMesh) return ControlMeshOf(decoded);
   DisplacedSurface surface = decoded.surface;
   const int used = level.value_or(surface.max_level);
   LoadedShape shape;
+  shape.place = decoded.metadata.place;
+  shape.diagonal = surface.frame.diagonal;
   const auto count_at = [&] { return static_cast<size_t>(shape.mesh.vertices.cols()); };
   const std::vector<float> heights = surface.heights;
   if (part == ShownPart::kDomain) std::fill(surface.heights.begin(), surface.heights.end(), 0.f);
@@ -83,6 +89,7 @@ absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional
 LoadedShape ShapeOf(MeshFile file) {
   LoadedShape shape;
   shape.mesh = std::move(file.mesh);
+  shape.place = std::move(file.place);
   shape.sources = std::move(file.source);
   shape.description =
       shape.mesh.triangles.cols() > 0

@@ -23,6 +23,8 @@ struct LoadedShape {
   std::vector<uint8_t> sources;  // HeightSource a vertex; empty if unknown
   std::vector<float> heights;    // displacement a vertex, unit frame; empty if unknown
   std::string description;       // for people
+  ScanPlace place = {};          // of a surface or a scan
+  double diagonal = 0;           // of a surface's frame; 0 if unknown
 };
 
 // --format of a command: the extension of inputs without one.

@@ -70,7 +70,7 @@ constexpr char kExamples[] =
     "rilievo diagnose scan.ply\n"
     "rilievo reconstruct scan.ply \\-o surface.dss\n"
     "rilievo reconstruct *.ply \\-o surfaces/\n"
-    "zcat scan.xyz.gz | rilievo reconstruct \\- \\-o \\- > surface.dss\n"
+    "rilievo reconstruct \\- \\-o \\- < scan.laz.gz > surface.dss\n"
     "rilievo view surface.dss \\-o turning.png \\-\\-turntable 24\n"
     "source <(rilievo completion bash)\n"
     ".fi\n";

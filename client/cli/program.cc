@@ -26,11 +26,13 @@ int RunProgram(int argc, const char* const* argv) {
   app.formatter(std::make_shared<HelpFormatter>());
   app.footer(
       absl::StrCat("Files are PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, E57, PTX (scans), PLY,\n"
-                   "OBJ, STL (meshes), .dss (surfaces). 'rilievo COMMAND --help' explains one.\n\n",
+                   "OBJ, STL (meshes), .dss (surfaces), each also in gzip or zstd.\n"
+                   "'rilievo COMMAND --help' explains one.\n\n",
                    kExitCodeHelp));
   std::vector<Command> commands;
-  for (const auto add : {AddReconstruct, AddDiagnose, AddExport, AddInfo, AddVerify, AddCompare,
-                         AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
+  for (const auto add :
+       {AddReconstruct, AddDiagnose, AddExport, AddInfo, AddMeasure, AddEvaluate, AddVerify,
+        AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

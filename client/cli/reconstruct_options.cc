@@ -3,9 +3,11 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "client/cli/length_words.h"
 #include "client/formats/mesh_reader.h"
-#include "client/library/point_packing.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/point_records.h"
+#include "server/conversion/convert_place.h"
 
 namespace rilievo {
 namespace {
@@ -18,13 +20,17 @@ absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
         path, ": holds no faces; the control mesh must be a triangle mesh (OBJ, PLY, STL)"));
   }
   v1::ControlMesh mesh;
-  PointCloud vertices{file.mesh.vertices};
-  mesh.set_positions(
-      PackPoints(vertices, 0, vertices.points.cols(), v1::COORDINATE_FORMAT_FLOAT64_LE));
+  mesh.set_positions(PackPoints({file.mesh.vertices}, 0, file.mesh.vertices.cols(),
+                                {.coordinates = CoordinateType::kFloat64}));
   for (Eigen::Index i = 0; i < file.mesh.triangles.size(); ++i) {
     mesh.add_faces(static_cast<uint32_t>(file.mesh.triangles.data()[i]));
   }
   return mesh;
+}
+
+v1::SightRule SightRuleOf(const std::string& word) {
+  if (word == "auto") return v1::SIGHT_RULE_AUTO;
+  return word == "use" ? v1::SIGHT_RULE_USE : v1::SIGHT_RULE_IGNORE;
 }
 
 }  // namespace
@@ -41,6 +47,15 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   app->get_option("--topology")->excludes(mesh);
   app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
       ->check(CLI::IsMember({"keep", "close"}))
+      ->capture_default_str();
+  app->add_option("--stations", a->stations,
+                  "whether the surface faces the places that its points were seen from, where the "
+                  "scan tells them: auto (when believable), use (without a check) or ignore")
+      ->check(CLI::IsMember({"auto", "use", "ignore"}))
+      ->capture_default_str();
+  app->add_option("--normals", a->normals,
+                  "the same for the side of the normals that the scan gives")
+      ->check(CLI::IsMember({"auto", "use", "ignore"}))
       ->capture_default_str();
   app->add_option("--creases", a->creases,
                   "auto: sharp edges of the scan become creases of the surface; off: none do")
@@ -62,19 +77,21 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
   CLI::Option* error =
       app->add_option(
              "--max-error", a->max_error,
-             "largest RMS distance between the surface and the points, as a fraction of the "
-             "diagonal (0.001 is 0.1 %); a warning says where the scan does not allow it; default "
-             "chosen so that coding adds little to the error of the surface itself")
-          ->check(CLI::Range(1e-6, 0.1));
+             "largest RMS distance between the surface and the points: 2cm, 0.5mm, 0.02u (the "
+             "scan's own units), 0.1% or 0.001 (of the diagonal); a warning says where the scan "
+             "does not allow it; default chosen so that coding adds little to the error of the "
+             "surface itself")
+          ->check(IsLength(1e-6, 0.1));
   CLI::Option* bytes =
       app->add_option("--max-bytes", a->max_bytes, "largest size of the .dss file in bytes")
           ->check(CLI::Range(uint64_t{1}, uint64_t{1} << 40))
           ->excludes(error);
   app->add_option("--height-step", a->height_step,
-                  "step of the height quantiser, as a fraction of the diagonal")
-      ->check(CLI::Range(1e-9, 0.01))
+                  "step of the height quantiser, written like --max-error")
+      ->check(IsLength(1e-9, 0.01))
       ->excludes(error)
       ->excludes(bytes);
+  AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
 }
@@ -83,12 +100,18 @@ void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::strin
   files->push_back(arguments.control_mesh);
 }
 
+WantedLayers LayersFor(const ReconstructArguments& arguments) {
+  return {.stations = arguments.stations != "ignore", .normals = arguments.normals != "ignore"};
+}
+
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {
   v1::ReconstructOptions options;
   if (arguments.max_level) options.set_max_level(*arguments.max_level);
   if (arguments.threads) options.set_threads(*arguments.threads);
   if (arguments.seed) options.set_seed(*arguments.seed);
   if (arguments.no_measure) options.set_measure(false);
+  options.mutable_scan()->set_stations(SightRuleOf(arguments.stations));
+  options.mutable_scan()->set_normals(SightRuleOf(arguments.normals));
   v1::ControlOptions& control = *options.mutable_control();
   const std::map<std::string, v1::Topology> topologies = {{"auto", v1::TOPOLOGY_AUTO},
                                                           {"planar", v1::TOPOLOGY_PLANAR},
@@ -108,11 +131,34 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
     options.mutable_fit()->set_method(arguments.fit == "suzuki" ? v1::FIT_METHOD_SUZUKI
                                                                 : v1::FIT_METHOD_LEAST_SQUARES);
   }
-  if (arguments.height_step)
-    options.mutable_encode()->set_height_step_ratio(*arguments.height_step);
-  if (arguments.max_error) options.mutable_encode()->set_max_error_ratio(*arguments.max_error);
   if (arguments.max_bytes) options.mutable_encode()->set_max_bytes(*arguments.max_bytes);
   return options;
+}
+
+absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& path,
+                      const ScanPlace& known, v1::ReconstructOptions* options) {
+  const ScanPlace place = PlaceOf(arguments.place, known);
+  options->clear_place();
+  if (place != ScanPlace()) *options->mutable_place() = ProtoPlace(place);
+  v1::EncodeOptions& encode = *options->mutable_encode();
+  const auto set = [&](const char* option, const std::string& text, auto set_fraction,
+                       auto set_length) -> absl::Status {
+    if (text.empty()) return absl::OkStatus();
+    RILIEVO_ASSIGN_OR_RETURN(const Length length, ParseLength(text));
+    if (length.of == Length::Of::kDiagonal) {
+      set_fraction(length.value);
+      return absl::OkStatus();
+    }
+    RILIEVO_ASSIGN_OR_RETURN(const double units, InScanUnits(length, place, option, path));
+    set_length(units);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(set(
+      "--max-error", arguments.max_error, [&](double v) { encode.set_max_error_ratio(v); },
+      [&](double v) { encode.set_max_error_length(v); }));
+  return set(
+      "--height-step", arguments.height_step, [&](double v) { encode.set_height_step_ratio(v); },
+      [&](double v) { encode.set_height_step_length(v); });
 }
 
 }  // namespace rilievo

@@ -8,15 +8,19 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cli/place_options.h"
+#include "client/formats/point_layers.h"
 #include "rilievo/v1/options.pb.h"
 
 namespace rilievo {
 
 struct ReconstructArguments {
   std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", fit;
+  std::string stations = "auto", normals = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed, max_bytes;
-  std::optional<double> height_step, max_error;
+  std::string height_step, max_error;  // lengths, see length_words.h; empty: not given
+  PlaceArguments place;
   bool no_measure = false;
 };
 
@@ -26,7 +30,16 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* arguments);
 // Appends the files that they name.
 void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::string>* files);
 
-// As the protocol says it; reads the file of the control mesh.
+// What is to be read of a scan for them.
+WantedLayers LayersFor(const ReconstructArguments& arguments);
+
+// As the protocol says it, of all scans alike; reads the file of the control mesh.
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments);
+
+// And what depends on the scan of `path`: what its file knows of its place goes into the options,
+// unless the arguments say otherwise, and lengths into its unit. kUsage for a length in a unit
+// where that of the scan is not known.
+absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& path,
+                      const ScanPlace& known, v1::ReconstructOptions* options);
 
 }  // namespace rilievo

@@ -11,7 +11,10 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
+#include "client/cli/length_words.h"
+#include "client/cli/scan_error.h"
 #include "server/command_line/text_layout.h"
+#include "server/conversion/convert_place.h"
 
 namespace rilievo {
 namespace {
@@ -39,20 +42,34 @@ std::string TimesText(const v1::ReconstructReport& report) {
   return absl::StrFormat("%.2f s (%s)", report.total_seconds(), absl::StrJoin(parts, ", "));
 }
 
-std::string ErrorText(const v1::ReconstructReport& report) {
-  const auto both = [&](double ratio) {
-    return absl::StrCat(Short(ratio * report.diagonal()), " (", Percent(ratio), ")");
-  };
+ScanError ScanErrorOf(const v1::ReconstructReport& report) {
   const v1::DistanceSummary& points = report.error().points_to_surface();
+  std::vector<FieldViolation> none;
+  const double d = report.diagonal();
+  return {points.rms() * d, points.p95() * d, points.max() * d, d,
+          ReadPlace(report.place(), &none)};
+}
+
+std::string ErrorText(const v1::ReconstructReport& report) {
+  const ScanError error = ScanErrorOf(report);
+  const auto both = [&](double ratio) {
+    return absl::StrCat(LengthText(ratio * error.diagonal, error.place), " (", Percent(ratio), ")");
+  };
   // The way back ends at a point, so it is never below about half the spacing of the points.
-  return absl::StrCat("points to surface: RMS ", both(points.rms()), ", 95 % below ",
-                      both(points.p95()), ", max ", both(points.max()), "; surface to points: RMS ",
+  return absl::StrCat("scan to surface: ", ScanErrorText(error), "; surface to scan: RMS ",
                       both(report.error().surface_to_points().rms()), ", max ",
                       both(report.error().surface_to_points().max()), ", the points being ",
                       both(report.median_spacing_ratio()),
                       " apart; across the surface, the larger of both ways: RMS ",
                       both(report.error().rms_across()), "; % of the diagonal, ",
-                      Short(report.diagonal()));
+                      LengthText(error.diagonal, error.place));
+}
+
+// Short: the length where its unit is known, the fraction always.
+std::string LineOf(const ScanError& error) {
+  const std::string share = Percent(error.rms / error.diagonal);
+  if (!(error.place.metres_per_unit > 0)) return absl::StrCat("RMS ", share);
+  return absl::StrCat("RMS ", LengthText(error.rms, error.place), " (", share, ")");
 }
 
 std::string SizeText(const v1::ReconstructReport& report, const SurfaceTarget& target) {
@@ -63,6 +80,26 @@ std::string SizeText(const v1::ReconstructReport& report, const SurfaceTarget& t
                                               : absl::StrCat("kept as ", target.kept_dss));
 }
 
+// What the surface has its side from, or does not.
+std::string SidesText(const v1::ReconstructReport& report) {
+  const auto text = [](const v1::SightReport& sights, const char* what) {
+    return absl::StrCat(what, " of ", Counted(sights.points(), "point", "points"),
+                        sights.used() ? "" : ", not believed");
+  };
+  std::vector<std::string> parts;
+  if (report.has_stations()) parts.push_back(text(report.stations(), "stations"));
+  if (report.has_normals()) parts.push_back(text(report.normals(), "given normals"));
+  return absl::StrJoin(parts, "; ");
+}
+
+Json SightJson(const v1::SightReport& sights) {
+  return {{"points", sights.points()},
+          {"usable", sights.usable()},
+          {"alignment", sights.alignment()},
+          {"consistency", sights.consistency()},
+          {"used", sights.used()}};
+}
+
 Json SummaryJson(const v1::DistanceSummary& summary) {
   return {{"rms", summary.rms()},
           {"mean", summary.mean()},
@@ -71,8 +108,10 @@ Json SummaryJson(const v1::DistanceSummary& summary) {
           {"samples", summary.samples()}};
 }
 
-Json ErrorJson(const v1::TwoSidedError& error) {
-  return {{"rms", error.rms()},
+Json ErrorJson(const v1::ReconstructReport& report) {
+  const v1::TwoSidedError& error = report.error();
+  return {{"scan_to_surface", ScanErrorJson(ScanErrorOf(report))},
+          {"rms", error.rms()},
           {"mean", error.mean()},
           {"p95", error.p95()},
           {"max", error.max()},
@@ -95,6 +134,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   };
   add("scan", absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
                            paths.scan_format, "), ", DroppedText(report)));
+  if (report.has_stations() || report.has_normals()) add("sides", SidesText(report));
   add("topology", absl::StrCat(report.road(), ": ", report.road_reason()));
   add("surface",
       absl::StrCat(
@@ -120,18 +160,17 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
 
 std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths) {
   return Wrap(
-      absl::StrCat(paths.target.path, ": ", Grouped(report.points_used()), " points, ",
-                   report.road(), ", genus ", report.genus(), ", ",
-                   report.boundary_loops() == 0 ? std::string("closed")
-                                                : Counted(report.boundary_loops(), "loop", "loops"),
-                   report.has_error()
-                       ? absl::StrCat(", RMS ", Percent(report.error().points_to_surface().rms()))
-                       : "",
-                   ", ", Grouped(report.encoded_bytes()), " bytes, ",
-                   absl::StrFormat("%.2f s", report.total_seconds()),
-                   report.warnings().empty()
-                       ? ""
-                       : "; " + Counted(report.warnings_size(), "warning", "warnings")),
+      absl::StrCat(
+          paths.target.path, ": ", Grouped(report.points_used()), " points, ", report.road(),
+          ", genus ", report.genus(), ", ",
+          report.boundary_loops() == 0 ? std::string("closed")
+                                       : Counted(report.boundary_loops(), "loop", "loops"),
+          report.has_error() ? absl::StrCat(", scan to surface ", LineOf(ScanErrorOf(report))) : "",
+          ", ", Grouped(report.encoded_bytes()), " bytes, ",
+          absl::StrFormat("%.2f s", report.total_seconds()),
+          report.warnings().empty()
+              ? ""
+              : "; " + Counted(report.warnings_size(), "warning", "warnings")),
       2);
 }
 
@@ -162,6 +201,8 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["median_spacing_ratio"] = report.median_spacing_ratio();
   json["median_noise_ratio"] = report.median_noise_ratio();
   json["normal_disagreement"] = report.normal_disagreement();
+  json["stations"] = report.has_stations() ? SightJson(report.stations()) : Json();
+  json["normals"] = report.has_normals() ? SightJson(report.normals()) : Json();
   json["road"] = report.road();
   json["road_reason"] = report.road_reason();
   json["components"] = report.components();
@@ -178,7 +219,7 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["heights_measured"] = report.heights_measured();
   json["heights_smoothed"] = report.heights_smoothed();
   json["heights_filled"] = report.heights_filled();
-  json["error"] = report.has_error() ? ErrorJson(report.error()) : Json();
+  json["error"] = report.has_error() ? ErrorJson(report) : Json();
   json["max_error_kept"] = report.has_max_error_kept() ? Json(report.max_error_kept()) : Json();
   json["encoded_bytes"] = report.encoded_bytes();
   json["stage_seconds"] = Json::object();

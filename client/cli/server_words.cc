@@ -11,12 +11,14 @@ namespace rilievo {
 namespace {
 
 // By the last word of the path, or by a word within it.
-constexpr std::array<std::pair<absl::string_view, const char*>, 13> kOptions = {{
+constexpr std::array<std::pair<absl::string_view, const char*>, 20> kOptions = {{
     {"max_level", "--max-level"},
     {"threads", "--threads"},
     {"seed", "--seed"},
     {"topology", "--topology"},
     {"boundary", "--boundary"},
+    {"stations", "--stations"},
+    {"normals", "--normals"},
     {"creases", "--creases"},
     {"control_faces", "--control-faces"},
     {"control_mesh", "--control-mesh"},
@@ -24,6 +26,11 @@ constexpr std::array<std::pair<absl::string_view, const char*>, 13> kOptions = {
     {"max_error_ratio", "--max-error"},
     {"max_bytes", "--max-bytes"},
     {"height_step_ratio", "--height-step"},
+    {"max_error_length", "--max-error"},
+    {"height_step_length", "--height-step"},
+    {"metres_per_unit", "--unit"},
+    {"up", "--up"},
+    {"crs", "--crs"},
     {"request_id", "--request-id"},
 }};
 

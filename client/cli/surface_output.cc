@@ -3,12 +3,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 #include <map>
 #include <system_error>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/export_place.h"
 #include "client/cli/output_target.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
@@ -17,6 +19,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/container/dss.h"
 #include "core/surface/displaced_surface.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -43,17 +46,21 @@ absl::Status MakeFolder(const std::string& path) {
 }
 
 // As `rilievo export` does without options.
-absl::Status WriteMeshOf(const DisplacedSurface& surface, const std::string& path,
+absl::Status WriteMeshOf(const DecodedSurface& decoded, const std::string& path,
                          const RunContext& context) {
+  const DisplacedSurface& surface = decoded.surface;
+  const ScanPlace& place = decoded.metadata.place;
   const std::string extension = Extension(path);
   if (extension == "usda") {
     return WriteFileAtomically(path, [&](std::ostream& out) {
-      return WriteUsdSurface(surface, surface.max_level, context, out);
+      return WriteUsdSurface(surface, surface.max_level, place, context, out);
     });
   }
   RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh mesh,
                            Tessellate(surface, surface.max_level, context));
-  return WriteMesh(path, extension, mesh, SourcesAtLevel(surface, surface.max_level));
+  const std::string warning = RoundingWarning(extension, mesh.vertices, place);
+  if (!warning.empty()) std::cerr << Wrap(absl::StrCat(path, ": ", warning), 2) << '\n';
+  return WriteMesh(path, extension, mesh, SourcesAtLevel(surface, surface.max_level), {}, place);
 }
 
 absl::Status WriteDss(const std::string& path, std::span<const uint8_t> dss) {
@@ -115,7 +122,7 @@ absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std:
   RILIEVO_RETURN_IF_ERROR(MakeFolder(output));
   std::map<std::string, std::string> scan_of;
   for (const std::string& scan : scans) {
-    const std::string stem = scan == "-" ? "stdin" : fs::path(scan).stem().string();
+    const std::string stem = scan == "-" ? "stdin" : fs::path(NameUnpacked(scan)).stem().string();
     targets.push_back({(fs::path(output) / (stem + ".dss")).string(), ""});
     const auto [other, is_new] = scan_of.emplace(targets.back().path, scan);
     if (is_new) continue;
@@ -140,7 +147,7 @@ absl::Status WriteSurface(const SurfaceTarget& target, std::span<const uint8_t> 
   // The .dss first: what took the time is kept whatever becomes of the mesh.
   if (!target.kept_dss.empty()) RILIEVO_RETURN_IF_ERROR(WriteDss(target.kept_dss, dss));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(dss, context));
-  absl::Status written = WriteMeshOf(decoded.surface, target.path, context);
+  absl::Status written = WriteMeshOf(decoded, target.path, context);
   if (absl::IsCancelled(written)) return written;
   return WithExitCode(std::move(written), ExitCode::kOutput);
 }

@@ -9,7 +9,7 @@ namespace rilievo {
 ServerOptions LimitsForOneself() {
   ServerOptions options;
   options.max_points = std::numeric_limits<int32_t>::max();
-  options.max_scan_bytes = 24 * options.max_points;
+  options.max_scan_bytes = kMostRecordBytes * options.max_points;
   options.max_surface_faces = std::numeric_limits<int32_t>::max();
   options.max_concurrent_jobs = 1;
   options.memory_budget = std::numeric_limits<int64_t>::max();

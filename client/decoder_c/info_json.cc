@@ -96,6 +96,15 @@ std::string Levels(const DecodedSurface& decoded, const MeshTopology& control) {
 
 }  // namespace
 
+std::string PlaceJson(const ScanPlace& place) {
+  // By UpDirection.
+  constexpr const char* kUp[] = {"null", "\"x\"", "\"y\"", "\"z\"", "\"-x\"", "\"-y\"", "\"-z\""};
+  return absl::StrCat(
+      "{\"metres_per_unit\":", place.metres_per_unit > 0 ? Number(place.metres_per_unit) : "null",
+      ",\"up\":", kUp[static_cast<size_t>(place.up)],
+      ",\"crs\":", place.crs.empty() ? "null" : Text(place.crs), "}");
+}
+
 std::string InfoJson(const DecodedSurface& decoded) {
   const DssMetadata& metadata = decoded.metadata;
   const ControlMesh& control = decoded.surface.control_mesh;
@@ -114,6 +123,7 @@ std::string InfoJson(const DecodedSurface& decoded) {
       "],\"control\":{\"vertices\":", control.vertices.cols(), ",\"faces\":", control.faces.cols(),
       ",\"closed\":", closed ? "true" : "false", ",\"creases\":", control.creases.size(),
       ",\"corners\":", control.corners.size(), "},\"certificate\":", Certificate(metadata),
+      ",\"place\":", PlaceJson(metadata.place),
       ",\"metadata\":{\"generator\":", Text(metadata.generator),
       ",\"road\":", Text(metadata.topology), ",\"scan_points\":", metadata.scan_points,
       ",\"input_hash\":", Text(absl::BytesToHexString(metadata.input_hash)),

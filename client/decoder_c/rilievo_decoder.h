@@ -40,8 +40,10 @@ enum { RILIEVO_MEASURED = 0, RILIEVO_SMOOTHED = 1, RILIEVO_FILLED = 2 };
 
 typedef struct RilievoSurface RilievoSurface;
 typedef struct RilievoMesh RilievoMesh;
+typedef struct RilievoEvaluator RilievoEvaluator;
+typedef struct RilievoFinder RilievoFinder;
 
-/* 2; grows when functions are added. */
+/* 3; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -76,7 +78,9 @@ RILIEVO_API int rilievo_surface_declared_max_level(const RilievoSurface* surface
  * chunk_bytes, control (vertices, faces, closed, creases, corners), certificate (error_rms,
  * error_mean, error_p95, error_max, error_across, surface_to_scan and scan_to_surface with rms,
  * mean, p95, max; measured_share, smoothed_share, filled_share, folds; distances are fractions of
- * frame.diagonal, null where unknown), metadata (generator, road: the topology of the control mesh,
+ * frame.diagonal, null where unknown), place (metres_per_unit: of the coordinates; up: "x" to "-z",
+ * the axis that points up; crs: coordinate reference system, well-known text or "EPSG:" and a
+ * number; null where unknown), metadata (generator, road: the topology of the control mesh,
  * scan_points, input_hash in hexadecimal digits, options). Unknown keys may be added. Ends with a
  * zero byte that `count` leaves out. */
 RILIEVO_API const char* rilievo_surface_info(const RilievoSurface* surface, size_t* count);
@@ -131,6 +135,39 @@ RILIEVO_API const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* c
 /* Since 2. Of a region: the number that each vertex has in the whole mesh of the level, ascending;
  * none for other meshes. */
 RILIEVO_API const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count);
+
+/* Since 3. The surface at any parameter of a control face: u weighs its second corner, v its third,
+ * u >= 0, v >= 0, u + v <= 1. It passes through the vertices of the finest level; between them the
+ * limit surface is exact and what displaces it is linear. `smooth`: not 0 for the limit surface
+ * alone, without heights. The surface is not needed afterwards. On failure *evaluator is NULL. */
+RILIEVO_API RilievoCode rilievo_evaluator_create(const RilievoSurface* surface, int smooth,
+                                                 int threads, RilievoEvaluator** evaluator);
+RILIEVO_API void rilievo_evaluator_free(RilievoEvaluator* evaluator); /* NULL is fine */
+
+/* Numbers of each parameter in what rilievo_evaluate() writes. */
+enum { RILIEVO_JET_SIZE = 23 };
+
+/* Since 3. At `count` parameters: `faces` one number each, `parameters` u and v of each. `jets` has
+ * room for RILIEVO_JET_SIZE * count numbers and receives for each: position (x, y, z, scan frame),
+ * its derivatives by u, v, uu, uv and vv, the unit normal, the least and the greatest principal
+ * curvature (positive where the surface bends away from its normal). At an irregular vertex u and v
+ * span the tangent plane, and second derivatives and curvatures are not a number. */
+RILIEVO_API RilievoCode rilievo_evaluate(const RilievoEvaluator* evaluator, const uint32_t* faces,
+                                         const double* parameters, size_t count, int threads,
+                                         double* jets);
+
+/* Since 3. Closest points of that surface. On failure *finder is NULL. */
+RILIEVO_API RilievoCode rilievo_finder_create(const RilievoSurface* surface, int smooth,
+                                              int threads, RilievoFinder** finder);
+RILIEVO_API void rilievo_finder_free(RilievoFinder* finder); /* NULL is fine */
+
+/* Since 3. Of `count` places (x, y, z of each, finite, scan frame) the closest points of the
+ * surface: its control face, its parameters u and v, its distance, and where it is (x, y, z). Each
+ * of the four arrays has room for all. */
+RILIEVO_API RilievoCode rilievo_find_closest(const RilievoFinder* finder, const double* places,
+                                             size_t count, int threads, uint32_t* faces,
+                                             double* parameters, double* distances,
+                                             double* positions);
 
 #ifdef __cplusplus
 } /* extern "C" */

@@ -23,6 +23,8 @@ namespace rilievo::decoder_c {
 
 // What rilievo_surface_info() gives.
 std::string InfoJson(const DecodedSurface& decoded);
+// Its "place".
+std::string PlaceJson(const ScanPlace& place);
 
 // The memory of non-negative ints as C sees it.
 inline const uint32_t* AsUnsigned(const int* values) {

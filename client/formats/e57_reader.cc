@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client/formats/crs_text.h"
 #include "client/formats/e57/paged_file.h"
 #include "client/formats/e57/scan_description.h"
 #include "client/formats/e57/section_reader.h"
 #include "client/formats/e57/xml_tree.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -28,7 +30,12 @@ using e57::SectionReader;
 constexpr uint64_t kMostXml = uint64_t{64} << 20;
 constexpr size_t kBlock = 4096;  // records that are decoded at a time
 
-absl::StatusOr<std::vector<ScanDescription>> ReadDescriptions(PagedFile* file) {
+struct Description {
+  std::vector<ScanDescription> scans;
+  std::string crs;
+};
+
+absl::StatusOr<Description> Describe(PagedFile* file) {
   RILIEVO_ASSIGN_OR_RETURN(const uint64_t begin,
                            file->Logical(file->xml_offset(), "the XML section"));
   const uint64_t length = file->xml_length();
@@ -41,7 +48,11 @@ absl::StatusOr<std::vector<ScanDescription>> ReadDescriptions(PagedFile* file) {
   std::string text(static_cast<size_t>(length), '\0');
   RILIEVO_RETURN_IF_ERROR(file->Read(begin, text.size(), text.data()));
   RILIEVO_ASSIGN_OR_RETURN(const e57::XmlElement root, e57::ParseXml(text));
-  return e57::DescribeScans(root);
+  Description description;
+  RILIEVO_ASSIGN_OR_RETURN(description.scans, e57::DescribeScans(root));
+  const e57::XmlElement* crs = root.Child("coordinateMetadata");
+  if (crs != nullptr) description.crs = CrsText(crs->text);
+  return description;
 }
 
 uint8_t Channel(double value, const std::array<double, 2>& limits) {
@@ -51,8 +62,12 @@ uint8_t Channel(double value, const std::array<double, 2>& limits) {
 
 class E57Reader {
  public:
-  E57Reader(PagedFile* file, std::vector<ScanDescription> scans, const WantedLayers& wanted)
-      : file_(file), scans_(std::move(scans)), wanted_(wanted) {}
+  E57Reader(PagedFile* file, Description description, const WantedLayers& wanted)
+      : file_(file),
+        scans_(std::move(description.scans)),
+        crs_(std::move(description.crs)),
+        wanted_(wanted),
+        sights_(wanted) {}
 
   absl::StatusOr<ScanFile> Read() {
     if (scans_.empty()) {
@@ -134,12 +149,22 @@ class E57Reader {
     if (scan.spherical) point = FromSpherical(point);
     if (scan.has_pose) point = scan.rotation * point + scan.translation;
     points_.Add(point.x(), point.y(), point.z());
+    sights_.AddStation(StationOf(scan));
     if (HasIntensity(scan)) intensity_.push_back(static_cast<float>(values[next++][i]));
     if (!HasColors(scan)) return;
     std::array<uint8_t, 3>& color = colors_.emplace_back();
     for (size_t k = 0; k < 3; ++k) {
       color[k] = Channel(values[next + k][i], scan.color_limits[k]);
     }
+  }
+
+  // A scan in spherical coordinates has its sensor at their origin; so has one in cartesian
+  // coordinates whose pose moves it. Without a pose, or with one that does nothing, its points may
+  // have been moved before.
+  static Eigen::Vector3d StationOf(const ScanDescription& scan) {
+    const bool is_moved =
+        scan.has_pose && !(scan.rotation.isIdentity(0) && scan.translation.isZero(0));
+    return scan.spherical || is_moved ? scan.translation : UnknownPlace();
   }
 
   // `place`: range, azimuth from the x axis towards y, elevation from the x-y plane towards z.
@@ -157,7 +182,10 @@ class E57Reader {
     ScanFile scan;
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
+    scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
+    scan.place.metres_per_unit = 1;
+    scan.place.crs = crs_;
     // A layer needs a value for each point. Layers that some scan does not have are left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
@@ -167,8 +195,10 @@ class E57Reader {
 
   PagedFile* const file_;
   const std::vector<ScanDescription> scans_;
+  const std::string crs_;
   const WantedLayers wanted_;
   PointCollector points_;
+  SightCollector sights_;
   std::vector<float> intensity_;
   std::vector<std::array<uint8_t, 3>> colors_;
   uint64_t invalid_ = 0;
@@ -178,8 +208,8 @@ class E57Reader {
 
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted) {
   RILIEVO_ASSIGN_OR_RETURN(const std::unique_ptr<PagedFile> file, PagedFile::Open(in));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<ScanDescription> scans, ReadDescriptions(file.get()));
-  return E57Reader(file.get(), std::move(scans), wanted).Read();
+  RILIEVO_ASSIGN_OR_RETURN(Description description, Describe(file.get()));
+  return E57Reader(file.get(), std::move(description), wanted).Read();
 }
 
 }  // namespace rilievo

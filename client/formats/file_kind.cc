@@ -15,6 +15,8 @@ namespace {
 
 using std::string_view;
 
+constexpr string_view kGzipMagic = "\x1f\x8b", kZstdMagic = "\x28\xb5\x2f\xfd";
+
 struct Foreign {
   string_view magic;
   const char* what;
@@ -24,7 +26,8 @@ constexpr Foreign kForeign[] = {
     {"\x89PNG", "a PNG picture, not a scan"},
     {"\xff\xd8\xff", "a JPEG picture, not a scan"},
     {"PK\x03\x04", "a ZIP archive; unpack it first"},
-    {"\x1f\x8b", "gzip-compressed; unpack it first (gunzip)"},
+    {kGzipMagic, "gzip-compressed; unpack it first (gunzip)"},
+    {kZstdMagic, "zstd-compressed; unpack it first (unzstd)"},
     {"glTF", "a GLB file, which is not supported; convert it to PLY"},
     {"OFF", "an OFF file, which is not supported; convert it to PLY"},
     {"\x7f"
@@ -108,6 +111,18 @@ bool LooksLikePtx(string_view head) {
 
 }  // namespace
 
+std::optional<Packing> PackingOf(string_view head) {
+  if (StartsWith(head, kGzipMagic)) return Packing::kGzip;
+  if (StartsWith(head, kZstdMagic)) return Packing::kZstd;
+  return std::nullopt;
+}
+
+std::string NameUnpacked(const std::string& name) {
+  const std::string extension = Extension(name);
+  if (extension != "gz" && extension != "zst") return name;
+  return name.substr(0, name.size() - extension.size() - 1);
+}
+
 std::string Extension(const std::string& name) {
   const std::string extension = std::filesystem::path(name).extension().string();
   return absl::AsciiStrToLower(extension.empty() ? "" : extension.substr(1));
@@ -132,7 +147,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   const string_view word = FirstWord(line);
   if (IsPcd(head, word)) return FileKind::kPcd;
   if (IsStl(head, size)) return FileKind::kStl;
-  const std::optional<FileKind> named = ByExtension(Extension(name));
+  const std::optional<FileKind> named = ByExtension(Extension(NameUnpacked(name)));
   if (named) return *named;
   if (word == "v") return FileKind::kObj;
   if (LooksLikePtx(head)) return FileKind::kPtx;

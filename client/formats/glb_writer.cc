@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/block_writer.h"
+#include "client/formats/export_axes.h"
 #include "client/formats/number_text.h"
 #include "core/base/status_macros.h"
 
@@ -84,7 +85,21 @@ std::string Accessor(int view, int component, uint64_t count, const char* type,
                       ",\"count\":", count, ",\"type\":\"", type, "\"", more, "}");
 }
 
-std::string Describe(const Layout& layout) {
+// The scene: the mesh about its middle, within a scan that stands as glTF wants it.
+std::string Nodes(const Layout& layout, const ScanPlace& place) {
+  std::string turn = "[";
+  const Eigen::Quaterniond y_up = YUpFrom(UpOrZ(place));
+  for (const double part : {y_up.x(), y_up.y(), y_up.z(), y_up.w()}) {
+    if (turn.size() > 1) turn += ',';
+    AppendNumber(part, &turn);
+  }
+  return absl::StrCat(
+      "\"nodes\":[{\"name\":\"scan\",\"children\":[1],\"rotation\":", turn,
+      "],\"scale\":", Row(Eigen::Vector3d::Constant(MetresPerUnitOrOne(place)).eval()),
+      "},{\"mesh\":0,\"name\":\"surface\",\"translation\":", Row(layout.middle), "}]");
+}
+
+std::string Describe(const Layout& layout, const ScanPlace& place) {
   std::string attributes = "\"POSITION\":0", views, accessors;
   uint64_t offset = 0;
   int count = 0;
@@ -122,8 +137,8 @@ std::string Describe(const Layout& layout) {
       Accessor(indices, kUnsignedInt, 3 * layout.triangles, "SCALAR", ""));
   return absl::StrCat(
       "{\"asset\":{\"version\":\"2.0\",\"generator\":\"rilievo\"},\"scene\":0,\"scenes\":[{"
-      "\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"name\":\"surface\",\"translation\":",
-      Row(layout.middle), "}],\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":{",
+      "\"nodes\":[0]}],",
+      Nodes(layout, place), ",\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":{",
       // COLOR_0 is multiplied by it.
       "\"baseColorFactor\":", layout.colors ? "[1,1,1,1]" : "[0.8,0.8,0.78,1]",
       ",\"metallicFactor\":0,\"roughnessFactor\":0.9}}],",
@@ -169,7 +184,7 @@ void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources
 }  // namespace
 
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out, const PointLayers& layers) {
+                          std::ostream& out, const PointLayers& layers, const ScanPlace& place) {
   if (!sources.empty() && static_cast<Eigen::Index>(sources.size()) != mesh.vertices.cols()) {
     return absl::InvalidArgumentError(
         absl::StrCat(sources.size(), " height sources for ", mesh.vertices.cols(), " vertices"));
@@ -179,7 +194,7 @@ absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource
   }
   RILIEVO_RETURN_IF_ERROR(CheckLayers(layers, mesh.vertices.cols()));
   const Layout layout = LayOut(mesh, !sources.empty(), layers);
-  std::string json = Describe(layout);
+  std::string json = Describe(layout, place);
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const uint64_t total = 12 + 8 + json.size() + 8 + layout.bytes();
   if (total > UINT32_MAX) {

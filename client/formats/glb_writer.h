@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "client/formats/point_layers.h"
+#include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
 
@@ -14,9 +15,11 @@ namespace rilievo {
 // One mesh of one primitive: POSITION, NORMAL when the mesh has normals, _SOURCE (see HeightSource)
 // when `sources` is not empty (then one a vertex), COLOR_0 and _INTENSITY for layers, indices.
 // Positions are float about the middle of the bounding box, which is the node's translation in
-// double, so that map grids keep their detail. Axes are the scan's. INVALID_ARGUMENT without
-// vertices or triangles, or beyond the 4 GiB of the format.
+// double, so that map grids keep their detail. A node above it turns the way up of `place` (z where
+// it is not known) to y and scales to metres. INVALID_ARGUMENT without vertices or triangles, or
+// beyond the 4 GiB of the format.
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out, const PointLayers& layers = {});
+                          std::ostream& out, const PointLayers& layers = {},
+                          const ScanPlace& place = {});
 
 }  // namespace rilievo

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/las_header.h"
+#include "client/formats/las_variable_records.h"
 #include "client/formats/laz/laz_records.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
@@ -36,6 +37,7 @@ class LasReader {
         color_offset_(wanted.colors ? kLasColorOffsets[header.point_format] : 0) {}
 
   absl::Status Read(ByteSource* source) {
+    RILIEVO_ASSIGN_OR_RETURN(records_, ReadLasVariableRecords(source, header_));
     return header_.compressed ? ReadCompressed(source) : ReadPlain(source);
   }
 
@@ -47,6 +49,8 @@ class LasReader {
                                ", point format ", header_.point_format);
     if (withheld_ > 0) absl::StrAppend(&scan.format, ", without ", withheld_, " withheld points");
     scan.cloud.points = points_.Finish();
+    scan.place.up = UpDirection::kZ;  // LAS 1.4 R15: Z is the elevation
+    scan.place.crs = std::move(records_.crs);
     scan.layers.intensity = std::move(intensity_);
     // 16 bits a channel, but many programs write 8.
     const int shift = largest_channel_ > 255 ? 8 : 0;
@@ -61,7 +65,6 @@ class LasReader {
 
  private:
   absl::Status ReadPlain(ByteSource* source) {
-    if (!source->Skip(header_.point_offset - source->position())) return CutOff(0);
     if (source->remaining()) {
       const uint64_t held = *source->remaining() / header_.record_size;
       if (header_.point_count > held) return CutOff(held);
@@ -77,7 +80,7 @@ class LasReader {
 
   absl::Status ReadCompressed(ByteSource* source) {
     RILIEVO_ASSIGN_OR_RETURN(const std::unique_ptr<laz::LazRecords> records,
-                             laz::LazRecords::Open(source, header_, wanted_));
+                             laz::LazRecords::Open(source, header_, records_.laszip, wanted_));
     // Two bytes for a point are little already, what needs less grows as it comes.
     if (source->remaining() && header_.point_count <= *source->remaining() / 2) {
       points_.Reserve(header_.point_count);
@@ -120,6 +123,7 @@ class LasReader {
   const LasHeader header_;
   const WantedLayers wanted_;
   const size_t color_offset_;
+  LasVariableRecords records_;
   PointCollector points_;
   std::vector<float> intensity_;
   std::vector<std::array<uint16_t, 3>> colors_;

@@ -15,6 +15,7 @@
 #include "client/formats/ply_vertex.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/with_input.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -157,6 +158,7 @@ absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& nam
   MeshFile file;
   file.mesh.vertices = std::move(scan.cloud.points);
   file.format = std::move(scan.format);
+  file.place = std::move(scan.place);
   return file;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
@@ -17,6 +18,7 @@ struct MeshFile {
   TriangleMesh mesh;
   std::vector<uint8_t> source;  // vertex property 'source' of a PLY (see HeightSource), or empty
   std::string format;           // for people
+  ScanPlace place = {};         // of formats of scans, see ScanFile
 };
 
 // As the scan readers: streaming, no count believed before the bytes allow it. INVALID_ARGUMENT

@@ -176,14 +176,20 @@ absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
   return absl::OkStatus();
 }
 
+double FloatRounding(const Eigen::Matrix3Xd& points) {
+  if (points.cols() == 0) return 0;
+  return (points - points.cast<float>().cast<double>()).colwise().norm().maxCoeff();
+}
+
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
-                       std::span<const HeightSource> sources, const PointLayers& layers) {
-  return WriteMesh(path, Extension(path), mesh, sources, layers);
+                       std::span<const HeightSource> sources, const PointLayers& layers,
+                       const ScanPlace& place) {
+  return WriteMesh(path, Extension(path), mesh, sources, layers, place);
 }
 
 absl::Status WriteMesh(const std::string& path, const std::string& extension,
                        const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                       const PointLayers& layers) {
+                       const PointLayers& layers, const ScanPlace& place) {
   if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb") {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": the extension must be .ply, .obj, .stl or .glb"));
@@ -191,7 +197,7 @@ absl::Status WriteMesh(const std::string& path, const std::string& extension,
   return WriteFileAtomically(path, [&](std::ostream& out) {
     if (extension == "obj") return WriteObjMesh(mesh, out);
     if (extension == "stl") return WriteStlMesh(mesh, out);
-    if (extension == "glb") return WriteGlbMesh(mesh, sources, out, layers);
+    if (extension == "glb") return WriteGlbMesh(mesh, sources, out, layers, place);
     return WritePlyMesh(mesh, sources, out, layers);
   });
 }

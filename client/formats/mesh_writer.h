@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "client/formats/point_layers.h"
+#include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
 
@@ -33,13 +34,17 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out);
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 
 // By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Layers are
-// for .ply and .glb. Atomic, see WriteFileAtomically().
+// for .ply and .glb, `place` is for .glb. Atomic, see WriteFileAtomically().
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
-                       std::span<const HeightSource> sources, const PointLayers& layers = {});
+                       std::span<const HeightSource> sources, const PointLayers& layers = {},
+                       const ScanPlace& place = {});
 
 // In the format of `extension`, whatever the path.
 absl::Status WriteMesh(const std::string& path, const std::string& extension,
                        const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                       const PointLayers& layers = {});
+                       const PointLayers& layers = {}, const ScanPlace& place = {});
+
+// The largest distance by which float coordinates move a point.
+double FloatRounding(const Eigen::Matrix3Xd& points);
 
 }  // namespace rilievo

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include <absl/strings/str_cat.h>
+
 #include "client/formats/file_kind.h"
 
 namespace rilievo {

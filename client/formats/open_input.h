@@ -8,13 +8,8 @@
 #include <streambuf>
 #include <string>
 #include <string_view>
-#include <utility>
 
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/cord.h"
-#include "absl/strings/str_cat.h"
-#include "absl/strings/string_view.h"
 
 namespace rilievo {
 
@@ -42,30 +37,5 @@ absl::StatusOr<std::ifstream> OpenFile(const std::string& path);
 
 // Seekable when the standard input is a file.
 std::unique_ptr<std::istream> OpenStandardInput();
-
-// read(std::istream&) on the file or, for "-", on the standard input; puts the path before the
-// message of an error.
-template <typename Read>
-auto WithInput(const std::string& path, Read read)
-    -> decltype(read(std::declval<std::istream&>())) {
-  const auto named = [&](const absl::Status& status) {
-    absl::Status with_path(status.code(), absl::StrCat(path, ": ", status.message()));
-    status.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
-      with_path.SetPayload(url, payload);
-    });
-    return with_path;
-  };
-  if (path == "-") {
-    const std::unique_ptr<std::istream> standard_input = OpenStandardInput();
-    auto result = read(*standard_input);
-    if (!result.ok()) return named(result.status());
-    return result;
-  }
-  absl::StatusOr<std::ifstream> file = OpenFile(path);
-  if (!file.ok()) return file.status();
-  auto result = read(*file);
-  if (!result.ok()) return named(result.status());
-  return result;
-}
 
 }  // namespace rilievo

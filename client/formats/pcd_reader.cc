@@ -1,6 +1,8 @@
 // Point Cloud Library files (PCD 0.6, 0.7).
+#include <Eigen/Core>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +15,7 @@
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -32,12 +35,15 @@ struct PcdHeader {
   uint64_t points = 0;
   uint64_t point_bytes = 0, point_values = 0;
   std::string data;  // ascii, binary, binary_compressed
-  std::array<size_t, 3> axes{};
+  // Fields of one value each that are read: x, y, z, then sights.
+  std::vector<int> columns;
+  SightColumns sights;
+  Eigen::Vector3d viewpoint = UnknownPlace();
 };
 
 // The words of each header line, as found.
 struct PcdWords {
-  std::vector<std::string> fields, size, type, count, width, height, points, data;
+  std::vector<std::string> fields, size, type, count, width, height, points, data, viewpoint;
 };
 
 absl::Status HeaderError(absl::string_view entry, absl::string_view what) {
@@ -82,10 +88,12 @@ absl::StatusOr<PcdWords> ReadWords(ByteSource* source) {
       words.height = Words(rest);
     else if (key == "POINTS")
       words.points = Words(rest);
+    else if (key == "VIEWPOINT")
+      words.viewpoint = Words(rest);
     else if (key == "DATA") {
       words.data = Words(rest);
       if (words.data.empty()) return HeaderError("DATA", "names no format");
-    } else if (!key.empty() && key != "VERSION" && key != "VIEWPOINT") {
+    } else if (!key.empty() && key != "VERSION") {
       return absl::InvalidArgumentError(absl::StrCat("PCD header, line ", source->line_number(),
                                                      ": unknown entry ", Quoted(key)));
     }
@@ -146,14 +154,43 @@ absl::Status FindAxes(PcdHeader* header) {
     int found = 0;
     for (size_t i = 0; i < header->fields.size(); ++i) {
       if (header->fields[i].name != kAxes[axis]) continue;
-      header->axes[axis] = i;
+      header->columns.push_back(static_cast<int>(i));
       ++found;
     }
-    if (found != 1 || header->fields[header->axes[axis]].count != 1) {
+    if (found != 1 || header->fields[header->columns.back()].count != 1) {
       return HeaderError("FIELDS",
                          absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
     }
   }
+  return absl::OkStatus();
+}
+
+// The number of the field with a name and one value, -1 for none.
+int FindField(const PcdHeader& header, std::string_view name) {
+  for (size_t i = 0; i < header.fields.size(); ++i) {
+    if (header.fields[i].name == name && header.fields[i].count == 1) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+// The place and the turn (a quaternion) of the sensor. The default is what files without either
+// have.
+absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* header) {
+  if (words.empty()) return absl::OkStatus();
+  constexpr std::array<double, 7> kDefault = {0, 0, 0, 1, 0, 0, 0};
+  std::array<double, 7> values{};
+  const auto refuse = [&](const std::string& what) {
+    return HeaderError("VIEWPOINT", absl::StrCat(what,
+                                                 "; give the place and the quaternion of the "
+                                                 "sensor, 7 numbers, or leave the line out"));
+  };
+  if (words.size() != values.size()) return refuse(absl::StrCat(words.size(), " values"));
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (!ParseNumber(words[i], &values[i]).ok() || !std::isfinite(values[i])) {
+      return refuse(Quoted(words[i]));
+    }
+  }
+  if (values != kDefault) header->viewpoint = Eigen::Vector3d(values[0], values[1], values[2]);
   return absl::OkStatus();
 }
 
@@ -191,11 +228,14 @@ absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source) {
+absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& wanted) {
   RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadWords(source));
   PcdHeader header;
   RILIEVO_RETURN_IF_ERROR(AddFields(words, &header));
   RILIEVO_RETURN_IF_ERROR(FindAxes(&header));
+  if (wanted.stations) RILIEVO_RETURN_IF_ERROR(FindViewpoint(words.viewpoint, &header));
+  const auto find = [&](std::string_view name) { return FindField(header, name); };
+  header.sights = SightColumns(wanted, find, &header.columns);
   RILIEVO_RETURN_IF_ERROR(CountPoints(words, &header));
   header.data = words.data[0];
   if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
@@ -218,16 +258,30 @@ absl::Status Truncated(const PcdHeader& header, uint64_t read) {
                                           " points, the bytes end after ", read));
 }
 
-absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+// The points so far, with what is read of them besides.
+struct PcdPoints {
+  explicit PcdPoints(const WantedLayers& wanted) : sights(wanted) {}
+
+  // `values`: of the header's columns.
+  void Add(const PcdHeader& header, const std::vector<double>& values) {
+    points.Add(values[0], values[1], values[2]);
+    header.sights.Take(values.data(), &sights);
+    if (!header.sights.has_sensor()) sights.AddStation(header.viewpoint);
+  }
+
+  PointCollector points;
+  SightCollector sights;
+};
+
+absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   if (source->remaining()) {
     RILIEVO_RETURN_IF_ERROR(
         CheckPointsFit(header, 2 * header.point_values, *source->remaining() + 1));
-    points->Reserve(header.points);
+    points->points.Reserve(header.points);
   }
-  std::array<uint64_t, 3> columns;
-  for (size_t axis = 0; axis < 3; ++axis) {
-    columns[axis] = header.fields[header.axes[axis]].value_index;
-  }
+  std::vector<uint64_t> columns;
+  for (const int field : header.columns) columns.push_back(header.fields[field].value_index);
+  std::vector<double> point(columns.size());
   std::string_view line;
   for (uint64_t read = 0; read < header.points;) {
     const ByteSource::Line result = source->NextLine(&line);
@@ -239,12 +293,11 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PointCollect
     if (result == ByteSource::Line::kTooLong) return line_error("the next line is over 1 MiB");
     std::string_view word = NextWord(&line);
     if (word.empty()) continue;
-    std::array<double, 3> point{};
     uint64_t column = 0;
     for (; !word.empty(); word = NextWord(&line), ++column) {
-      for (size_t axis = 0; axis < 3; ++axis) {
-        if (columns[axis] != column) continue;
-        if (const absl::Status status = ParseNumber(word, &point[axis]); !status.ok()) {
+      for (size_t place = 0; place < columns.size(); ++place) {
+        if (columns[place] != column) continue;
+        if (const absl::Status status = ParseNumber(word, &point[place]); !status.ok()) {
           return line_error(status.message());
         }
       }
@@ -253,7 +306,7 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PointCollect
     if (column != header.point_values) {
       return line_error(column, " values, the fields need ", header.point_values);
     }
-    points->Add(point[0], point[1], point[2]);
+    points->Add(header, point);
     ++read;
   }
   return absl::OkStatus();
@@ -261,23 +314,23 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PointCollect
 
 constexpr bool kSwap = std::endian::native == std::endian::big;  // PCD bodies are little-endian
 
-absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   if (source->remaining()) {
     RILIEVO_RETURN_IF_ERROR(CheckPointsFit(header, header.point_bytes, *source->remaining()));
-    points->Reserve(header.points);
+    points->points.Reserve(header.points);
   }
+  std::vector<double> point(header.columns.size());
   const uint64_t block = std::max<uint64_t>(1, (1u << 16) / header.point_bytes);
   for (uint64_t read = 0; read < header.points;) {
     const uint64_t rows = std::min(block, header.points - read);
     const char* bytes = source->Take(rows * header.point_bytes);
     if (bytes == nullptr) return Truncated(header, read);
     for (uint64_t row = 0; row < rows; ++row, bytes += header.point_bytes) {
-      std::array<double, 3> point;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const PcdField& field = header.fields[header.axes[axis]];
-        point[axis] = LoadScalar(bytes + field.byte_offset, field.type, kSwap);
+      for (size_t place = 0; place < point.size(); ++place) {
+        const PcdField& field = header.fields[header.columns[place]];
+        point[place] = LoadScalar(bytes + field.byte_offset, field.type, kSwap);
       }
-      points->Add(point[0], point[1], point[2]);
+      points->Add(header, point);
     }
     read += rows;
   }
@@ -285,7 +338,7 @@ absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PointCollec
 }
 
 // Two sizes, then an LZF stream that holds field after field instead of point after point.
-absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PointCollector* points) {
+absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   const char* sizes = source->Take(8);
   if (sizes == nullptr) return absl::DataLossError("PCD data: the bytes end before the two sizes");
   const uint64_t compressed = LoadAs<uint32_t>(sizes, kSwap);
@@ -302,29 +355,33 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PointCo
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<char> body,
                            DecodeLzf(std::string_view(bytes, compressed), size));
-  points->Reserve(header.points);
+  points->points.Reserve(header.points);
+  std::vector<double> point(header.columns.size());
   for (uint64_t i = 0; i < header.points; ++i) {
-    std::array<double, 3> point;
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const PcdField& field = header.fields[header.axes[axis]];
+    for (size_t place = 0; place < point.size(); ++place) {
+      const PcdField& field = header.fields[header.columns[place]];
       const char* plane = body.data() + field.byte_offset * header.points;
-      point[axis] = LoadScalar(plane + i * field.bytes(), field.type, kSwap);
+      point[place] = LoadScalar(plane + i * field.bytes(), field.type, kSwap);
     }
-    points->Add(point[0], point[1], point[2]);
+    points->Add(header, point);
   }
   return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in) {
+absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
-  RILIEVO_ASSIGN_OR_RETURN(const PcdHeader header, ReadPcdHeader(&source));
-  PointCollector points;
+  RILIEVO_ASSIGN_OR_RETURN(const PcdHeader header, ReadPcdHeader(&source, wanted));
+  PcdPoints points(wanted);
   RILIEVO_RETURN_IF_ERROR(header.data == "ascii"    ? ReadAscii(&source, header, &points)
                           : header.data == "binary" ? ReadBinary(&source, header, &points)
                                                     : ReadCompressed(&source, header, &points));
-  return ScanFile{{points.Finish()}, absl::StrCat("PCD ", header.data)};
+  ScanFile scan;
+  scan.format = absl::StrCat("PCD ", header.data);
+  scan.cloud.sights = points.sights.Finish(points.points.count());
+  scan.cloud.points = points.points.Finish();
+  return scan;
 }
 
 }  // namespace rilievo

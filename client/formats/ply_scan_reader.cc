@@ -3,15 +3,18 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/ply_elements.h"
 #include "client/formats/ply_header.h"
+#include "client/formats/ply_stations.h"
 #include "client/formats/ply_vertex.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -36,6 +39,17 @@ class LayerColumns {
     scalars_.push_back(intensity);
   }
 
+  // After the layers. `stations`: of the file.
+  void AddSights(const PlyElement& element, const WantedLayers& wanted,
+                 const PlyStations& stations) {
+    const auto find = [&](std::string_view name) { return Find(element, name); };
+    sights_ = SightColumns(wanted, find, &scalars_);
+    const int station = Find(element, "station");
+    if (station < 0 || stations.element() < 0 || sights_.has_sensor()) return;
+    station_at_ = scalars_.size();
+    scalars_.push_back(station);
+  }
+
   std::span<const int> scalars() const { return scalars_; }
 
   void Take(const double* values, PointLayers* layers) {
@@ -53,6 +67,11 @@ class LayerColumns {
     }
   }
 
+  void TakeSights(const double* values, PlyStations* stations, SightCollector* sights) const {
+    sights_.Take(values, sights);
+    if (station_at_ > 0) stations->AddVertex(values[station_at_]);
+  }
+
   // After the last point.
   void Finish(PointLayers* layers) const {
     const double scale = Scale();
@@ -65,7 +84,7 @@ class LayerColumns {
 
  private:
   // Of a scalar property; -1: there is none.
-  static int Find(const PlyElement& element, const char* name) {
+  static int Find(const PlyElement& element, std::string_view name) {
     const int property = element.Find(name);
     return property >= 0 && !element.properties[static_cast<size_t>(property)].is_list ? property
                                                                                        : -1;
@@ -92,9 +111,10 @@ class LayerColumns {
   }
 
   std::vector<int> scalars_;
-  size_t color_at_ = 0, intensity_at_ = 0;  // in scalars_; 0: none
-  bool integers_ = false, bytes_ = false;   // the channels
-  double largest_ = 0;                      // of the channels
+  SightColumns sights_;
+  size_t color_at_ = 0, intensity_at_ = 0, station_at_ = 0;  // in scalars_; 0: none
+  bool integers_ = false, bytes_ = false;                    // the channels
+  double largest_ = 0;                                       // of the channels
   std::vector<std::array<float, 3>> colors_;
 };
 
@@ -104,22 +124,38 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   ByteSource source(in);
   RILIEVO_ASSIGN_OR_RETURN(const PlyHeader header, ReadPlyHeader(&source));
   RILIEVO_ASSIGN_OR_RETURN(const PlyVertexLayout vertex, FindPlyVertex(header));
-  for (size_t i = 0; i < vertex.element_index; ++i) {
-    RILIEVO_RETURN_IF_ERROR(SkipPlyElement(&source, header, header.elements[i]));
-  }
   const PlyElement& element = header.elements[vertex.element_index];
-  RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), source));
+  PlyStations stations(header, wanted);
+  SightCollector sights(wanted);
   PointCollector points;
-  if (source.remaining()) points.Reserve(element.count);
   LayerColumns columns(element, vertex.position, wanted);
-  PlyElementReader reader(&source, header, element, columns.scalars(), -1);
+  columns.AddSights(element, wanted, stations);
   ScanFile scan;
-  for (uint64_t i = 0; i < element.count; ++i) {
-    RILIEVO_RETURN_IF_ERROR(reader.Next());
-    points.Add(reader.scalars()[0], reader.scalars()[1], reader.scalars()[2]);
-    columns.Take(reader.scalars(), &scan.layers);
+  const auto read_vertices = [&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), source));
+    if (source.remaining()) points.Reserve(element.count);
+    PlyElementReader reader(&source, header, element, columns.scalars(), -1);
+    for (uint64_t i = 0; i < element.count; ++i) {
+      RILIEVO_RETURN_IF_ERROR(reader.Next());
+      points.Add(reader.scalars()[0], reader.scalars()[1], reader.scalars()[2]);
+      columns.Take(reader.scalars(), &scan.layers);
+      columns.TakeSights(reader.scalars(), &stations, &sights);
+    }
+    return absl::OkStatus();
+  };
+  const int last = std::max(static_cast<int>(vertex.element_index), stations.element());
+  for (int i = 0; i <= last; ++i) {
+    if (i == static_cast<int>(vertex.element_index)) {
+      RILIEVO_RETURN_IF_ERROR(read_vertices());
+    } else if (i == stations.element()) {
+      RILIEVO_RETURN_IF_ERROR(stations.Read(&source, header));
+    } else {
+      RILIEVO_RETURN_IF_ERROR(SkipPlyElement(&source, header, header.elements[i]));
+    }
   }
   columns.Finish(&scan.layers);
+  RILIEVO_RETURN_IF_ERROR(stations.Finish(&sights));
+  scan.cloud.sights = sights.Finish(points.count());
   scan.cloud.points = points.Finish();
   scan.format = absl::StrCat("PLY ", PlyFormatName(header.format));
   for (const PlyElement& other : header.elements) {

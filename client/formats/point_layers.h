@@ -14,6 +14,7 @@ namespace rilievo {
 struct WantedLayers {
   bool intensity = false;
   bool colors = false;
+  bool stations = false, normals = false;  // of PointCloud::sights
 };
 
 // One value a point, or empty where the file has none or none was wanted.

@@ -13,6 +13,7 @@
 #include "client/formats/number_text.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -29,7 +30,8 @@ absl::StatusOr<int> Numbers(std::string_view line, int most, double* values) {
 
 class PtxReader {
  public:
-  PtxReader(ByteSource* source, const WantedLayers& wanted) : source_(*source), wanted_(wanted) {}
+  PtxReader(ByteSource* source, const WantedLayers& wanted)
+      : source_(*source), wanted_(wanted), sights_(wanted) {}
 
   absl::StatusOr<ScanFile> Read() {
     for (;;) {
@@ -43,6 +45,7 @@ class PtxReader {
     ScanFile scan;
     scan.format = absl::StrCat("PTX, ", clouds_, clouds_ == 1 ? " cloud" : " clouds");
     if (empty_ > 0) absl::StrAppend(&scan.format, ", ", empty_, " rays without a return");
+    scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
     // A layer that one of the clouds lacks is no layer.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
@@ -92,10 +95,11 @@ class PtxReader {
       }
     }
     RILIEVO_RETURN_IF_ERROR(CheckCount(size[0], size[1]));
-    // The scanner's position and axes, which the matrix says once more.
+    // The scanner's registered position and its axes, which the matrix says once more.
+    std::array<double, 3> position{}, axis;
     for (int row = 0; row < 4; ++row) {
-      std::array<double, 3> ignored;
-      RILIEVO_RETURN_IF_ERROR(TakeHeaderRow("the scanner's position and axes", ignored));
+      RILIEVO_RETURN_IF_ERROR(
+          TakeHeaderRow("the scanner's position and axes", row == 0 ? position : axis));
     }
     for (int row = 0; row < 4; ++row) {
       std::array<double, 4> values;
@@ -113,6 +117,10 @@ class PtxReader {
         translation_ = image;
       }
     }
+    // Programs that write no position leave it at zero; the scanner is at the origin of its own
+    // coordinates.
+    station_ = Eigen::Vector3d(position[0], position[1], position[2]);
+    if (station_.isZero(0)) station_ = translation_;
     return true;
   }
 
@@ -168,6 +176,7 @@ class PtxReader {
     }
     const Eigen::Vector3d point = rotation_ * local + translation_;
     points_.Add(point.x(), point.y(), point.z());
+    sights_.AddStation(station_);
     if (wanted_.intensity && *count >= 4) intensity_.push_back(static_cast<float>(values[3]));
     if (wanted_.colors && *count == 7) {
       std::array<uint8_t, 3> color;
@@ -183,10 +192,11 @@ class PtxReader {
   ByteSource& source_;
   const WantedLayers wanted_;
   PointCollector points_;
+  SightCollector sights_;
   std::vector<float> intensity_;
   std::vector<std::array<uint8_t, 3>> colors_;
   Eigen::Matrix3d rotation_;  // scan = rotation * local + translation
-  Eigen::Vector3d translation_;
+  Eigen::Vector3d translation_, station_;
   uint64_t left_ = 0;  // points of this cloud
   int64_t clouds_ = 0, empty_ = 0;
 };

@@ -19,9 +19,9 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
     case FileKind::kPly:
       return ReadPlyScan(input.stream(), wanted);
     case FileKind::kPcd:
-      return ReadPcdScan(input.stream());
+      return ReadPcdScan(input.stream(), wanted);
     case FileKind::kXyz:
-      return ReadXyzScan(input.stream());
+      return ReadXyzScan(input.stream(), wanted);
     case FileKind::kObj:
       return ReadObjScan(input.stream());
     case FileKind::kLas:
@@ -40,10 +40,6 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
           "LAZ, E57 or PTX");
   }
   return absl::InternalError("unknown kind of file");
-}
-
-absl::StatusOr<ScanFile> ReadScan(const std::string& path, const WantedLayers& wanted) {
-  return WithInput(path, [&](std::istream& in) { return ReadScanStream(in, path, wanted); });
 }
 
 }  // namespace rilievo

@@ -8,14 +8,16 @@
 #include "absl/status/statusor.h"
 #include "client/formats/point_layers.h"
 #include "core/geometry/point_cloud.h"
+#include "core/geometry/scan_place.h"
 
 namespace rilievo {
 
 struct ScanFile {
-  PointCloud cloud;         // as in the file: double, non-finite points kept
+  PointCloud cloud;         // as in the file: double, non-finite points kept; sights where wanted
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
   PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, E57, PTX
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
+  ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -25,17 +27,22 @@ struct ScanFile {
 
 // Any property types and order, lists, other elements before and after, either byte order. Layers
 // are the properties red, green and blue (8 bits, the high 8 of longer integers, real numbers from
-// 0 to 1), and intensity or scalar_Intensity.
+// 0 to 1), and intensity or scalar_Intensity. Normals are nx, ny, nz or normal_x, normal_y,
+// normal_z; the sensor's place is sensor_x, sensor_y, sensor_z, or the property station, the number
+// of an element 'station' with x, y, z (-1: not known).
 absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
-absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in);
+// Normals are normal_x, normal_y, normal_z; the sensor's place is vp_x, vp_y, vp_z, or that of
+// VIEWPOINT, whose default, 0 0 0 1 0 0 0, says nothing.
+absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Lines of numbers, x y z first (or where a heading says, see xyz_heading.h), separated by blanks,
-// tabs, commas or semicolons; further columns are passed over. Comments start with # or //. A line
-// with a single whole number gives the count of the points that follow (PTS), several such blocks
-// may follow.
-absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in);
+// tabs, commas or semicolons; further columns are passed over, but for the
+// normals and the sensor's place that a heading names, as in PLY. Comments start with # or //. A
+// line with a single whole number gives the count of the points that follow (PTS), several such
+// blocks may follow.
+absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in, const WantedLayers& wanted = {});
 
 // The 'v' lines of a Wavefront file.
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
@@ -43,15 +50,20 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
 // ASPRS LAS 1.0 to 1.4 and LAZ (M. Isenburg, "LASzip: lossless compression of LiDAR data",
 // Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
 // coordinates in double, so map grids keep what the file has. Points marked as withheld are left
-// out. 16-bit colours become 8 bits.
+// out. 16-bit colours become 8 bits. The coordinate reference system is that of the variable length
+// records (las_variable_records.h); which unit it has is not asked of it.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
 
 // ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
-// frame. Points marked as invalid are left out. Each page that is read is compared with its
-// checksum. A pipe is read into memory first. Colours become 8 bits by their limits.
+// frame. The station of a scan is the origin of its own coordinates, where these are spherical or
+// have a pose that is not the identity. Points marked as invalid are left out. Each page that is
+// read is compared with its checksum. A pipe is read into memory first. Colours become 8 bits by
+// their limits. The unit is the metre, the coordinate reference system that of the element
+// coordinateMetadata.
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
-// Leica's PTX: one or more grids of points, each moved by its own transform into the common frame.
+// Leica's PTX: one or more grids of points, each moved by its own transform into the common frame,
+// with the registered position for its station.
 // Rays without a return (0 0 0) are left out.
 absl::StatusOr<ScanFile> ReadPtxScan(std::istream& in, const WantedLayers& wanted = {});
 

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
+#include "core/geometry/scan_place.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -19,9 +20,10 @@ absl::Status WriteObjCage(const ControlMesh& mesh, const SpatialFrame& frame, st
 // it is; creases and corners keep what is left of their sharpness. The heights of these vertices
 // are the primvar `displacement` (scan unit, along the limit normal, "varying": linear between the
 // vertices), their origin the primvar `heightSource` (see HeightSource). Points are float about the
-// frame's centre, which is the translation in double.
-absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const RunContext& context,
-                             std::ostream& out);
+// frame's centre, which is the translation in double. metersPerUnit and upAxis are those of `place`
+// (a metre and Z where it does not say); a way up that USD has no word for is turned to Y.
+absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const ScanPlace& place,
+                             const RunContext& context, std::ostream& out);
 
 // The heights of a level, [0, max_level], as a 16-bit grey PNG: docs/displacement-atlas.md.
 absl::Status WriteDisplacementAtlas(const DisplacedSurface& surface, int level,

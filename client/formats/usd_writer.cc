@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/block_writer.h"
+#include "client/formats/export_axes.h"
 #include "client/formats/number_text.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
@@ -116,10 +117,34 @@ void WriteMeshArrays(const Cage& cage, UsdText* usd) {
              [&](int64_t i, std::string* text) { AppendTuple(cage.points.col(i), text); });
 }
 
+void WriteLayer(const ScanPlace& place, UsdText* usd) {
+  std::string metres;
+  AppendNumber(MetresPerUnitOrOne(place), &metres);
+  usd->Line(
+      absl::StrCat("#usda 1.0\n(\n    defaultPrim = \"surface\"\n    metersPerUnit = ", metres,
+                   "\n    upAxis = \"", UpOrZ(place) == UpDirection::kZ ? "Z" : "Y", "\"\n)\n"));
+}
+
+// The last operation is done first.
+void WriteTransform(const Eigen::Vector3d& center, UpDirection up, UsdText* usd) {
+  std::string translation, order = "\"xformOp:translate\"";
+  AppendTuple(center, &translation);
+  usd->Line(absl::StrCat("    double3 xformOp:translate = ", translation));
+  if (up != UpDirection::kY && up != UpDirection::kZ) {
+    const Eigen::Quaterniond turn = YUpFrom(up);
+    std::string real, imaginary;
+    AppendNumber(turn.w(), &real);
+    AppendTuple(turn.vec(), &imaginary);
+    usd->Line(absl::StrCat("    quatd xformOp:orient = (", real, ", ", imaginary.substr(1)));
+    order = absl::StrCat("\"xformOp:orient\", ", order);
+  }
+  usd->Line(absl::StrCat("    uniform token[] xformOpOrder = [", order, "]"));
+}
+
 }  // namespace
 
-absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const RunContext& context,
-                             std::ostream& out) {
+absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const ScanPlace& place,
+                             const RunContext& context, std::ostream& out) {
   if (level < 0 || level > surface.max_level) {
     return absl::InvalidArgumentError(absl::StrCat("level = ", level,
                                                    ": USD can be written for 0 to ",
@@ -127,9 +152,7 @@ absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const R
   }
   RILIEVO_ASSIGN_OR_RETURN(const Cage cage, MakeCage(surface, level, context));
   UsdText usd(out);
-  std::string centre;
-  AppendTuple(surface.frame.center, &centre);
-  usd.Line("#usda 1.0\n(\n    defaultPrim = \"surface\"\n    upAxis = \"Z\"\n)\n");
+  WriteLayer(place, &usd);
   usd.Line("def Mesh \"surface\"\n{");
   WriteMeshArrays(cage, &usd);
   usd.Line("    uniform token subdivisionScheme = \"loop\"");
@@ -151,8 +174,8 @@ absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const R
         absl::StrAppend(text, static_cast<int>(surface.sources[static_cast<size_t>(v)]));
       },
       varying);
-  usd.Line(absl::StrCat("    double3 xformOp:translate = ", centre));
-  usd.Line("    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n}");
+  WriteTransform(surface.frame.center, UpOrZ(place), &usd);
+  usd.Line("}");
   return absl::OkStatus();
 }
 

@@ -59,7 +59,7 @@ std::optional<XyzHeading> ParseXyzHeading(string_view line) {
   constexpr int kNone = 4;
   std::array<int, 3> rank = {kNone, kNone, kNone};
   std::array<std::string, 3> names;
-  XyzHeading heading{{}, 0, ""};
+  XyzHeading heading{{}, 0, {}, ""};
   while (!line.empty()) {
     const size_t end = std::min(FindOutsideQuotes(line, separators), line.size());
     const string_view name = NameOf(line.substr(0, end));
@@ -76,6 +76,7 @@ std::optional<XyzHeading> ParseXyzHeading(string_view line) {
       heading.axis_column[axis] = heading.columns;
     }
     ++heading.columns;
+    heading.names.push_back(lower);
   }
   if (*std::max_element(rank.begin(), rank.end()) == kNone) return std::nullopt;
   heading.axis_names = absl::StrCat(names[0], ", ", names[1], ", ", names[2]);

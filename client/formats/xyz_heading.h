@@ -5,12 +5,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace rilievo {
 
 struct XyzHeading {
   std::array<int, 3> axis_column;  // of x, y and z, from 0
   int columns;                     // that are named
+  std::vector<std::string> names;  // of them, in lower case
   std::string axis_names;          // "X, Y, Z", as the line writes them
 };
 

@@ -1,15 +1,17 @@
 // Lines of numbers: XYZ, PTS, TXT, CSV.
 #include <algorithm>
-#include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/number_text.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "client/formats/xyz_heading.h"
 #include "core/base/status_macros.h"
 
@@ -49,7 +51,8 @@ Column NextColumn(std::string_view* line) {
 
 class XyzReader {
  public:
-  explicit XyzReader(ByteSource* source) : source_(*source) {}
+  XyzReader(ByteSource* source, const WantedLayers& wanted)
+      : source_(*source), wanted_(wanted), sights_(wanted) {}
 
   absl::StatusOr<ScanFile> Read() {
     std::string_view line;
@@ -64,8 +67,11 @@ class XyzReader {
     }
     if (block_left_.value_or(0) > 0) return Truncated();
     if (points_.count() == 0) return absl::InvalidArgumentError("points: the file holds none");
-    return ScanFile{{points_.Finish()},
-                    axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_)};
+    ScanFile scan;
+    scan.format = axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_);
+    scan.cloud.sights = sights_.Finish(points_.count());
+    scan.cloud.points = points_.Finish();
+    return scan;
   }
 
  private:
@@ -144,8 +150,13 @@ class XyzReader {
   }
 
   void Follow(const XyzHeading& heading) {
-    axis_column_ = heading.axis_column;
-    columns_needed_ = 1 + *std::max_element(axis_column_.begin(), axis_column_.end());
+    columns_.assign(heading.axis_column.begin(), heading.axis_column.end());
+    columns_needed_ = 1 + *std::max_element(columns_.begin(), columns_.end());
+    const auto find = [&](std::string_view name) {
+      const auto found = std::find(heading.names.begin(), heading.names.end(), name);
+      return found == heading.names.end() ? -1 : static_cast<int>(found - heading.names.begin());
+    };
+    sight_columns_ = SightColumns(wanted_, find, &columns_);
     axis_names_ = heading.axis_names;
   }
 
@@ -163,47 +174,56 @@ class XyzReader {
 
   absl::Status TakePoint(std::string_view line) {
     if (commented_heading_) FollowComment(line);
-    std::array<double, 3> point{};
+    // What a short line lacks is not known.
+    std::vector<double>& values = values_;
+    values.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
+    const int last_column = *std::max_element(columns_.begin(), columns_.end());
     Gap first_gap = Gap::kNone;
-    for (int column = 0; column < columns_needed_; ++column) {
+    for (int column = 0; column <= last_column; ++column) {
       const Column next = NextColumn(&line);
       if (next.text.empty()) {
+        if (column >= columns_needed_) break;
         if (!source_.line_was_ended() && block_left_) return Truncated();
         return LineError(column, " values, ", columns_needed_, " needed for x, y and z");
       }
-      for (int axis = 0; axis < 3; ++axis) {
-        if (axis_column_[axis] != column) continue;
-        if (const absl::Status status = ParseNumber(next.text, &point[axis]); !status.ok()) {
+      for (size_t place = 0; place < columns_.size(); ++place) {
+        if (columns_[place] != column) continue;
+        if (const absl::Status status = ParseNumber(next.text, &values[place]); !status.ok()) {
           return LineError(status.message());
         }
       }
       // "0,5 1,25 0": commas without blanks among other separators are decimal commas.
       if (column == 0) first_gap = next.gap;
       const bool comma = next.gap == Gap::kComma, first_comma = first_gap == Gap::kComma;
-      const bool last = column + 1 == columns_needed_;
-      if (comma != first_comma && (comma || !last)) {
+      const bool last = column + 1 >= columns_needed_;
+      if (column < columns_needed_ && comma != first_comma && (comma || !last)) {
         return LineError("commas beside other separators: decimal commas? write points, as in 0.5");
       }
     }
-    points_.Add(point[0], point[1], point[2]);
+    points_.Add(values[0], values[1], values[2]);
+    sight_columns_.Take(values.data(), &sights_);
     return absl::OkStatus();
   }
 
   ByteSource& source_;
+  const WantedLayers wanted_;
   PointCollector points_;
+  SightCollector sights_;
+  SightColumns sight_columns_;
+  std::vector<double> values_;                   // of the point at hand, by place in columns_
   std::optional<uint64_t> block_left_;           // points still to come after a count line
   std::optional<XyzHeading> commented_heading_;  // until the first point
   std::string axis_names_;                       // of a heading that is followed
-  std::array<int, 3> axis_column_ = {0, 1, 2};
+  std::vector<int> columns_ = {0, 1, 2};         // x, y, z, then sights
   int columns_needed_ = 3;
   bool seen_heading_ = false, seen_data_ = false;
 };
 
 }  // namespace
 
-absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in) {
+absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
-  return XyzReader(&source).Read();
+  return XyzReader(&source, wanted).Read();
 }
 
 }  // namespace rilievo

@@ -73,9 +73,9 @@ struct JobsClient::Attempts {
 
 PackedScan PackScan(const PointCloud& scan) {
   PackedScan packed;
-  packed.format = LosslessFormat(scan);
-  packed.point_count = static_cast<uint64_t>(scan.points.cols());
-  packed.bytes = PackPoints(scan, 0, scan.points.cols(), packed.format);
+  const PointLayout layout = LosslessLayout(scan);
+  packed.header = HeaderOf(scan, layout);
+  packed.bytes = PackPoints(scan, 0, scan.points.cols(), layout);
   packed.scan_id = absl::BytesToHexString(Digest(packed.bytes));
   return packed;
 }
@@ -155,8 +155,7 @@ absl::StatusOr<v1::Job> JobsClient::Submit(const PackedScan& scan,
   v1::CreateJobRequest request;
   request.set_request_id(request_id);
   request.set_scan_id(scan.scan_id);
-  request.mutable_header()->set_point_count(scan.point_count);
-  request.mutable_header()->set_coordinate_format(scan.format);
+  *request.mutable_header() = scan.header;
   *request.mutable_header()->mutable_options() = options;
   // A few rounds: the same scan may be on its way from elsewhere, and the retention of a full
   // server may remove it between its upload and the job.

@@ -19,13 +19,12 @@ namespace rilievo {
 
 // A scan as it travels and is stored.
 struct PackedScan {
-  v1::CoordinateFormat format = v1::COORDINATE_FORMAT_FLOAT32_LE;
-  uint64_t point_count = 0;
+  v1::ReconstructHeader header;  // without options
   std::string bytes;
   std::string scan_id;  // SHA-256 of the bytes, hexadecimal
 };
 
-// float32 when that loses nothing, else float64.
+// With its sights; coordinates as float32 when that loses nothing, else as float64.
 PackedScan PackScan(const PointCloud& scan);
 
 // Every function repeats its call after a pause while the server is away or asks for it, and goes

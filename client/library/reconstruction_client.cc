@@ -25,16 +25,15 @@ void Prepare(const CallOptions& call, grpc::ClientContext* context) {
 // Ends early when a write fails: the server has already answered, and the reader has its reason.
 void SendScan(const PointCloud& scan, const v1::ReconstructOptions& options,
               const std::function<void(int64_t)>& sent, ReconstructionClient::Stream* stream) {
-  const v1::CoordinateFormat format = LosslessFormat(scan);
+  const PointLayout layout = LosslessLayout(scan);
   v1::ReconstructRequest request;
-  request.mutable_header()->set_point_count(static_cast<uint64_t>(scan.points.cols()));
-  request.mutable_header()->set_coordinate_format(format);
+  *request.mutable_header() = HeaderOf(scan, layout);
   *request.mutable_header()->mutable_options() = options;
   if (!stream->Write(request)) return;
-  const int64_t step = kMessageBytes / PointBytes(format);
+  const int64_t step = kMessageBytes / layout.bytes();
   for (int64_t begin = 0; begin < scan.points.cols(); begin += step) {
     const int64_t end = std::min<int64_t>(begin + step, scan.points.cols());
-    request.mutable_points()->set_data(PackPoints(scan, begin, end, format));
+    request.mutable_points()->set_data(PackPoints(scan, begin, end, layout));
     if (!stream->Write(request)) return;
     if (sent) sent(end);
   }

@@ -48,7 +48,8 @@ class ReconstructionClient {
 
   explicit ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel);
 
-  // Sends the points (as float32 when that loses nothing, else as float64) and blocks until the
+  // Sends the points with their sights (coordinates as float32 when that loses nothing, else as
+  // float64) and blocks until the
   // surface is here. Status codes are those of the proto's comment; the message holds each field
   // violation as "field: description", and RetryDelay() reads the retry time. DATA_LOSS also when
   // the answer is not whole. Many threads may call at the same time.

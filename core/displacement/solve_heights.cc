@@ -30,7 +30,7 @@ std::vector<uint8_t> WithinReach(const HeightProblem& problem, const LimitSurfac
   for (; !front.empty(); front.swap(next)) {
     next.clear();
     for (const int v : front) {
-      for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+      for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
         const int n = level.neighbor[s];
         const double edge = (limit.positions.col(n) - limit.positions.col(v)).norm();
         const auto distance = static_cast<float>(away[v] + edge);
@@ -78,8 +78,9 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   const std::vector<float> first(1, static_cast<float>(kSolve.first_length));
   problem.PreferNearPoints();
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> heights, problem.SolveUpTo(finest, first, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> heights, problem.SolveUpTo(finest, first, context));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
+  problem.Release();
   if (!IsLeftOut(Mechanism::kReachPoints)) {
     RILIEVO_RETURN_IF_ERROR(
         ReachPoints(cloud, refinement, limit, heights, problem.spacing(), context, &feet));
@@ -92,7 +93,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(finest, context));
   RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
   SolvedHeights solved;
-  solved.height.assign(heights.begin(), heights.end());
+  solved.height = std::move(heights);
   solved.measured = MeasuredVertices(problem, limit);
   solved.smoothed.resize(lengths.size());
   std::transform(lengths.begin(), lengths.end(), solved.smoothed.begin(),

@@ -77,13 +77,13 @@ std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadat
                                      bool with_errors) {
   FigureList list;
   if (with_errors) {
+    list.Add("scan_to_surface", stated.scan_to_surface, found.scan_to_surface);
     list.Add("rms", stated.error_rms, found.error_rms);
     list.Add("mean", stated.error_mean, found.error_mean);
     list.Add("p95", stated.error_p95, found.error_p95);
     list.Add("max", stated.error_max, found.error_max);
     list.Add("rms_across", stated.error_across, found.error_across);
     list.Add("surface_to_scan", stated.surface_to_scan, found.surface_to_scan);
-    list.Add("scan_to_surface", stated.scan_to_surface, found.scan_to_surface);
     list.Add("scan_points", static_cast<double>(stated.scan_points),
              static_cast<double>(found.scan_points));
   }

@@ -18,11 +18,14 @@ namespace rilievo {
 namespace {
 
 using Names = std::span<const char* const>;
+constexpr std::array kSightRules = {"auto", "use", "ignore"};
 constexpr std::array kTopologies = {"auto", "planar", "spherical", "arbitrary", "user"};
 constexpr std::array kBoundaries = {"keep", "close"};
 constexpr std::array kCreases = {"auto", "off"};
 constexpr std::array kMethods = {"suzuki", "least-squares"};
 static_assert(static_cast<int>(Topology::kAuto) == 0 && static_cast<int>(Topology::kUser) == 4);
+static_assert(static_cast<int>(SightRule::kAuto) == 0);
+static_assert(static_cast<int>(SightRule::kIgnore) == 2);
 static_assert(static_cast<int>(BoundaryRule::kKeep) == 0);
 static_assert(static_cast<int>(CreaseRule::kAuto) == 0);
 static_assert(static_cast<int>(FitMethod::kSuzuki) == 0);
@@ -35,6 +38,8 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("neighbors", o.scan.neighbors.k);
   visit("distance_factor", o.scan.outliers.distance_factor);
   visit("min_component_share", o.scan.outliers.min_component_share);
+  visit("stations", o.scan.sights.stations, Names(kSightRules));
+  visit("normals", o.scan.sights.normals, Names(kSightRules));
   visit("topology", o.control.topology, Names(kTopologies));
   visit("boundary", o.control.boundary, Names(kBoundaries));
   visit("creases", o.control.creases, Names(kCreases));

@@ -14,6 +14,7 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/code_surface.h"
+#include "core/pipeline/encode_lengths.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/report_warnings.h"
@@ -30,6 +31,7 @@ absl::Status ReconstructOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(fit.Validate());
   RILIEVO_RETURN_IF_ERROR(displacement.Validate());
   RILIEVO_RETURN_IF_ERROR(encode.Validate());
+  RILIEVO_RETURN_IF_ERROR(lengths.Validate(encode));
   if (max_surface_faces < 1 || max_surface_faces > int64_t{1} << 30) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_surface_faces = ", max_surface_faces, " must lie in [1, 2^30]"));
@@ -91,6 +93,7 @@ DssMetadata MetadataOf(std::string input_hash, Topology topology, const Reconstr
   metadata.topology = TopologyName(topology);
   metadata.input_hash = std::move(input_hash);
   metadata.options = OptionsText(options, context.seed);
+  metadata.place = options.place;
   return metadata;
 }
 
@@ -106,6 +109,7 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
                            const CodedSurface& coded, const CertifiedBytes& certified,
                            const ReconstructOptions& options) {
   ReconstructReport report;
+  report.place = options.place;
   report.points_in = coded.metadata.scan_points;
   report.non_finite = scan.non_finite;
   report.duplicates = scan.duplicates;
@@ -114,6 +118,8 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   report.island_points = scan.island_points;
   report.points_used = scan.kept;
   report.normal_disagreement = scan.orientation.disagreement;
+  report.stations = scan.orientation.stations;
+  report.normals = scan.orientation.normals;
   report.topology = TopologyName(control.topology);
   report.topology_reason = control.reason;
   report.domain_rms = coded.domain.fit.rms_after;
@@ -151,15 +157,17 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
 
 // `spent`: the scan, where its memory may go once its points have been checked; or null.
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
-                                         const ReconstructOptions& options,
+                                         const ReconstructOptions& asked,
                                          const RunContext& caller) {
   const auto start = std::chrono::steady_clock::now();
   StageSeconds seconds{};
   const PipelineContext context{caller, &seconds, scan.points.cols()};
 
-  RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, options, context));
+  RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, asked, context));
   if (spent != nullptr) *spent = PointCloud();
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface oriented, Analyze(std::move(input.scan), options, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface oriented, Analyze(std::move(input.scan), asked, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ReconstructOptions options,
+                           WithoutLengths(asked, oriented.frame.diagonal));
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            Control(std::move(oriented.cloud), oriented, options, context));
   oriented.cloud = std::move(control.cloud);

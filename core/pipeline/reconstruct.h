@@ -14,11 +14,19 @@
 #include "core/displacement/sample_displacement.h"
 #include "core/domain/fit_loop_domain.h"
 #include "core/geometry/point_cloud.h"
+#include "core/geometry/scan_place.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
+
+// Of encode, as lengths in the scan's unit: they become fractions of the diagonal once that is
+// known. > 0; at most one of a length and its fraction.
+struct EncodeLengths {
+  std::optional<double> max_error, height_step;
+  absl::Status Validate(const EncodeOptions& encode) const;
+};
 
 struct ReconstructOptions {
   CheckOptions check;
@@ -27,6 +35,8 @@ struct ReconstructOptions {
   FitOptions fit;
   DisplacementOptions displacement;
   EncodeOptions encode;
+  EncodeLengths lengths;
+  ScanPlace place;  // into the .dss as it is
   // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0,
   // 8].
   std::optional<int> max_level;
@@ -44,9 +54,11 @@ struct ReconstructReport {
   int64_t non_finite = 0, duplicates = 0, strays = 0, outliers = 0, island_points = 0;
   int64_t points_used = 0;
   double diagonal = 0;  // scan unit
+  ScanPlace place;      // of the options
   double median_spacing = 0, median_noise = 0;
   double normal_disagreement = 0;
-  std::string topology;  // "planar", "spherical", "arbitrary", "user"
+  SightFigures stations, normals;  // no points: none given, or not wanted
+  std::string topology;            // "planar", "spherical", "arbitrary", "user"
   std::string topology_reason;
   int components = 0, boundary_loops = 0, genus = 0;
   int control_vertices = 0, control_faces = 0, max_level = 0;

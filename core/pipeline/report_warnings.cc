@@ -51,6 +51,27 @@ std::string UnreachableError(const ReconstructReport& report) {
       ReasonOf(report));
 }
 
+// Why stations or normals were not believed.
+std::string NotBelieved(const SightFigures& figures, const char* name) {
+  std::string reason;
+  if (!UsableEnough(figures)) {
+    reason = absl::StrFormat("only %.0f %% of them have length 1", 100 * figures.usable);
+  } else if (!AlignedEnough(figures)) {
+    reason = absl::StrFormat(
+        "their median cosine with the normals of the points is %.2f, which normals of other points "
+        "have",
+        figures.alignment);
+  } else {
+    reason = absl::StrFormat(
+        "neighbours that lie on one side of the surface contradict each other about it (%.0f %% of "
+        "the votes are left)",
+        100 * figures.consistency);
+  }
+  return absl::StrFormat(
+      "The %s of the scan were not used: %s. Correct them, or give --%s use if they are right.",
+      name, reason, name);
+}
+
 }  // namespace
 
 std::vector<std::string> WarningsOf(const ReconstructReport& report) {
@@ -63,6 +84,12 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
         "The surface lies %.1f point spacings (RMS) off the scan: the points may not describe a "
         "surface, or it is finer than the control mesh; try more control faces.",
         rms_spacings));
+  }
+  if (report.stations.points > 0 && !report.stations.used) {
+    warnings.push_back(NotBelieved(report.stations, "stations"));
+  }
+  if (report.normals.points > 0 && !report.normals.used) {
+    warnings.push_back(NotBelieved(report.normals, "normals"));
   }
   if (report.normal_disagreement > kDisagreementShare) {
     warnings.push_back(absl::StrFormat(

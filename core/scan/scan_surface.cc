@@ -33,7 +33,7 @@ void Reframe(const SpatialFrame& from, const SpatialFrame& to, Eigen::Matrix3Xd*
   for (auto point : points->colwise()) point = between.UnitFromScan(point);
 }
 
-// Takes them out of a scan, whose index goes.
+// Takes them out of a scan, whose index and sights go.
 KeptPoints Compact(const std::vector<uint8_t>& keep, ScanNeighbors scan) {
   KeptPoints kept{std::move(scan.points), scan.frame, std::move(scan.graph), {}};
   kept.new_index.assign(keep.size(), -1);
@@ -100,7 +100,11 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
   if (count == checked) return scan;
   const SpatialFrame curve = scan.curve;
   const ScanFigures figures = scan.figures;
+  PointSights sights = std::move(scan.sights);
+  KeepSights(found.keep, &sights);
+  const SpatialFrame before = scan.frame;
   KeptPoints kept = Compact(found.keep, std::move(scan));
+  Reframe(before, kept.frame, &sights.stations);
   RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
                            PointIndex::Build(kept.points, context, Between(kept.frame, curve)));
   if (count > kept.graph.k) {
@@ -109,8 +113,8 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
     RILIEVO_ASSIGN_OR_RETURN(kept.graph,
                              BuildNeighborGraph(index, kept.points, options.neighbors, context));
   }
-  return ScanNeighbors{std::move(kept.points), kept.frame,       curve,
-                       std::move(kept.graph),  std::move(index), figures};
+  return ScanNeighbors{std::move(kept.points), std::move(sights), kept.frame, curve,
+                       std::move(kept.graph),  std::move(index),  figures};
 }
 
 }  // namespace
@@ -130,6 +134,7 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
   context.Report(Stage::kNeighbors, 0);
   const SpatialFrame curve = scan.frame, frame = Rounded(curve);
   Reframe(curve, frame, &scan.points);
+  Reframe(curve, frame, &scan.sights.stations);
   RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
                            PointIndex::Build(scan.points, context, Between(frame, curve)));
   RILIEVO_ASSIGN_OR_RETURN(NeighborGraph graph,
@@ -139,8 +144,8 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
   figures.non_finite = scan.non_finite;
   figures.duplicates = scan.duplicates;
   figures.strays = scan.strays;
-  return ScanNeighbors{std::move(scan.points), frame,  curve, std::move(graph),
-                       std::move(index),       figures};
+  return ScanNeighbors{std::move(scan.points), std::move(scan.sights), frame,  curve,
+                       std::move(graph),       std::move(index),       figures};
 }
 
 absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,
@@ -158,7 +163,9 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
                            EstimateNormals(std::move(scan.points), graph, replaced, context));
   OrientedCloud cloud = std::move(estimated.cloud);
   context.Report(Stage::kNormals, 0.6);
-  RILIEVO_ASSIGN_OR_RETURN(scan.figures.orientation, OrientNormals(graph, &cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      scan.figures.orientation,
+      OrientNormals(graph, std::move(scan.sights), options.sights, &cloud, context));
   RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.near_edge, context, &cloud));
   JoinSheets(replaced, &graph);
   if (is_large) {

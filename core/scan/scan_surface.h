@@ -16,6 +16,7 @@ namespace rilievo {
 struct ScanOptions {
   NeighborOptions neighbors;
   OutlierOptions outliers;
+  SightOptions sights;
   absl::Status Validate() const;
 };
 
@@ -29,6 +30,7 @@ struct ScanFigures {
 // Points with their neighbours.
 struct ScanNeighbors {
   Eigen::Matrix3Xd points;  // unit frame, in Morton order
+  PointSights sights;       // of the points, unit frame
   SpatialFrame frame;       // rounded, as files carry it
   SpatialFrame curve;       // in whose order the points are
   NeighborGraph graph;

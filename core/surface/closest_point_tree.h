@@ -45,6 +45,17 @@ class ClosestPointTree {
   // shorter.
   int Nearest(const Eigen::Vector3d& point, std::span<Hit> hits, bool hinted = false) const;
 
+  // Where a ray meets triangles.
+  struct RayHit {
+    double at;                // in lengths of the direction, >= 0
+    int triangle;             // of the input
+    bool from_behind;         // the triangle faces the way the ray goes
+    Eigen::Vector3d weights;  // of its corners
+  };
+  // All hits, nearest first. Two triangles that share an edge never let a ray through between them;
+  // one that meets both in it is told once. None for points and for a direction of no length.
+  std::vector<RayHit> AlongRay(const Eigen::Vector3d& from, const Eigen::Vector3d& direction) const;
+
   // Squared distance from `point` to item `item` alone.
   double SquaredDistanceTo(int item, const Eigen::Vector3d& point) const {
     return SquaredDistanceToItem(point - origin_, item);

@@ -143,6 +143,43 @@ absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int lev
   return mesh;
 }
 
+absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surface,
+                                                   const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, surface.max_level));
+  DisplacedVertices vertices;
+  const auto resize = [&](Eigen::Index count) {
+    vertices.positions.resize(3, count);
+    vertices.displacements.resize(3, count);
+  };
+  const auto place = [&](Eigen::Index v, const auto& position, const auto& normal) {
+    vertices.displacements.col(v) = double{surface.heights[v]} * normal;
+    vertices.positions.col(v) = position + vertices.displacements.col(v);
+  };
+  const int level = surface.max_level;
+  if (level < LoopPatches::kLeastLevel) {
+    RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                             RefineTopology(surface.control_mesh, level, context));
+    RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, refinement.levels[level].vertex_count));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const LimitSurface limit,
+        EvaluateLimit(refinement, surface.control_mesh.vertices, level, context));
+    resize(limit.positions.cols());
+    for (Eigen::Index v = 0; v < limit.positions.cols(); ++v) {
+      place(v, limit.positions.col(v), limit.normals.col(v));
+    }
+    return vertices;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const LoopPatches patches,
+                           LoopPatches::Build(surface.control_mesh, level, context));
+  RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, VertexCount(patches.control(), level)));
+  resize(patches.numbering().vertex_count());
+  RILIEVO_RETURN_IF_ERROR(
+      patches.Evaluate(context, [&](int first, std::span<const LimitPoint> points) {
+        for (const LimitPoint& point : points) place(first++, point.position, point.normal);
+      }));
+  return vertices;
+}
+
 std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level) {
   std::vector<HeightSource> sources = surface.sources;
   if (!CheckSurface(surface, level).ok()) return {};

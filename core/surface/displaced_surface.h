@@ -31,6 +31,15 @@ struct DisplacedSurface {
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context);
 
+// The vertices of level max_level in the unit frame, column = vertex: where each one is, and what
+// displaces it from the limit surface: its height times its limit normal. INVALID_ARGUMENT as
+// Tessellate().
+struct DisplacedVertices {
+  Eigen::Matrix3Xd positions, displacements;
+};
+absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surface,
+                                                   const RunContext& context);
+
 // Height source of each vertex of that tessellation. An interpolated height has the less trusted
 // source of the two ends of its edge. Empty where Tessellate would fail.
 std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level);

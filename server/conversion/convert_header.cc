@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/scan/clean/check_scan.h"
+#include "server/conversion/convert_place.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
 
@@ -25,8 +26,33 @@ struct Excess {
 
 constexpr int64_t kVertexBytes = 3 * sizeof(double);
 
-void ReadScan(const v1::ScanOptions& from, CheckOptions* check, ScanOptions* scan,
+// `given`: whether the scan has what the rule is of; `source`: the field that says so.
+void ReadSightRule(v1::SightRule from, bool given, const char* field, const char* source,
+                   OptionReader* reader, SightRule* rule) {
+  switch (from) {
+    case v1::SIGHT_RULE_UNSPECIFIED:
+    case v1::SIGHT_RULE_AUTO:
+      *rule = SightRule::kAuto;
+      return;
+    case v1::SIGHT_RULE_USE:
+      *rule = SightRule::kUse;
+      if (!given) {
+        reader->Violate(field, absl::StrCat("SIGHT_RULE_USE, but the scan has none; set ", source,
+                                            ", or leave it to SIGHT_RULE_AUTO"));
+      }
+      return;
+    case v1::SIGHT_RULE_IGNORE:
+      *rule = SightRule::kIgnore;
+      return;
+    default:
+      reader->Violate(field, absl::StrCat(from, " is not a SightRule"));
+  }
+}
+
+void ReadScan(const v1::ReconstructHeader& header, CheckOptions* check, ScanOptions* scan,
               Violations* violations) {
+  const v1::ScanOptions& from = header.options().scan();
+  const bool has_stations = !header.stations().empty(), has_normals = header.normals();
   OptionReader reader("header.options.scan", violations);
   reader.Read("duplicate_distance_ratio", from.has_duplicate_distance_ratio(),
               from.duplicate_distance_ratio(), {0, 0.01}, &check->duplicate_distance);
@@ -40,6 +66,10 @@ void ReadScan(const v1::ScanOptions& from, CheckOptions* check, ScanOptions* sca
   }
   reader.Read("min_component_share", from.has_min_component_share(), from.min_component_share(),
               {0, 0.1}, &scan->outliers.min_component_share);
+  ReadSightRule(from.stations(), has_stations, "stations", "header.stations", &reader,
+                &scan->sights.stations);
+  ReadSightRule(from.normals(), has_normals, "normals", "header.normals", &reader,
+                &scan->sights.normals);
 }
 
 void ReadFit(const v1::FitOptions& from, FitOptions* fit, Violations* violations) {
@@ -82,7 +112,8 @@ void ReadDisplacement(const v1::DisplacementOptions& from, DisplacementOptions* 
               {.low = -1, .high = 1, .high_open = true}, &displacement->min_normal_agreement);
 }
 
-void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations* violations) {
+void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, EncodeLengths* lengths,
+                Violations* violations) {
   OptionReader reader("header.options.encode", violations);
   const Range step{.low = 0, .high = 0.01, .low_open = true};
   reader.Read("height_step_ratio", from.has_height_step_ratio(), from.height_step_ratio(), step,
@@ -92,10 +123,37 @@ void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, Violations
   reader.Read("max_error_ratio", from.has_max_error_ratio(), from.max_error_ratio(), {1e-6, 0.1},
               &encode->max_error);
   reader.Read("max_bytes", from.has_max_bytes(), from.max_bytes(), {1, 1e15}, &encode->max_bytes);
-  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() > 1) {
-    reader.Violate("max_error_ratio",
-                   "only one of height_step_ratio, max_error_ratio and max_bytes can be kept; "
-                   "leave the others out");
+  // Its share of the diagonal is looked at once the points are known.
+  const Range length{.low = 0, .high = 1e300, .low_open = true};
+  reader.Read("max_error_length", from.has_max_error_length(), from.max_error_length(), length,
+              &lengths->max_error);
+  reader.Read("height_step_length", from.has_height_step_length(), from.height_step_length(),
+              length, &lengths->height_step);
+  if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() +
+          from.has_max_error_length() + from.has_height_step_length() >
+      1) {
+    reader.Violate(from.has_max_error_length() ? "max_error_length" : "max_error_ratio",
+                   "only one of height_step_ratio, max_error_ratio, max_bytes, max_error_length "
+                   "and height_step_length can be kept; leave the others out");
+  }
+}
+
+void ReadStations(const v1::ReconstructHeader& header, JobRequest* request,
+                  Violations* violations) {
+  OptionReader reader("header", violations);
+  const size_t bytes = header.stations().size();
+  if (bytes % kVertexBytes != 0) {
+    reader.Violate("stations", absl::StrCat(bytes, " bytes; whole places take 24 bytes each"));
+    return;
+  }
+  request->stations.resize(3, static_cast<Eigen::Index>(bytes / kVertexBytes));
+  if (bytes > 0) std::memcpy(request->stations.data(), header.stations().data(), bytes);
+  if (request->stations.cols() > kMostStations) {
+    reader.Violate("stations", absl::StrCat(request->stations.cols(), " places; at most ",
+                                            kMostStations, " are taken, merge some of them"));
+  }
+  if (!request->stations.allFinite()) {
+    reader.Violate("stations", "a coordinate is not finite; give the place or leave it out");
   }
 }
 
@@ -202,11 +260,9 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violat
 std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
                                    JobRequest* request, Violations* violations) {
   OptionReader reader("header", violations);
-  if (header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE) {
-    request->coordinates = CoordinateType::kFloat32;
-  } else if (header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT64_LE) {
-    request->coordinates = CoordinateType::kFloat64;
-  } else {
+  request->layout = LayoutOf(header);
+  if (header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT32_LE &&
+      header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT64_LE) {
     reader.Violate("coordinate_format",
                    absl::StrCat(header.coordinate_format(),
                                 " is no CoordinateFormat; give FLOAT32_LE or FLOAT64_LE"));
@@ -218,8 +274,7 @@ std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const Se
     return std::nullopt;
   }
   // Compared without a product that could overflow.
-  const int64_t most =
-      std::min(limits.max_points, limits.max_scan_bytes / BytesOfPoint(request->coordinates));
+  const int64_t most = std::min(limits.max_points, limits.max_scan_bytes / request->layout.bytes());
   if (count > static_cast<uint64_t>(most)) {
     reader.Violate("point_count",
                    absl::StrCat(count, " points in this format; this server takes at most ", most,
@@ -255,13 +310,20 @@ int64_t ExpectedControlFaces(const JobRequest& request) {
   return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
 }
 
-int64_t BytesOfPoint(CoordinateType type) { return type == CoordinateType::kFloat32 ? 12 : 24; }
+PointLayout LayoutOf(const v1::ReconstructHeader& header) {
+  return {.coordinates = header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE
+                             ? CoordinateType::kFloat32
+                             : CoordinateType::kFloat64,
+          .stations = !header.stations().empty(),
+          .normals = header.normals()};
+}
 
 std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,
                                                 const ServerOptions& limits) {
   JobRequest request;
   Violations violations;
   std::optional<Excess> over_limit = ReadScanSize(header, limits, &request, &violations);
+  ReadStations(header, &request, &violations);
 
   const v1::ReconstructOptions& from = header.options();
   OptionReader reader("header.options", &violations);
@@ -273,11 +335,12 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   request.seed = from.seed();
   if (from.has_measure()) request.options.measure = from.measure();
 
-  ReadScan(from.scan(), &request.options.check, &request.options.scan, &violations);
+  ReadScan(header, &request.options.check, &request.options.scan, &violations);
   ReadControl(from.control(), &request.options.control, &violations);
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
-  ReadEncode(from.encode(), &request.options.encode, &violations);
+  ReadEncode(from.encode(), &request.options.encode, &request.options.lengths, &violations);
+  request.options.place = ReadPlace(from.place(), &violations);
   request.options.max_surface_faces =
       std::clamp<int64_t>(limits.max_surface_faces, 1, request.options.max_surface_faces);
   if (const auto excess = CheckSurfaceSize(request, limits, &violations); excess && !over_limit) {

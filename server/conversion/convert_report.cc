@@ -1,3 +1,4 @@
+#include "server/conversion/convert_place.h"
 #include "server/conversion/job_report.h"
 
 namespace rilievo {
@@ -21,6 +22,14 @@ void Convert(const TwoSidedError& from, v1::TwoSidedError* to) {
   to->set_rms_across(from.across_rms);
 }
 
+void Convert(const SightFigures& from, v1::SightReport* to) {
+  to->set_points(from.points);
+  to->set_usable(from.usable);
+  to->set_alignment(from.alignment);
+  to->set_consistency(from.consistency);
+  to->set_used(from.used);
+}
+
 void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_points_in(from.points_in);
   to->set_non_finite(from.non_finite);
@@ -30,9 +39,12 @@ void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_island_points(from.island_points);
   to->set_points_used(from.points_used);
   to->set_diagonal(from.diagonal);
+  if (from.place != ScanPlace()) *to->mutable_place() = ProtoPlace(from.place);
   to->set_median_spacing_ratio(from.median_spacing);
   to->set_median_noise_ratio(from.median_noise);
   to->set_normal_disagreement(from.normal_disagreement);
+  if (from.stations.points > 0) Convert(from.stations, to->mutable_stations());
+  if (from.normals.points > 0) Convert(from.normals, to->mutable_normals());
 }
 
 void ConvertSurface(const ReconstructReport& from, v1::ReconstructReport* to) {

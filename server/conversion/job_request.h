@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <variant>
 
+#include "core/geometry/point_records.h"
 #include "core/pipeline/reconstruct.h"
 #include "rilievo/v1/reconstruction.pb.h"
 #include "server/conversion/call_error.h"
@@ -11,19 +12,18 @@
 
 namespace rilievo {
 
-enum class CoordinateType { kFloat32, kFloat64 };
-
-// 12 or 24.
-int64_t BytesOfPoint(CoordinateType type);
-
 struct JobRequest {
   v1::ReconstructHeader header;  // as the client sent it
   int64_t point_count = 0;
-  CoordinateType coordinates = CoordinateType::kFloat32;
+  PointLayout layout;
+  Eigen::Matrix3Xd stations;  // the places that points name by number; scan frame
   ReconstructOptions options;
   int threads = 1;  // >= 1
   uint64_t seed = 0;
 };
+
+// How the points of a header travel; of a format that is none as float64.
+PointLayout LayoutOf(const v1::ReconstructHeader& header);
 
 // Faces of the control mesh: as many as asked for, or as the control stage chooses when it is left
 // to it (see DefaultControlFaces(), which knows the points that remain after cleaning).

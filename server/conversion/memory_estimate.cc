@@ -25,6 +25,8 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // While the surface is sampled and coded: of a point, of a face of the finest level, and of one
 // where there are more than five for a point, so that most heights are filled in.
 constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
+// The number of a point's station with its vote and weight, and its normal, while sides are decided.
+constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16;
 constexpr int64_t kTelling = 5;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
@@ -68,9 +70,10 @@ int64_t EstimateMemory(const JobRequest& job) {
                           kMissingNeighbor * std::max(0, kFewNeighbors - neighbors);
   const bool implicit = !options.control.user_mesh &&
                         (topology == Topology::kAuto || topology == Topology::kArbitrary);
-  const int64_t analysis =
-      OfPoints(points, kAnalyzedPoint + unusual, kFurtherAnalyzedPoint + unusual) +
-      (implicit ? kNode * MostImplicitNodes(points) : 0);
+  const int64_t extra = (job.layout.stations ? kStationOfPoint : 0) +
+                        (job.layout.normals ? kNormalOfPoint : 0) + unusual;
+  const int64_t analysis = OfPoints(points, kAnalyzedPoint + extra, kFurtherAnalyzedPoint + extra) +
+                           (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
                       kSample * Samples(control_faces, points, options.fit.sample_level);
   const int64_t surface =

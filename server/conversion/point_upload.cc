@@ -17,12 +17,12 @@ CallError ChunkError(const std::string& description,
 
 }  // namespace
 
-PointUpload::PointUpload(int64_t point_count, CoordinateType coordinates)
-    : point_count_(point_count), coordinates_(coordinates) {}
+PointUpload::PointUpload(int64_t point_count, const PointLayout& layout)
+    : point_count_(point_count), layout_(layout) {}
 
 std::optional<CallError> PointUpload::Append(std::string&& data) {
   const auto size = static_cast<int64_t>(data.size());
-  const int64_t point_bytes = BytesOfPoint(coordinates_);
+  const int64_t point_bytes = layout_.bytes();
   if (size == 0) return ChunkError("the chunk is empty; send at least one point");
   if (size > kMaxChunkBytes) {
     return ChunkError(absl::StrCat("the chunk has ", size, " bytes; send at most ", kMaxChunkBytes),
@@ -48,7 +48,7 @@ std::optional<CallError> PointUpload::Append(std::string&& data) {
 }
 
 std::optional<CallError> PointUpload::CheckComplete() const {
-  const int64_t points = bytes_ / BytesOfPoint(coordinates_);
+  const int64_t points = bytes_ / layout_.bytes();
   if (points == point_count_) return std::nullopt;
   return CallError(ErrorCause::kScanIncomplete,
                    absl::StrCat("the stream was closed after ", points, " of ", point_count_,

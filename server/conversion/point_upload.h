@@ -16,7 +16,7 @@ namespace rilievo {
 class PointUpload {
  public:
   // `point_count`: as announced, >= 1.
-  PointUpload(int64_t point_count, CoordinateType coordinates);
+  PointUpload(int64_t point_count, const PointLayout& layout);
 
   // INVALID_ARGUMENT when `data` is empty, larger than kMaxChunkBytes, holds a broken point, or
   // brings more points than announced.
@@ -32,7 +32,7 @@ class PointUpload {
 
  private:
   int64_t point_count_;
-  CoordinateType coordinates_;
+  PointLayout layout_;
   int64_t bytes_ = 0;
   std::vector<std::string> blocks_;  // whole points each
 };

@@ -5,9 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
-#include <cstring>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
@@ -17,29 +15,7 @@
 namespace rilievo {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "coordinates travel little-endian");
-
-constexpr int64_t kBlockBytes = 24 << 15;  // whole points of either size
-
-// `bytes` without alignment; returns one behind the last value written.
-double* AppendCoordinates(const std::string& bytes, CoordinateType type, double* target) {
-  if (type == CoordinateType::kFloat64) {
-    std::memcpy(target, bytes.data(), bytes.size());
-    return target + bytes.size() / sizeof(double);
-  }
-  for (size_t i = 0; i < bytes.size() / sizeof(float); ++i) {
-    float value;
-    std::memcpy(&value, bytes.data() + i * sizeof(float), sizeof(float));
-    *target++ = value;
-  }
-  return target;
-}
-
-PointCloud PointsOfBytes(int64_t bytes, CoordinateType type) {
-  PointCloud scan;
-  scan.points.resize(3, static_cast<Eigen::Index>(bytes / BytesOfPoint(type)));
-  return scan;
-}
+constexpr int64_t kBlockPoints = 1 << 15;
 
 std::string Hexadecimal(Sha256 hash) {
   const auto digest = hash.Finish();
@@ -47,23 +23,24 @@ std::string Hexadecimal(Sha256 hash) {
 }
 
 absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, const std::string& sha256,
-                                      CoordinateType type) {
+                                      const PointLayout& layout) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
-  if (size % BytesOfPoint(type) != 0) {
+  const int64_t point_bytes = layout.bytes(), block_bytes = kBlockPoints * point_bytes;
+  if (size % point_bytes != 0) {
     return absl::DataLossError(absl::StrCat("the stored scan has ", size, " bytes; whole points ",
-                                            "take ", BytesOfPoint(type), " each"));
+                                            "take ", point_bytes, " each"));
   }
   Sha256 hash;
-  PointCloud scan = PointsOfBytes(size, type);
-  double* target = scan.points.data();
+  PointCloud scan = RoomForPoints(size / point_bytes, layout);
+  int64_t next = 0;
   std::string block;
-  for (int64_t at = 0; at < size; at += kBlockBytes) {
-    block.resize(static_cast<size_t>(std::min(kBlockBytes, size - at)));
+  for (int64_t at = 0; at < size; at += block_bytes) {
+    block.resize(static_cast<size_t>(std::min(block_bytes, size - at)));
     RILIEVO_RETURN_IF_ERROR(file.ReadAt(at, block.data(), block.size()));
     if (!sha256.empty()) {
       hash.Add({reinterpret_cast<const uint8_t*>(block.data()), block.size()});
     }
-    target = AppendCoordinates(block, type, target);
+    next = UnpackPoints(block, layout, next, &scan);
   }
   if (!sha256.empty() && Hexadecimal(hash) != sha256) {
     return absl::DataLossError(
@@ -74,14 +51,14 @@ absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, const std::str
 
 }  // namespace
 
-absl::StatusOr<PointCloud> ScanBytes::Decode(CoordinateType coordinates) && {
-  if (file_.valid()) return DecodeFile(FileDescriptor(std::move(file_)), sha256_, coordinates);
+absl::StatusOr<PointCloud> ScanBytes::Decode(const PointLayout& layout) && {
+  if (file_.valid()) return DecodeFile(FileDescriptor(std::move(file_)), sha256_, layout);
   int64_t size = 0;
   for (const std::string& block : blocks_) size += static_cast<int64_t>(block.size());
-  PointCloud scan = PointsOfBytes(size, coordinates);
-  double* target = scan.points.data();
+  PointCloud scan = RoomForPoints(size / layout.bytes(), layout);
+  int64_t next = 0;
   for (std::string& block : blocks_) {
-    target = AppendCoordinates(block, coordinates, target);
+    next = UnpackPoints(block, layout, next, &scan);
     std::string().swap(block);
   }
   return scan;

@@ -1,17 +1,16 @@
-// The coordinates of a scan as they came, between the wire or the disk and the work.
+// The points of a scan as they came, between the wire or the disk and the work.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/geometry/point_cloud.h"
-#include "server/conversion/job_request.h"
+#include "core/geometry/point_records.h"
 #include "server/os/file_descriptor.h"
 
 namespace rilievo {
 
-// x, y, z of each point, little-endian, without padding: in memory or in a file.
+// Records of points (core/geometry/point_records.h), in memory or in a file.
 class ScanBytes {
  public:
   // `blocks`: whole points each.
@@ -21,9 +20,10 @@ class ScanBytes {
   explicit ScanBytes(FileDescriptor file, std::string sha256 = {})
       : file_(std::move(file)), sha256_(std::move(sha256)) {}
 
-  // All points as double; memory and file are given back to the system on the way. DATA_LOSS when
-  // the file has another SHA-256 or holds a broken point, INTERNAL when it cannot be read.
-  absl::StatusOr<PointCloud> Decode(CoordinateType coordinates) &&;
+  // All points, without a table of stations; memory and file are given back to the system on the
+  // way. DATA_LOSS when the file has another SHA-256 or holds a broken point, INTERNAL when it
+  // cannot be read.
+  absl::StatusOr<PointCloud> Decode(const PointLayout& layout) &&;
 
   const std::string& sha256() const { return sha256_; }
 

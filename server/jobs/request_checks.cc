@@ -80,11 +80,8 @@ std::optional<CallError> ReadPage(const v1::ListJobsRequest& request, int* limit
 std::string PageToken(int64_t before) { return before > 0 ? absl::StrCat(before) : ""; }
 
 int64_t ScanBytesOf(const v1::ReconstructHeader& header) {
-  const int64_t size = header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE
-                           ? BytesOfPoint(CoordinateType::kFloat32)
-                           : BytesOfPoint(CoordinateType::kFloat64);
   if (header.point_count() > uint64_t{1} << 40) return 0;
-  return static_cast<int64_t>(header.point_count()) * size;
+  return static_cast<int64_t>(header.point_count()) * LayoutOf(header).bytes();
 }
 
 CallError ErrorOfStore(const absl::Status& status) {

@@ -70,7 +70,7 @@ std::vector<SubjectName> SubjectsFor(const Arguments& arguments) {
     for (const std::string& shape : SubjectShapes()) {
       const auto& only = arguments.only;
       if (!only.empty() && std::find(only.begin(), only.end(), shape) == only.end()) continue;
-      if (points == kLarge && shape != "street") continue;
+      if (points == kLarge && !shape.starts_with("street")) continue;
       for (const double noise : {0.0, 0.1, 0.3}) {
         if (points == kLarge && noise > 0) continue;
         subjects.push_back({shape, noise, points});

@@ -106,13 +106,14 @@ absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& 
   return subject;
 }
 
-absl::StatusOr<Subject> ScanOf(Scene scene, const SubjectName& name) {
+absl::StatusOr<Subject> ScanOf(Scene scene, bool with_stations, const SubjectName& name) {
   SceneScanOptions options;
   options.points = name.points;
   options.noise = name.noise_percent / 100;
   RILIEVO_ASSIGN_OR_RETURN(SceneScan scan, ScanScene(scene, options));
   Subject subject;
   subject.scan = std::move(scan.cloud);
+  if (!with_stations) subject.scan.sights = {};
   subject.diagonal = scene.bounds().diagonal().norm();
   auto truth = std::make_unique<TruthOfScene>(std::move(scene), std::move(scan.seen));
   subject.seen = truth->Seen();
@@ -130,8 +131,8 @@ Maker FromThreeViews(ShapePtr (*make)()) {
   return [make](const SubjectName& name) { return ScanShape(make(), 3, name); };
 }
 
-Maker OfScene(Scene (*make)()) {
-  return [make](const SubjectName& name) { return ScanOf(make(), name); };
+Maker OfScene(Scene (*make)(), bool with_stations) {
+  return [=](const SubjectName& name) { return ScanOf(make(), with_stations, name); };
 }
 
 const std::vector<std::pair<std::string, Maker>>& Makers() {
@@ -145,9 +146,12 @@ const std::vector<std::pair<std::string, Maker>>& Makers() {
       {"thinwalls", Everywhere(MakeThinWalls)},
       {"terrain", Everywhere(MakeTerrain)},
       {"genus2-open", FromThreeViews(MakeGenus2)},
-      {"street", OfScene(MakeStreet)},
-      {"block", OfScene(MakeBlock)},
-      {"rooms", OfScene(MakeRooms)},
+      {"street", OfScene(MakeStreet, false)},
+      {"block", OfScene(MakeBlock, false)},
+      {"rooms", OfScene(MakeRooms, false)},
+      {"street-stations", OfScene(MakeStreet, true)},
+      {"block-stations", OfScene(MakeBlock, true)},
+      {"rooms-stations", OfScene(MakeRooms, true)},
   };
   return *makers;
 }

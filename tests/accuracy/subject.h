@@ -38,7 +38,7 @@ struct Subject {
 };
 
 // Closed smooth shapes, machined ones, thin walls, open ones, and scenes seen from stations and
-// from the air.
+// from the air; NAME-stations: the same scan, which says where each point was seen from.
 std::vector<std::string> SubjectShapes();
 
 // The same bytes each time. INVALID_ARGUMENT for a shape of another name.

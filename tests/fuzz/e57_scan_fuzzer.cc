@@ -11,8 +11,9 @@ namespace {
 
 void Read(const std::string& bytes) {
   std::istringstream in(bytes);
-  const auto scan = rilievo::ReadE57Scan(in, {.intensity = true, .colors = true});
+  const auto scan = rilievo::ReadE57Scan(in, {true, true, true, true});
   if (scan.ok()) {
+    rilievo::Require(rilievo::CheckSights(scan->cloud.sights, scan->cloud.points.cols()).ok());
     // A point takes a bit at least.
     rilievo::Require(scan->cloud.points.cols() <= 8 * static_cast<int64_t>(bytes.size()));
     rilievo::Require(!scan->format.empty());

@@ -3,8 +3,10 @@
 
     make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files
 
-Not made here: las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
+Not made here: unpacked/rows.zst, which zstd 1.5 wrote of the rows of unpacked/rows.gz, and
+las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
 """
+import gzip
 import pathlib
 import struct
 import subprocess
@@ -40,6 +42,11 @@ def ply():
                "property uchar source\nproperty list uchar short extra\nend_header\n"
                "0 0 1 2 3 4 1 2 5 6\n")
     put("ply/normals.ply", normals)
+    places = ("ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+              "property float z\nproperty short station\nelement station 2\nproperty double x\n"
+              "property double y\nproperty double z\nend_header\n"
+              "0 0 0 1\n1 0 0.5 0\n1 1 -0.25 -1\n0 1 1e-3 1\n0.1 5 6\n7 8 9\n")
+    put("ply/stations.ply", places)
 
 
 def lzf(data):
@@ -63,6 +70,9 @@ def pcd():
         struct.pack("<II", len(packed), len(columns)) + packed)
     put("pcd/old.pcd", "VERSION .6\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nWIDTH 1\nHEIGHT 1\n"
         "POINTS 1\nDATA ascii\n1 nan 3\n")
+    put("pcd/viewpoint.pcd", "VERSION 0.7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\n"
+        "TYPE F F F F F F\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 7 8 9.5 1 0 0 0\nPOINTS 2\nDATA ascii\n"
+        "1 2 3 0 0 1\n4 5 6 0 -1 nan\n")
     put("lzf/literals", struct.pack("<H", len(columns)) + packed)
     put("lzf/match", b"\x0c\x00" + b"\x00a" + bytes([7 << 5, 2, 0]))
 
@@ -74,6 +84,8 @@ def text_formats():
     put("xyz/blocks.pts", "4\n" + rows + "1\n5\t6\t7\t255\r\n")
     put("xyz/quoted.csv", '"X","Y","Z [m]","a, b"\n1,2,3,4\n')
     put("xyz/survey.csv", "\ufeffid;Northing (m);Easting (m);Height (m)\r\n7;2;1;3\r\n")
+    put("xyz/sights.csv", "Nx,Ny,Nz,X,Y,Z,sensor_x,sensor_y,sensor_z\n"
+        "0,0,1,1,2,3,7,8,9\n0,1,0,4,5,6\n")
     put("xyz/commented.txt", "//Time X Y Z R G B\n2\n0 1 2 3 7 8 9\n0 4 5 6 7 8 9\n")
     put("obj/mesh.obj", "# seed\nmtllib a.mtl\no a\n" + "".join("v %g %g %g\n" % p for p in POINTS) +
         "vn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 -3\nf 1//1 2//1 \\\n3//1\n")
@@ -84,6 +96,12 @@ def text_formats():
     body = b"".join(struct.pack("<3f", 0, 0, 1) +
                     b"".join(struct.pack("<3f", *POINTS[k]) for k in f) + b"\0\0" for f in FACES)
     put("stl/binary.stl", b"seed".ljust(80) + struct.pack("<I", 2) + body)
+
+
+def packed():
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS).encode()
+    put("unpacked/rows.gz", gzip.compress(rows, mtime=0))
+    put("unpacked/members.gz", gzip.compress(b"0 0 0\n", 1, mtime=0) + gzip.compress(b"", mtime=0))
 
 
 def las():
@@ -207,6 +225,7 @@ if __name__ == "__main__":
     ply()
     pcd()
     text_formats()
+    packed()
     las()
     e57_files()
     ptx()

@@ -16,7 +16,8 @@ SCHEMA = {
     "orientation": ("token", True), "creaseIndices": ("int[]", False),
     "creaseLengths": ("int[]", False), "creaseSharpnesses": ("float[]", False),
     "cornerIndices": ("int[]", False), "cornerSharpnesses": ("float[]", False),
-    "xformOp:translate": ("double3", False), "xformOpOrder": ("token[]", True),
+    "xformOp:translate": ("double3", False), "xformOp:orient": ("quatd", False),
+    "xformOpOrder": ("token[]", True),
 }
 ALLOWED = {"subdivisionScheme": {"catmullClark", "loop", "bilinear", "none"},
            "interpolateBoundary": {"none", "edgeOnly", "edgeAndCorner"},
@@ -87,6 +88,15 @@ class Reader:
             z = self.scalar("float")
             self.next(")")
             return (x, y, z)
+        if kind == "quatd":
+            self.next("(")
+            parts = [self.scalar("float")]
+            for _ in range(3):
+                self.next(",")
+                parts.append(self.scalar("float"))
+            self.next(")")
+            need(abs(sum(p * p for p in parts) - 1) < 1e-12, f"{parts} is not a rotation")
+            return tuple(parts)
         need(kind in ("int", "float", "token"), f"unknown type {kind}")
         return self.scalar(kind)
 
@@ -109,6 +119,7 @@ class Reader:
         layer = self.fields()
         need(set(layer) <= LAYER_FIELDS, f"unknown layer metadata in {sorted(layer)}")
         need(layer.get("upAxis") in ("Y", "Z"), "upAxis must be Y or Z")
+        need(layer.get("metersPerUnit", 0) > 0, "metersPerUnit must be there, or it is 0.01")
         self.next("def")
         self.next("Mesh")
         need(self.string() == layer.get("defaultPrim"), "defaultPrim names no prim")

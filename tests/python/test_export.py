@@ -85,6 +85,12 @@ class ExportTest(unittest.TestCase):
                     np.array(mesh["points"]) + mesh["xformOp:translate"],
                     self.surface.control_mesh.vertices, atol=1e-6)
 
+    def test_usd_text_tells_unit_and_up(self):
+        for up, turned in (("x", True), ("y", False), ("z", False), ("-z", True)):
+            mesh = check(self.export("a.usda", "--unit", "mm", "--up", up).read_text())
+            self.assertEqual("xformOp:orient" in mesh, turned)
+            self.assertEqual(len(mesh["xformOpOrder"]), 1 + turned)
+
     def test_usd_text_tells_the_creases(self):
         (self.folder / "cube.dss").write_bytes(command_line(cube(6000), ["--topology", "arbitrary"]))
         surface = rilievo.read(self.folder / "cube.dss")
@@ -103,6 +109,7 @@ class ExportTest(unittest.TestCase):
         text = self.export("a.usda", "--level", "0").read_text()
         check(text)
         for old, new in (("#usda 1.0", "#usda 2.0"), ("\"loop\"", "\"lop\""),
+                         ("    metersPerUnit = 1\n", ""),
                          ("point3f[] points", "point3d[] points"), ("int[] faceV", "int faceV"),
                          ("[3, ", "[4, "), ("\"varying\"", "\"uniform\""), ("}\n", ""),
                          ("uniform token sub", "token sub"), (" = [(", " = [(1, 2, 3), ("),

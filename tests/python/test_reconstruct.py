@@ -13,6 +13,7 @@ from scans import command_line, sheet, sphere
 
 import rilievo
 from rilievo.connection import parameter_of
+from rilievo.scan import pack
 
 
 def refused(address: str) -> bool:
@@ -61,6 +62,12 @@ class ReconstructTest(WithServer):
     def test_same_bytes_as_the_command_line(self):
         scans = {"closed": (sphere(4000), {}, []),
                  "max_error": (sphere(4000), {"max_error": 2e-3}, ["--max-error", "2e-3"]),
+                 "place": (sphere(4000), {"max_error": "2cm", "unit": "m", "up": "-y",
+                                          "crs": "EPSG:25832"},
+                           ["--max-error", "2cm", "--unit", "m", "--up", "-y", "--crs",
+                            "EPSG:25832"]),
+                 "units": (sphere(4000), {"height_step": "0.0003u"}, ["--height-step", "0.0003u"]),
+                 "percent": (sphere(4000), {"max_error": "0.2%"}, ["--max-error", "0.2%"]),
                  "open": (sheet(4000), {"max_bytes": 2000, "topology": "planar", "max_level": 2},
                           ["--max-bytes", "2000", "--topology", "planar", "--max-level", "2"]),
                  "far": (sheet(3000, (4.6e6, 5.5e6, 300)),
@@ -74,6 +81,27 @@ class ReconstructTest(WithServer):
                 if "max_bytes" in options:
                     self.assertLessEqual(len(surface.to_bytes()), 2000)
 
+    def test_the_place_and_the_error_come_back(self):
+        surface = rilievo.reconstruct(sphere(3000), server=self.server, unit="mm", up="z")
+        self.assertEqual(surface.place, rilievo.Place(0.001, "z", None))
+        self.assertEqual(surface.report["place"]["metres_per_unit"], 0.001)
+        error = surface.report["error"]["points_to_surface"]["rms"] * surface.frame.diagonal
+        self.assertAlmostEqual(surface.error / error, 1, delta=1e-3)
+        self.assertIn(f"scan to surface {surface.error / 1000:.3g} m", repr(surface))
+        plain = rilievo.reconstruct(sphere(3000), server=self.server)
+        self.assertEqual(plain.place, rilievo.Place(None, None, None))
+        self.assertIn(f"scan to surface {plain.error:.3g},", repr(plain))
+
+    def test_lengths_that_are_none_are_refused_with_the_ways_to_write_them(self):
+        for options, words in (({"max_error": "2cm"}, "unit='m'"),
+                               ({"max_error": "2 parsecs", "unit": "m"}, "'2cm'"),
+                               ({"height_step": "cm", "unit": "m"}, "'2cm'"),
+                               ({"unit": "parsec"}, "'us-ft'"), ({"up": "w"}, "'-z'"),
+                               ({"max_error": "9km", "unit": "m"}, "must lie between")):
+            with self.subTest(str(options)):
+                with self.assertRaisesRegex(rilievo.InvalidArgument, words):
+                    rilievo.reconstruct(sphere(100), server=self.server, **options)
+
     def test_float32_points_are_the_same_scan_as_their_doubles(self):
         narrow = sphere(2000).astype(np.float32)
         structured = np.zeros(2000, [("intensity", "u1"), ("x", "f4"), ("y", "f4"), ("z", "f4")])
@@ -83,6 +111,56 @@ class ReconstructTest(WithServer):
         for same in (narrow.astype(np.float64), structured, np.asfortranarray(narrow),
                      narrow.tolist(), np.repeat(narrow, 2, axis=0)[::2]):
             self.assertEqual(rilievo.reconstruct(same, server=self.server).to_bytes(), first)
+
+    def test_the_surface_faces_the_sensor_or_the_given_normals(self):
+        points, center = sphere(3000), np.array([1, 2, 3])
+        normals = (center - points) / np.linalg.norm(center - points, axis=1)[:, None]
+        structured = np.zeros(3000, [(name, "f8") for name in (
+            "x", "y", "z", "sensor_x", "sensor_y", "sensor_z", "nx", "ny", "nz")])
+        columns = np.column_stack([points, np.tile(center, (3000, 1)), normals])
+        for name, column in zip(structured.dtype.names, columns.T):
+            structured[name] = column
+
+        def faces_in(surface):
+            toward = center - surface.vertices()
+            return (np.sum(surface.normals() * toward, axis=1) > 0).all()
+
+        for arguments in ({"sensor": center}, {"point_normals": normals},
+                          {"sensor": np.tile(center, (3000, 1)), "stations": "use"}):
+            with self.subTest(list(arguments)):
+                surface = rilievo.reconstruct(points, server=self.server, **arguments)
+                self.assertTrue(faces_in(surface))
+                given = "normals" if "point_normals" in arguments else "stations"
+                self.assertTrue(surface.report[given]["used"])
+                self.assertEqual(surface.report[given]["points"], 3000)
+        self.assertTrue(faces_in(rilievo.reconstruct(structured, server=self.server)))
+        plain = rilievo.reconstruct(points, server=self.server)
+        self.assertFalse(faces_in(plain))
+        ignored = rilievo.reconstruct(structured, server=self.server, stations="ignore",
+                                      normals="ignore")
+        np.testing.assert_array_equal(ignored.vertices(), plain.vertices())
+
+    def test_a_sensor_that_moves_becomes_places_along_its_way(self):
+        way = np.column_stack([np.linspace(0, 4000, 30_000), np.zeros(30_000), np.full(30_000, 9)])
+        way[5] = np.nan
+        packed = pack(np.zeros((30_000, 3)), way)
+        self.assertLessEqual(len(packed.stations), 4096)
+        numbers = packed.points["station"]
+        self.assertEqual(numbers[5], 65535)
+        known = numbers != 65535
+        self.assertEqual(known.sum(), 29_999)
+        self.assertLess(np.abs(packed.stations[numbers[known]] - way[known]).max(), 0.002 * 4000)
+
+    def test_sensors_and_normals_that_do_not_fit_are_refused(self):
+        points = sphere(100)
+        for name, value in (("sensor", np.zeros((7, 3))), ("sensor", [1, 2]),
+                            ("point_normals", np.zeros((7, 3))), ("point_normals", [1, 2, 3])):
+            with self.assertRaises(rilievo.InvalidArgument) as raised:
+                rilievo.reconstruct(points, server=self.server, **{name: value})
+            self.assertEqual(raised.exception.parameter, name)
+        with self.assertRaises(rilievo.InvalidArgument) as raised:
+            rilievo.reconstruct(points, server=self.server, stations="use")
+        self.assertEqual(raised.exception.parameter, "stations")
 
     def test_masked_and_non_finite_points_are_dropped_and_counted(self):
         points = np.ma.masked_array(sphere(2000))

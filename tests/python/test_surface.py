@@ -127,6 +127,50 @@ class SurfaceTest(unittest.TestCase):
             with self.assertRaises(rilievo.InvalidArgument):
                 self.surface.adaptive_mesh(**arguments)
 
+    def test_at_passes_through_the_vertices(self):
+        faces = self.surface.control_mesh.faces
+        vertices = self.surface.vertices()
+        numbers = np.arange(len(faces))
+        for corner, (u, v) in enumerate([(0, 0), (1, 0), (0, 1)]):
+            jet = self.surface.at(numbers, u, v)
+            np.testing.assert_allclose(jet.positions, vertices[faces[:, corner]], rtol=0,
+                                       atol=1e-12 * self.surface.frame.diagonal)
+        smooth = self.surface.at(0, 0.2, [0.3, 0.4], smooth=True)
+        self.assertEqual(smooth.positions.shape, (2, 3))
+        self.assertEqual(smooth.curvatures.shape, (2, 2))
+        step = 1e-5
+        after, before = (self.surface.at(0, 0.2 + s, 0.3, smooth=True) for s in (step, -step))
+        np.testing.assert_allclose((after.positions - before.positions)[0] / (2 * step),
+                                   smooth.du[0], rtol=0, atol=1e-5 * self.surface.frame.diagonal)
+        np.testing.assert_allclose(np.linalg.norm(smooth.normals, axis=1), 1)
+        self.assertLess(np.abs((smooth.normals * smooth.dv).sum(axis=1)).max(),
+                        1e-12 * self.surface.frame.diagonal)
+
+    def test_closest_points_are_on_the_surface_and_no_farther_than_its_vertices(self):
+        random = np.random.default_rng(5)
+        vertices, diagonal = self.surface.vertices(), self.surface.frame.diagonal
+        places = vertices[random.integers(len(vertices), size=300)]
+        places = places + 0.02 * diagonal * random.standard_normal(places.shape)
+        closest = self.surface.closest(places)
+        at = self.surface.at(closest.faces, closest.u, closest.v)
+        np.testing.assert_allclose(at.positions, closest.positions, rtol=0, atol=1e-12 * diagonal)
+        np.testing.assert_allclose(np.linalg.norm(places - closest.positions, axis=1),
+                                   closest.distances, rtol=0, atol=1e-12 * diagonal)
+        to_vertices = np.linalg.norm(places[:, None] - vertices, axis=2).min(axis=1)
+        self.assertTrue((closest.distances <= to_vertices + 1e-9 * diagonal).all())
+        self.assertLess(closest.distances.sum(), 0.99 * to_vertices.sum())
+
+    def test_at_and_closest_refuse_what_is_wrong(self):
+        count = self.surface.levels[0]["faces"]
+        for faces, u, v, said in ((count, 0, 0, f"0 to {count - 1}"), (-1, 0, 0, "faces"),
+                                  (0, 0.7, 0.4, "u is 0.7"), (0.5, 0, 0, "whole numbers")):
+            with self.assertRaisesRegex(rilievo.InvalidArgument, said):
+                self.surface.at(faces, u, v)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, r"\(n, 3\)"):
+            self.surface.closest([1.0, 2.0, 3.0])
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "point 1 .* not finite"):
+            self.surface.closest([[1.0, 2.0, 3.0], [np.nan, 0, 0]])
+
     def test_refusals_name_what_is_wrong(self):
         for level in (-1, self.surface.max_level + 3, 10**6):
             with self.assertRaisesRegex(rilievo.InvalidArgument, "level"):

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/station_table.h"
 #include "tests/scans/random.h"
 #include "tests/scans/ray_tree.h"
 
@@ -69,15 +70,17 @@ class SceneScanner {
       from_outside_[hit->triangle] += facing > 0 ? 1 : -1;
       const double error = sigma_ > 0 ? sigma_ * random.Normal() : 0.0;
       points_.push_back(ray.origin + (hit->distance + error) * ray.direction);
+      stations_.Add(ray.origin);
       ++taken;
     }
     return absl::OkStatus();
   }
 
-  SceneScan Take() const {
+  SceneScan Take() {
     SceneScan scan;
     scan.cloud.points.resize(3, static_cast<Eigen::Index>(points_.size()));
     for (size_t i = 0; i < points_.size(); ++i) scan.cloud.points.col(i) = points_[i];
+    stations_.Finish(&scan.cloud.sights);
     for (const int count : from_outside_) scan.seen.push_back((count > 0) - (count < 0));
     return scan;
   }
@@ -96,6 +99,7 @@ class SceneScanner {
   const double sigma_, least_cosine_;
   std::vector<int> from_outside_;  // returns from there, less those from the other side
   std::vector<Vector3d> points_;
+  StationTable stations_;
 };
 
 }  // namespace

@@ -20,7 +20,7 @@ struct SceneScanOptions {
 };
 
 struct SceneScan {
-  PointCloud cloud;  // station by station, or strip by strip
+  PointCloud cloud;  // station by station, or strip by strip; with its stations
   // By triangle of the truth: 0 unseen, 1 seen from outside, -1 from its other side.
   std::vector<int8_t> seen;
 };

@@ -113,8 +113,8 @@ Attempt UploadAndReconstruct(const StressServer& server, const KnownScan& scan) 
   v1::CreateJobRequest request;
   request.set_request_id(kRequest);
   request.set_scan_id(scan.packed.scan_id);
-  request.mutable_header()->set_coordinate_format(scan.packed.format);
-  request.mutable_header()->set_point_count(scan.packed.point_count);
+  request.mutable_header()->set_coordinate_format(scan.packed.header.coordinate_format());
+  request.mutable_header()->set_point_count(scan.packed.header.point_count());
   request.mutable_header()->mutable_options();  // the same request as Submit() makes
   const auto job = jobs.Create(request, Within(seconds(20)));
   if (!note(job.status())) return attempt;

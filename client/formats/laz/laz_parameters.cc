@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -14,10 +13,8 @@ namespace {
 
 using Coding = LazParameters::Coding;
 
-constexpr size_t kRecordHeader = 54;
 constexpr size_t kFixedPart = 34;
 constexpr size_t kItemBytes = 6;
-constexpr int kRecordNumber = 22204;
 
 // Kinds of items, as LASzip numbers them.
 enum : uint16_t {
@@ -42,35 +39,6 @@ struct Item {
 template <typename... What>
 absl::Status Invalid(const What&... what) {
   return absl::InvalidArgumentError(absl::StrCat("LAZ: ", what...));
-}
-
-absl::Status CutOff() {
-  return absl::DataLossError("LAZ: the file ends before its points; truncated file?");
-}
-
-// The content of LASzip's record, or none where there is no such record.
-absl::StatusOr<std::optional<std::string>> FindRecord(ByteSource* source, const LasHeader& header) {
-  if (!source->Skip(header.records_offset - source->position())) return CutOff();
-  std::optional<std::string> found;
-  for (uint32_t i = 0; i < header.record_count; ++i) {
-    if (source->position() + kRecordHeader > header.point_offset) break;
-    const char* record = source->Take(kRecordHeader);
-    if (record == nullptr) return CutOff();
-    const std::string_view user(record + 2, 16);
-    const auto number = Load<uint16_t>(record + 18);
-    const auto size = Load<uint16_t>(record + 20);
-    const bool wanted = number == kRecordNumber && user.substr(0, 14) == "laszip encoded";
-    if (source->position() + size > header.point_offset) {
-      return Invalid("variable length record ", i + 1, " has ", size,
-                     " bytes and reaches into the points, which begin at byte ",
-                     header.point_offset);
-    }
-    const char* content = source->Take(size);
-    if (content == nullptr) return CutOff();
-    if (wanted) found.emplace(content, size);
-  }
-  if (!source->Skip(header.point_offset - source->position())) return CutOff();
-  return found;
 }
 
 // The items of a point of this format, the extra bytes last.
@@ -122,8 +90,8 @@ absl::Status CheckItems(const std::string& record, const LasHeader& header,
 
 }  // namespace
 
-absl::StatusOr<LazParameters> ReadLazParameters(ByteSource* source, const LasHeader& header) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::optional<std::string> record, FindRecord(source, header));
+absl::StatusOr<LazParameters> ReadLazParameters(const std::optional<std::string>& record,
+                                                const LasHeader& header) {
   if (!record || record->size() < kFixedPart) {
     return Invalid("the points are compressed, but the record of LASzip that says how is ",
                    record ? "too short" : "missing");

@@ -3,9 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 #include "absl/status/statusor.h"
-#include "client/formats/byte_source.h"
 #include "client/formats/las_header.h"
 
 namespace rilievo::laz {
@@ -23,10 +24,9 @@ struct LazParameters {
   size_t color_offset = 0;  // in the record; 0: no colours
 };
 
-// Reads the variable length records behind the header, up to the first point, for that of LASzip
-// (user "laszip encoded", record 22204; laszip.hpp of LASzip 3). INVALID_ARGUMENT where it is
-// missing or not of this point format, or for a compression that is not known; DATA_LOSS for a file
-// that is cut off.
-absl::StatusOr<LazParameters> ReadLazParameters(ByteSource* source, const LasHeader& header);
+// `record`: that of LASzip (laszip.hpp of LASzip 3; LasVariableRecords). INVALID_ARGUMENT where it
+// is missing or not of this point format, or for a compression that is not known.
+absl::StatusOr<LazParameters> ReadLazParameters(const std::optional<std::string>& record,
+                                                const LasHeader& header);
 
 }  // namespace rilievo::laz

@@ -29,10 +29,10 @@ LazRecords::LazRecords(ByteSource* source, const LasHeader& header, const Wanted
       parameters_(parameters),
       record_(header.record_size) {}
 
-absl::StatusOr<std::unique_ptr<LazRecords>> LazRecords::Open(ByteSource* source,
-                                                             const LasHeader& header,
-                                                             const WantedLayers& wanted) {
-  RILIEVO_ASSIGN_OR_RETURN(const LazParameters parameters, ReadLazParameters(source, header));
+absl::StatusOr<std::unique_ptr<LazRecords>> LazRecords::Open(
+    ByteSource* source, const LasHeader& header, const std::optional<std::string>& laszip,
+    const WantedLayers& wanted) {
+  RILIEVO_ASSIGN_OR_RETURN(const LazParameters parameters, ReadLazParameters(laszip, header));
   std::unique_ptr<LazRecords> records(new LazRecords(source, header, wanted, parameters));
   if (parameters.coding != Coding::kPointwise) RILIEVO_RETURN_IF_ERROR(records->ReadTable());
   return records;

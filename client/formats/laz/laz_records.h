@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -22,10 +23,11 @@ namespace rilievo::laz {
 // file in memory.
 class LazRecords {
  public:
-  // `source`, from which `header` was read, and `header` must outlive this. Errors of
-  // ReadLazParameters() and ReadChunkTable().
+  // `source`, which stands at the first point, and `header` must outlive this; `laszip`: the record
+  // of LASzip. Errors of ReadLazParameters() and ReadChunkTable().
   static absl::StatusOr<std::unique_ptr<LazRecords>> Open(ByteSource* source,
                                                           const LasHeader& header,
+                                                          const std::optional<std::string>& laszip,
                                                           const WantedLayers& wanted);
 
   // The next of header.point_count records, valid until the next call, or nullptr: see status().

@@ -12,27 +12,29 @@ from typing import TYPE_CHECKING, Any
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FieldViolation,
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
-from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, ControlMesh, Distance, Frame, Mesh,
-                      Surface, read)
+from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
+                      Jet, Mesh, Place, Surface, read)
 
 if TYPE_CHECKING:
     from .connection import Server
     from .jobs import Job, Jobs
+    from .options import UNITS
     from .private_server import PrivateServer
     from .reconstruction import Progress, reconstruct
 
 __version__ = "0.1.0"
 __all__ = [
-    "Cancelled", "Certificate", "ControlMesh", "DataLoss", "DeadlineExceeded", "Distance",
-    "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument", "Job", "Jobs",
-    "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied", "PrivateServer",
+    "Cancelled", "Certificate", "Closest", "ControlMesh", "DataLoss", "DeadlineExceeded",
+    "Distance", "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument",
+    "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
+    "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
-    "Surface", "Unavailable", "read", "reconstruct",
+    "Surface", "UNITS", "Unavailable", "read", "reconstruct",
 ]
 
 _WITH_GRPC = {
     "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
-    "Server": "connection", "reconstruct": "reconstruction",
+    "Server": "connection", "UNITS": "options", "reconstruct": "reconstruction",
 }
 
 

@@ -4,7 +4,7 @@ import ctypes.util
 import os
 import pathlib
 import threading
-from typing import Any, Optional, Type
+from typing import Any, Optional, Tuple, Type
 
 import numpy as np
 import numpy.typing as npt
@@ -54,6 +54,15 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
     library.rilievo_tessellate_adaptively.argtypes = [
         pointer, ctypes.c_double, ctypes.c_int64, ctypes.c_int, out,
         ctypes.POINTER(ctypes.c_double)]
+    if library.rilievo_decoder_abi_version() >= 3:
+        for name in ("rilievo_evaluator_create", "rilievo_finder_create"):
+            getattr(library, name).argtypes = [pointer, ctypes.c_int, ctypes.c_int, out]
+        library.rilievo_evaluate.argtypes = [pointer, pointer, pointer, size, ctypes.c_int, pointer]
+        library.rilievo_find_closest.argtypes = [pointer, pointer, size, ctypes.c_int, pointer,
+                                                 pointer, pointer, pointer]
+        for name in ("rilievo_evaluator_free", "rilievo_finder_free"):
+            getattr(library, name).argtypes = [pointer]
+            getattr(library, name).restype = None
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
@@ -145,3 +154,43 @@ def tessellate_adaptively(surface: Handle, tolerance: float, triangles: int,
     check(library().rilievo_tessellate_adaptively(surface.address, tolerance, triangles, threads,
                                                   ctypes.byref(mesh), ctypes.byref(error)))
     return Handle(mesh.value or 0, "rilievo_mesh_free"), error.value
+
+
+def evaluator(surface: Handle, smooth: bool, threads: int) -> Handle:
+    return _made(surface, "evaluator", smooth, threads)
+
+
+def finder(surface: Handle, smooth: bool, threads: int) -> Handle:
+    return _made(surface, "finder", smooth, threads)
+
+
+def _made(surface: Handle, kind: str, smooth: bool, threads: int) -> Handle:
+    if library().rilievo_decoder_abi_version() < 3:
+        raise RilievoError("this decoder library is of an older version and cannot evaluate; "
+                           "install the one of this version")
+    made = ctypes.c_void_p()
+    create = getattr(library(), f"rilievo_{kind}_create")
+    check(create(surface.address, int(smooth), threads, ctypes.byref(made)))
+    return Handle(made.value or 0, f"rilievo_{kind}_free")
+
+
+def evaluate(of: Handle, faces: npt.NDArray[np.uint32], parameters: npt.NDArray[np.float64],
+             threads: int) -> npt.NDArray[np.float64]:
+    """(n, 23) numbers of n parameters, in the order of rilievo_decoder.h."""
+    jets = np.empty((len(faces), 23))
+    check(library().rilievo_evaluate(of.address, faces.ctypes.data, parameters.ctypes.data,
+                                     len(faces), threads, jets.ctypes.data))
+    return jets
+
+
+def find_closest(of: Handle, places: npt.NDArray[np.float64], threads: int) -> Tuple[
+        npt.NDArray[np.uint32], npt.NDArray[np.float64], npt.NDArray[np.float64],
+        npt.NDArray[np.float64]]:
+    """Faces, parameters, distances and positions of the closest points of n places."""
+    count = len(places)
+    faces, parameters = np.empty(count, np.uint32), np.empty((count, 2))
+    distances, positions = np.empty(count), np.empty((count, 3))
+    check(library().rilievo_find_closest(
+        of.address, places.ctypes.data, count, threads, faces.ctypes.data, parameters.ctypes.data,
+        distances.ctypes.data, positions.ctypes.data))
+    return faces, parameters, distances, positions

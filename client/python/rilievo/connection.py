@@ -41,10 +41,11 @@ _DOMAINS = ("rilievo.dev", "rilievo")
 _PARAMETERS = {
     "point_count": "points", "coordinate_format": "points", "points": "points", "data": "points",
     "height_step_ratio": "height_step", "max_error_ratio": "max_error", "method": "fit",
+    "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
     "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
 }
-_SAME = ("max_bytes", "topology", "boundary", "creases", "control_faces", "max_level", "seed",
-         "threads", "measure")
+_SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",
+         "max_level", "seed", "threads", "measure", "up", "crs")
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
 """Arrays as the protocol carries them."""
-from typing import Any, Iterator, NamedTuple, Optional, Tuple
+from typing import Any, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,21 +11,29 @@ from .v1 import options_pb2, reconstruction_pb2
 MESSAGE_BYTES = 384 << 10
 
 
+# At most so many places of the sensor are told apart; the number of one that is not known.
+MOST_STATIONS, NO_STATION = 4096, 65535
+
+
 class Packed(NamedTuple):
-    """Points as they travel: (n, 3) float32 where that loses nothing, else float64."""
+    """Points as they travel: a record each, of the field `point` (three float32 where that loses
+    nothing, else float64) and, where they are known, `station` and `normal`."""
     points: npt.NDArray[Any]
     format: int
+    stations: npt.NDArray[np.float64]
+    """(n, 3), scan frame."""
 
     def header(self, options: Any) -> Any:
         return reconstruction_pb2.ReconstructHeader(
             point_count=len(self.points),
             coordinate_format=reconstruction_pb2.CoordinateFormat.Name(self.format),
-            options=options)
+            stations=self.stations.astype("<f8").tobytes(),
+            normals="normal" in (self.points.dtype.names or ()), options=options)
 
     def pieces(self, begin: int = 0) -> Iterator[bytes]:
         """Whole points a piece, from byte `begin` on."""
-        data = self.points.reshape(-1).view(np.uint8).data
-        size = self.points.dtype.itemsize * 3
+        data = self.points.view(np.uint8).data
+        size = self.points.dtype.itemsize
         step = MESSAGE_BYTES // size * size
         for at in range(begin, len(data), step):
             yield data[at:at + step].tobytes()
@@ -58,15 +66,70 @@ def coordinates(points: Any, parameter: str = "points") -> npt.NDArray[np.float6
     return np.ascontiguousarray(array, np.float64)
 
 
-def pack(points: Any) -> Packed:
+def _fields(points: Any, names: Sequence[str]) -> Any:
+    """(n, 3) of a structured array that has these fields, else None."""
+    present = getattr(getattr(points, "dtype", None), "names", None) or ()
+    if not all(name in present for name in names):
+        return None
+    return np.stack([points[name] for name in names], axis=-1)
+
+
+def _each(values: Any, count: int, parameter: str) -> npt.NDArray[np.float64]:
+    array = coordinates(np.atleast_2d(values), parameter)
+    if parameter == "sensor" and len(array) == 1:
+        array = np.broadcast_to(array, (count, 3))
+    if len(array) != count:
+        raise refuse(parameter, f"{len(array)} rows for {count} points; give one for each")
+    return array
+
+
+def _stations(sensor: npt.NDArray[np.float64]) -> Tuple[npt.NDArray[np.float64],
+                                                        npt.NDArray[np.uint16]]:
+    """The places of a sensor, each once, and the number of each point's. More than MOST_STATIONS
+    become one where they lie in one cell of a grid."""
+    known = np.isfinite(sensor).all(axis=1)
+    numbers = np.full(len(sensor), NO_STATION, np.uint16)
+    places = np.unique(sensor[known], axis=0)
+    if len(places) == 0:
+        return np.empty((0, 3)), numbers
+    cell = float(np.ptp(places, axis=0).max()) / 2048
+    keys = sensor[known]
+    while len(places) > MOST_STATIONS:
+        cell *= 2
+        keys = np.floor(sensor[known] / cell)
+        places = np.unique(keys, axis=0)
+    _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    numbers[known] = which.reshape(-1)
+    return sensor[known][first], numbers
+
+
+def pack(points: Any, sensor: Any = None, point_normals: Any = None) -> Packed:
+    """`sensor`: (3,) or (n, 3), places in the frame of the points; NaN: not known. `point_normals`:
+    (n, 3); zero: not known. A structured array may have both itself: sensor_x, sensor_y, sensor_z
+    and nx, ny, nz."""
     wide = coordinates(points)
+    if sensor is None:
+        sensor = _fields(points, ("sensor_x", "sensor_y", "sensor_z"))
+    if point_normals is None:
+        point_normals = _fields(points, ("nx", "ny", "nz"))
     with np.errstate(over="ignore", invalid="ignore"):
         narrow = wide.astype(np.dtype("<f4"))
         same = (narrow == wide) | ~np.isfinite(wide)
-    if bool(same.all()):
-        return Packed(narrow, reconstruction_pb2.COORDINATE_FORMAT_FLOAT32_LE)
-    return Packed(wide.astype(np.dtype("<f8"), copy=False),
-                  reconstruction_pb2.COORDINATE_FORMAT_FLOAT64_LE)
+    is_narrow = bool(same.all())
+    columns = [("point", narrow if is_narrow else wide, "<f4" if is_narrow else "<f8")]
+    places = np.empty((0, 3))
+    if sensor is not None:
+        places, numbers = _stations(_each(sensor, len(wide), "sensor"))
+        if len(places) > 0:
+            columns.append(("station", numbers, "<u2"))
+    if point_normals is not None:
+        columns.append(("normal", _each(point_normals, len(wide), "point_normals"), "<f4"))
+    records = np.empty(len(wide), [(name, kind, values.shape[1:])
+                                   for name, values, kind in columns])
+    for name, values, _ in columns:
+        records[name] = values
+    return Packed(records, reconstruction_pb2.COORDINATE_FORMAT_FLOAT32_LE if is_narrow
+                  else reconstruction_pb2.COORDINATE_FORMAT_FLOAT64_LE, places)
 
 
 def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:

@@ -54,6 +54,16 @@ class Frame:
 
 
 @dataclass(frozen=True)
+class Place:
+    """What the coordinates stand for; None where the file does not say it."""
+    metres_per_unit: Optional[float]
+    up: Optional[str]
+    """"x", "y", "z", "-x", "-y" or "-z"."""
+    crs: Optional[str]
+    """Coordinate reference system: well-known text, or "EPSG:" and a number."""
+
+
+@dataclass(frozen=True)
 class Distance:
     """One direction; fractions of the diagonal, None where unknown."""
     rms: Optional[float]
@@ -66,12 +76,14 @@ class Distance:
 class Certificate:
     """Errors of the decoded surface against its scan, measured when it was made. Distances are
     fractions of Frame.diagonal; None where unknown."""
+    scan_to_surface: Distance
+    """The error: how far the scan's points are from the surface."""
+    surface_to_scan: Distance
     error_rms: Optional[float]
+    """Of both ways together, as the next three."""
     error_mean: Optional[float]
     error_p95: Optional[float]
     error_max: Optional[float]
-    surface_to_scan: Distance
-    scan_to_surface: Distance
     measured_share: Optional[float]
     smoothed_share: Optional[float]
     filled_share: Optional[float]
@@ -79,6 +91,38 @@ class Certificate:
     error_across: Optional[float] = None
     """The larger RMS of both ways, of the surface's samples the part across it: what max_error
     promises."""
+
+
+@dataclass(frozen=True)
+class Jet:
+    """The surface at n parameters, scan frame. Where a parameter is that of an irregular vertex, du
+    and dv span the tangent plane, and second derivatives and curvatures are NaN."""
+    positions: npt.NDArray[np.float64]
+    """(n, 3)."""
+    du: npt.NDArray[np.float64]
+    """(n, 3) derivatives by u; dv, duu, duv and dvv likewise."""
+    dv: npt.NDArray[np.float64]
+    duu: npt.NDArray[np.float64]
+    duv: npt.NDArray[np.float64]
+    dvv: npt.NDArray[np.float64]
+    normals: npt.NDArray[np.float64]
+    """(n, 3), unit, outward."""
+    curvatures: npt.NDArray[np.float64]
+    """(n, 2) least and greatest principal curvature; positive where the surface bends away from its
+    normal."""
+
+
+@dataclass(frozen=True)
+class Closest:
+    """The closest points of the surface to n places; at(faces, u, v) gives the same positions."""
+    faces: npt.NDArray[np.uint32]
+    """(n,) control faces."""
+    u: npt.NDArray[np.float64]
+    v: npt.NDArray[np.float64]
+    distances: npt.NDArray[np.float64]
+    """(n,), unit of the scan."""
+    positions: npt.NDArray[np.float64]
+    """(n, 3), scan frame."""
 
 
 class Surface:
@@ -91,6 +135,7 @@ class Surface:
         self._threads = threads
         self._lock = threading.Lock()
         self._meshes: "OrderedDict[int, Mesh]" = OrderedDict()
+        self._tools: Dict[Tuple[str, bool], _library.Handle] = {}
         self.info: Dict[str, Any] = json.loads(self._handle.text("rilievo_surface_info"))
         """All that the file says of itself."""
         self.report = report
@@ -137,7 +182,10 @@ class Surface:
 
     def __repr__(self) -> str:
         finest = self.info["levels"][-1]
-        return (f"<rilievo.Surface: {self.info['control']['faces']} control faces, "
+        error, metres = self.error, self.place.metres_per_unit
+        told = "" if error is None else f"scan to surface {error:.3g}, " if metres is None else \
+            f"scan to surface {error * metres:.3g} m, "
+        return (f"<rilievo.Surface: {told}{self.info['control']['faces']} control faces, "
                 f"max_level {self.max_level}, {finest['vertices']} vertices, "
                 f"{len(self._data)} bytes>")
 
@@ -160,6 +208,20 @@ class Surface:
     def frame(self) -> Frame:
         values = self._handle.array("rilievo_surface_frame")
         return Frame(values[:3], float(values[3]))
+
+    @property
+    def error(self) -> Optional[float]:
+        """RMS distance of the scan's points to the surface, measured when it was made, in the unit
+        of the scan; None where unknown. More figures: certificate."""
+        share = self.certificate.scan_to_surface.rms
+        return None if share is None else share * float(self.info["frame"]["diagonal"])
+
+    @property
+    def place(self) -> Place:
+        """Unit, way up and coordinate reference system of the coordinates, as far as known."""
+        # Libraries of older versions do not know it.
+        values = self.info.get("place", {})
+        return Place(values.get("metres_per_unit"), values.get("up"), values.get("crs"))
 
     @property
     def heights(self) -> npt.NDArray[np.float32]:
@@ -224,6 +286,45 @@ class Surface:
         handle, error = _library.tessellate_adaptively(
             self._handle, tolerance or 0.0, operator.index(triangles or 0), self._threads)
         return _mesh(handle), error
+
+    def at(self, faces: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike,
+           smooth: bool = False) -> Jet:
+        """The surface at parameters of control faces: u weighs the second corner of
+        control_mesh.faces[face], v the third; u >= 0, v >= 0, u + v <= 1. The arguments are numbers
+        or arrays, broadcast against each other. `smooth`: of the smooth surface, without heights.
+        The first call prepares the surface."""
+        numbers, first, second = (array.ravel() for array in np.broadcast_arrays(
+            np.asarray(faces), np.asarray(u, np.float64), np.asarray(v, np.float64)))
+        if numbers.dtype.kind not in "iu":
+            raise InvalidArgument(f"faces has elements of type {numbers.dtype}: must be whole "
+                                  "numbers")
+        count = self.info["control"]["faces"]
+        if numbers.size and not (0 <= numbers.min() and numbers.max() < count):
+            raise InvalidArgument(f"faces holds {numbers.min()} to {numbers.max()}: this surface "
+                                  f"has control faces 0 to {count - 1}")
+        jets = _library.evaluate(
+            self._tool("evaluator", smooth), np.ascontiguousarray(numbers, np.uint32),
+            np.ascontiguousarray(np.stack([first, second], axis=1)), self._threads)
+        vectors = [np.ascontiguousarray(jets[:, i:i + 3]) for i in range(0, 21, 3)]
+        return Jet(*vectors, np.ascontiguousarray(jets[:, 21:]))
+
+    def closest(self, points: npt.ArrayLike, smooth: bool = False) -> Closest:
+        """The closest point of the surface to each of `points`, (n, 3), scan frame, finite.
+        `smooth` as for at(). The first call prepares the surface."""
+        places = np.ascontiguousarray(points, np.float64)
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise InvalidArgument(f"points has the shape {places.shape}: must be (n, 3)")
+        faces, parameters, distances, positions = _library.find_closest(
+            self._tool("finder", smooth), places, self._threads)
+        return Closest(faces, parameters[:, 0].copy(), parameters[:, 1].copy(), distances,
+                       positions)
+
+    def _tool(self, kind: str, smooth: bool) -> _library.Handle:
+        with self._lock:
+            key = (kind, bool(smooth))
+            if key not in self._tools:
+                self._tools[key] = getattr(_library, kind)(self._handle, key[1], self._threads)
+            return self._tools[key]
 
 
 def read(path: Union[str, "os.PathLike[str]"], max_level: Optional[int] = None,

@@ -7,6 +7,7 @@ import { element, sizeText, say, showError, whole } from './page/elements';
 import { JobList, nameOfJob, rememberName } from './page/job_list';
 import { StageList } from './page/stages';
 import { SurfaceView } from './page/surface_view';
+import { unpacked } from './page/unpack';
 import { Viewer } from './scene/viewer';
 import { errorOfJob, jobs, reconstruction, streamSurface, submitScan, watchJob, type Listener } from './server/jobs';
 import { SurfaceStream } from './server/surface_stream';
@@ -92,7 +93,8 @@ function start(): void {
   async function openScan(file: File): Promise<void> {
     await run(file.name, async (signal, stages) => {
       stages.show('read');
-      const bytes = new Uint8Array(await file.arrayBuffer());
+      const bytes = await unpacked(new Uint8Array(await file.arrayBuffer()));
+      signal.throwIfAborted();
       const scan = await decoder.ask('readScan', { bytes, name: file.name });
       view.begin(file.name, true);
       await view.showScan(scan.layers);

@@ -102,7 +102,18 @@ test('scans are read as the command line reads them, and packed without loss', (
   const packed = plain.packed();
   assert.equal(packed.coordinateBytes, 4);
   assert.deepEqual([...new Float32Array(packed.bytes.buffer)], [1, 2, 3, 4, 5, 6.5]);
+  assert.equal(packed.stations.length, 0);
+  assert.equal(packed.normals, false);
   plain.free();
+  const seen = decoder.readScan(Buffer.from(
+    'x y z nx ny nz sensor_x sensor_y sensor_z\n1 2 3 0 0 1 0.1 8 9\n4 5 6 0 1 0 0.1 8 9\n'), 'scan.xyz');
+  const records = seen.packed();
+  assert.equal(seen.count(), 2);
+  assert.equal(records.bytes.length, 2 * (12 + 2 + 12));
+  assert.deepEqual([...new Float64Array(records.stations.buffer)], [0.1, 8, 9]);
+  assert.equal(records.normals, true);
+  assert.deepEqual([...new Float32Array(records.bytes.buffer.slice(14, 26))], [0, 0, 1]);
+  seen.free();
   const mesh = decoder.readScan(Buffer.from('v 1 2 3\nv 4 5 6\nv 7 8 8\nf 1 2 3\n'), 'mesh.obj');
   assert.equal(mesh.format(), 'OBJ without its faces (1)');
   mesh.free();
@@ -132,14 +143,28 @@ test('the distance of a scan to a surface is that of its points', () => {
   assert.ok(near.length > distances.length / 4);
   // The scan's own noise is 0.001 of the diagonal: most of it is the distance.
   assert.ok(rms / frame.diagonal > 0.0003 && rms / frame.diagonal < 0.0015, `${rms / frame.diagonal}`);
-  assert.ok(certificate.error_rms !== null);
+  const stated = certificate.scan_to_surface.rms;
+  assert.ok(stated !== null && Math.abs(stated * frame.diagonal / rms - 1) < 0.05, `${stated}`);
   // The command line tells the same figure, to three digits.
   const words = ['view', path, '-o', join(folder, 'error.png'), '--size', '64', '--colors', 'error', '--scan', path.replace('.dss', '.ply'), '--json'];
   const { legend } = JSON.parse(execFileSync(join(BIN, 'rilievo'), words, { encoding: 'utf8' })) as { legend: string };
-  const said = Number(/RMS of all ([\d.e-]+)/.exec(legend)?.[1]);
+  const said = Number(/scan to surface: RMS ([\d.e-]+)/.exec(legend)?.[1]);
   assert.ok(Math.abs(said / rms - 1) < 0.006, `${legend}; here ${rms}`);
   scan.free();
   surface.free();
+});
+
+test('the place of a surface and of a scan is told', () => {
+  const scan = join(folder, 'place.ply');
+  const path = join(folder, 'place.dss');
+  execFileSync(join(BIN, 'rilievo'), ['simulate', 'sphere', '-o', scan, '--points', '2000'], { stdio: 'ignore' });
+  execFileSync(join(BIN, 'rilievo'), ['reconstruct', scan, '-o', path, '--quiet', '--unit', 'mm', '--up', '-y', '--crs', 'EPSG:25832'], { stdio: 'ignore' });
+  const surface = decoder.decode(readFileSync(path));
+  assert.deepEqual(surface.info().place, { metres_per_unit: 0.001, up: '-y', crs: 'EPSG:25832' });
+  surface.free();
+  const read = decoder.readScan(readFileSync(scan), 'place.ply');
+  assert.deepEqual(read.place(), { metres_per_unit: null, up: null, crs: null });
+  read.free();
 });
 
 test('the digest is SHA-256', () => {

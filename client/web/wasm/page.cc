@@ -2,9 +2,6 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <cstring>
 #include <istream>
 #include <memory>
 #include <sstream>
@@ -15,17 +12,20 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/decoder_c/guarded.h"
+#include "client/decoder_c/surface.h"
 #include "client/formats/carried_layers.h"
 #include "client/formats/glb_writer.h"
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_reader.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/point_records.h"
 #include "core/surface/error_at_vertices.h"
 
 struct RilievoScan {
   rilievo::ScanFile file;
-  std::vector<uint8_t> packed;
+  std::string place;  // JSON
+  std::string packed;
 };
 
 struct RilievoBytes {
@@ -75,20 +75,6 @@ TriangleMesh MeshOf(const RilievoMesh* mesh) {
   return result;
 }
 
-template <typename Number>
-std::vector<uint8_t> Pack(const Eigen::Matrix3Xd& points) {
-  const Eigen::Matrix<Number, 3, Eigen::Dynamic> numbers = points.cast<Number>();
-  std::vector<uint8_t> bytes(static_cast<size_t>(numbers.size()) * sizeof(Number));
-  if (!bytes.empty()) std::memcpy(bytes.data(), numbers.data(), bytes.size());
-  return bytes;
-}
-
-bool FloatLosesNothing(const Eigen::Matrix3Xd& points) {
-  return std::all_of(points.data(), points.data() + points.size(), [](double value) {
-    return !std::isfinite(value) || static_cast<double>(static_cast<float>(value)) == value;
-  });
-}
-
 absl::Status MeasureDistance(const Eigen::Matrix3Xd& points, const TriangleMesh& mesh,
                              float* distances, double* rms) {
   RILIEVO_ASSIGN_OR_RETURN(const VertexErrors errors, ErrorAtVertices(mesh, points, RunContext()));
@@ -131,10 +117,12 @@ RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, const char* n
     std::istream in(&buffer);
     RILIEVO_ASSIGN_OR_RETURN(
         rilievo::ScanFile file,
-        rilievo::ReadScanStream(in, name, {.intensity = true, .colors = true}));
+        rilievo::ReadScanStream(
+            in, name, {.intensity = true, .colors = true, .stations = true, .normals = true}));
     // The page says what it read; that its faces play no part must be said too.
     if (file.faces > 0) absl::StrAppend(&file.format, " without its faces (", file.faces, ")");
-    *scan = new RilievoScan{.file = std::move(file), .packed = {}};
+    std::string place = rilievo::decoder_c::PlaceJson(file.place);
+    *scan = new RilievoScan{.file = std::move(file), .place = std::move(place), .packed = {}};
     return absl::OkStatus();
   });
 }
@@ -145,17 +133,28 @@ const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count) {
   return rilievo::Elements(scan->file.cloud.points, count);
 }
 
+const char* rilievo_page_scan_place(const RilievoScan* scan) { return scan->place.c_str(); }
+
 const char* rilievo_page_scan_format(const RilievoScan* scan) { return scan->file.format.c_str(); }
 
 const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes, uint8_t* sha256,
                                         size_t* count) {
-  static_assert(std::endian::native == std::endian::little);
-  const Eigen::Matrix3Xd& points = scan->file.cloud.points;
-  const bool single = rilievo::FloatLosesNothing(points);
-  scan->packed = single ? rilievo::Pack<float>(points) : rilievo::Pack<double>(points);
-  *coordinate_bytes = single ? 4 : 8;
-  rilievo_page_sha256(scan->packed.data(), scan->packed.size(), sha256);
-  return rilievo::Elements(scan->packed, count);
+  const rilievo::PointCloud& cloud = scan->file.cloud;
+  const rilievo::PointLayout layout = rilievo::LosslessLayout(cloud);
+  scan->packed = rilievo::PackPoints(cloud, 0, cloud.points.cols(), layout);
+  *coordinate_bytes = layout.coordinates == rilievo::CoordinateType::kFloat32 ? 4 : 8;
+  *count = scan->packed.size();
+  const auto* bytes = reinterpret_cast<const uint8_t*>(scan->packed.data());
+  rilievo_page_sha256(bytes, *count, sha256);
+  return bytes;
+}
+
+const double* rilievo_page_scan_stations(const RilievoScan* scan, size_t* count) {
+  return rilievo::Elements(scan->file.cloud.sights.stations, count);
+}
+
+int rilievo_page_scan_has_normals(const RilievoScan* scan) {
+  return scan->file.cloud.sights.normals.cols() != 0 ? 1 : 0;
 }
 
 void rilievo_page_sha256(const uint8_t* bytes, size_t size, uint8_t* digest) {
@@ -196,9 +195,13 @@ RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, const RilievoScan* c
   return Guarded([&] { return rilievo::WriteInto(rilievo::WritePlyMesh, mesh, carried, bytes); });
 }
 
-RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const RilievoScan* carried,
-                                   RilievoBytes** bytes) {
-  return Guarded([&] { return rilievo::WriteInto(rilievo::WriteGlbMesh, mesh, carried, bytes); });
+RilievoCode rilievo_page_write_glb(const RilievoSurface* surface, const RilievoMesh* mesh,
+                                   const RilievoScan* carried, RilievoBytes** bytes) {
+  const auto write = [&](const auto& triangles, const auto& sources, std::ostream& out,
+                         const auto& layers) {
+    return rilievo::WriteGlbMesh(triangles, sources, out, layers, surface->decoded.metadata.place);
+  };
+  return Guarded([&] { return rilievo::WriteInto(write, mesh, carried, bytes); });
 }
 
 const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count) {

@@ -19,12 +19,20 @@ RILIEVO_API RilievoCode rilievo_page_read_scan(const char* bytes, size_t size, c
 RILIEVO_API void rilievo_page_scan_free(RilievoScan* scan);
 /* Scan frame, as in the file: non-finite points are kept. */
 RILIEVO_API const double* rilievo_page_scan_points(const RilievoScan* scan, size_t* count);
+/* What its coordinates stand for, as rilievo_surface_info() writes "place". */
+RILIEVO_API const char* rilievo_page_scan_place(const RilievoScan* scan);
 /* For people: "PLY binary_little_endian". */
 RILIEVO_API const char* rilievo_page_scan_format(const RilievoScan* scan);
-/* PointChunk.data for all points: float32 where that loses nothing (*coordinate_bytes 4), else
- * float64 (8). *sha256 is of these bytes. */
+/* PointChunk.data for all points, with their stations and normals where the scan has them:
+ * coordinates are float32 where that loses nothing (*coordinate_bytes 4), else float64 (8). *sha256
+ * is of these bytes. */
 RILIEVO_API const uint8_t* rilievo_page_scan_packed(RilievoScan* scan, int* coordinate_bytes,
                                                     uint8_t* sha256, size_t* count);
+
+/* ReconstructHeader.stations, x, y, z each; none where the scan has none. */
+RILIEVO_API const double* rilievo_page_scan_stations(const RilievoScan* scan, size_t* count);
+/* ReconstructHeader.normals: 1 where the scan has them, else 0. */
+RILIEVO_API int rilievo_page_scan_has_normals(const RilievoScan* scan);
 
 /* One figure a vertex: the RMS distance, scan unit, of the finite points whose nearest triangle
  * touches it; NaN where there is none (core/surface/error_at_vertices.h). *rms, which may be NULL,
@@ -40,10 +48,12 @@ RILIEVO_API RilievoCode rilievo_page_scan_colors(const RilievoScan* scan, const 
                                                  RilievoBytes** bytes);
 
 /* A mesh as a file, PLY or binary glTF, with normals and flags; with the layers of `carried`, as
- * `rilievo export --carry` writes them, unless that is NULL. */
+ * `rilievo export --carry` writes them, unless that is NULL. The GLB stands as `surface`, of which
+ * the mesh is, says that its coordinates do. */
 RILIEVO_API RilievoCode rilievo_page_write_ply(const RilievoMesh* mesh, const RilievoScan* carried,
                                                RilievoBytes** bytes);
-RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoMesh* mesh, const RilievoScan* carried,
+RILIEVO_API RilievoCode rilievo_page_write_glb(const RilievoSurface* surface,
+                                               const RilievoMesh* mesh, const RilievoScan* carried,
                                                RilievoBytes** bytes);
 RILIEVO_API const uint8_t* rilievo_page_bytes(const RilievoBytes* bytes, size_t* count);
 RILIEVO_API void rilievo_page_bytes_free(RilievoBytes* bytes);

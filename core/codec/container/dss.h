@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/scan_place.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -74,6 +75,7 @@ struct DssMetadata {
   std::string topology;    // "planar", "spherical", "arbitrary", "user"
   std::string input_hash;  // of the scan's bytes, at most 64 bytes
   std::string options;     // what the surface was asked for
+  ScanPlace place;
   // Set by EncodeDss alone: every height that is not filled is smoothed; lifting rules of the
   // finest levels, coarse first, that have no coefficients and no chunk.
   bool all_smoothed = false;

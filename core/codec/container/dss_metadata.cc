@@ -36,6 +36,9 @@ enum Field : uint64_t {
   kPlainLevels = 17,    // a rule a byte
   kOrigin = 18,         // release, topology, scan points, folds, hash in one
   kShortOptions = 19,   // text with bytes for kOptionNames
+  kUnit = 20,           // figure: metres per unit of the scan
+  kUp = 21,             // one byte: place in UpDirection, from 0 for kX
+  kCrs = 22,            // text
 };
 constexpr std::array<std::string_view, 4> kTopologies = {"planar", "spherical", "arbitrary",
                                                          "user"};
@@ -222,6 +225,30 @@ void WriteOptions(const std::string& options, ByteWriter& writer) {
   WriteText(reads_back ? kShortOptions : kOptions, reads_back ? text : options, writer);
 }
 
+void WritePlace(const ScanPlace& place, ByteWriter& writer) {
+  if (place.metres_per_unit > 0) {
+    std::vector<uint8_t> bytes;
+    ByteWriter(bytes).ShortF64(place.metres_per_unit);
+    WriteField(kUnit, bytes, writer);
+  }
+  if (place.up != UpDirection::kUnknown) {
+    WriteField(kUp, std::array{static_cast<uint8_t>(static_cast<int>(place.up) - 1)}, writer);
+  }
+  WriteText(kCrs, place.crs, writer);
+}
+
+void ReadUnit(ByteReader& reader, ScanPlace& place) {
+  const double metres = reader.ShortF64();
+  if (reader.ok() && std::isfinite(metres) && metres > 0) place.metres_per_unit = metres;
+}
+
+void ReadUp(ByteReader& reader, ScanPlace& place) {
+  const int direction = reader.Byte() + 1;
+  if (reader.ok() && direction <= static_cast<int>(UpDirection::kMinusZ)) {
+    place.up = static_cast<UpDirection>(direction);
+  }
+}
+
 void ReadDistance(ByteReader& reader, DssDistance& distance) {
   for (double* figure : {&distance.rms, &distance.mean, &distance.p95, &distance.max}) {
     *figure = reader.ShortF64();
@@ -288,6 +315,15 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
     case kShortOptions:
       metadata.options = ReadShortOptions(text);
       break;
+    case kUnit:
+      ReadUnit(value, metadata.place);
+      break;
+    case kUp:
+      ReadUp(value, metadata.place);
+      break;
+    case kCrs:
+      if (text.size() <= kMaxCrsBytes) metadata.place.crs = text;
+      break;
     case kPlainLevels:
       metadata.plain_levels.assign(bytes.begin(), bytes.end());
       break;
@@ -337,6 +373,7 @@ void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
     WriteText(kInputHash, metadata.input_hash, writer);
   }
   WriteOptions(metadata.options, writer);
+  WritePlace(metadata.place, writer);
   if (!metadata.plain_levels.empty()) WriteField(kPlainLevels, metadata.plain_levels, writer);
   if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);

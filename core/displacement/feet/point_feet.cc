@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "core/base/parallel_for.h"
@@ -18,6 +17,23 @@ namespace {
 
 using Eigen::Vector3d;
 using Corners = std::array<int, 3>;
+
+constexpr int64_t kBlock = 2048;
+
+// What is nearest is looked for on the level before the finest, which has a quarter of the
+// triangles.
+int SearchLevel(const LoopRefinement& refinement) {
+  return std::max(0, refinement.max_level() - 1);
+}
+
+// `places`: of the vertices of that level.
+absl::StatusOr<ClosestPointTree> SearchTree(const LoopRefinement& refinement,
+                                            const Eigen::Matrix3Xd& places,
+                                            const RunContext& context) {
+  const MeshTopology& level = refinement.levels[SearchLevel(refinement)];
+  return ClosestPointTree::Build(places, level.faces, context,
+                                 level.face_count() / refinement.levels.front().face_count());
+}
 
 // A point in the coordinates of a prism.
 struct PrismPlace {
@@ -136,6 +152,95 @@ int NearestCorner(const Eigen::Vector3i& face, const Eigen::Matrix3Xd& positions
   });
 }
 
+// The way from the displaced surface to points.
+class PointReacher {
+ public:
+  PointReacher(const OrientedCloud& cloud, const LoopRefinement& refinement,
+               const LimitSurface& limit, const std::vector<float>& heights,
+               const std::vector<float>& spacing)
+      : cloud_(cloud),
+        refinement_(refinement),
+        limit_(limit),
+        heights_(heights),
+        spacing_(spacing) {}
+
+  // `face` of level SearchLevel: the nearest to the point. Not found where the point is not to be
+  // reached.
+  PointFoot Reach(int64_t p, int face) const {
+    const Vector3d point = cloud_.points.col(p);
+    const Way way = NearestChild(point, face);
+    const double length = way.off.norm();
+    // The spacing at the surface: an outlier's own is large.
+    const double most =
+        kFeet.farthest_way * std::max<double>(spacing_[way.corner[0]], cloud_.median_spacing);
+    if (!(length > 0) || length > most || EndsOnRim(way)) return PointFoot();
+    PointFoot foot;
+    foot.corner = way.corner;
+    Vector3d mean = Vector3d::Zero();
+    double offset = length;
+    for (int k = 0; k < 3; ++k) {
+      const int v = way.corner[k];
+      mean += way.weight[k] * limit_.normals.col(v);
+      foot.weight[k] =
+          static_cast<float>(way.weight[k] * limit_.normals.col(v).dot(way.off) / length);
+      offset += foot.weight[k] * heights_[v];
+    }
+    foot.offset = static_cast<float>(offset);
+    const bool beside = std::abs(mean.dot(way.off)) < kFeet.along_way * length;
+    return mean.dot(cloud_.normals.col(p)) > 0 && !beside ? foot : PointFoot();
+  }
+
+  Vector3d PlaceOf(int v) const {
+    return limit_.positions.col(v) + heights_[v] * limit_.normals.col(v);
+  }
+
+ private:
+  struct Way {
+    Corners corner;
+    Vector3d weight;  // of the corners, where it starts
+    Vector3d off;     // from there to the point
+  };
+
+  // From the nearest of the triangles of the finest level that the face became.
+  Way NearestChild(const Vector3d& point, int face) const {
+    const int level = SearchLevel(refinement_);
+    const MeshTopology& coarse = refinement_.levels[level];
+    const Corners c = {coarse.faces(0, face), coarse.faces(1, face), coarse.faces(2, face)};
+    if (level == refinement_.max_level()) return WayFrom(c, point);
+    Corners m;
+    for (int k = 0; k < 3; ++k) m[k] = coarse.vertex_count + coarse.face_edges(k, face);
+    Way nearest = WayFrom({m[1], m[2], m[0]}, point);
+    for (const Corners& child :
+         {Corners{c[0], m[0], m[2]}, Corners{m[0], c[1], m[1]}, Corners{m[2], m[1], c[2]}}) {
+      const Way way = WayFrom(child, point);
+      if (way.off.squaredNorm() < nearest.off.squaredNorm()) nearest = way;
+    }
+    return nearest;
+  }
+
+  Way WayFrom(const Corners& corner, const Vector3d& point) const {
+    const Vector3d a = PlaceOf(corner[0]), b = PlaceOf(corner[1]), c = PlaceOf(corner[2]);
+    const Vector3d w = ClosestWeights(point, a, b, c);
+    return {corner, w, point - w[0] * a - w[1] * b - w[2] * c};
+  }
+
+  // Points beyond a rim say nothing about its heights.
+  bool EndsOnRim(const Way& way) const {
+    const MeshTopology& finest = refinement_.levels.back();
+    if (way.weight.minCoeff() > 0) return false;
+    for (int k = 0; k < 3; ++k) {
+      if (way.weight[k] > 0 && !finest.boundary_vertex[way.corner[k]]) return false;
+    }
+    return true;
+  }
+
+  const OrientedCloud& cloud_;
+  const LoopRefinement& refinement_;
+  const LimitSurface& limit_;
+  const std::vector<float>& heights_;
+  const std::vector<float>& spacing_;
+};
+
 }  // namespace
 
 absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
@@ -143,20 +248,15 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
                                                 const LevelRings& rings, const LimitSurface& limit,
                                                 const DisplacementOptions& options,
                                                 const RunContext& context) {
-  // A walk may start from the level before the finest, which has a quarter of the triangles.
-  const MeshTopology& coarse = refinement.levels[std::max(0, refinement.max_level() - 1)];
+  const MeshTopology& coarse = refinement.levels[SearchLevel(refinement)];
   const Eigen::Matrix3Xd places = limit.positions.leftCols(coarse.vertex_count);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ClosestPointTree tree,
-      ClosestPointTree::Build(places, coarse.faces, context,
-                              coarse.face_count() / refinement.levels.front().face_count()));
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, SearchTree(refinement, places, context));
   const FootFinder finder(cloud, rings, refinement.levels.back(), limit, options);
   const auto start_at = [&](int item, const Vector3d& point) {
     return NearestCorner(coarse.faces.col(tree.source()[item]), places, point);
   };
   const double farthest2 = options.max_height * options.max_height;
   std::vector<PointFoot> feet(cloud.points.cols());
-  constexpr int64_t kBlock = 2048;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(feet.size()), kBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
@@ -183,76 +283,19 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
 }
 
 absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                         const LimitSurface& limit, const std::vector<double>& heights,
+                         const LimitSurface& limit, const std::vector<float>& heights,
                          const std::vector<float>& spacing, const RunContext& context,
                          std::vector<PointFoot>* feet) {
-  const int coarse_level = std::max(0, refinement.max_level() - 1);
-  const MeshTopology& coarse = refinement.levels[coarse_level];
-  const auto place_of = [&](int v) -> Vector3d {
-    return limit.positions.col(v) + heights[v] * limit.normals.col(v);
-  };
-  Eigen::Matrix3Xd places(3, coarse.vertex_count);
-  for (int v = 0; v < coarse.vertex_count; ++v) places.col(v) = place_of(v);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ClosestPointTree tree,
-      ClosestPointTree::Build(places, coarse.faces, context,
-                              coarse.face_count() / refinement.levels.front().face_count()));
-  // The triangles of the finest level that a coarser one became.
-  const auto children_of = [&](int f) {
-    std::array<Corners, 4> children;
-    const Corners c = {coarse.faces(0, f), coarse.faces(1, f), coarse.faces(2, f)};
-    if (coarse_level == refinement.max_level()) {
-      children.fill(c);
-      return children;
-    }
-    Corners m;
-    for (int k = 0; k < 3; ++k) m[k] = coarse.vertex_count + coarse.face_edges(k, f);
-    children = {Corners{c[0], m[0], m[2]}, Corners{m[0], c[1], m[1]}, Corners{m[2], m[1], c[2]},
-                Corners{m[1], m[2], m[0]}};
-    return children;
-  };
-  const auto reach = [&](int64_t p) {
-    const Vector3d point = cloud.points.col(p), normal = cloud.normals.col(p);
-    PointFoot foot;
-    double least = std::numeric_limits<double>::infinity();
-    Vector3d weights, way;
-    for (const Corners& corners : children_of(tree.source()[tree.Closest(point).item])) {
-      const Vector3d a = place_of(corners[0]), b = place_of(corners[1]), c = place_of(corners[2]);
-      const Vector3d w = ClosestWeights(point, a, b, c);
-      const Vector3d off = point - w[0] * a - w[1] * b - w[2] * c;
-      if (off.squaredNorm() >= least) continue;
-      least = off.squaredNorm();
-      foot.corner = corners;
-      weights = w;
-      way = off;
-    }
-    // Points beyond a rim say nothing about its heights.
-    const MeshTopology& finest = refinement.levels.back();
-    bool on_rim = true;
-    for (int k = 0; k < 3; ++k)
-      on_rim &= !(weights[k] > 0) || finest.boundary_vertex[foot.corner[k]];
-    const double length = way.norm();
-    // The spacing at the surface: an outlier's own is large.
-    const double most =
-        kFeet.farthest_way * std::max<double>(spacing[foot.corner[0]], cloud.median_spacing);
-    if (on_rim || !(length > 0) || length > most) return PointFoot();
-    Vector3d mean = Vector3d::Zero();
-    double offset = length;
-    for (int k = 0; k < 3; ++k) {
-      const int v = foot.corner[k];
-      mean += weights[k] * limit.normals.col(v);
-      foot.weight[k] = static_cast<float>(weights[k] * limit.normals.col(v).dot(way) / length);
-      offset += foot.weight[k] * heights[v];
-    }
-    foot.offset = static_cast<float>(offset);
-    const bool beside = std::abs(mean.dot(way)) < kFeet.along_way * length;
-    return mean.dot(normal) > 0 && !beside ? foot : PointFoot();
-  };
-  constexpr int64_t kBlock = 2048;
+  const PointReacher reacher(cloud, refinement, limit, heights, spacing);
+  Eigen::Matrix3Xd places(3, refinement.levels[SearchLevel(refinement)].vertex_count);
+  for (int v = 0; v < places.cols(); ++v) places.col(v) = reacher.PlaceOf(v);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, SearchTree(refinement, places, context));
   return ParallelFor(static_cast<int64_t>(feet->size()), kBlock, context,
                      [&](int64_t begin, int64_t end) {
                        for (int64_t p = begin; p < end; ++p) {
-                         if (!(*feet)[p].found()) (*feet)[p] = reach(p);
+                         if ((*feet)[p].found()) continue;
+                         const int item = tree.Closest(cloud.points.col(p)).item;
+                         (*feet)[p] = reacher.Reach(p, tree.source()[item]);
                        }
                      });
 }

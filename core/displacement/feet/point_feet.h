@@ -45,7 +45,7 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
 // a rim, or too far off; otherwise its normal may disagree, for at a tip it does. `spacing`: of the
 // points, per vertex of the finest level.
 absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                         const LimitSurface& limit, const std::vector<double>& heights,
+                         const LimitSurface& limit, const std::vector<float>& heights,
                          const std::vector<float>& spacing, const RunContext& context,
                          std::vector<PointFoot>* feet);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -21,19 +22,31 @@ double LeverageOfPlate(double length, double edge) {
   return std::atan(widest) / widest;
 }
 
-// Per vertex of `level`, the share of its points that the fit of the domain took.
-std::vector<double> LeverageOfDomain(const HeightProblem& problem, int level) {
-  std::vector<double> share = problem.SumAt(0, [&](size_t p) { return problem.weights()[p]; });
-  for (double& points : share) {
-    points = kSolve.freedom_of_vertex / std::max(points, kSolve.least_points);
+// Per vertex, the sum of the values of the points there.
+std::vector<float> SumOverRegions(const std::vector<int>& region, int count,
+                                  const std::function<float(size_t point)>& value) {
+  std::vector<float> sums(count, 0.0f);
+  for (size_t p = 0; p < region.size(); ++p) {
+    if (region[p] >= 0) sums[region[p]] += value(p);
   }
-  return Prolong(problem.refinement(), 0, level, std::move(share));
+  return sums;
 }
 
-void AddRing(const PlateLevel& level, const std::vector<double>& of, std::vector<double>* sums) {
+// Per vertex of `level`, the share of its points that the fit of the domain took. `points`: theirs.
+std::vector<float> LeverageOfDomain(const LoopRefinement& refinement, int level,
+                                    std::vector<float> points) {
+  std::vector<float> share = Restrict(refinement, level, 0, std::move(points));
+  for (float& s : share) {
+    s = static_cast<float>(kSolve.freedom_of_vertex / std::max<double>(s, kSolve.least_points));
+  }
+  return Prolong(refinement, 0, level, std::move(share));
+}
+
+void AddRing(const PlateLevel& level, const std::vector<float>& of, std::vector<float>* sums) {
   for (int v = 0; v < level.vertex_count(); ++v) {
     (*sums)[v] = of[v];
-    for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) (*sums)[v] += of[level.neighbor[s]];
+    for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s)
+      (*sums)[v] += of[level.neighbor[s]];
   }
 }
 
@@ -47,20 +60,79 @@ int LevelFor(const HeightProblem& problem, double length, int least) {
 }
 
 // Means over two rings of the values that are known; 0 where none is near.
-std::vector<double> SmoothOverRings(const PlateLevel& level, std::vector<double> values,
-                                    std::vector<double> known) {
+std::vector<float> SmoothOverRings(const PlateLevel& level, std::vector<float> values,
+                                   std::vector<float> known) {
   for (int round = 0; round < 2; ++round) {
     for (size_t v = 0; v < values.size(); ++v) values[v] *= known[v];
-    const std::vector<double> before = values, known_before = known;
+    const std::vector<float> before = values, known_before = known;
     AddRing(level, before, &values);
     AddRing(level, known_before, &known);
     for (size_t v = 0; v < values.size(); ++v) {
-      values[v] /= std::max(known[v], 1.0);
+      values[v] /= std::max(known[v], 1.0f);
       known[v] = known[v] > 0 ? 1 : 0;
     }
   }
   return values;
 }
+
+// The length of least generalised cross-validation, region by region.
+class LengthChoice {
+ public:
+  LengthChoice(const HeightProblem& problem, int level, std::vector<int> region_of_point)
+      : problem_(problem), level_(level), region_of_point_(std::move(region_of_point)) {
+    const int count = regions().vertex_count();
+    std::vector<float> points =
+        SumOverRegions(region_of_point_, count, [&](size_t p) { return problem.weights()[p]; });
+    weight_.resize(count);
+    AddRing(regions(), points, &weight_);
+    of_domain_ = LeverageOfDomain(problem.refinement(), level, std::move(points));
+    chosen_.assign(count, 0.0f);
+    least_.assign(count, std::numeric_limits<float>::infinity());
+    edge_ = problem.levels().back().mean_edge / problem.MeanSpacing();
+  }
+
+  // `residuals`: of the points, after a filter of `length`.
+  void Try(double length, const std::vector<float>& residuals) {
+    std::vector<float> risk(weight_.size());
+    AddRing(regions(),
+            SumOverRegions(
+                region_of_point_, regions().vertex_count(),
+                [&](size_t p) { return problem_.weights()[p] * residuals[p] * residuals[p]; }),
+            &risk);
+    const double of_plate = LeverageOfPlate(length, edge_);
+    for (size_t v = 0; v < risk.size(); ++v) {
+      const double leverage = std::hypot(of_plate, of_domain_[v]);
+      const double score = risk[v] / weight_[v] / ((1 - leverage) * (1 - leverage));
+      if (!(weight_[v] > 0) || score > least_[v]) continue;
+      least_[v] = static_cast<float>(score);
+      chosen_[v] = static_cast<float>(std::log(length));
+    }
+  }
+
+  // Per vertex of the finest level: a mean of logarithms over two rings of the regions with points.
+  std::vector<float> Lengths() const {
+    std::vector<float> known(weight_.size());
+    std::transform(weight_.begin(), weight_.end(), known.begin(),
+                   [](float w) { return w > 0 ? 1.0f : 0.0f; });
+    std::vector<float> lengths = Prolong(problem_.refinement(), level_, problem_.finest(),
+                                         SmoothOverRings(regions(), chosen_, std::move(known)));
+    for (float& length : lengths) length = std::exp(length);
+    return lengths;
+  }
+
+ private:
+  const PlateLevel& regions() const { return problem_.levels()[level_]; }
+
+  const HeightProblem& problem_;
+  int level_;
+  std::vector<int> region_of_point_;
+  double edge_;  // mean edge of the finest level, in spacings
+  // Per region.
+  std::vector<float> weight_;     // of its points and those of its ring
+  std::vector<float> of_domain_;  // leverage
+  std::vector<float> chosen_;     // logarithm of the best length
+  std::vector<float> least_;      // score of that
+};
 
 }  // namespace
 
@@ -73,28 +145,20 @@ int RegionLevel(const HeightProblem& problem) {
 
 absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& problem,
                                                        const RunContext& context) {
-  const int region = RegionLevel(problem);
-  const PlateLevel& regions = problem.levels()[region];
-  const std::vector<double> of_domain = LeverageOfDomain(problem, region);
-  std::vector<double> weight(regions.vertex_count()), risk(weight);
-  AddRing(regions, problem.SumAt(region, [&](size_t p) { return problem.weights()[p]; }), &weight);
-  std::vector<double> least(weight.size(), std::numeric_limits<double>::infinity());
-  std::vector<double> chosen(weight.size(), 0.0), known(weight.size());
-  std::transform(weight.begin(), weight.end(), known.begin(),
-                 [](double w) { return w > 0 ? 1.0 : 0.0; });
+  const int region_level = RegionLevel(problem);
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<int> region_of_point,
+                           problem.RegionOfPoints(region_level, context));
+  LengthChoice choice(problem, region_level, std::move(region_of_point));
   std::vector<double> lengths;
   for (double length = kSolve.shortest; length < kSolve.longest; length *= kSolve.length_ratio) {
     lengths.push_back(length);
   }
-  double spacing = 0;
-  for (const float s : problem.spacing()) spacing += s / problem.spacing().size();
-  const double edge = problem.levels().back().mean_edge / spacing;
   // From the longest, whose heights the next ones start from.
-  std::vector<double> heights;
+  std::vector<float> heights;
   int level = -1;
   for (auto length = lengths.rbegin(); length != lengths.rend(); ++length) {
     const std::vector<float> same(1, static_cast<float>(*length));
-    const int next = LevelFor(problem, *length * spacing, region);
+    const int next = LevelFor(problem, *length * problem.MeanSpacing(), region_level);
     if (level < 0) {
       RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(next, same, context));
     } else {
@@ -106,28 +170,9 @@ absl::StatusOr<std::vector<float>> ChooseFilterLengths(const HeightProblem& prob
         const std::vector<float> residuals,
         problem.Residuals(Prolong(problem.refinement(), level, problem.finest(), heights),
                           context));
-    AddRing(regions,
-            problem.SumAt(region,
-                          [&](size_t p) {
-                            return double{problem.weights()[p]} * residuals[p] * residuals[p];
-                          }),
-            &risk);
-    for (size_t v = 0; v < risk.size(); ++v) {
-      if (!(weight[v] > 0)) continue;
-      const double leverage = std::hypot(LeverageOfPlate(*length, edge), of_domain[v]);
-      const double score = risk[v] / weight[v] / ((1 - leverage) * (1 - leverage));
-      if (score > least[v]) continue;
-      least[v] = score;
-      chosen[v] = std::log(*length);
-    }
+    choice.Try(*length, residuals);
   }
-  const std::vector<double> logarithm =
-      Prolong(problem.refinement(), region, problem.finest(),
-              SmoothOverRings(regions, std::move(chosen), std::move(known)));
-  std::vector<float> result(logarithm.size());
-  std::transform(logarithm.begin(), logarithm.end(), result.begin(),
-                 [](double l) { return static_cast<float>(std::exp(l)); });
-  return result;
+  return choice.Lengths();
 }
 
 }  // namespace rilievo

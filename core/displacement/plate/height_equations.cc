@@ -7,6 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
 
 namespace rilievo {
@@ -14,44 +15,7 @@ namespace {
 
 constexpr int64_t kBlock = 8192;
 
-// A foot on a coarser level than the finest: a corner on an edge goes half to each of its ends. The
-// corners of a triangle have their parents among the three of the triangle it came of.
-class PushedFoot {
- public:
-  explicit PushedFoot(const PointFoot& foot) : corner_(foot.corner) {
-    std::copy(foot.weight.begin(), foot.weight.end(), weight_.begin());
-  }
-  void PushTo(const MeshTopology& coarse) {
-    const PushedFoot fine = *this;
-    corner_ = {-1, -1, -1};
-    weight_ = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      const int v = fine.corner_[k];
-      if (v < 0) continue;
-      if (v < coarse.vertex_count) {
-        Add(v, fine.weight_[k]);
-        continue;
-      }
-      const auto ends = coarse.edge_vertices.col(v - coarse.vertex_count);
-      Add(ends[0], 0.5 * fine.weight_[k]);
-      Add(ends[1], 0.5 * fine.weight_[k]);
-    }
-  }
-  const std::array<int, 3>& corner() const { return corner_; }
-  const std::array<double, 3>& weight() const { return weight_; }
-
- private:
-  void Add(int vertex, double weight) {
-    for (int k = 0; k < 3; ++k) {
-      if (corner_[k] >= 0 && corner_[k] != vertex) continue;
-      corner_[k] = vertex;
-      weight_[k] += weight;
-      return;
-    }
-  }
-  std::array<int, 3> corner_;
-  std::array<double, 3> weight_;
-};
+double Square(double x) { return x * x; }
 
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
                    const std::vector<PointFoot>& feet, const std::vector<float>& weights,
@@ -60,19 +24,18 @@ PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& l
   PointTerm term;
   term.diagonal.assign(level.vertex_count(), 0.0f);
   term.slot.assign(level.neighbor.size(), 0.0f);
-  term.right_side.assign(level.vertex_count(), 0.0);
+  term.right_side.assign(level.vertex_count(), 0.0f);
   for (size_t i = 0; i < feet.size(); ++i) {
     if (i % kPointsBetweenStops == 0 && !context.CheckStop().ok()) return term;
     if (!feet[i].found()) continue;
-    PushedFoot foot(feet[i]);
-    for (int l = refinement.max_level() - 1; l >= to; --l) foot.PushTo(refinement.levels[l]);
+    const CoarseFoot foot(feet[i], refinement, to);
     for (int a = 0; a < 3; ++a) {
       const int v = foot.corner()[a];
       if (v < 0) continue;
       const double weight = weights[i] * foot.weight()[a];
-      term.right_side[v] += weight * feet[i].offset;
+      term.right_side[v] += static_cast<float>(weight * feet[i].offset);
       term.diagonal[v] += static_cast<float>(weight * foot.weight()[a]);
-      for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+      for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
         for (int b = 0; b < 3; ++b) {
           if (b != a && foot.corner()[b] == level.neighbor[s]) {
             term.slot[s] += static_cast<float>(weight * foot.weight()[b]);
@@ -99,37 +62,41 @@ class System {
   System(const PlateLevel& level, const PointTerm& points, std::span<const float> stiffness,
          const RunContext& context)
       : level_(level), points_(points), stiffness_(stiffness), context_(context) {
-    bend_.resize(level.vertex_count());
+    share_.resize(level.vertex_count());
     diagonal_.resize(level.vertex_count());
     for (int v = 0; v < level.vertex_count(); ++v) {
       double sum = points.diagonal[v] + stiffness[v];
-      for (int s = level.begin[v]; s < level.begin[v + 1]; ++s) {
-        sum += double{stiffness[level.neighbor[s]]} * level.back[s] * level.back[s];
+      for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
+        const int n = level.neighbor[s];
+        if (level.row_size[n] > 0)
+          sum += stiffness[n] * Square(level.slot[s].InOtherRow() / level.row_size[n]);
       }
       diagonal_[v] = sum > 0 ? static_cast<float>(sum) : 1.0f;
     }
   }
 
-  double diagonal(int64_t v) const { return diagonal_[v]; }
+  float diagonal(int64_t v) const { return diagonal_[v]; }
 
   // Multiplies by the matrix; returns the product's dot with `x`.
-  absl::StatusOr<double> Multiply(const std::vector<double>& x, std::vector<double>* product) {
+  absl::StatusOr<double> Multiply(const std::vector<float>& x, std::vector<float>* product) {
     const int64_t count = level_.vertex_count();
     RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context_, [&](int64_t begin, int64_t end) {
       for (int64_t v = begin; v < end; ++v) {
-        bend_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) : 0.0;
+        share_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) /
+                                            level_.row_size[v]
+                                      : 0.0f;
       }
     }));
     return SumOver(count, context_, [&](int64_t begin, int64_t end) {
       double dot = 0;
       for (int64_t v = begin; v < end; ++v) {
-        double sum = points_.diagonal[v] * x[v] - bend_[v];
-        for (int s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
+        float sum = points_.diagonal[v] * x[v] - level_.row_size[v] * share_[v];
+        for (uint32_t s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
           const int n = level_.neighbor[s];
-          sum += points_.slot[s] * x[n] + level_.back[s] * bend_[n];
+          sum += points_.slot[s] * x[n] + level_.slot[s].InOtherRow() * share_[n];
         }
         (*product)[v] = sum;
-        dot += sum * x[v];
+        dot += double{sum} * x[v];
       }
       return dot;
     });
@@ -140,7 +107,7 @@ class System {
   const PointTerm& points_;
   std::span<const float> stiffness_;
   const RunContext& context_;
-  std::vector<double> bend_;
+  std::vector<float> share_;  // per vertex: what its row adds for each part in it
   std::vector<float> diagonal_;
 };
 
@@ -165,36 +132,36 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& 
 
 absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
                           std::span<const float> stiffness, int steps, const RunContext& context,
-                          std::vector<double>* heights) {
+                          std::vector<float>* heights) {
   const int64_t count = level.vertex_count();
   System system(level, points, stiffness, context);
-  std::vector<double> residual = points.right_side, image(count), direction(count);
+  std::vector<float> residual = points.right_side, image(count), direction(count);
   double right = 0;  // norms are in the preconditioner's metric
-  for (int64_t v = 0; v < count; ++v) right += residual[v] * residual[v] / system.diagonal(v);
+  for (int64_t v = 0; v < count; ++v) right += Square(residual[v]) / system.diagonal(v);
   RILIEVO_RETURN_IF_ERROR(system.Multiply(*heights, &image).status());
   double square = 0;
   for (int64_t v = 0; v < count; ++v) {
     residual[v] -= image[v];
     direction[v] = residual[v] / system.diagonal(v);
-    square += residual[v] * direction[v];
+    square += double{residual[v]} * direction[v];
   }
   const double enough = kSolve.residual * kSolve.residual * right;
   for (int step = 0; step < steps && square > enough; ++step) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const double curvature, system.Multiply(direction, &image));
     if (!(curvature > 0)) break;
-    const double length = square / curvature;
+    const auto length = static_cast<float>(square / curvature);
     RILIEVO_ASSIGN_OR_RETURN(const double next,
                              SumOver(count, context, [&](int64_t begin, int64_t end) {
                                double sum = 0;
                                for (int64_t v = begin; v < end; ++v) {
                                  (*heights)[v] += length * direction[v];
                                  residual[v] -= length * image[v];
-                                 sum += residual[v] * residual[v] / system.diagonal(v);
+                                 sum += Square(residual[v]) / system.diagonal(v);
                                }
                                return sum;
                              }));
-    const double keep = next / square;
+    const auto keep = static_cast<float>(next / square);
     RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
       for (int64_t v = begin; v < end; ++v) {
         direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];

@@ -18,9 +18,9 @@ namespace rilievo {
 // as the matrix and the right side of its gradient. Only corners of one triangle meet in a point,
 // so the matrix has an entry for each slot of the level.
 struct PointTerm {
-  std::vector<float> diagonal;     // per vertex
-  std::vector<float> slot;         // per slot
-  std::vector<double> right_side;  // per vertex
+  std::vector<float> diagonal;    // per vertex
+  std::vector<float> slot;        // per slot
+  std::vector<float> right_side;  // per vertex
 };
 
 // On the levels from `first` on, for heights of a coarser level prolonged to the finest; the
@@ -36,6 +36,6 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& 
 // most `steps` of conjugate gradients, preconditioned by the diagonal.
 absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
                           std::span<const float> stiffness, int steps, const RunContext& context,
-                          std::vector<double>* heights);
+                          std::vector<float>* heights);
 
 }  // namespace rilievo

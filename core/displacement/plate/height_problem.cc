@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/feet/coarse_foot.h"
 #include "core/displacement/solve_settings.h"
 
 namespace rilievo {
@@ -20,23 +22,34 @@ double RobustWeight(double distance, double scale) {
   return scale > 0 ? 1 / Square(1 + Square(distance / scale)) : 1;
 }
 
-// Mean of `sums` over `weights` at the vertices of the finest level. Where there are hardly any
-// points, that of the finest level that has them.
-std::vector<float> MeanWherePointsAre(const LoopRefinement& refinement,
-                                      const std::vector<double>& sums,
-                                      const std::vector<double>& weights, double elsewhere) {
-  constexpr double kFewPoints = 0.05;
+// Per vertex of the finest level, the mean spacing of the points there. Where there are none, that
+// of the finest level that has them.
+std::vector<float> SpacingOf(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                             const std::vector<PointFoot>& feet) {
   const int finest = refinement.max_level();
-  std::vector<double> mean(refinement.levels.front().vertex_count, elsewhere);
+  std::vector<float> sum(refinement.levels[finest].vertex_count, 0.0f), count(sum);
+  for (size_t p = 0; p < feet.size(); ++p) {
+    if (!feet[p].found()) continue;
+    const int v = CoarseFoot(feet[p], refinement, finest).NearestCorner();
+    sum[v] += cloud.spacing[p];
+    count[v] += 1;
+  }
+  std::vector<std::vector<float>> means(finest + 1);
+  for (int l = finest; l >= 0; --l) {
+    means[l].resize(sum.size());
+    for (size_t v = 0; v < sum.size(); ++v) means[l][v] = count[v] > 0 ? sum[v] / count[v] : 0;
+    if (l == 0) break;
+    sum = Restrict(refinement, l, l - 1, std::move(sum));
+    count = Restrict(refinement, l, l - 1, std::move(count));
+  }
+  std::vector<float> spacing(sum.size(), static_cast<float>(cloud.median_spacing));
   for (int l = 0; l <= finest; ++l) {
-    if (l > 0) mean = Prolong(refinement, l - 1, l, std::move(mean));
-    const std::vector<double> sum = Restrict(refinement, finest, l, sums);
-    const std::vector<double> weight = Restrict(refinement, finest, l, weights);
-    for (size_t v = 0; v < mean.size(); ++v) {
-      if (weight[v] > kFewPoints) mean[v] = sum[v] / weight[v];
+    if (l > 0) spacing = Prolong(refinement, l - 1, l, std::move(spacing));
+    for (size_t v = 0; v < spacing.size(); ++v) {
+      if (means[l][v] > 0) spacing[v] = means[l][v];
     }
   }
-  return {mean.begin(), mean.end()};
+  return spacing;
 }
 
 }  // namespace
@@ -47,14 +60,16 @@ HeightProblem::HeightProblem(const OrientedCloud& cloud, const LoopRefinement& r
       refinement_(&refinement),
       feet_(&feet),
       levels_(std::move(levels)),
-      weights_(feet.size(), 1.0f) {
-  spacing_ = MeanWherePointsAre(refinement,
-                                SumAt(finest(), [&](size_t p) { return double{cloud.spacing[p]}; }),
-                                SumAt(finest(), [](size_t) { return 1.0; }), cloud.median_spacing);
+      spacing_(SpacingOf(cloud, refinement, feet)),
+      weights_(feet.size(), 1.0f) {}
+
+double HeightProblem::MeanSpacing() const {
+  return std::accumulate(spacing_.begin(), spacing_.end(), 0.0) /
+         static_cast<double>(spacing_.size());
 }
 
 absl::Status HeightProblem::Assemble(int first, const RunContext& context) {
-  terms_.clear();
+  Release();
   RILIEVO_ASSIGN_OR_RETURN(
       terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_, weights_, context));
   return absl::OkStatus();
@@ -74,15 +89,15 @@ std::vector<float> HeightProblem::Stiffness(int level, const std::vector<float>&
 }
 
 absl::Status HeightProblem::Relax(int level, const std::vector<float>& lengths, int steps,
-                                  const RunContext& context, std::vector<double>* heights) const {
+                                  const RunContext& context, std::vector<float>* heights) const {
   return RelaxHeights(levels_[level], terms_[level], Stiffness(level, lengths), steps, context,
                       heights);
 }
 
-absl::StatusOr<std::vector<double>> HeightProblem::SolveUpTo(int level,
-                                                             const std::vector<float>& lengths,
-                                                             const RunContext& context) const {
-  std::vector<double> heights(levels_.front().vertex_count(), 0.0);
+absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
+                                                            const std::vector<float>& lengths,
+                                                            const RunContext& context) const {
+  std::vector<float> heights(levels_.front().vertex_count(), 0.0);
   for (int l = 0; l <= level; ++l) {
     if (l > 0) heights = Prolong(*refinement_, l - 1, l, std::move(heights));
     RILIEVO_RETURN_IF_ERROR(
@@ -91,7 +106,7 @@ absl::StatusOr<std::vector<double>> HeightProblem::SolveUpTo(int level,
   return heights;
 }
 
-absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<double>& heights,
+absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<float>& heights,
                                                             const RunContext& context) const {
   std::vector<float> residuals(feet_->size(), 0.0f);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(residuals.size()), kBlock, context,
@@ -115,7 +130,7 @@ void HeightProblem::PreferNearPoints() {
   }
 }
 
-absl::Status HeightProblem::Reweigh(const std::vector<double>& heights, const RunContext& context) {
+absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
   for (size_t p = 0; p < residuals.size(); ++p) {
     const double scale =
@@ -126,16 +141,16 @@ absl::Status HeightProblem::Reweigh(const std::vector<double>& heights, const Ru
   return absl::OkStatus();
 }
 
-void HeightProblem::GiveWay(const std::vector<double>& heights, int region_level) {
+void HeightProblem::GiveWay(const std::vector<float>& heights, int region_level) {
   const PlateLevel& plate = levels_.back();
-  std::vector<double> bend(plate.vertex_count()), rows(plate.vertex_count());
+  std::vector<float> bend(plate.vertex_count()), rows(plate.vertex_count());
   for (int v = 0; v < plate.vertex_count(); ++v) {
     rows[v] = plate.inverse_edge2[v] > 0 ? 1 : 0;
     bend[v] = rows[v] * std::abs(BendAt(plate, heights, v)) * plate.inverse_edge2[v];
   }
-  std::vector<double> mean = Restrict(*refinement_, finest(), region_level, bend);
-  const std::vector<double> count = Restrict(*refinement_, finest(), region_level, rows);
-  for (size_t v = 0; v < mean.size(); ++v) mean[v] /= std::max(count[v], 1.0);
+  std::vector<float> mean = Restrict(*refinement_, finest(), region_level, bend);
+  const std::vector<float> count = Restrict(*refinement_, finest(), region_level, rows);
+  for (size_t v = 0; v < mean.size(); ++v) mean[v] /= std::max(count[v], 1.0f);
   mean = Prolong(*refinement_, region_level, finest(), std::move(mean));
   give_way_.resize(bend.size());
   for (size_t v = 0; v < bend.size(); ++v) {
@@ -143,19 +158,17 @@ void HeightProblem::GiveWay(const std::vector<double>& heights, int region_level
   }
 }
 
-std::vector<double> HeightProblem::SumAt(int level,
-                                         const std::function<double(size_t)>& value) const {
-  std::vector<double> sums(levels_.back().vertex_count(), 0.0);
-  for (size_t p = 0; p < feet_->size(); ++p) {
-    const PointFoot& foot = (*feet_)[p];
-    if (!foot.found()) continue;
-    double all = 0;
-    for (const float weight : foot.weight) all += std::abs(weight);
-    if (!(all > 0)) continue;
-    const double each = value(p) / all;
-    for (int k = 0; k < 3; ++k) sums[foot.corner[k]] += std::abs(foot.weight[k]) * each;
-  }
-  return Restrict(*refinement_, finest(), level, std::move(sums));
+absl::StatusOr<std::vector<int>> HeightProblem::RegionOfPoints(int level,
+                                                               const RunContext& context) const {
+  std::vector<int> region(feet_->size(), -1);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(region.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t p = begin; p < end; ++p) {
+          const PointFoot& foot = (*feet_)[p];
+          if (foot.found()) region[p] = CoarseFoot(foot, *refinement_, level).NearestCorner();
+        }
+      }));
+  return region;
 }
 
 }  // namespace rilievo

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -31,28 +30,27 @@ class HeightProblem {
   // Heights of level `level` from those of the level before, all the way from the first; `lengths`:
   // the filter lengths, in spacings, per vertex of that level or a finer one (levels
   // nest), or one for all.
-  absl::StatusOr<std::vector<double>> SolveUpTo(int level, const std::vector<float>& lengths,
-                                                const RunContext& context) const;
+  absl::StatusOr<std::vector<float>> SolveUpTo(int level, const std::vector<float>& lengths,
+                                               const RunContext& context) const;
   // The same on `level` alone, from heights near the solution.
   absl::Status Relax(int level, const std::vector<float>& lengths, int steps,
-                     const RunContext& context, std::vector<double>* heights) const;
+                     const RunContext& context, std::vector<float>* heights) const;
 
   // How far each point lies from the heights of the finest level, in the direction of its row; 0
   // for those without a foot.
-  absl::StatusOr<std::vector<float>> Residuals(const std::vector<double>& heights,
+  absl::StatusOr<std::vector<float>> Residuals(const std::vector<float>& heights,
                                                const RunContext& context) const;
   // Points far from the domain lose weight, so that of two sheets the nearer one counts.
   void PreferNearPoints();
   // Points far from the heights of the finest level lose weight; those without a foot weigh 1, for
   // when they get one.
-  absl::Status Reweigh(const std::vector<double>& heights, const RunContext& context);
+  absl::Status Reweigh(const std::vector<float>& heights, const RunContext& context);
   // The plate gives way where it bends much more than it does around, on the finest level alone.
   // `region_level`: regions are its vertices.
-  void GiveWay(const std::vector<double>& heights, int region_level);
+  void GiveWay(const std::vector<float>& heights, int region_level);
 
-  // Per vertex of `level`, the sum of the points' values; each goes to the corners of its foot in
-  // proportion to their weights, and from there to coarser levels.
-  std::vector<double> SumAt(int level, const std::function<double(size_t point)>& value) const;
+  // Per point, the vertex of `level` nearest to its foot; -1 where it has none.
+  absl::StatusOr<std::vector<int>> RegionOfPoints(int level, const RunContext& context) const;
 
   const LoopRefinement& refinement() const { return *refinement_; }
   const std::vector<PlateLevel>& levels() const { return levels_; }
@@ -60,6 +58,9 @@ class HeightProblem {
   const std::vector<float>& weights() const { return weights_; }
   // Distance between the points there, per vertex of the finest level.
   const std::vector<float>& spacing() const { return spacing_; }
+  double MeanSpacing() const;
+  // Frees what Assemble made.
+  void Release() { terms_ = {}; }
   int finest() const { return static_cast<int>(levels_.size()) - 1; }
 
  private:

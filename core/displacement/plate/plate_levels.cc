@@ -26,54 +26,67 @@ class LevelBuilder {
     level_.begin.assign(count + 1, 0);
     for (int v = 0; v < count; ++v) level_.begin[v + 1] = level_.begin[v] + topology_.valence[v];
     level_.neighbor.resize(level_.begin.back());
-    level_.factor.assign(level_.begin.back(), 0.0f);
-    level_.back.assign(level_.begin.back(), 0.0f);
+    level_.slot.resize(level_.begin.back());
+    level_.row_size.assign(count, 0.0f);
     level_.inverse_edge2.assign(count, 0.0f);
     std::vector<float> edge(count);
     RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
       for (int64_t v = begin; v < end; ++v) edge[v] = FillRow(static_cast<int>(v));
-    }));
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) FillBack(static_cast<int>(v));
     }));
     for (const float length : edge) level_.mean_edge += length / count;
     return std::move(level_);
   }
 
  private:
+  // Which neighbours have a part in the row of a vertex.
+  class Row {
+   public:
+    Row(const LevelBuilder& level, int v)
+        : level_(level),
+          ring_(level.rings_.Of(v)),
+          sharp_(level.sharp_[v] != 0),
+          rim_(level.topology_.boundary_vertex[v] != 0) {
+      if (!sharp_) return;
+      along_crease_ = std::count_if(ring_.begin(), ring_.end(),
+                                    [&](int n) { return level.sharp_[n] != 0; }) == 2;
+    }
+    const Ring& ring() const { return ring_; }
+    bool Has(int place) const {
+      if (sharp_) return along_crease_ && level_.sharp_[ring_[place]] != 0;
+      return !rim_ || place == 0 || place + 1 == ring_.size();
+    }
+
+   private:
+    const LevelBuilder& level_;
+    Ring ring_;
+    bool sharp_, rim_, along_crease_ = false;
+  };
+
   // Returns the root mean square of the edges there.
   float FillRow(int v) {
-    const Ring ring = rings_.Of(v);
-    const bool rim = topology_.boundary_vertex[v] != 0;
-    const auto on_crease =
-        std::count_if(ring.begin(), ring.end(), [&](int n) { return sharp_[n] != 0; });
+    const Row row(*this, v);
+    const Ring& ring = row.ring();
     double edge2 = 0;
-    int in_row = 0;
     for (int j = 0; j < ring.size(); ++j) {
-      const int slot = level_.begin[v] + j, n = ring[j];
-      level_.neighbor[slot] = n;
+      const uint32_t s = level_.begin[v] + j;
+      const int n = ring[j];
+      const double cosine = limit_.normals.col(n).dot(limit_.normals.col(v));
+      level_.neighbor[s] = n;
+      level_.slot[s] = PlateLevel::Slot(cosine, row.Has(j), RowHas(n, v));
+      level_.row_size[v] += row.Has(j) ? 1 : 0;
       edge2 += (limit_.positions.col(n) - limit_.positions.col(v)).squaredNorm() / ring.size();
-      const bool along_rim = j == 0 || j + 1 == ring.size();
-      if (sharp_[v] ? !(on_crease == 2 && sharp_[n]) : rim && !along_rim) continue;
-      level_.factor[slot] = static_cast<float>(limit_.normals.col(n).dot(limit_.normals.col(v)));
-      ++in_row;
     }
-    if (in_row > 0) {
-      for (int s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
-        level_.factor[s] /= static_cast<float>(in_row);
-      }
+    if (level_.row_size[v] > 0) {
       level_.inverse_edge2[v] = static_cast<float>(1 / std::max(edge2, 1e-20));
     }
     return static_cast<float>(std::sqrt(edge2));
   }
 
-  void FillBack(int v) {
-    for (int s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
-      const int n = level_.neighbor[s];
-      for (int t = level_.begin[n]; t < level_.begin[n + 1]; ++t) {
-        if (level_.neighbor[t] == v) level_.back[s] = level_.factor[t];
-      }
-    }
+  bool RowHas(int v, int neighbor) const {
+    if (sharp_[v] == 0 && topology_.boundary_vertex[v] == 0) return true;
+    const Row row(*this, v);
+    const int* place = std::find(row.ring().begin(), row.ring().end(), neighbor);
+    return row.Has(static_cast<int>(place - row.ring().begin()));
   }
 
   const MeshTopology& topology_;
@@ -101,33 +114,33 @@ absl::StatusOr<std::vector<PlateLevel>> BuildPlateLevels(const LoopRefinement& r
   return levels;
 }
 
-double BendAt(const PlateLevel& level, const std::vector<double>& heights, int vertex) {
-  double bend = -heights[vertex];
-  for (int s = level.begin[vertex]; s < level.begin[vertex + 1]; ++s) {
-    bend += double{level.factor[s]} * heights[level.neighbor[s]];
+float BendAt(const PlateLevel& level, const std::vector<float>& heights, int vertex) {
+  float sum = 0;
+  for (uint32_t s = level.begin[vertex]; s < level.begin[vertex + 1]; ++s) {
+    sum += level.slot[s].InRow() * heights[level.neighbor[s]];
   }
-  return bend;
+  return sum / level.row_size[vertex] - heights[vertex];
 }
 
-std::vector<double> Prolong(const LoopRefinement& refinement, int from, int to,
-                            std::vector<double> values) {
+std::vector<float> Prolong(const LoopRefinement& refinement, int from, int to,
+                           std::vector<float> values) {
   for (int l = from; l < to; ++l) {
     const MeshTopology& coarse = refinement.levels[l];
     values.resize(refinement.levels[l + 1].vertex_count);
     for (int e = 0; e < coarse.edge_count(); ++e) {
       const auto ends = coarse.edge_vertices.col(e);
-      values[coarse.vertex_count + e] = 0.5 * (values[ends[0]] + values[ends[1]]);
+      values[coarse.vertex_count + e] = 0.5f * (values[ends[0]] + values[ends[1]]);
     }
   }
   return values;
 }
 
-std::vector<double> Restrict(const LoopRefinement& refinement, int from, int to,
-                             std::vector<double> sums) {
+std::vector<float> Restrict(const LoopRefinement& refinement, int from, int to,
+                            std::vector<float> sums) {
   for (int l = from - 1; l >= to; --l) {
     const MeshTopology& coarse = refinement.levels[l];
     for (int e = 0; e < coarse.edge_count(); ++e) {
-      const double half = 0.5 * sums[coarse.vertex_count + e];
+      const float half = 0.5f * sums[coarse.vertex_count + e];
       const auto ends = coarse.edge_vertices.col(e);
       sums[ends[0]] += half;
       sums[ends[1]] += half;

@@ -1,6 +1,7 @@
 // A thin plate over every level of the domain, and values on their vertices.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -12,17 +13,33 @@
 namespace rilievo {
 
 // The rows of the plate on one level. Row v says how far the height bends at v:
-//   bend(v) = sum over the slots of v: factor * height[neighbor] - height[v],
-// a mean over the ring in which each height counts by the cosine between its normal and that of v.
-// On a rim, and along a crease, the mean is of the two neighbours along it: across, the surface is
-// free to bend. Corners have no row.
+//   bend(v) = mean over the neighbours: cosine * height[neighbor] - height[v],
+// where the cosine is that between the normals of the two. On a rim, and along a crease, the mean
+// is of the two neighbours along it: across, the surface is free to bend. Corners have no row.
 struct PlateLevel {
-  std::vector<int> begin;     // vertex v has the slots [begin[v], begin[v + 1])
-  std::vector<int> neighbor;  // per slot, in the order of the ring
-  std::vector<float> factor;  // per slot: of the neighbour in the row of the vertex
-  std::vector<float> back;    // per slot: of the vertex in the row of the neighbour
-  // Per vertex: one over the mean square of its edges, unit frame, each with its weight in the row;
-  // 0 where there is no row.
+  // Of a vertex and a neighbour: the cosine between their normals, and whether the neighbour has a
+  // part in the row of the vertex, and the vertex in that of the neighbour.
+  class Slot {
+   public:
+    Slot() = default;
+    Slot(double cosine, bool in_row, bool in_other_row)
+        : cosine_(static_cast<int16_t>(std::lround(cosine * kOne))),
+          in_row_(in_row ? 1 : 0),
+          in_other_row_(in_other_row ? 1 : 0) {}
+    // The cosine, 0 where there is no part.
+    float InRow() const { return in_row_ * cosine_ * (1 / kOne); }
+    float InOtherRow() const { return in_other_row_ * cosine_ * (1 / kOne); }
+
+   private:
+    static constexpr float kOne = 8191;
+    int16_t cosine_ : 14 = 0;
+    uint16_t in_row_ : 1 = 0, in_other_row_ : 1 = 0;
+  };
+  std::vector<uint32_t> begin;  // vertex v has the slots [begin[v], begin[v + 1])
+  std::vector<int> neighbor;    // per slot, in the order of the ring
+  std::vector<Slot> slot;
+  std::vector<float> row_size;  // per vertex: neighbours with a part in its row
+  // Per vertex: one over the mean square of its edges, unit frame; 0 where there is no row.
   std::vector<float> inverse_edge2;
   double mean_edge = 0;
   int vertex_count() const { return static_cast<int>(inverse_edge2.size()); }
@@ -34,16 +51,16 @@ absl::StatusOr<std::vector<PlateLevel>> BuildPlateLevels(const LoopRefinement& r
                                                          const LimitSurface& limit,
                                                          const RunContext& context);
 
-// bend(v) of the values at v.
-double BendAt(const PlateLevel& level, const std::vector<double>& heights, int vertex);
+// bend(v) of the values at v, which has a row.
+float BendAt(const PlateLevel& level, const std::vector<float>& heights, int vertex);
 
 // Values of level `from` on level `to` >= from: a vertex on an edge has the mean of its ends.
-std::vector<double> Prolong(const LoopRefinement& refinement, int from, int to,
-                            std::vector<double> values);
+std::vector<float> Prolong(const LoopRefinement& refinement, int from, int to,
+                           std::vector<float> values);
 
 // The transpose of Prolong, from level `from` down to `to`: sums of level `from` for the vertices
 // of level `to`.
-std::vector<double> Restrict(const LoopRefinement& refinement, int from, int to,
-                             std::vector<double> sums);
+std::vector<float> Restrict(const LoopRefinement& refinement, int from, int to,
+                            std::vector<float> sums);
 
 }  // namespace rilievo

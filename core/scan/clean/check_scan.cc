@@ -249,6 +249,7 @@ absl::Status CheckOptions::Validate() const {
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
                                       const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckSights(scan.sights, scan.points.cols()));
   context.Report(Stage::kCheck, 0);
   CheckedScan result;
   Columns finite = FiniteColumns(scan.points);
@@ -279,6 +280,10 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
     const int column = morton.order[places[i]];
     result.points.col(i) = unit.col(column);
     result.source_index[i] = near.kept[column];
+  }
+  result.sights = SightsOf(scan.sights, result.source_index);
+  for (auto station : result.sights.stations.colwise()) {
+    station = result.frame.UnitFromScan(station);
   }
   const Eigen::Vector3d deviations = PrincipalDeviations(result.points);
   if (deviations[1] < kFlatRatio) {

@@ -26,6 +26,7 @@ struct CheckOptions {
 struct CheckedScan {
   Eigen::Matrix3Xd points;  // unit frame, in Morton order (neighbours in space lie close in memory)
   std::vector<int> source_index;  // column of the scan that each point came from
+  PointSights sights;             // of these points, unit frame
   SpatialFrame frame;
   int64_t non_finite = 0;  // dropped
   int64_t duplicates = 0;  // dropped
@@ -35,8 +36,9 @@ struct CheckedScan {
 
 // INVALID_ARGUMENT, with the count and what is needed, when fewer than kMinScanPoints distinct
 // finite points remain, when all are identical or collinear, or when they are too far out for the
-// frame of a surface (kMostFrameLength). The bounding box (so
-// the frame) is robust: a handful of points that are extremely far from all others do not set it.
+// frame of a surface (kMostFrameLength), or when the sights are not those of the points
+// (CheckSights). The bounding box (so the frame) is robust: a handful of points that are extremely
+// far from all others do not set it.
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
                                       const RunContext& context);
 

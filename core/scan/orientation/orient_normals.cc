@@ -5,6 +5,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -40,33 +42,15 @@ std::vector<int> Sample(const std::vector<int>& list, size_t most) {
   return sample;
 }
 
-// Points of patches a good part of whose links, by weight, contradict the normals.
-std::vector<uint8_t> Ambiguous(const OrientationPatches& patches,
-                               const std::vector<SignedLink>& agreements) {
-  constexpr double kContested = 0.2;
-  std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
-  for (const SignedLink& link : agreements) {
-    for (const int patch : {link.a, link.b}) {
-      against[patch] += std::max(0.0, -link.weight);
-      total[patch] += std::abs(link.weight);
-    }
-  }
-  std::vector<uint8_t> ambiguous;
-  ambiguous.reserve(patches.patch.size());
-  for (const int patch : patches.patch) {
-    ambiguous.push_back(against[patch] > kContested * total[patch]);
-  }
-  return ambiguous;
-}
-
 // Turns each group outward, and those inside an odd number of others, as the wall of a cavity is,
-// inward.
-absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedCloud* cloud,
-                          const RunContext& context) {
-  for (const std::vector<int>& group : groups) {
-    const int sign = OutwardSign(*cloud, group, context);
+// inward; but for the group `sided` (-1: none), whose side is known.
+absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided,
+                          OrientedCloud* cloud, const RunContext& context) {
+  for (size_t group = 0; group < groups.size(); ++group) {
+    if (static_cast<int>(group) == sided) continue;
+    const int sign = OutwardSign(*cloud, groups[group], context);
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (sign < 0) Flip(group, cloud);
+    if (sign < 0) Flip(groups[group], cloud);
   }
   constexpr size_t kSamples = 16;
   constexpr double kInside = 0.75;
@@ -79,7 +63,9 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, OrientedC
     for (const int i : groups[outer]) box.extend(cloud->points.col(i));
     for (size_t inner = 0; inner < groups.size(); ++inner) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      if (inner == outer || !box.contains(cloud->points.col(groups[inner].front()))) continue;
+      if (inner == outer || static_cast<int>(inner) == sided ||
+          !box.contains(cloud->points.col(groups[inner].front())))
+        continue;
       double winding = 0;
       const std::vector<int> probes = Sample(groups[inner], kSamples);
       for (const int i : probes) {
@@ -108,14 +94,21 @@ std::vector<uint8_t> Turned(const std::vector<uint8_t>& signs, const Eigen::Matr
   return turned;
 }
 
-// The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
-// longer those that the links were found for.
-std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
-                                   const std::vector<uint8_t>& turned) {
+// +1 or -1 by patch: whether the normal of its first point is what it was. `turned`: see Turned.
+std::vector<int> SignsOfPatches(const OrientationPatches& patches,
+                                const std::vector<uint8_t>& turned) {
   std::vector<int> signs(static_cast<size_t>(patches.count));
   for (size_t i = 0; i < patches.patch.size(); ++i) {
     signs[patches.patch[i]] = turned[i] == patches.parity[i] ? 1 : -1;
   }
+  return signs;
+}
+
+// The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
+// longer those that the links were found for.
+std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
+                                   const std::vector<uint8_t>& turned) {
+  const std::vector<int> signs = SignsOfPatches(patches, turned);
   for (SignedLink& link : links) link.weight *= signs[link.a] * signs[link.b];
   return links;
 }
@@ -149,47 +142,197 @@ absl::StatusOr<double> Disagreement(const NeighborGraph& graph,
          static_cast<double>(std::max<size_t>(1, want_opposite.size()));
 }
 
-}  // namespace
+// Patches with their relative signs.
+struct LabelledPatches {
+  OrientationPatches patches;
+  std::vector<SignedLink> links;
+  std::vector<double> sides;  // by patch, of its first point's sign; or empty
+  SignedLabels labels;
+};
 
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, OrientedCloud* cloud,
-                                                const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, EdgeSignVotes(graph, *cloud, context));
-  const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
-  RILIEVO_ASSIGN_OR_RETURN(const OrientationPatches patches,
-                           SurePatches(graph, relations, context));
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<SignedLink> links,
-                           LinksBetween(patches, graph, relations, *cloud, context));
-  const std::vector<uint8_t> want_opposite = WantOpposite(relations);
-  relations = std::vector<float>();
-  RILIEVO_ASSIGN_OR_RETURN(const SignedLabels labels,
-                           LabelSignedGraph(patches.count, links, context));
-  std::vector<int> component(static_cast<size_t>(graph.size()));
-  for (int i = 0; i < graph.size(); ++i) {
-    const int patch = patches.patch[i];
-    component[i] = labels.component[patch];
-    if (patches.parity[i] != (labels.sign[patch] < 0 ? 1 : 0)) cloud->normals.col(i) *= -1;
+// What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
+// the neighbours of a single point.
+constexpr float kNormalWeight = 0.5F;
+
+// A station weighs as much as all neighbours of its point together.
+std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& votes, int k) {
+  std::vector<double> sides;
+  if (votes.empty()) return sides;
+  sides.assign(static_cast<size_t>(patches.count), 0.0);
+  for (size_t i = 0; i < votes.size(); ++i) {
+    sides[patches.patch[i]] += (patches.parity[i] != 0 ? -k : k) * double{votes[i]};
   }
+  return sides;
+}
 
+// Points of patches a good part of whose links and sides, by weight, contradict the normals.
+// `turned`: see Agreements.
+std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
+                               const std::vector<uint8_t>& turned) {
+  constexpr double kContested = 0.2;
+  const OrientationPatches& patches = labelled.patches;
+  std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
+  const auto count = [&](int patch, double agreement) {
+    against[patch] += std::max(0.0, -agreement);
+    total[patch] += std::abs(agreement);
+  };
+  for (const SignedLink& link : Agreements(patches, labelled.links, turned)) {
+    count(link.a, link.weight);
+    count(link.b, link.weight);
+  }
+  if (!labelled.sides.empty()) {
+    const std::vector<int> signs = SignsOfPatches(patches, turned);
+    for (int patch = 0; patch < patches.count; ++patch) {
+      count(patch, signs[patch] * labelled.sides[patch]);
+    }
+  }
+  std::vector<uint8_t> ambiguous;
+  ambiguous.reserve(patches.patch.size());
+  for (const int patch : patches.patch) {
+    ambiguous.push_back(against[patch] > kContested * total[patch]);
+  }
+  return ambiguous;
+}
+
+// `votes`: see SideVotes; or empty.
+absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const OrientedCloud& cloud,
+                                             const std::vector<float>& relations,
+                                             const SideVotes& votes, const RunContext& context) {
+  LabelledPatches result;
+  RILIEVO_ASSIGN_OR_RETURN(result.patches, SurePatches(graph, relations, context));
+  RILIEVO_ASSIGN_OR_RETURN(result.links,
+                           LinksBetween(result.patches, graph, relations, cloud, context));
+  result.sides = SidesOf(result.patches, votes, graph.k);
+  RILIEVO_ASSIGN_OR_RETURN(
+      result.labels, LabelSignedGraph(result.patches.count, result.links, result.sides, context));
+  return result;
+}
+
+// How consistent votes are with the signs that the neighbours alone give. `weights`: see
+// ConsistencyOf.
+double ConsistencyWith(const LabelledPatches& alone, const SideVotes& votes,
+                       const std::vector<float>& weights) {
+  if (votes.empty()) return 0;
+  std::vector<int> component(votes.size());
+  std::vector<int8_t> signs(votes.size());
+  for (size_t i = 0; i < votes.size(); ++i) {
+    const int patch = alone.patches.patch[i];
+    component[i] = alone.labels.component[patch];
+    signs[i] = static_cast<int8_t>(
+        (alone.labels.sign[patch] < 0) == (alone.patches.parity[i] != 0) ? 1 : -1);
+  }
+  return ConsistencyOf(votes, weights, component, signs);
+}
+
+// What the scanner knows, as far as it is wanted and believed.
+struct BelievedSides {
+  SideVotes votes;  // none when nothing is
+  // By the neighbours alone, where belief took that.
+  std::optional<LabelledPatches> alone;
+};
+
+absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph, const OrientedCloud& cloud,
+                                           const std::vector<float>& relations, PointSights sights,
+                                           const SightOptions& options, const RunContext& context,
+                                           OrientationResult* result) {
+  BelievedSides sides;
+  SideVotes stations, normals;
+  if (options.stations != SightRule::kIgnore) {
+    stations = StationVotes(sights, cloud, &result->stations);
+  }
+  if (options.normals != SightRule::kIgnore) {
+    normals = NormalVotes(sights, cloud, &result->normals);
+  }
+  const auto is_doubted = [](SightRule rule, const SideVotes& votes) {
+    return rule == SightRule::kAuto && !votes.empty();
+  };
+  std::vector<float> weights;
+  if (is_doubted(options.stations, stations)) weights = StationWeights(sights, cloud);
+  sights = PointSights();
+  if (is_doubted(options.stations, stations) || is_doubted(options.normals, normals)) {
+    RILIEVO_ASSIGN_OR_RETURN(sides.alone, LabelPatches(graph, cloud, relations, {}, context));
+    result->stations.consistency = ConsistencyWith(*sides.alone, stations, weights);
+    result->normals.consistency = ConsistencyWith(*sides.alone, normals, {});
+  }
+  result->stations.used = IsBelieved(options.stations, result->stations);
+  result->normals.used = IsBelieved(options.normals, result->normals);
+  if (result->stations.used) sides.votes = std::move(stations);
+  if (!result->normals.used) return sides;
+  sides.votes.resize(normals.size(), 0);
+  for (size_t i = 0; i < normals.size(); ++i) {
+    if (sides.votes[i] == 0) sides.votes[i] = kNormalWeight * normals[i];
+  }
+  return sides;
+}
+
+// Labels the patches by the neighbours, and by the sights where these are believed.
+absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
+                                              const OrientedCloud& cloud,
+                                              const std::vector<float>& relations,
+                                              PointSights sights, const SightOptions& options,
+                                              const RunContext& context,
+                                              OrientationResult* result) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      BelievedSides believed,
+      BelieveSides(graph, cloud, relations, std::move(sights), options, context, result));
+  if (!believed.alone) return LabelPatches(graph, cloud, relations, believed.votes, context);
+  LabelledPatches labelled = *std::move(believed.alone);
+  if (believed.votes.empty()) return labelled;
+  labelled.sides = SidesOf(labelled.patches, believed.votes, graph.k);
+  RILIEVO_ASSIGN_OR_RETURN(labelled.labels, LabelSignedGraph(labelled.patches.count, labelled.links,
+                                                             labelled.sides, context));
+  return labelled;
+}
+
+// Turns the normals by the labels, and components by the bridges between them; then each group of
+// bridged components outward, unless sides have decided it.
+absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
+                          const RunContext& context) {
+  const SignedLabels& labels = labelled.labels;
+  std::vector<int> component(labelled.patches.patch.size());
+  for (size_t i = 0; i < component.size(); ++i) {
+    const int patch = labelled.patches.patch[i];
+    component[i] = labels.component[patch];
+    if (labelled.patches.parity[i] != (labels.sign[patch] < 0 ? 1 : 0)) {
+      cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
+    }
+  }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> bridges,
                            BridgeComponents(*cloud, component, labels.components, context));
+  std::vector<double> sides(static_cast<size_t>(labels.components), 0.0);
+  if (labels.sided >= 0) sides[labels.sided] = std::numeric_limits<double>::infinity();
   RILIEVO_ASSIGN_OR_RETURN(const SignedLabels bridged,
-                           LabelSignedGraph(labels.components, bridges, context));
-  for (int i = 0; i < graph.size(); ++i) {
-    if (bridged.sign[component[i]] < 0) cloud->normals.col(i) *= -1;
+                           LabelSignedGraph(labels.components, bridges, sides, context));
+  for (size_t i = 0; i < component.size(); ++i) {
+    if (bridged.sign[component[i]] < 0) cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
     component[i] = bridged.component[component[i]];
   }
-  const std::vector<std::vector<int>> groups = MembersOf(component, bridged.components);
-  RILIEVO_RETURN_IF_ERROR(OrientGroups(groups, cloud, context));
-  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
-  RILIEVO_RETURN_IF_ERROR(
-      FlipInvertedPatches(patches, Agreements(patches, links, turned), cloud, context));
-  turned = Turned(unoriented, cloud->normals);
-  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) {
-    cloud->ambiguous = Ambiguous(patches, Agreements(patches, std::move(links), turned));
-  }
+  return OrientGroups(MembersOf(component, bridged.components), bridged.sided, cloud, context);
+}
 
+}  // namespace
+
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, PointSights sights,
+                                                const SightOptions& options, OrientedCloud* cloud,
+                                                const RunContext& context) {
   OrientationResult result;
-  result.components = labels.components;
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, EdgeSignVotes(graph, *cloud, context));
+  const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LabelledPatches labelled,
+      LabelBySights(graph, *cloud, relations, std::move(sights), options, context, &result));
+  const std::vector<uint8_t> want_opposite = WantOpposite(relations);
+  relations = std::vector<float>();
+  RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
+  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
+  if (labelled.sides.empty()) {
+    const OrientationPatches& patches = labelled.patches;
+    RILIEVO_RETURN_IF_ERROR(
+        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
+    turned = Turned(unoriented, cloud->normals);
+  }
+  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
+  result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,
                            Disagreement(graph, want_opposite, turned, context));
   return result;

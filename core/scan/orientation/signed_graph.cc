@@ -26,7 +26,10 @@ std::vector<SignedLink> Sorted(std::vector<SignedLink> links) {
 // The graph under contraction. Weights are relative to the present signs of the groups' heads.
 class Contraction {
  public:
-  Contraction(int nodes, const std::vector<SignedLink>& links) : links_of_(nodes), sets_(nodes) {
+  Contraction(int nodes, const std::vector<SignedLink>& links, const std::vector<double>& sides)
+      : side_node_(nodes), links_of_(nodes), side_of_(sides), sets_(nodes + 1) {
+    side_of_.resize(static_cast<size_t>(nodes), 0.0);
+    for (int a = 0; a < nodes; ++a) PushSide(a);
     for (const SignedLink& link : Sorted(links)) {
       if (link.a == link.b) continue;
       const Bundle bundle{link.b, link.weight};
@@ -53,6 +56,10 @@ class Contraction {
       if (step % 4096 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       const Candidate best = queue_.top();
       queue_.pop();
+      if (best.b == side_node_) {
+        if (side_of_[best.a] == best.net) TakeSide(best.a);
+        continue;
+      }
       const Bundle* current = Find(best.a, best.b);
       if (current == nullptr || current->net != best.net) continue;  // joined or changed since
       Join(best.a, best.b, *current);
@@ -63,13 +70,17 @@ class Contraction {
   // The groups as they are, numbered by lowest node.
   SignedLabels TakeLabels() {
     SignedLabels labels;
-    std::vector<int> number(links_of_.size(), -1);
-    for (int i = 0; i < static_cast<int>(links_of_.size()); ++i) {
+    std::vector<int> number(links_of_.size() + 1, -1);
+    const int sided_root = sets_.Find(side_node_);
+    const uint8_t sided_parity = sets_.parity(side_node_);
+    for (int i = 0; i < side_node_; ++i) {
       const int root = sets_.Find(i);
       if (number[root] < 0) number[root] = labels.components++;
       labels.component.push_back(number[root]);
-      labels.sign.push_back(sets_.parity(i) != 0 ? -1 : 1);
+      const uint8_t origin = root == sided_root ? sided_parity : 0;
+      labels.sign.push_back(sets_.parity(i) != origin ? -1 : 1);
     }
+    labels.sided = number[sided_root];
     return labels;
   }
 
@@ -92,6 +103,23 @@ class Contraction {
     queue_.push({std::abs(net), std::min(a, b), std::max(a, b), net});
   }
 
+  void PushSide(int a) {
+    if (side_of_[a] != 0) queue_.push({std::abs(side_of_[a]), a, side_node_, side_of_[a]});
+  }
+
+  // The head gets the sign of its side; what it says of others is then said of their sides.
+  void TakeSide(int head) {
+    const bool opposite = side_of_[head] < 0;
+    side_of_[head] = 0;
+    sets_.Join(side_node_, head, opposite ? 1 : 0);
+    for (const Bundle& bundle : links_of_[head]) {
+      Erase(bundle.to, head);
+      side_of_[bundle.to] += opposite ? -bundle.net : bundle.net;
+      PushSide(bundle.to);
+    }
+    links_of_[head] = {};
+  }
+
   const Bundle* Find(int a, int b) const {
     if (links_of_[a].size() > links_of_[b].size()) std::swap(a, b);
     for (const Bundle& bundle : links_of_[a]) {
@@ -106,6 +134,11 @@ class Contraction {
     const bool opposite = between.net < 0;
     sets_.Join(keep, gone, opposite ? 1 : 0);
     Erase(keep, gone);
+    if (side_of_[gone] != 0) {
+      side_of_[keep] += opposite ? -side_of_[gone] : side_of_[gone];
+      side_of_[gone] = 0;
+      PushSide(keep);
+    }
     for (const Bundle& bundle : links_of_[gone]) {
       if (bundle.to == keep) continue;
       Erase(bundle.to, gone);
@@ -138,7 +171,9 @@ class Contraction {
     }
   }
 
+  const int side_node_;                        // behind the others
   std::vector<std::vector<Bundle>> links_of_;  // by head
+  std::vector<double> side_of_;                // by head; 0 once it is taken
   SignedUnionFind sets_;
   std::priority_queue<Candidate> queue_;
 };
@@ -146,8 +181,9 @@ class Contraction {
 }  // namespace
 
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
+                                              const std::vector<double>& sides,
                                               const RunContext& context) {
-  Contraction contraction(nodes, links);
+  Contraction contraction(nodes, links, sides);
   RILIEVO_RETURN_IF_ERROR(contraction.Run(context));
   return contraction.TakeLabels();
 }

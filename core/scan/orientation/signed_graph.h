@@ -17,13 +17,18 @@ struct SignedLabels {
   std::vector<int> component;  // by node: a number in [0, components), by lowest node
   std::vector<int> sign;       // by node: +1 or -1, relative within the component
   int components = 0;
+  // The component of the nodes whose sign is absolute, since sides have decided it; -1: none.
+  int sided = -1;
 };
 
 // Joins the two groups with the largest |sum of weights between them| until no links are left;
 // weights add up as groups grow, so a few wrong links are outvoted by those beside them, where a
 // spanning tree would hang a whole sheet on one of them (greedy additive edge contraction;
-// Keuper et al. 2015, Bailoni et al. 2022).
+// Keuper et al. 2015, Bailoni et al. 2022). `sides`: by node, > 0 for those that are to be +1, < 0
+// for those that are to be -1, the more the surer, on the scale of the links; or empty. A side
+// counts as a link to one more node, whose sign is +1.
 absl::StatusOr<SignedLabels> LabelSignedGraph(int nodes, const std::vector<SignedLink>& links,
+                                              const std::vector<double>& sides,
                                               const RunContext& context);
 
 }  // namespace rilievo

@@ -66,8 +66,8 @@ TEST_F(LimitsTest, AFullServerSaysSoWithinFiftyMilliseconds) {
   v1::CreateJobRequest request;
   request.set_request_id("second");
   request.set_scan_id(large.scan_id);
-  request.mutable_header()->set_point_count(large.point_count);
-  request.mutable_header()->set_coordinate_format(large.format);
+  request.mutable_header()->set_point_count(large.header.point_count());
+  request.mutable_header()->set_coordinate_format(large.header.coordinate_format());
   EXPECT_LT(QuickestMilliseconds([&] { status = jobs.Create(request).status(); }), 50);
   ExpectOverload(status, "JOBS_LIMIT");
   busy.request_stop();

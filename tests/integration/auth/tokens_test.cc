@@ -78,8 +78,8 @@ TEST_F(TokensTest, AScanAndItsJobAreTheOwnersAlone) {
   v1::CreateJobRequest guess;
   guess.set_request_id("guess");
   guess.set_scan_id(scan.scan_id);
-  guess.mutable_header()->set_point_count(scan.point_count);
-  guess.mutable_header()->set_coordinate_format(scan.format);
+  guess.mutable_header()->set_point_count(scan.header.point_count());
+  guess.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
   const absl::Status guessed = bob.Create(guess).status();
   EXPECT_TRUE(absl::IsNotFound(guessed)) << guessed;
   guess.set_scan_id(std::string(64, '0'));

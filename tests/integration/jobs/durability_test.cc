@@ -145,8 +145,8 @@ TEST_F(JobsTest, UploadsCutAtRandomBytesBecomeWhole) {
     v1::CreateJobRequest job;
     job.set_request_id("r");
     job.set_scan_id(scan.scan_id);
-    job.mutable_header()->set_point_count(scan.point_count);
-    job.mutable_header()->set_coordinate_format(scan.format);
+    job.mutable_header()->set_point_count(scan.header.point_count());
+    job.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
     EXPECT_TRUE(absl::IsNotFound(HastyClient().Create(job).status()));
     if (round == 12) {
       KillServer();

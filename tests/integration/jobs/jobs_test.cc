@@ -107,7 +107,7 @@ TEST_F(JobsTest, WrongRequestsNameTheirField) {
   request.set_request_id("r");
   request.set_scan_id(scan.scan_id);
   request.mutable_header()->set_point_count(100);
-  request.mutable_header()->set_coordinate_format(scan.format);
+  request.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
   const auto field = [&](auto change) {
     v1::CreateJobRequest wrong = request;
     change(&wrong);

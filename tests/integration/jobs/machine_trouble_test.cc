@@ -119,8 +119,8 @@ TEST_F(MachineTroubleTest, NoHandlesIsNoJobsFault) {
     const PackedScan scan = PackScan(SphereScan(2'000));
     request.set_request_id("few-" + std::to_string(free));
     request.set_scan_id(scan.scan_id);
-    request.mutable_header()->set_point_count(scan.point_count);
-    request.mutable_header()->set_coordinate_format(scan.format);
+    request.mutable_header()->set_point_count(scan.header.point_count());
+    request.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
     const auto job = client.Create(request);
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     ASSERT_EQ(prlimit(daemon_->pid(), RLIMIT_NOFILE, &before, nullptr), 0);

@@ -45,8 +45,8 @@ class AuditTest : public JobsTest {
     v1::CreateJobRequest request;
     request.set_request_id(request_id);
     request.set_scan_id(scan.scan_id);
-    request.mutable_header()->set_point_count(scan.point_count);
-    request.mutable_header()->set_coordinate_format(scan.format);
+    request.mutable_header()->set_point_count(scan.header.point_count());
+    request.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
     return request;
   }
 

@@ -189,8 +189,8 @@ TEST_F(ObservabilityTest, AJobLeavesOneJsonLineWithItsTrace) {
   v1::CreateJobRequest request;
   request.set_request_id("one");
   request.set_scan_id(scan.scan_id);
-  request.mutable_header()->set_point_count(scan.point_count);
-  request.mutable_header()->set_coordinate_format(scan.format);
+  request.mutable_header()->set_point_count(scan.header.point_count());
+  request.mutable_header()->set_coordinate_format(scan.header.coordinate_format());
   v1::CreateJobResponse response;
   ASSERT_TRUE(v1::JobsService::NewStub(Channel())->CreateJob(&context, request, &response).ok());
   EXPECT_EQ(response.job().trace_id(), trace);

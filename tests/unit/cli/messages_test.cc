@@ -18,7 +18,7 @@ struct Case {
 const Case kCases[] = {
     {"", 2,
      R"(rilievo: a command is missing; the commands are reconstruct, diagnose, export,
-  info, verify, compare, simulate, view, jobs, completion
+  info, measure, evaluate, verify, compare, simulate, view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -38,7 +38,8 @@ See 'rilievo --help'.
 )"},
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, diagnose,
-  export, info, verify, compare, simulate, view, jobs, completion
+  export, info, measure, evaluate, verify, compare, simulate, view, jobs,
+  completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,
@@ -80,7 +81,8 @@ See 'rilievo reconstruct --help'.
 See 'rilievo reconstruct --help'.
 )"},
     {"reconstruct scan.ply -o b.dss --max-error 1", 2,
-     R"(rilievo reconstruct: --max-error: '1' is not a number from 1e-06 to 0.1
+     R"(rilievo reconstruct: --max-error: '1' is a fraction of the diagonal, and must be
+  from 1e-06 to 0.1; a length has its unit (5mm)
 See 'rilievo reconstruct --help'.
 )"},
     {"reconstruct scan.ply -o b.dss --topology flat", 2,
@@ -172,6 +174,7 @@ TEST_F(ProgramFixture, WrongCommandLinesSayWhatIsWrong) {
 
 TEST(ServerWordsTest, FieldsAreOptions) {
   EXPECT_EQ(OptionOfField("header.options.encode.max_error_ratio"), "--max-error");
+  EXPECT_EQ(OptionOfField("header.options.place.metres_per_unit"), "--unit");
   EXPECT_EQ(OptionOfField("options.max_level"), "--max-level");
   EXPECT_EQ(OptionOfField("header.options.control.control_mesh.faces"), "--control-mesh");
   EXPECT_EQ(OptionOfField("request_id"), "--request-id");

@@ -2,6 +2,7 @@
 #include "client/formats/mesh_reader.h"
 #include "client/formats/scan_reader.h"
 #include "tests/unit/cli/program_fixture.h"
+#include "tests/unit/formats/packed_bytes.h"
 
 namespace rilievo {
 namespace {
@@ -43,6 +44,32 @@ TEST_F(PipesTest, ScanInSurfaceOut) {
   EXPECT_EQ(found["heights_a"], found["heights_b"]);
   EXPECT_GT(found["heights_a"]["measured"].get<int>() + found["heights_a"]["smoothed"].get<int>(),
             0);
+}
+
+TEST_F(PipesTest, CompressedFilesAreReadAsTheyAre) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("scan.ply"), "--points", "2000"}).code, 0);
+  ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--quiet"}).code, 0);
+  const std::string gzip = testing::Gzip(Content(At("scan.ply")));
+  std::ofstream(At("b.ply.gz"), std::ios::binary) << gzip;
+  std::ofstream(At("c.ply.zst"), std::ios::binary) << testing::Zstd(Content(At("scan.ply")));
+  // Several scans: their surfaces are named without either extension.
+  const Ended many = Run({"reconstruct", At("b.ply.gz"), At("c.ply.zst"), "-o", At("many/")});
+  ASSERT_EQ(many.code, 0) << many.err;
+  EXPECT_EQ(Content(At("many/b.dss")), Content(At("a.dss")));
+  EXPECT_EQ(Content(At("many/c.dss")), Content(At("a.dss")));
+  const Ended piped = RunPiped(gzip, {"reconstruct", "-", "-o", "-", "--quiet"});
+  EXPECT_EQ(piped.out, Content(At("a.dss")));
+  std::ofstream(At("a.dss.gz"), std::ios::binary) << testing::Gzip(Content(At("a.dss")));
+  EXPECT_EQ(Run({"verify", At("a.dss.gz"), At("b.ply.gz")}).code, 0);
+
+  const Ended cut = RunPiped(gzip.substr(0, gzip.size() / 2), {"diagnose", "-"});
+  EXPECT_EQ(cut.code, 3);
+  EXPECT_THAT(cut.err, HasSubstr("-: gzip: the compressed data break off"));
+  std::ofstream(At("bomb.xyz.gz"), std::ios::binary)
+      << testing::Gzip(std::string(size_t{80} << 20, '\n'));
+  const Ended bomb = Run({"diagnose", At("bomb.xyz.gz")});
+  EXPECT_EQ(bomb.code, 3);
+  EXPECT_THAT(bomb.err, HasSubstr("unpack it first"));
 }
 
 TEST_F(PipesTest, TheFormatIsToldWhereTheBytesDoNot) {

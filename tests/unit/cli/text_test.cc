@@ -144,6 +144,11 @@ v1::ReconstructReport Report() {
 TEST(ReportOutputTest, TextFitsTheTerminalAndSaysIt) {
   const std::string text = ReportText(Report(), {"scan.ply", "PLY ascii", "out.dss"});
   EXPECT_LE(WidestLine(text), 80u);
+  EXPECT_THAT(text, HasSubstr("error       scan to surface: RMS 0.000500 (0.0200 %)"));
+  v1::ReconstructReport in_metres = Report();
+  in_metres.mutable_place()->set_metres_per_unit(0.001);
+  EXPECT_THAT(ReportText(in_metres, {}), HasSubstr("RMS 0.000500 mm (0.0200 %)"));
+  EXPECT_THAT(ReportLine(in_metres, {}), HasSubstr("scan to surface RMS 0.000500 mm (0.0200"));
   for (const char* part : {"out.dss", "123,456 points", "17 outlying", "genus 2", "closed",
                            "99.0 % measured", "1.00 % filled in", "RMS 0.000500 (0.0200 %)",
                            "34,567 bytes", "2.00 s", "domain-fit 0.25", "warning"}) {
@@ -157,6 +162,9 @@ TEST(ReportOutputTest, JsonHoldsTheReport) {
   EXPECT_EQ(json["points_in"], 123456);
   EXPECT_EQ(json["genus"], 2);
   EXPECT_EQ(json["error"]["rms"], 0.0002);
+  EXPECT_EQ(json["error"]["scan_to_surface"]["rms"], 0.0005);
+  EXPECT_EQ(json["error"]["scan_to_surface"]["rms_ratio"], 0.0002);
+  EXPECT_TRUE(json["error"]["scan_to_surface"]["unit"].is_null());
   EXPECT_EQ(json["stage_seconds"]["control-mesh"], 0.25);
   EXPECT_EQ(json["warnings"].size(), 1u);
   v1::ReconstructReport unmeasured = Report();

@@ -187,6 +187,7 @@ TEST(CInterfaceTest, InfoOfStrangeTextIsStillJson) {
   metadata.generator = "quote \" back \\ line \n UTF-8 \xc3\xa9 \xe2\x82\xac broken \xff\xc3";
   metadata.input_hash = std::string("\x00\xff\x10", 3);
   metadata.error_max = std::numeric_limits<double>::infinity();
+  metadata.place = {0.001, UpDirection::kMinusX, "LOCAL_CS[\"here\"]"};
   EncodeOptions options;
   options.position_step = 1.0 / 1024;
   absl::StatusOr<EncodedSurface> encoded = absl::InternalError("");
@@ -201,6 +202,13 @@ TEST(CInterfaceTest, InfoOfStrangeTextIsStillJson) {
   EXPECT_EQ(info["metadata"]["generator"],
             "quote \" back \\ line \n UTF-8 \xc3\xa9 \xe2\x82\xac broken ??");
   EXPECT_EQ(info["metadata"]["input_hash"], "00ff10");
+  EXPECT_EQ(info["place"]["metres_per_unit"], 0.001);
+  EXPECT_EQ(info["place"]["up"], "-x");
+  EXPECT_EQ(info["place"]["crs"], "LOCAL_CS[\"here\"]");
+  const auto unknown = nlohmann::json::parse(rilievo_surface_info(Decode(bytes).get(), nullptr));
+  for (const char* name : {"metres_per_unit", "up", "crs"}) {
+    EXPECT_TRUE(unknown["place"][name].is_null()) << name;
+  }
   EXPECT_TRUE(info["certificate"]["error_max"].is_null());
   EXPECT_TRUE(info["certificate"]["folds"].is_null());
 }
@@ -316,7 +324,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 2);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 3);
 }
 
 }  // namespace

@@ -235,6 +235,14 @@ class PipeBuffer : public std::streambuf {
   std::string bytes_;
 };
 
+TEST(E57ReaderTest, TheUnitIsTheMetreAndTheReferenceSystemIsKept) {
+  EXPECT_EQ(Read(E57File({RealScan(false)}))->place, (ScanPlace{1, UpDirection::kUnknown, ""}));
+  const std::string root = std::string(testing::kE57Root) +
+                           "<coordinateMetadata type=\"String\"><![CDATA[GEOGCS[\"WGS 84\"]]]>"
+                           "</coordinateMetadata>";
+  EXPECT_EQ(Read(E57File({RealScan(false)}, 1024, root))->place.crs, "GEOGCS[\"WGS 84\"]");
+}
+
 TEST(E57ReaderTest, PipesAreRead) {
   PipeBuffer buffer(E57File({RealScan(false)}));
   std::istream in(&buffer);

@@ -57,7 +57,7 @@ TEST(GlbWriterTest, HoldsTheMeshAndKeepsMapGrids) {
   const Glb glb = TakeApart(out.str());
   const auto& primitive = glb.json["meshes"][0]["primitives"][0];
   const auto& attributes = primitive["attributes"];
-  const auto& moved = glb.json["nodes"][0]["translation"];
+  const auto& moved = glb.json["nodes"][1]["translation"];
   const int position = attributes["POSITION"], normal = attributes["NORMAL"];
   ASSERT_EQ(glb.json["accessors"][position]["count"], mesh.vertices.cols());
   EXPECT_EQ(glb.json["buffers"][0]["byteLength"], glb.binary.size());
@@ -86,6 +86,45 @@ TEST(GlbWriterTest, HoldsTheMeshAndKeepsMapGrids) {
     EXPECT_EQ(glb.Value<uint32_t>(primitive["indices"], static_cast<size_t>(i)),
               static_cast<uint32_t>(mesh.triangles.data()[i]));
   }
+}
+
+// A point of the file's mesh node in the scene, as glTF 2.0 section 3.5.3 multiplies.
+Eigen::Vector3d InScene(const nlohmann::json& json, const Eigen::Vector3d& local) {
+  const auto& root = json["nodes"][0];
+  EXPECT_EQ(json["scenes"][0]["nodes"], nlohmann::json({0}));
+  EXPECT_EQ(root["children"], nlohmann::json({1}));
+  const auto vector = [](const nlohmann::json& row) {
+    return Eigen::Vector3d(row[0].get<double>(), row[1].get<double>(), row[2].get<double>());
+  };
+  const auto& q = root["rotation"];
+  const Eigen::Quaterniond turn(q[3].get<double>(), q[0].get<double>(), q[1].get<double>(),
+                                q[2].get<double>());
+  EXPECT_NEAR(turn.norm(), 1, 1e-15);
+  const Eigen::Vector3d moved = local + vector(json["nodes"][1]["translation"]);
+  return turn * vector(root["scale"]).cwiseProduct(moved);
+}
+
+TEST(GlbWriterTest, StandsUprightInMetres) {
+  TriangleMesh mesh;
+  mesh.vertices = Eigen::Matrix3Xd::Identity(3, 3);
+  mesh.triangles.resize(3, 1);
+  mesh.triangles << 0, 1, 2;
+  const std::pair<UpDirection, Eigen::Vector3d> ways[] = {
+      {UpDirection::kUnknown, {0, 0, 1}}, {UpDirection::kX, {1, 0, 0}},
+      {UpDirection::kY, {0, 1, 0}},       {UpDirection::kZ, {0, 0, 1}},
+      {UpDirection::kMinusX, {-1, 0, 0}}, {UpDirection::kMinusY, {0, -1, 0}},
+      {UpDirection::kMinusZ, {0, 0, -1}}};
+  for (const auto& [up, direction] : ways) {
+    std::ostringstream out;
+    ASSERT_TRUE(WriteGlbMesh(mesh, {}, out, {}, {0.001, up, ""}).ok());
+    const Glb glb = TakeApart(out.str());
+    const Eigen::Vector3d middle = Eigen::Vector3d::Constant(0.5);
+    const Eigen::Vector3d there = InScene(glb.json, direction - middle);
+    EXPECT_LT((there - Eigen::Vector3d(0, 0.001, 0)).norm(), 1e-18) << static_cast<int>(up);
+  }
+  std::ostringstream out;
+  ASSERT_TRUE(WriteGlbMesh(mesh, {}, out).ok());
+  EXPECT_EQ(TakeApart(out.str()).json["nodes"][0]["scale"], nlohmann::json({1, 1, 1}));
 }
 
 TEST(GlbWriterTest, WithoutNormalsAndSources) {

@@ -56,6 +56,57 @@ TEST(LasReaderTest, EveryPointFormatWithItsLayers) {
   }
 }
 
+// A variable length record of the LAS file `bytes`, behind those that are there.
+std::string WithRecord(std::string bytes, const std::string& user, uint16_t number,
+                       const std::string& content) {
+  std::string record(54, '\0');
+  record.replace(2, user.size(), user);
+  record = With(With(record, 18, number), 20, static_cast<uint16_t>(content.size())) + content;
+  uint32_t offset, count;
+  std::memcpy(&offset, bytes.data() + 96, sizeof offset);
+  std::memcpy(&count, bytes.data() + 100, sizeof count);
+  bytes.insert(offset, record);
+  bytes = With(bytes, 96, static_cast<uint32_t>(offset + record.size()));
+  return With(bytes, 100, count + 1);
+}
+
+std::string GeoKeys(std::initializer_list<uint16_t> numbers) {
+  std::string bytes;
+  for (const uint16_t number : numbers) bytes += testing::Raw(number);
+  return bytes;
+}
+
+TEST(LasReaderTest, TheReferenceSystemIsThatOfTheRecords) {
+  const std::string plain = LasFile(SpherePoints(9), {});
+  const auto scan = Read(plain);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->place, (ScanPlace{0, UpDirection::kZ, ""}));
+  const std::string keys = GeoKeys({1,    1, 0, 4,     1024, 0, 1, 1,   2048, 0, 1, 4269,  //
+                                    3072, 0, 1, 26910, 3076, 0, 1, 9001});
+  const std::string with_keys = WithRecord(plain, "LASF_Projection", 34735, keys);
+  EXPECT_EQ(Read(with_keys)->place.crs, "EPSG:26910");
+  EXPECT_EQ(Read(with_keys)->cloud.points, scan->cloud.points);
+  const std::string wkt = "PROJCS[\"NAD83 / UTM zone 10N\",UNIT[\"metre\",1]]";
+  const std::string with_both =
+      WithRecord(with_keys, "LASF_Projection", 2112, wkt + std::string(3, '\0'));
+  EXPECT_EQ(Read(with_both)->place.crs, wkt);
+  // Systems that a user defined, keys without a value here, other users' records.
+  EXPECT_EQ(Read(WithRecord(plain, "LASF_Projection", 34735,
+                            GeoKeys({1, 1, 0, 2, 3072, 0, 1, 32767, 2048, 34736, 1, 4326})))
+                ->place.crs,
+            "");
+  EXPECT_EQ(Read(WithRecord(plain, "somebody", 2112, wkt))->place.crs, "");
+  EXPECT_EQ(Read(WithRecord(plain, "LASF_Projection", 2112, "a\n\xff"))->place.crs, "a ?");
+}
+
+TEST(LasReaderTest, RecordsThatReachIntoThePointsAreLeft) {
+  const std::string plain = WithRecord(LasFile(SpherePoints(9), {}), "LASF_Projection", 2112, "x");
+  const auto scan = Read(With(plain, 227 + 64 + 20, uint16_t{60000}));
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(scan->place.crs, "");
+  EXPECT_EQ(scan->cloud.points.cols(), 9);
+}
+
 TEST(LasReaderTest, LayersAreReadOnlyWhenWanted) {
   const auto scan = Read(LasFile(SpherePoints(9), {.point_format = 3}));
   ASSERT_TRUE(scan.ok());

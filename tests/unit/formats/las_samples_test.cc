@@ -23,6 +23,7 @@ std::string LasHeader(int count, int record_size, const LasSample& sample) {
   Put(static_cast<uint16_t>(size), 94, &bytes);
   Put(static_cast<uint32_t>(bytes.size()), 96, &bytes);
   Put(uint32_t{1}, 100, &bytes);
+  Put(uint16_t{10}, size + 20, &bytes);
   Put(static_cast<uint8_t>(sample.point_format), 104, &bytes);
   Put(static_cast<uint16_t>(record_size), 105, &bytes);
   const bool legacy = sample.point_format < 6;

@@ -56,7 +56,7 @@ TEST(UsdWriterTest, TheCageAtALevelHasTheSameLimitAndItsHeights) {
   for (int level = 0; level <= 2; ++level) {
     SCOPED_TRACE(level);
     std::ostringstream out;
-    ASSERT_TRUE(WriteUsdSurface(surface, level, RunContext(), out).ok());
+    ASSERT_TRUE(WriteUsdSurface(surface, level, {}, RunContext(), out).ok());
     const std::string usd = out.str();
     const std::vector<double> points = UsdNumbers(usd, "points");
     const std::vector<double> faces = UsdNumbers(usd, "faceVertexIndices");
@@ -94,8 +94,29 @@ TEST(UsdWriterTest, TheCageAtALevelHasTheSameLimitAndItsHeights) {
     }
   }
   std::ostringstream out;
-  EXPECT_FALSE(WriteUsdSurface(surface, 4, RunContext(), out).ok());
-  EXPECT_FALSE(WriteUsdSurface(surface, -1, RunContext(), out).ok());
+  EXPECT_FALSE(WriteUsdSurface(surface, 4, {}, RunContext(), out).ok());
+  EXPECT_FALSE(WriteUsdSurface(surface, -1, {}, RunContext(), out).ok());
+}
+
+TEST(UsdWriterTest, TellsUnitAndUp) {
+  const DisplacedSurface surface = CreasedOctahedron(1);
+  const auto written = [&](const ScanPlace& place) {
+    std::ostringstream out;
+    EXPECT_TRUE(WriteUsdSurface(surface, 0, place, RunContext(), out).ok());
+    return out.str();
+  };
+  const std::string unknown = written({});
+  EXPECT_THAT(unknown, HasSubstr("metersPerUnit = 1\n"));
+  EXPECT_THAT(unknown, HasSubstr("upAxis = \"Z\""));
+  EXPECT_THAT(unknown, ::testing::Not(HasSubstr("xformOp:orient")));
+  const std::string y_up = written({0.001, UpDirection::kY, ""});
+  EXPECT_THAT(y_up, HasSubstr("metersPerUnit = 0.001\n"));
+  EXPECT_THAT(y_up, HasSubstr("upAxis = \"Y\""));
+  EXPECT_THAT(y_up, ::testing::Not(HasSubstr("xformOp:orient")));
+  const std::string turned = written({1, UpDirection::kMinusY, ""});
+  EXPECT_THAT(turned, HasSubstr("upAxis = \"Y\""));
+  EXPECT_THAT(turned, HasSubstr("quatd xformOp:orient = (0, 1, 0, 0)\n"));
+  EXPECT_THAT(turned, HasSubstr("xformOpOrder = [\"xformOp:orient\", \"xformOp:translate\"]"));
 }
 
 GrayImage DecodeGray(const std::string& png) {

@@ -1,5 +1,5 @@
 // What the page and its worker say to each other.
-import type { SurfaceInfo } from './module';
+import type { Place, SurfaceInfo } from './module';
 
 /** Triangles for the screen: relative to the frame, in float. */
 export interface Picture {
@@ -32,9 +32,13 @@ export interface ReadScan {
   points: number;
   format: string;
   coordinateBytes: 4 | 8;
+  /** See PackedScan of module.ts. */
+  stations: Uint8Array<ArrayBuffer>;
+  normals: boolean;
   packed: Uint8Array<ArrayBuffer>;
   sha256: string;
   layers: { colours: boolean; intensity: boolean };
+  place: Place;
 }
 
 export interface Frame {

@@ -18,6 +18,14 @@ export class DecoderError extends Error {
   }
 }
 
+/** What coordinates stand for; null where unknown. */
+export interface Place {
+  metres_per_unit: number | null;
+  up: 'x' | 'y' | 'z' | '-x' | '-y' | '-z' | null;
+  /** Well-known text, or "EPSG:" and a number. */
+  crs: string | null;
+}
+
 /** Facts of a surface, as rilievo_surface_info() writes them; null where unknown. */
 export interface SurfaceInfo {
   format_version: number;
@@ -27,7 +35,8 @@ export interface SurfaceInfo {
   declared_max_level: number;
   chunk_bytes: number[];
   control: { vertices: number; faces: number; closed: boolean; creases: number; corners: number };
-  certificate: Record<string, unknown> & { error_rms: number | null; error_max: number | null };
+  certificate: Record<string, unknown> & { scan_to_surface: { rms: number | null; max: number | null } };
+  place: Place;
   metadata: { generator: string; road: string; scan_points: number | null; options: string };
 }
 
@@ -54,6 +63,9 @@ export interface PackedScan {
   /** PointChunk.data of all points. */
   bytes: Uint8Array<ArrayBuffer>;
   coordinateBytes: 4 | 8;
+  /** ReconstructHeader.stations: three float64 each. */
+  stations: Uint8Array<ArrayBuffer>;
+  normals: boolean;
   sha256: Uint8Array;
 }
 
@@ -110,7 +122,10 @@ export class Surface {
 
   /** A file of the mesh, with normals and flags; with the layers of the scan `carried`. */
   file(format: 'ply' | 'glb', level: number, carried?: Scan): Uint8Array<ArrayBuffer> {
-    return this.withMesh(level, (mesh) => this.#module.file(`rilievo_page_write_${format}`, mesh, carried?.pointer ?? 0));
+    const surface = format === 'glb' ? [this.#pointer] : [];
+    return this.withMesh(level, (mesh) =>
+      this.#module.file(`rilievo_page_write_${format}`, ...surface, mesh, carried?.pointer ?? 0),
+    );
   }
 
   /** Red, green, blue of the scan's point nearest to each vertex of a level. */
@@ -156,8 +171,17 @@ export class Scan {
     return this.#module.doublesOf('rilievo_page_scan_points', this.#pointer);
   }
 
+  /** How many points. */
+  count(): number {
+    return this.#module.countOf('rilievo_page_scan_points', this.#pointer) / 3;
+  }
+
   format(): string {
     return this.#module.text(this.#module.call('rilievo_page_scan_format', this.#pointer));
+  }
+
+  place(): Place {
+    return JSON.parse(this.#module.text(this.#module.call('rilievo_page_scan_place', this.#pointer))) as Place;
   }
 
   /** In the module; for calls of it. */
@@ -172,12 +196,15 @@ export class Scan {
 
   packed(): PackedScan {
     const module = this.#module;
+    const stations = new Uint8Array(module.doublesOf('rilievo_page_scan_stations', this.#pointer).buffer);
     return module.withRoom(48, (room) => {
       const pointer = module.call('rilievo_page_scan_packed', this.#pointer, room, room + 8, room + 4);
       const view = module.view();
       return {
         bytes: module.copy(pointer, view.getUint32(room + 4, true)),
         coordinateBytes: view.getInt32(room, true) as 4 | 8,
+        stations,
+        normals: module.call('rilievo_page_scan_has_normals', this.#pointer) !== 0,
         sha256: module.copy(room + 8, 32),
       };
     });

@@ -121,10 +121,13 @@ function readScan(bytes: Uint8Array, name: string): ReadScan {
   scan = next;
   const packed = next.packed();
   return {
-    points: packed.bytes.length / (3 * packed.coordinateBytes),
+    points: next.count(),
     format: next.format(),
     coordinateBytes: packed.coordinateBytes,
+    stations: packed.stations,
+    normals: packed.normals,
     layers: next.layers(),
+    place: next.place(),
     packed: packed.bytes,
     sha256: [...packed.sha256].map((byte) => byte.toString(16).padStart(2, '0')).join(''),
   };

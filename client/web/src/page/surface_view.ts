@@ -196,17 +196,20 @@ export class SurfaceView {
   }
 
   #tellFacts(): void {
-    const { control, levels, frame, certificate, metadata } = this.#info!;
+    const { control, levels, frame, certificate, metadata, place } = this.#info!;
     const finest = levels.at(-1)!;
+    const { metres_per_unit } = place;
+    const length = (value: number) =>
+      metres_per_unit === null ? figure(value) : `${figure(value * metres_per_unit)} m`;
     const share = (value: number | null) =>
-      value === null ? 'not stated' : `${figure(value * frame.diagonal)} (${(100 * value).toPrecision(2)} %)`;
+      value === null ? 'not stated' : `${length(value * frame.diagonal)} (${(100 * value).toPrecision(2)} %)`;
     const facts: [string, string][] = [
+      ['Scan to surface, RMS', share(certificate.scan_to_surface.rms)],
+      ['Farthest point', share(certificate.scan_to_surface.max)],
       ['File', sizeText(this.#bytes!.length)],
       ['Control mesh', `${whole.format(control.faces)} faces`],
       ['Finest level', `${whole.format(finest.vertices)} vertices`],
-      ['RMS error', share(certificate.error_rms)],
-      ['Largest error', share(certificate.error_max)],
-      ['Diagonal', figure(frame.diagonal)],
+      ['Diagonal', length(frame.diagonal)],
       ['Shape', control.closed ? 'closed' : 'open'],
     ];
     if (metadata.road) facts.push(['Topology', metadata.road]);

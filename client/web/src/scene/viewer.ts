@@ -38,8 +38,8 @@ export class Viewer {
     this.#controls.addEventListener('change', () => this.draw());
     this.#surface = new Mesh(new BufferGeometry(), new MeshStandardMaterial({
       vertexColors: true, side: DoubleSide, roughness: 0.85, metalness: 0,
-      // The lines of the control mesh lie over it.
-      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,
+      // The lines of the control mesh and the points lie over it, also those a little below.
+      polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 10,
     }));
     this.#edges = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color(DARK ? '#b9cad4' : '#2f4858'), transparent: true, opacity: 0.75 }));
     this.#creases = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: new Color(DARK ? '#ff9a78' : '#b4472f') }));

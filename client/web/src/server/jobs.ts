@@ -2,8 +2,10 @@
 import { createClient, ConnectError, Code } from '@connectrpc/connect';
 import { createConnectTransport } from '@connectrpc/connect-web';
 import { type Job, JobsService, JobState } from '../../generated/rilievo/v1/jobs_pb';
+import { UpDirection } from '../../generated/rilievo/v1/options_pb';
 import { CoordinateFormat, type Progress, ReconstructionService } from '../../generated/rilievo/v1/reconstruction_pb';
 import type { ReadScan } from '../decoder/messages';
+import type { Place } from '../decoder/module';
 import { SurfaceStream } from './surface_stream';
 import { withToken } from './token';
 import { uploadScan } from './upload';
@@ -23,6 +25,17 @@ function randomName(): string {
   return [...bytes].map((byte) => byte.toString(16).padStart(2, '0')).join('');
 }
 
+const UP = {
+  x: UpDirection.X, y: UpDirection.Y, z: UpDirection.Z,
+  '-x': UpDirection.MINUS_X, '-y': UpDirection.MINUS_Y, '-z': UpDirection.MINUS_Z,
+};
+
+/** What the file says of its place goes with the surface. */
+function optionsOf({ metres_per_unit, up, crs }: Place) {
+  if (metres_per_unit === null && up === null && crs === null) return undefined;
+  return { place: { metresPerUnit: metres_per_unit ?? undefined, up: up ? UP[up] : undefined, crs: crs ?? undefined } };
+}
+
 /** Uploads, and creates the job. */
 export async function submitScan(scan: ReadScan, signal: AbortSignal, listener: Listener): Promise<Job> {
   const upload = { id: randomName(), bytes: scan.packed, sha256: scan.sha256 };
@@ -30,7 +43,8 @@ export async function submitScan(scan: ReadScan, signal: AbortSignal, listener: 
   listener.onUpload(1);
   const coordinateFormat =
     scan.coordinateBytes === 4 ? CoordinateFormat.FLOAT32_LE : CoordinateFormat.FLOAT64_LE;
-  const header = { pointCount: BigInt(scan.points), coordinateFormat };
+  const { stations, normals } = scan;
+  const header = { pointCount: BigInt(scan.points), coordinateFormat, stations, normals, options: optionsOf(scan.place) };
   const { job } = await jobs.createJob({ requestId: randomName(), scanId, header }, { signal });
   if (!job) throw new ConnectError('the server has given no job', Code.Internal);
   return job;

@@ -67,6 +67,40 @@ TEST(DssMetadataTest, EveryFieldComesBack) {
   EXPECT_EQ(read.options, written.options);
 }
 
+TEST(DssMetadataTest, ThePlaceComesBackAndTakesNothingWhereItIsUnknown) {
+  const size_t without = Write(Certificate()).size();
+  for (const double metres : {1.0, 0.001, 1200.0 / 3937}) {
+    for (const UpDirection up : {UpDirection::kX, UpDirection::kZ, UpDirection::kMinusZ}) {
+      DssMetadata written = Certificate();
+      written.place = {metres, up, "PROJCS[\"ETRS89 / UTM zone 32N\"]"};
+      const std::vector<uint8_t> bytes = Write(written);
+      ByteReader reader(bytes);
+      EXPECT_EQ(ReadMetadata(reader).place, written.place);
+      EXPECT_EQ(reader.remaining(), 0u);
+    }
+  }
+  DssMetadata metre = Certificate();
+  metre.place.metres_per_unit = 1;
+  EXPECT_EQ(Write(metre).size(), without + 2 + 1 + 2);
+}
+
+TEST(DssMetadataTest, APlaceThatIsNoneIsUnknown) {
+  // Units of 0, -1 and infinity, a seventh way up, and fields without content.
+  for (const std::vector<uint8_t>& field : std::vector<std::vector<uint8_t>>{{20, 1, 0},
+                                                                             {20, 3, 2, 0xbf, 0xf0},
+                                                                             {20, 3, 2, 0x7f, 0xf0},
+                                                                             {20, 0},
+                                                                             {21, 1, 6},
+                                                                             {21, 0},
+                                                                             {22, 0}}) {
+    std::vector<uint8_t> bytes = field;
+    bytes.push_back(0);
+    ByteReader reader(bytes);
+    EXPECT_EQ(ReadMetadata(reader).place, ScanPlace()) << int{field[0]};
+    EXPECT_TRUE(reader.ok());
+  }
+}
+
 TEST(DssMetadataTest, WhatFollowsFromBothWaysTakesNoBytes) {
   DssMetadata metadata = Certificate();
   const size_t with = Write(metadata).size();

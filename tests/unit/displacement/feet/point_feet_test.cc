@@ -93,23 +93,26 @@ TEST(FindFeet, BetweenTwoSheetsThePointsTakeTheOneTheyFace) {
   }
 }
 
-TEST(ReachPoints, ATipIsDrawnToAPointAboveIt) {
+TEST(ReachPoints, TheSurfaceIsDrawnToPointsAboveAndBelowIt) {
   const Domain domain = MakeDomain(Sheet(0.2, 4), 2);
   Points points;
   Random random(4);
   points = HeightFieldPoints(0.15, 900, &random, [](double, double) { return 0.0; });
-  points.Add({0.01, 0.01, 0.012}, {1, 0, 0.1});  // above the sheet, its normal along it
+  points.Add({0.03, 0.01, -0.01}, {1, 0, 0.1});  // below the sheet, its normal along it
+  points.Add({0.01, 0.01, 0.012}, {1, 0, 0.1});  // above
   points.Add({0.01, 0.01, 0.2}, {1, 0, 0.1});    // too far
   points.Add({0.01, 0.01, 0.012}, {0, 0, -1});   // of another side
   const Scan scan = MakeScan(points.Positions(), points.Normals(), 0);
   std::vector<PointFoot> feet = Feet(points, domain);
   const size_t tip = points.at.size() - 3;
   ASSERT_FALSE(feet[tip].found());
-  const std::vector<double> heights(domain.size(), 0.002);
+  const std::vector<float> heights(domain.size(), 0.002f);
   const std::vector<float> spacing(domain.size(), static_cast<float>(scan.cloud.median_spacing));
   ASSERT_TRUE(
       ReachPoints(scan.cloud, domain.refinement, domain.limit, heights, spacing, Threads(2), &feet)
           .ok());
+  ASSERT_TRUE(feet[tip - 1].found());
+  EXPECT_NEAR(Residual(feet[tip - 1], [](int) { return -0.01; }), 0, 1e-6);
   ASSERT_TRUE(feet[tip].found());
   EXPECT_NEAR(Residual(feet[tip], [](int) { return 0.012; }), 0, 1e-6);
   EXPECT_FALSE(feet[tip + 1].found());

@@ -35,7 +35,7 @@ struct Setting {
     EXPECT_TRUE(problem.Assemble(0, Threads(2)).ok());
     return problem;
   }
-  double RmsInside(const std::vector<double>& heights,
+  double RmsInside(const std::vector<float>& heights,
                    const std::function<double(double, double)>& truth) const {
     double squares = 0;
     int count = 0;
@@ -57,11 +57,32 @@ TEST(HeightProblem, AWaveIsDampedAsTheFilterSays) {
   const HeightProblem problem = setting.Problem();
   const double spacing = setting.scan.cloud.median_spacing;
   for (const double t : {1.0, 3.0, 5.0}) {
-    const std::vector<double> heights =
+    const std::vector<float> heights =
         *problem.SolveUpTo(problem.finest(), {static_cast<float>(t)}, Threads(2));
     const double left = 1 / (1 + std::pow(kWaveNumber * t * spacing, 4));
     const auto damped = [&](double x, double y) { return left * wave(x, y); };
     EXPECT_LT(setting.RmsInside(heights, damped), 0.05 * kAmplitude) << t << " " << left;
+  }
+}
+
+TEST(HeightProblem, ARegionHasThePointsNearestToItsVertex) {
+  const Setting setting(10000, 0, [](double, double) { return 0.002; });
+  const HeightProblem problem = setting.Problem();
+  for (int level = 0; level <= problem.finest(); ++level) {
+    const std::vector<int> region = *problem.RegionOfPoints(level, Threads(2));
+    const double edge = problem.levels()[level].mean_edge;
+    int found = 0;
+    for (size_t p = 0; p < region.size(); ++p) {
+      EXPECT_EQ(region[p] >= 0, setting.feet[p].found());
+      if (region[p] < 0) continue;
+      ++found;
+      ASSERT_LT(region[p], problem.levels()[level].vertex_count());
+      const Eigen::Vector3d point = setting.scan.cloud.points.col(p);
+      if (point.head<2>().cwiseAbs().maxCoeff() > 0.25) continue;  // the rim is not even
+      const Eigen::Vector3d off = setting.domain.limit.positions.col(region[p]) - point;
+      EXPECT_LT(off.head<2>().norm(), 0.8 * edge) << level;
+    }
+    EXPECT_GT(found, 5000);
   }
 }
 
@@ -75,7 +96,7 @@ TEST(HeightProblem, APointFarOffLosesItsWeight) {
   }
   setting.feet[outlier].offset += 0.03f;
   HeightProblem problem = setting.Problem();
-  const std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {3.0f}, Threads(2));
+  const std::vector<float> heights = *problem.SolveUpTo(problem.finest(), {3.0f}, Threads(2));
   ASSERT_TRUE(problem.Reweigh(heights, Threads(2)).ok());
   EXPECT_LT(problem.weights()[outlier], 0.05);
   EXPECT_GT(problem.weights()[outlier + 1], 0.5);
@@ -85,7 +106,7 @@ TEST(HeightProblem, ThePlateGivesWayAtAnEdgeThatNoCreaseTells) {
   const auto ridge = [](double x, double) { return 0.02 - 0.5 * std::abs(x - 0.003); };
   const Setting setting(10000, 0, ridge);
   HeightProblem problem = setting.Problem();
-  std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {2.0f}, Threads(2));
+  std::vector<float> heights = *problem.SolveUpTo(problem.finest(), {2.0f}, Threads(2));
   const double before = setting.RmsInside(heights, ridge);
   for (const double most : {0.9, 0.85, 0.82}) {
     problem.GiveWay(heights, RegionLevel(problem));
@@ -100,7 +121,7 @@ TEST(HeightProblem, OfTwoSheetsTheNearerToTheDomainIsMeant) {
   HeightProblem problem = setting.Problem();
   problem.PreferNearPoints();
   ASSERT_TRUE(problem.Assemble(0, Threads(2)).ok());
-  const std::vector<double> heights = *problem.SolveUpTo(problem.finest(), {1.0f}, Threads(2));
+  const std::vector<float> heights = *problem.SolveUpTo(problem.finest(), {1.0f}, Threads(2));
   EXPECT_LT(setting.RmsInside(heights, [](double, double) { return 0.002; }), 0.001);
 }
 

@@ -124,7 +124,7 @@ TEST(ComponentBridgesTest, ThePlateGetsAnOutside) {
   NeighborOptions options;
   options.k = 6;
   const NeighborGraph graph = *BuildNeighborGraph(index, plate.cloud.points, options, RunContext());
-  ASSERT_EQ(OrientNormals(graph, &plate.cloud, RunContext())->components, 2);
+  ASSERT_EQ(OrientNormals(graph, {}, {}, &plate.cloud, RunContext())->components, 2);
   for (size_t i = 0; i < plate.component.size(); ++i) {
     EXPECT_EQ(plate.cloud.normals(2, static_cast<int64_t>(i)), plate.component[i] == 0 ? -1 : 1);
   }

@@ -44,7 +44,7 @@ int Mistakes(const HiddenSigns& hidden, const SignedLabels& labels) {
 
 TEST(SignedGraphTest, FindsHiddenSignsExactlyWhenLinksAgree) {
   const HiddenSigns hidden = MakeGrid(40, 0.0, 1);
-  const auto labels = LabelSignedGraph(1600, hidden.links, RunContext{});
+  const auto labels = LabelSignedGraph(1600, hidden.links, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_EQ(labels->components, 1);
   EXPECT_EQ(Mistakes(hidden, *labels), 0);
@@ -53,7 +53,7 @@ TEST(SignedGraphTest, FindsHiddenSignsExactlyWhenLinksAgree) {
 TEST(SignedGraphTest, OutvotesWrongLinks) {
   for (uint64_t seed = 2; seed < 7; ++seed) {
     const HiddenSigns hidden = MakeGrid(40, 0.05, seed);
-    const auto labels = LabelSignedGraph(1600, hidden.links, RunContext{});
+    const auto labels = LabelSignedGraph(1600, hidden.links, {}, RunContext{});
     ASSERT_TRUE(labels.ok());
     EXPECT_LE(Mistakes(hidden, *labels), 16) << seed;  // one in a hundred
   }
@@ -62,7 +62,7 @@ TEST(SignedGraphTest, OutvotesWrongLinks) {
 TEST(SignedGraphTest, SumsParallelLinksAndIgnoresLoops) {
   const std::vector<SignedLink> links = {
       {0, 1, 0.9}, {1, 0, -0.5}, {0, 1, -0.5}, {1, 1, 5.0}, {1, 2, 0.3}};
-  const auto labels = LabelSignedGraph(3, links, RunContext{});
+  const auto labels = LabelSignedGraph(3, links, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_NE(labels->sign[0], labels->sign[1]);
   EXPECT_EQ(labels->sign[1], labels->sign[2]);
@@ -70,7 +70,7 @@ TEST(SignedGraphTest, SumsParallelLinksAndIgnoresLoops) {
 
 TEST(SignedGraphTest, NumbersComponentsByLowestNode) {
   const std::vector<SignedLink> links = {{4, 2, 1.0}, {1, 3, -1.0}};
-  const auto labels = LabelSignedGraph(5, links, RunContext{});
+  const auto labels = LabelSignedGraph(5, links, {}, RunContext{});
   ASSERT_TRUE(labels.ok());
   EXPECT_EQ(labels->components, 3);
   EXPECT_EQ(labels->component, (std::vector<int>{0, 1, 2, 1, 2}));
@@ -78,9 +78,9 @@ TEST(SignedGraphTest, NumbersComponentsByLowestNode) {
 
 TEST(SignedGraphTest, OrderOfTheLinksDoesNotMatter) {
   HiddenSigns hidden = MakeGrid(30, 0.2, 8);
-  const auto a = LabelSignedGraph(900, hidden.links, RunContext{});
+  const auto a = LabelSignedGraph(900, hidden.links, {}, RunContext{});
   std::reverse(hidden.links.begin(), hidden.links.end());
-  const auto b = LabelSignedGraph(900, hidden.links, RunContext{});
+  const auto b = LabelSignedGraph(900, hidden.links, {}, RunContext{});
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_EQ(a->sign, b->sign);
 }
@@ -90,8 +90,51 @@ TEST(SignedGraphTest, Stops) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  EXPECT_EQ(LabelSignedGraph(4, {{0, 1, 1.0}}, context).status().code(),
+  EXPECT_EQ(LabelSignedGraph(4, {{0, 1, 1.0}}, {}, context).status().code(),
             absl::StatusCode::kCancelled);
+}
+
+TEST(SignedGraphTest, SidesGiveTheAbsoluteSign) {
+  // 0 - 1 same, 1 - 2 opposite, 3 - 4 same; the sides speak of 2 and, more weakly, of 0.
+  const std::vector<SignedLink> links = {{0, 1, 1.0}, {1, 2, -2.0}, {3, 4, 1.0}};
+  const auto labels = LabelSignedGraph(5, links, {0.5, 0, 3, 0, 0}, RunContext{});
+  ASSERT_TRUE(labels.ok());
+  EXPECT_EQ(labels->components, 2);
+  EXPECT_EQ(labels->sided, labels->component[0]);
+  EXPECT_EQ(labels->sign[2], 1);
+  EXPECT_EQ(labels->sign[1], -1);
+  EXPECT_EQ(labels->sign[0], -1) << "outvoted by its neighbour";
+  EXPECT_NE(labels->component[3], labels->sided);
+  const auto none = LabelSignedGraph(5, links, {}, RunContext{});
+  EXPECT_EQ(none->sided, -1);
+}
+
+// As a link to one more node would have it, whose sign is +1.
+TEST(SignedGraphTest, SidesAreLinksToOneMoreNode) {
+  Random random(4);
+  for (int round = 0; round < 50; ++round) {
+    constexpr int kNodes = 40;
+    std::vector<SignedLink> links;
+    for (int i = 0; i < 3 * kNodes; ++i) {
+      links.push_back({static_cast<int>(random.Uniform() * kNodes),
+                       static_cast<int>(random.Uniform() * kNodes), random.Uniform(-1, 1)});
+    }
+    std::vector<double> sides(kNodes, 0.0);
+    std::vector<SignedLink> with_node = links;
+    for (int i = 0; i < kNodes; i += 2) {
+      sides[i] = random.Uniform(-2, 2);
+      with_node.push_back({i, kNodes, sides[i]});
+    }
+    const auto a = LabelSignedGraph(kNodes, links, sides, RunContext{});
+    const auto b = LabelSignedGraph(kNodes + 1, with_node, {}, RunContext{});
+    ASSERT_TRUE(a.ok() && b.ok());
+    for (int i = 0; i < kNodes; ++i) {
+      const bool sided = b->component[i] == b->component[kNodes];
+      EXPECT_EQ(a->component[i] == a->sided, sided);
+      if (!sided) continue;
+      EXPECT_EQ(a->sign[i], b->sign[i] * b->sign[kNodes]) << round;
+    }
+  }
 }
 
 }  // namespace

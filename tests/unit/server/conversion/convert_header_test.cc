@@ -57,7 +57,7 @@ TEST(ParseHeader, EmptyOptionsAreTheCoresDefaults) {
   const JobRequest request = Parse(ValidHeader());
   const ReconstructOptions defaults;
   EXPECT_EQ(request.point_count, 1000);
-  EXPECT_EQ(request.coordinates, CoordinateType::kFloat32);
+  EXPECT_EQ(request.layout.coordinates, CoordinateType::kFloat32);
   EXPECT_EQ(request.options.max_level, std::nullopt);
   EXPECT_EQ(request.options.measure, true);
   EXPECT_EQ(request.options.control.topology, Topology::kAuto);
@@ -102,7 +102,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   options->mutable_encode()->set_position_step_ratio(1e-5);
 
   const JobRequest request = Parse(header);
-  EXPECT_EQ(request.coordinates, CoordinateType::kFloat64);
+  EXPECT_EQ(request.layout.coordinates, CoordinateType::kFloat64);
   EXPECT_EQ(request.threads, 1);
   EXPECT_EQ(request.seed, 77u);
   const ReconstructOptions& parsed = request.options;
@@ -169,6 +169,11 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_encode()->set_height_step_ratio(0); }},
       {"encode.position_step_ratio",
        [](Options* o) { o->mutable_encode()->set_position_step_ratio(0.02); }},
+      {"encode.max_error_length",
+       [](Options* o) { o->mutable_encode()->set_max_error_length(-1); }},
+      {"place.metres_per_unit", [](Options* o) { o->mutable_place()->set_metres_per_unit(0); }},
+      {"place.up", [](Options* o) { o->mutable_place()->set_up(static_cast<v1::UpDirection>(7)); }},
+      {"place.crs", [](Options* o) { o->mutable_place()->set_crs(std::string(65536, ' ')); }},
   };
   v1::ReconstructHeader all = ValidHeader();
   for (const auto& [field, change] : cases) {
@@ -177,7 +182,8 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
     EXPECT_THAT(Faults(header), testing::ElementsAre("header.options." + field));
     change(all.mutable_options());
   }
-  EXPECT_EQ(Faults(all).size(), cases.size()) << "all faults are told at once";
+  // Two goals of the file exclude each other, which is one fault more.
+  EXPECT_EQ(Faults(all).size(), cases.size() + 1) << "all faults are told at once";
 }
 
 TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
@@ -217,6 +223,25 @@ TEST(ParseHeader, OnlyOneGoalOfTheFileIsTaken) {
   header.mutable_options()->mutable_encode()->set_max_error_ratio(1e-3);
   header.mutable_options()->mutable_encode()->set_max_bytes(10000);
   EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_ratio"));
+}
+
+TEST(ParseHeader, LengthsAndThePlaceAreTaken) {
+  v1::ReconstructHeader header = ValidHeader();
+  v1::EncodeOptions& encode = *header.mutable_options()->mutable_encode();
+  v1::ScanPlace& place = *header.mutable_options()->mutable_place();
+  encode.set_max_error_length(0.02);
+  place.set_metres_per_unit(0.001);
+  place.set_up(v1::UP_DIRECTION_MINUS_Y);
+  place.set_crs("EPSG:25832");
+  const ReconstructOptions options = Parse(header).options;
+  EXPECT_EQ(options.lengths.max_error, 0.02);
+  EXPECT_FALSE(options.encode.max_error);
+  EXPECT_EQ(options.place, (ScanPlace{0.001, UpDirection::kMinusY, "EPSG:25832"}));
+  encode.set_max_error_ratio(0.01);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_length"));
+  encode.clear_max_error_ratio();
+  encode.set_height_step_length(0.01);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_length"));
 }
 
 TEST(ParseHeader, ScanSizeIsCheckedAgainstTheLimits) {
@@ -333,6 +358,42 @@ TEST(ParseHeader, ControlMeshFaultsAreNamed) {
                 }
               }),
               ElementsAre(mesh + ".faces"));
+}
+
+TEST(ParseHeader, StationsAndNormalsReachTheirTarget) {
+  v1::ReconstructHeader header = ValidHeader();
+  const double places[6] = {1, 2, 3, 0.1, -5, 1e6};
+  header.set_stations(places, sizeof(places));
+  header.set_normals(true);
+  header.mutable_options()->mutable_scan()->set_stations(v1::SIGHT_RULE_USE);
+  header.mutable_options()->mutable_scan()->set_normals(v1::SIGHT_RULE_IGNORE);
+  const JobRequest request = Parse(header);
+  EXPECT_EQ(request.layout.bytes(), 12 + 2 + 12);
+  ASSERT_EQ(request.stations.cols(), 2);
+  EXPECT_EQ(request.stations(2, 1), 1e6);
+  EXPECT_EQ(request.options.scan.sights.stations, SightRule::kUse);
+  EXPECT_EQ(request.options.scan.sights.normals, SightRule::kIgnore);
+}
+
+TEST(ParseHeader, StationsThatAreNoneAreRefused) {
+  v1::ReconstructHeader header = ValidHeader();
+  auto* scan = header.mutable_options()->mutable_scan();
+  scan->set_stations(v1::SIGHT_RULE_USE);
+  scan->set_normals(v1::SIGHT_RULE_USE);
+  EXPECT_THAT(Faults(header),
+              testing::ElementsAre("header.options.scan.stations", "header.options.scan.normals"));
+  scan->set_stations(static_cast<v1::SightRule>(77));
+  scan->clear_normals();
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.scan.stations"));
+  scan->clear_stations();
+  header.set_stations("twelve bytes");
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.stations"));
+  std::vector<double> places(3 * (kMostStations + 1), 0.0);
+  header.set_stations(places.data(), 8 * places.size());
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.stations"));
+  places[2] = kNan;
+  header.set_stations(places.data(), 24);
+  EXPECT_THAT(Faults(header), testing::ElementsAre("header.stations"));
 }
 
 }  // namespace

@@ -36,6 +36,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.heights_filled = 27;
   report.error = {{31, 32, 33, 34, 35}, {41, 42, 43, 44, 45}, 51, 52, 53, 54, 55};
   report.max_error = 50;
+  report.place = {0.3048, UpDirection::kZ, "EPSG:2992"};
   report.error_unreachable = true;
   report.encoded_bytes = 29;
   for (int i = 0; i < kStageCount; ++i) report.stage_seconds[i] = 100 + i;
@@ -43,6 +44,10 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.warnings = {"one", "two"};
 
   const v1::ReconstructReport proto = ProtoReport(report, /*measured=*/true);
+  EXPECT_EQ(proto.place().metres_per_unit(), 0.3048);
+  EXPECT_EQ(proto.place().up(), v1::UP_DIRECTION_Z);
+  EXPECT_EQ(proto.place().crs(), "EPSG:2992");
+  EXPECT_FALSE(ProtoReport({}, true).has_place());
   EXPECT_EQ(proto.points_in(), 1);
   EXPECT_EQ(proto.non_finite(), 2);
   EXPECT_EQ(proto.duplicates(), 3);

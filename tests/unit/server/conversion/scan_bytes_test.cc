@@ -22,10 +22,10 @@ void ExpectSamePoints(CoordinateType type, int points) {
   const std::string bytes = Bytes<Real>(points);
   const size_t half = bytes.size() / 24 / 2 * 24;
   std::vector<std::string> blocks = {bytes.substr(0, half), bytes.substr(half)};
-  const auto from_memory = ScanBytes(blocks).Decode(type);
+  const auto from_memory = ScanBytes(blocks).Decode({type});
   auto file = ScanBytes(blocks).TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto from_file = ScanBytes(*std::move(file)).Decode(type);
+  const auto from_file = ScanBytes(*std::move(file)).Decode({type});
   ASSERT_TRUE(from_memory.ok() && from_file.ok());
   ASSERT_EQ(from_memory->points.cols(), points);
   for (int i = 0; i < 3 * points; ++i) {
@@ -42,10 +42,29 @@ TEST(ScanBytes, MemoryAndFileGiveTheSamePoints) {
   ExpectSamePoints<double>(CoordinateType::kFloat64, 100'000);
 }
 
+TEST(ScanBytes, SightsComeWithTheirPoints) {
+  PointCloud scan;
+  scan.points = Eigen::Matrix3Xd::Random(3, 70'000);  // several blocks of the file
+  scan.sights.stations = Eigen::Vector3d(1, 2, 3);
+  scan.sights.station_of.assign(70'000, 0);
+  scan.sights.station_of[69'999] = kNoStation;
+  scan.sights.normals = Eigen::Matrix3Xf::Random(3, 70'000);
+  const PointLayout layout = LosslessLayout(scan);
+  auto file =
+      ScanBytes({PackPoints(scan, 0, 30'000, layout), PackPoints(scan, 30'000, 70'000, layout)})
+          .TakeFile();
+  ASSERT_TRUE(file.ok()) << file.status();
+  const auto decoded = ScanBytes(*std::move(file)).Decode(layout);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->points, scan.points);
+  EXPECT_EQ(decoded->sights.station_of, scan.sights.station_of);
+  EXPECT_EQ(decoded->sights.normals, scan.sights.normals);
+}
+
 TEST(ScanBytes, ABrokenFileIsNoticed) {
   auto file = ScanBytes({Bytes<float>(3) + "x"}).TakeFile();
   ASSERT_TRUE(file.ok());
-  EXPECT_EQ(ScanBytes(*std::move(file)).Decode(CoordinateType::kFloat32).status().code(),
+  EXPECT_EQ(ScanBytes(*std::move(file)).Decode({CoordinateType::kFloat32}).status().code(),
             absl::StatusCode::kDataLoss);
 }
 

@@ -13,7 +13,7 @@ namespace {
 JobRequest Request() {
   JobRequest job;
   job.point_count = 2;
-  job.coordinates = CoordinateType::kFloat64;
+  job.layout = {CoordinateType::kFloat64};
   job.options.measure = false;
   return job;
 }

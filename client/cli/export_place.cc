@@ -1,0 +1,70 @@
+#include "client/cli/export_place.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/length_words.h"
+#include "client/cli/loaded_shape.h"
+#include "client/formats/export_axes.h"
+#include "client/formats/mesh_writer.h"
+#include "server/command_line/text_layout.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kFineRounding = 1e-6;  // of the diagonal
+
+}  // namespace
+
+void AddExportPlace(CLI::App* app, ExportPlaceArguments* arguments) {
+  AddUnitAndUp(app, &arguments->place);
+  app->add_option("--origin", arguments->origin,
+                  "the point X,Y,Z of the scan's coordinates that becomes 0,0,0 in the file, or "
+                  "auto: a round one near the middle; for programs that keep few digits");
+}
+
+absl::Status CheckExportPlace(const ExportPlaceArguments& arguments, const std::string& output,
+                              const std::string& extension) {
+  const bool tells = extension == "glb" || extension == "usda";
+  if (!tells && !arguments.place.up.empty()) {
+    return UsageError(absl::StrCat(output, ": .", extension,
+                                   " has no way up; leave --up out, or write .glb or .usda"));
+  }
+  if (extension == "png" && !arguments.origin.empty()) {
+    return UsageError(absl::StrCat(output, ": .png holds heights alone; leave --origin out"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Eigen::Vector3d> OriginOf(const ExportPlaceArguments& arguments,
+                                         const SpatialFrame& frame) {
+  if (arguments.origin.empty()) return Eigen::Vector3d::Zero();
+  if (arguments.origin == "auto") return RoundOrigin(frame.center, frame.diagonal);
+  const std::vector<std::string> words = absl::StrSplit(arguments.origin, ',');
+  Eigen::Vector3d origin;
+  bool good = words.size() == 3;
+  for (int axis = 0; good && axis < 3; ++axis) {
+    good = absl::SimpleAtod(words[static_cast<size_t>(axis)], &origin[axis]) &&
+           std::isfinite(origin[axis]);
+  }
+  if (good) return origin;
+  return UsageError(absl::StrCat("--origin ", arguments.origin,
+                                 ": write three numbers, such as 4500000,5500000,0, or auto"));
+}
+
+std::string RoundingWarning(const std::string& extension, const Eigen::Matrix3Xd& vertices,
+                            const ScanPlace& place) {
+  if (extension != "stl") return "";
+  const double rounding = FloatRounding(vertices), diagonal = DiagonalOf(vertices);
+  if (!(rounding > kFineRounding * diagonal)) return "";
+  return absl::StrCat("STL keeps seven digits of a coordinate: vertices move by up to ",
+                      LengthText(rounding, place), " (", Percent(rounding / diagonal),
+                      " of the diagonal); rilievo export --origin auto avoids that");
+}
+
+}  // namespace rilievo

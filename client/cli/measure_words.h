@@ -1,0 +1,25 @@
+// The words in which `rilievo measure` is told planes and rays.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/surface/plane_section.h"
+
+namespace rilievo {
+
+// Scan frame.
+struct ProbeRay {
+  Eigen::Vector3d from, direction;  // the direction has a length, not that of a unit vector
+};
+
+// Each word is "x=D", "y=D" or "z=D", or "A,B,C,D". Normals are as told, not of unit length.
+// INVALID_ARGUMENT with the exit code kUsage names another word, or one without a normal.
+absl::StatusOr<std::vector<Plane>> ReadPlaneWords(const std::vector<std::string>& words);
+
+// Each word is six numbers with ',' between them. Errors likewise.
+absl::StatusOr<std::vector<ProbeRay>> ReadRayWords(const std::vector<std::string>& words);
+
+}  // namespace rilievo
