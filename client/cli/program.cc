@@ -31,7 +31,7 @@ int RunProgram(int argc, const char* const* argv) {
                    kExitCodeHelp));
   std::vector<Command> commands;
   for (const auto add :
-       {AddReconstruct, AddDiagnose, AddExport, AddInfo, AddMeasure, AddEvaluate, AddVerify,
+       {AddReconstruct, AddDiagnose, AddAlign, AddExport, AddInfo, AddMeasure, AddEvaluate, AddVerify,
         AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
