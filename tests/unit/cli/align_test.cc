@@ -30,10 +30,10 @@ class AlignTest : public ProgramFixture {
     return paths;
   }
 
-  // Three views of a box that have nothing in common.
+  // Three views of a ball that have nothing in common.
   std::vector<std::string> SimulateApart() const {
     const SimulatedScan scan =
-        SimulateScan(**MakeShape("cutbox"),
+        SimulateScan(**MakeShape("sphere"),
                      {.points = 20'000, .views = 3, .max_incidence_degrees = 45})
             .value();
     std::vector<std::string> paths;
