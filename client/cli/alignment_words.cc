@@ -25,8 +25,8 @@ std::string PairName(const AlignmentReport& report, const PairFigures& pair) {
 Json MoveJson(const Eigen::Isometry3d& move) {
   Json rows = Json::array();
   for (int row = 0; row < 4; ++row) {
-    rows.push_back(
-        {move.matrix()(row, 0), move.matrix()(row, 1), move.matrix()(row, 2), move.matrix()(row, 3)});
+    rows.push_back({move.matrix()(row, 0), move.matrix()(row, 1), move.matrix()(row, 2),
+                    move.matrix()(row, 3)});
   }
   return rows;
 }
@@ -55,9 +55,9 @@ absl::Status NotConnected(const AlignmentReport& report) {
 }
 
 absl::Status NotFitting(const AlignmentReport& report, const PairFigures& pair) {
-  const std::string figures = absl::StrCat(
-      Percent(pair.overlap), " overlap, RMS ", Both(report, pair.rms),
-      " where noise and spacing explain ", Both(report, pair.explained));
+  const std::string figures =
+      absl::StrCat(Percent(pair.overlap), " overlap, RMS ", Both(report, pair.rms),
+                   " where noise and spacing explain ", Both(report, pair.explained));
   if (pair.fits_alone) {
     return absl::FailedPreconditionError(absl::StrCat(
         PairName(report, pair), " fit alone, but not together with the others (", figures,
@@ -75,8 +75,9 @@ absl::Status NotFitting(const AlignmentReport& report, const PairFigures& pair) 
 std::string AlignmentText(const AlignmentReport& report) {
   std::string text;
   for (const PairFigures& pair : report.alignment.pairs) {
-    const std::string verdict =
-        pair.fits ? "" : pair.overlaps ? "; does not fit" : "; too little to count";
+    const std::string verdict = pair.fits       ? ""
+                                : pair.overlaps ? "; does not fit"
+                                                : "; too little to count";
     absl::StrAppend(
         &text,
         Wrap(absl::StrCat(PairName(report, pair), ": ", Percent(pair.overlap), " overlap, ",
@@ -97,9 +98,9 @@ std::string AlignedLine(const AlignmentReport& report) {
     ++overlapping;
     if (worst == nullptr || pair.rms > worst->rms) worst = &pair;
   }
-  std::string line = absl::StrCat(
-      Counted(static_cast<int64_t>(report.scans.size()), "scan", "scans"), ", ",
-      Counted(overlapping, "pair overlaps", "pairs overlap"));
+  std::string line =
+      absl::StrCat(Counted(static_cast<int64_t>(report.scans.size()), "scan", "scans"), ", ",
+                   Counted(overlapping, "pair overlaps", "pairs overlap"));
   if (worst != nullptr) {
     absl::StrAppend(&line, ", RMS at most ", Both(report, worst->rms), " (",
                     PairName(report, *worst), "), of which noise and spacing explain ",

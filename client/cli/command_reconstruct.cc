@@ -93,8 +93,8 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
   WantedLayers wanted = LayersFor(arguments.options);
   wanted.colors = wanted.intensity = !arguments.kept_scan.empty();
-  RILIEVO_ASSIGN_OR_RETURN(ScanSet set, LoadScans(arguments.scans, arguments.scan,
-                                                  arguments.options.place, wanted));
+  RILIEVO_ASSIGN_OR_RETURN(
+      ScanSet set, LoadScans(arguments.scans, arguments.scan, arguments.options.place, wanted));
   ReportPaths paths{NameOfAll(arguments.scans), "", {}, arguments.scans};
   if (arguments.align) {
     RunContext context;
@@ -107,8 +107,8 @@ absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_to
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, MergeSet(std::move(set)));
   paths.scan_format = scan.format;
   if (!arguments.kept_scan.empty()) {
-    RILIEVO_RETURN_IF_ERROR(WithExitCode(
-        WritePlyScan(arguments.kept_scan, scan.cloud, scan.layers), ExitCode::kOutput));
+    RILIEVO_RETURN_IF_ERROR(WithExitCode(WritePlyScan(arguments.kept_scan, scan.cloud, scan.layers),
+                                         ExitCode::kOutput));
   }
   return Source{std::move(scan), std::move(paths)};
 }
@@ -145,12 +145,11 @@ absl::StatusOr<Made> MakeSurface(const Arguments& arguments, absl::StatusOr<Sour
 absl::Status MakeOne(const Arguments& arguments, const SurfaceTarget& target,
                      const v1::ReconstructOptions& options, const ReconstructionClient& client,
                      const std::stop_token& stop) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      const Made made,
-      MakeSurface(arguments,
-                  arguments.merge ? ReadMerged(arguments, stop)
-                                  : ReadOne(arguments, arguments.scans[0]),
-                  target, options, client, stop));
+  RILIEVO_ASSIGN_OR_RETURN(const Made made,
+                           MakeSurface(arguments,
+                                       arguments.merge ? ReadMerged(arguments, stop)
+                                                       : ReadOne(arguments, arguments.scans[0]),
+                                       target, options, client, stop));
   const std::string json = ReportJson(made.report, made.paths);
   if (!arguments.report.empty()) RILIEVO_RETURN_IF_ERROR(WriteText(arguments.report, json));
   if (arguments.json) {
@@ -205,8 +204,8 @@ std::vector<std::string> SurfaceNames(const Arguments& arguments) {
 
 absl::Status CheckMerge(const Arguments& arguments) {
   if (arguments.align && arguments.scans.size() < 2) {
-    return UsageError(absl::StrCat("--align: ", arguments.scans[0],
-                                   " is one scan alone; give at least two"));
+    return UsageError(
+        absl::StrCat("--align: ", arguments.scans[0], " is one scan alone; give at least two"));
   }
   if (arguments.kept_scan.empty()) return absl::OkStatus();
   return CheckExtension(arguments.kept_scan, "ply", "the merged scan is a PLY file");

@@ -44,9 +44,9 @@ absl::StatusOr<std::vector<std::string>> OutputsOf(const SimulateArguments& argu
     return std::vector<std::string>{output};
   }
   if (arguments.scanner.views == 0 || arguments.normals) {
-    return UsageError(absl::StrCat("--output ", output, ": a folder takes a file for each view; ",
-                                   arguments.normals ? "leave --normals out"
-                                                     : "give at least one with --views"));
+    return UsageError(
+        absl::StrCat("--output ", output, ": a folder takes a file for each view; ",
+                     arguments.normals ? "leave --normals out" : "give at least one with --views"));
   }
   std::vector<std::string> names;
   for (int view = 1; view <= arguments.scanner.views; ++view) {
@@ -79,9 +79,8 @@ absl::Status Simulate(const SimulateArguments& arguments) {
   RILIEVO_RETURN_IF_ERROR(CheckFiles({.outputs = outputs, .text = {arguments.json ? "-" : ""}}));
   RILIEVO_ASSIGN_OR_RETURN(const ShapePtr shape, MakeShape(arguments.shape));
   RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan scan, SimulateScan(*shape, arguments.scanner));
-  const absl::Status written = NamesAFolder(arguments.output)
-                                   ? WriteViews(arguments, outputs, scan)
-                                   : WriteScan(arguments, scan);
+  const absl::Status written = NamesAFolder(arguments.output) ? WriteViews(arguments, outputs, scan)
+                                                              : WriteScan(arguments, scan);
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
   if (arguments.json) {
     std::cout << nlohmann::ordered_json{{"output", arguments.output},

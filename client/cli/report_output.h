@@ -15,7 +15,7 @@ namespace rilievo {
 struct ReportPaths {
   std::string scan, scan_format;
   SurfaceTarget target;
-  std::vector<std::string> merged = {};               // the files of a merged scan
+  std::vector<std::string> merged = {};           // the files of a merged scan
   std::optional<AlignmentReport> alignment = {};  // of these
 };
 

@@ -53,7 +53,7 @@ absl::Status CheckSamePlace(const std::string& first_path, const ScanPlace& firs
 // Of each scan, where every scan has it.
 template <typename T>
 std::vector<T> Joined(const std::vector<PointLayers>& layers, const std::vector<PointCloud>& clouds,
-                      std::vector<T> PointLayers::* field) {
+                      std::vector<T> PointLayers::*field) {
   std::vector<T> all;
   for (size_t i = 0; i < layers.size(); ++i) {
     const std::vector<T>& own = layers[i].*field;

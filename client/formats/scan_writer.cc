@@ -64,8 +64,8 @@ absl::Status WritePlyScan(const PointCloud& scan, const PointLayers& layers, std
 
 absl::Status WritePlyScan(const std::string& path, const PointCloud& scan,
                           const PointLayers& layers) {
-  return WriteFileAtomically(
-      path, [&](std::ostream& out) { return WritePlyScan(scan, layers, out); });
+  return WriteFileAtomically(path,
+                             [&](std::ostream& out) { return WritePlyScan(scan, layers, out); });
 }
 
 }  // namespace rilievo

@@ -177,8 +177,8 @@ absl::StatusOr<Refined> Refine(const std::vector<ScanSample>& samples, const Run
 PairFigures Measure(const ScanPair& pair, const std::vector<ScanSample>& samples,
                     const std::vector<Pose>& poses, const AlignmentOptions& options) {
   const ScanMatches found =
-      FindMatches(samples[pair.first], poses[pair.first], samples[pair.second],
-                  poses[pair.second], pair.reach, options.sample_points);
+      FindMatches(samples[pair.first], poses[pair.first], samples[pair.second], poses[pair.second],
+                  pair.reach, options.sample_points);
   PairFigures figures;
   figures.first = pair.first;
   figures.second = pair.second;
@@ -229,8 +229,8 @@ Eigen::Isometry3d ScanMove(const Pose& pose, const Pose& first, const SpatialFra
 absl::Status AlignmentOptions::Validate() const {
   const auto check = [](const char* field, double value, double low, double high) -> absl::Status {
     if (value >= low && value <= high) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrCat("alignment.", field, " is ", value, "; it must lie in [", low, ", ", high, "]"));
+    return absl::InvalidArgumentError(absl::StrCat("alignment.", field, " is ", value,
+                                                   "; it must lie in [", low, ", ", high, "]"));
   };
   RILIEVO_RETURN_IF_ERROR(check("reach", reach, 1e-6, 0.5));
   RILIEVO_RETURN_IF_ERROR(check("least_overlap", least_overlap, 0.01, 1));

@@ -13,8 +13,9 @@
 namespace rilievo {
 
 struct AlignmentOptions {
-  // How far a scan may be off, against another one: fraction of the diagonal of all scans. (0, 0.5].
-  // Two scans that are turned by 5 degrees and moved by 3 %, either its own way, are 0.15 apart.
+  // How far a scan may be off, against another one: fraction of the diagonal of all scans. (0,
+  // 0.5]. Two scans that are turned by 5 degrees and moved by 3 %, either its own way, are 0.15
+  // apart.
   double reach = 0.15;
   // Of the points of one of two scans, the share that must lie on the surface of the other: below,
   // borders that touch by chance are taken for an overlap. [0.01, 1].

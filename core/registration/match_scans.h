@@ -31,9 +31,9 @@ using Pose = Eigen::Isometry3d;
 // Asks at most `most_points` points of each scan, evenly by their rank along the Morton curve, for
 // the nearest point of the other one. The two match when their normals are within 60 degrees, their
 // distance across the surface is at most `reach`, and the one lies within a spacing of the other
-// along the surface: points beyond the border of the other scan match nothing (G. Turk and M. Levoy,
-// "Zippered polygon meshes from range images", SIGGRAPH 1994), so scans that do not overlap do not
-// pull at each other.
+// along the surface: points beyond the border of the other scan match nothing (G. Turk and M.
+// Levoy, "Zippered polygon meshes from range images", SIGGRAPH 1994), so scans that do not overlap
+// do not pull at each other.
 ScanMatches FindMatches(const ScanSample& first, const Pose& first_pose, const ScanSample& second,
                         const Pose& second_pose, double reach, int64_t most_points);
 

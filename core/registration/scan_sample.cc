@@ -16,8 +16,8 @@ namespace {
 std::vector<uint64_t> CodesOf(const Eigen::Matrix3Xd& points) {
   std::vector<uint64_t> codes(static_cast<size_t>(points.cols()));
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    codes[i] = MortonCode(MortonCell(points(0, i)), MortonCell(points(1, i)),
-                          MortonCell(points(2, i)));
+    codes[i] =
+        MortonCode(MortonCell(points(0, i)), MortonCell(points(1, i)), MortonCell(points(2, i)));
   }
   return codes;
 }
@@ -57,9 +57,8 @@ CheckedScan Thin(CheckedScan scan, int most_points) {
 absl::StatusOr<OrientedCloud> SampleOne(const PointCloud& scan, int most_points,
                                         const RunContext& context, SpatialFrame* frame) {
   RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, CheckOptions{}, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      ScanSurface surface,
-      AnalyzeScan(Thin(std::move(checked), most_points), ScanOptions{}, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, AnalyzeScan(Thin(std::move(checked), most_points),
+                                                            ScanOptions{}, context));
   *frame = surface.frame;
   return std::move(surface.cloud);
 }

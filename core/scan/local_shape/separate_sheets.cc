@@ -67,7 +67,8 @@ SheetView ViewOf(const SheetNeighborhood& around, std::span<const uint8_t> sheet
     const uint16_t station = sights.station_of[point];
     if (sheets[i] != sheet || station == kNoStation) continue;
     stations.push_back(station);
-    view.side += (sights.stations.col(station) - points.col(point)).normalized().dot(around.across());
+    view.side +=
+        (sights.stations.col(station) - points.col(point)).normalized().dot(around.across());
   }
   if (stations.empty()) return view;
   view.side /= static_cast<double>(stations.size());
@@ -145,8 +146,8 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
       const auto [i, thickness] = suspects[suspect];
       SheetNeighborhood around(points, {nearest, kSheetPoints},
                                std::sqrt(squared[kSheetPoints - 1]));
-      across[i] = LookAcross(points, graph, sights, gap, named[i], thickness, &around,
-                             &lists[i * graph.k]);
+      across[i] =
+          LookAcross(points, graph, sights, gap, named[i], thickness, &around, &lists[i * graph.k]);
     };
     pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
   };

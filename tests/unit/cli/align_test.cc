@@ -147,8 +147,8 @@ std::string SquareText() {
 TEST_F(AlignTest, ScansOfTwoUnitsAreRefusedUnlessOneIsSaid) {
   Write("a.e57", SquareE57(0));
   Write("b.xyz", SquareText());
-  const std::vector<std::string> words = {"reconstruct", At("a.e57"), At("b.xyz"), "--merge", "-o",
-                                          At("a.dss")};
+  const std::vector<std::string> words = {"reconstruct", At("a.e57"), At("b.xyz"),
+                                          "--merge",     "-o",        At("a.dss")};
   const Ended refused = Run(words);
   EXPECT_EQ(refused.code, 3);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("a.e57"), HasSubstr("b.xyz"), HasSubstr("unit"),
@@ -168,8 +168,11 @@ TEST_F(AlignTest, WrongWordsAreRefused) {
   EXPECT_EQ(Run({"align", views[0], views[1], "-o", At("all.obj")}).code, 2);
   EXPECT_EQ(Run({"align", views[0], views[1], "-o", views[1]}).code, 2);
   const std::vector<std::string> two = {"reconstruct", views[0], views[1], "-o", At("a.dss")};
-  for (const std::vector<std::string>& more : std::vector<std::vector<std::string>>{
-           {}, {"--align"}, {"--keep-scan", At("k.ply")}, {"--merge", "--keep-scan", At("k.obj")}}) {
+  for (const std::vector<std::string>& more :
+       std::vector<std::vector<std::string>>{{},
+                                             {"--align"},
+                                             {"--keep-scan", At("k.ply")},
+                                             {"--merge", "--keep-scan", At("k.obj")}}) {
     EXPECT_EQ(RunOn(two, {}, more).code, 2);
   }
   EXPECT_EQ(Run({"simulate", "star", "-o", At("star.ply"), "--displaced"}).code, 2);

@@ -10,7 +10,8 @@
 namespace rilievo {
 namespace {
 
-constexpr WantedLayers kAll = {.intensity = true, .colors = true, .stations = true, .normals = true};
+constexpr WantedLayers kAll = {
+    .intensity = true, .colors = true, .stations = true, .normals = true};
 
 ScanFile WrittenAndRead(const PointCloud& scan, const PointLayers& layers) {
   std::stringstream bytes;

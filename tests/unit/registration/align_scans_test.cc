@@ -107,8 +107,7 @@ ScannerOptions NarrowViews() {
 TEST(AlignScansTest, ViewsThatDoNotOverlapAreToldApart) {
   for (const char* shape : {"sphere", "star"}) {
     for (const uint64_t seed : {1, 2}) {
-      const Alignment alignment =
-          Align(CloudsOf(Views(shape, NarrowViews(), {5, 0.03, seed})));
+      const Alignment alignment = Align(CloudsOf(Views(shape, NarrowViews(), {5, 0.03, seed})));
       EXPECT_FALSE(alignment.IsSound()) << shape << " " << seed;
       EXPECT_TRUE(std::any_of(alignment.group.begin(), alignment.group.end(),
                               [](int group) { return group != 0; }))
@@ -158,8 +157,7 @@ TEST(AlignScansTest, AnyNumberOfThreadsFindsTheSame) {
 
 // On a map the coordinates are thousands of diagonals from zero.
 TEST(AlignScansTest, FarFromTheOriginNothingIsLost) {
-  std::vector<DisplacedView> views =
-      Views("star", {.points = 60'000, .views = 5, .noise = kNoise});
+  std::vector<DisplacedView> views = Views("star", {.points = 60'000, .views = 5, .noise = kNoise});
   const Eigen::Translation3d far(5e5, 5.8e6, 100);
   for (DisplacedView& view : views) {
     const Eigen::Isometry3d out(far);
