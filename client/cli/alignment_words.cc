@@ -48,9 +48,9 @@ absl::Status NotConnected(const AlignmentReport& report) {
       most == nullptr
           ? std::string("they have no place of the surface in common")
           : absl::StrCat("at most ", Percent(most->overlap), " of the points of one lie on the ",
-                         "surface of another (", PairName(report, *most), ")"),
-      ", ", Percent(AlignmentOptions{}.least_overlap),
-      " are needed; give a scan that overlaps both, or bring them nearer to where they belong, "
+                         "surface of another (", PairName(report, *most), "), where ",
+                         Percent(AlignmentOptions{}.least_overlap), " are needed"),
+      "; give a scan that overlaps both, or bring them nearer to where they belong, "
       "within 5 degrees and 3 % of the diagonal"));
 }
 
