@@ -154,11 +154,8 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
   RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
   context.Report(Stage::kNormals, 0.2);
   NeighborGraph graph = std::move(scan.graph);
-  const PointSights none;
-  const bool ask_stations = options.sights.stations != SightRule::kIgnore;
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ReplacedLists replaced,
-      SeparateSheets(scan.points, scan.index, ask_stations ? scan.sights : none, context, &graph));
+  RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
+                           SeparateSheets(scan.points, scan.index, context, &graph));
   std::optional<PointIndex> index = std::move(scan.index);
   const bool is_large = scan.points.cols() >= kLargeScan;
   if (is_large) index.reset();  // normals need the room

@@ -31,9 +31,6 @@ constexpr double kThin = 0.12;
 // Variance across a list of one sheet, against that of a list from both.
 constexpr double kThinner = 0.65;
 
-// Mean cosine from which on it is clear which side a sheet was seen from.
-constexpr double kLeastSide = 0.1;
-
 // Variances of a point and its neighbours along their principal axes, ascending.
 Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
                           std::span<const int> neighbors) {
@@ -52,46 +49,6 @@ Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
   return axes.eigenvalues();
 }
 
-// The station that saw most of a sheet, and the side that the sheet was seen from.
-struct SheetView {
-  uint16_t station = kNoStation;
-  double side = 0;  // mean cosine between the way to the stations and the way across; 0: not known
-};
-
-SheetView ViewOf(const SheetNeighborhood& around, std::span<const uint8_t> sheets, uint8_t sheet,
-                 const Eigen::Matrix3Xd& points, const PointSights& sights) {
-  std::vector<uint16_t> stations;
-  SheetView view;
-  for (size_t i = 0; i < sheets.size(); ++i) {
-    const int point = around.point(static_cast<int>(i));
-    const uint16_t station = sights.station_of[point];
-    if (sheets[i] != sheet || station == kNoStation) continue;
-    stations.push_back(station);
-    view.side +=
-        (sights.stations.col(station) - points.col(point)).normalized().dot(around.across());
-  }
-  if (stations.empty()) return view;
-  view.side /= static_cast<double>(stations.size());
-  std::sort(stations.begin(), stations.end());
-  size_t most = 0;
-  for (size_t begin = 0, end = 0; begin < stations.size(); begin = end) {
-    while (end < stations.size() && stations[end] == stations[begin]) ++end;
-    if (end - begin <= most) continue;
-    most = end - begin;
-    view.station = stations[begin];
-  }
-  return view;
-}
-
-// Whether two sheets are the same surface, as two stations saw it.
-bool IsOneSurface(const SheetNeighborhood& around, std::span<const uint8_t> sheets,
-                  const Eigen::Matrix3Xd& points, const PointSights& sights) {
-  if (sights.station_of.empty()) return false;
-  const SheetView low = ViewOf(around, sheets, 0, points, sights);
-  const SheetView high = ViewOf(around, sheets, 1, points, sights);
-  return low.station != high.station && low.side * high.side > kLeastSide * kLeastSide;
-}
-
 // A point by which a second sheet may lie.
 struct Suspect {
   int64_t place;     // among those looked at
@@ -100,9 +57,8 @@ struct Suspect {
 
 // The point across, where one stands in a sheet, else -1; `own` takes the nearest of its sheet, as
 // many as a list of the graph holds. `thickness`: the variance across its list.
-int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
-               const PointSights& sights, const SheetGap& gap, int center, double thickness,
-               SheetNeighborhood* around, int* own) {
+int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const SheetGap& gap,
+               int center, double thickness, SheetNeighborhood* around, int* own) {
   SheetNeighborhood& neighborhood = *around;
   const std::span<const uint8_t> sheets = neighborhood.FindSheets(gap);
   int self = 0;
@@ -116,7 +72,6 @@ int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
   const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
   if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
-  if (IsOneSurface(neighborhood, sheets, points, sights)) return -1;
   return neighborhood.Across(self);
 }
 
@@ -128,8 +83,8 @@ struct Layered {
 
 // Looks at the points named, and appends those that stand in a sheet.
 absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
-                    const NeighborGraph& graph, const PointSights& sights, const SheetGap& gap,
-                    const std::vector<int>& named, const RunContext& context, Layered* layered) {
+                    const NeighborGraph& graph, const SheetGap& gap, const std::vector<int>& named,
+                    const RunContext& context, Layered* layered) {
   std::vector<int> across(named.size(), -1), lists(named.size() * static_cast<size_t>(graph.k));
   const BatchedNearest prototype(index, points, kSheetPoints);
   ScratchPool<BatchedNearest> pool(prototype);
@@ -146,8 +101,7 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
       const auto [i, thickness] = suspects[suspect];
       SheetNeighborhood around(points, {nearest, kSheetPoints},
                                std::sqrt(squared[kSheetPoints - 1]));
-      across[i] =
-          LookAcross(points, graph, sights, gap, named[i], thickness, &around, &lists[i * graph.k]);
+      across[i] = LookAcross(points, graph, gap, named[i], thickness, &around, &lists[i * graph.k]);
     };
     pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
   };
@@ -164,8 +118,8 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
 }  // namespace
 
 absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
-                                             const PointIndex& index, const PointSights& sights,
-                                             const RunContext& context, NeighborGraph* graph) {
+                                             const PointIndex& index, const RunContext& context,
+                                             NeighborGraph* graph) {
   if (IsLeftOut(Mechanism::kSeparateSheets)) return ReplacedLists();
   const int count = graph->size();
   if (count < kSheetPoints) return ReplacedLists{};
@@ -175,7 +129,7 @@ absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
   Layered layered;
   for (SheetGap gap = kClear; !next.empty(); gap = kBesideClear) {
     const size_t known = layered.pairs.size();
-    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, sights, gap, next, context, &layered));
+    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, gap, next, context, &layered));
     next.clear();
     for (size_t i = known; i < layered.pairs.size(); ++i) looked[layered.pairs[i].point] = 1;
     for (size_t i = known; i < layered.pairs.size(); ++i) {

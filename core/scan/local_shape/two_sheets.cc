@@ -33,7 +33,6 @@ SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<c
   if (!(radius > 0)) return;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
   axes.computeDirect(moments);
-  across_ = axes.eigenvectors().col(0);
   for (int i = 0; i < count_; ++i) {
     const Eigen::Vector3d local =
         axes.eigenvectors().transpose() * (points.col(around_[i]) - mean) / radius;

@@ -31,9 +31,6 @@ class SheetNeighborhood {
   // Of the other sheet, the point nearest along the plane to the i-th. After FindSheets.
   int Across(int i) const;
 
-  // Unit, from the low sheet to the high one.
-  const Eigen::Vector3d& across() const { return across_; }
-
   int count() const { return count_; }
   int point(int i) const { return around_[i]; }  // ascending by distance
 
@@ -46,7 +43,6 @@ class SheetNeighborhood {
 
   int count_ = 0;
   bool usable_ = false;
-  Eigen::Vector3d across_ = Eigen::Vector3d::Zero();
   std::array<int, kSheetPoints> around_;
   std::array<Vector6, kSheetPoints> rows_;  // 1, x, y, x^2, x y, y^2 along the plane
   std::array<double, kSheetPoints> heights_;

@@ -84,7 +84,7 @@ TEST(NormalsTest, WallsOfAThinPlateAreFoundFromAllAroundThem) {
   const PointIndex index(prepared.scan.points);
   NeighborGraph graph = prepared.graph;
   const ReplacedLists replaced =
-      SeparateSheets(prepared.scan.points, index, {}, RunContext{}, &graph).value();
+      SeparateSheets(prepared.scan.points, index, RunContext{}, &graph).value();
   const auto wrong = [&](const ReplacedLists& lists) {
     const OrientedCloud cloud =
         EstimateNormals(prepared.scan.points, graph, lists, RunContext{}).value().cloud;

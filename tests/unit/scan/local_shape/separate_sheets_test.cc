@@ -13,13 +13,12 @@ namespace {
 // Spacing of points that share an area, see OrientedCloud.
 double Spacing(double area, int count) { return std::sqrt(4 * area / std::numbers::pi / count); }
 
-NeighborGraph Separate(const Eigen::Matrix3Xd& points, int threads = 2,
-                       const PointSights& sights = {}) {
+NeighborGraph Separate(const Eigen::Matrix3Xd& points, int threads = 2) {
   RunContext context;
   context.threads = threads;
   const PointIndex index(points);
   NeighborGraph graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
-  EXPECT_TRUE(SeparateSheets(points, index, sights, context, &graph).ok());
+  EXPECT_TRUE(SeparateSheets(points, index, context, &graph).ok());
   return graph;
 }
 
@@ -137,28 +136,6 @@ TEST(SeparateSheetsTest, ARaisedPatternIsNotTwoSheets) {
     points.col(i) << x, y, raised ? spacing : 0;
   }
   ExpectOneSheet(points);
-}
-
-// Of a plate: the lower square seen from `lower`, the upper one from `upper`.
-PointSights SeenFrom(const Plate& plate, const Eigen::Vector3d& lower,
-                     const Eigen::Vector3d& upper) {
-  PointSights sights;
-  sights.stations.resize(3, 2);
-  sights.stations << lower, upper;
-  for (int i = 0; i < plate.points.cols(); ++i) sights.station_of.push_back(Plate::IsUpper(i));
-  return sights;
-}
-
-TEST(SeparateSheetsTest, SheetsThatTwoStationsSawFromOneSideAreOneSurface) {
-  const Plate plate = MakePlate(8000, 2, 0.3);
-  const Eigen::Vector3d above(0.2, 0.4, 2), beside(3, 0.5, 2), below(0.5, 0.5, -2);
-  EXPECT_TRUE(Separate(plate.points, 2, SeenFrom(plate, above, beside)).facing.empty());
-  const size_t all = Separate(plate.points).facing.size();
-  // But for the few whose sheets are mixed.
-  EXPECT_GT(Separate(plate.points, 2, SeenFrom(plate, below, above)).facing.size(), 0.99 * all);
-  PointSights unknown = SeenFrom(plate, above, beside);
-  unknown.station_of.assign(unknown.station_of.size(), kNoStation);
-  EXPECT_EQ(Separate(plate.points, 2, unknown).facing.size(), all);
 }
 
 TEST(SeparateSheetsTest, FewPointsAreLeftAlone) {
