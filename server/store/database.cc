@@ -70,7 +70,8 @@ Query& Query::Bind(const std::string& value) {
 
 // A value that is not bound is NULL, and would be stored so.
 Query& Query::Bound(int code) {
-  if (code != SQLITE_OK && binding_.ok()) binding_ = StatusOfSqlite(sqlite3_db_handle(statement_.get()));
+  if (code != SQLITE_OK && binding_.ok())
+    binding_ = StatusOfSqlite(sqlite3_db_handle(statement_.get()));
   return *this;
 }
 
