@@ -81,22 +81,31 @@ absl::StatusOr<CellHeights> HeightsByCell(const OrientedCloud& cloud, const Plan
   return by_cell;
 }
 
-// The heights at which each cell breaks from the next in its column and in its row, and itself, as
-// far as they are more than `gap`, summed. A wall is met from two cells: half of that.
+// What a height field joins: a cell and the nearest within so many in its column and in its row.
+constexpr int kJoinedCells = 2;
+
+// The heights at which each cell breaks from those it would be joined to, or itself, as far as they
+// are more than `gap` for each cell between, summed. A wall is met from two cells: half of that.
 double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
   double sum = 0;
   std::vector<double> heights;
   for (const CellHeights::Cell& cell : by_cell.cells) {
     heights.assign(by_cell.Of(cell).begin(), by_cell.Of(cell).end());
+    int farthest = 1;
     for (const int64_t step : {kToNextColumn, kToNextRow}) {
-      const auto beside =
-          std::ranges::lower_bound(by_cell.cells, cell.key + step, {}, &CellHeights::Cell::key);
-      if (beside == by_cell.cells.end() || beside->key != cell.key + step) continue;
-      heights.insert(heights.end(), by_cell.Of(*beside).begin(), by_cell.Of(*beside).end());
+      for (int apart = 1; apart <= kJoinedCells; ++apart) {
+        const int64_t key = cell.key + apart * step;
+        const auto beside =
+            std::ranges::lower_bound(by_cell.cells, key, {}, &CellHeights::Cell::key);
+        if (beside == by_cell.cells.end() || beside->key != key) continue;
+        heights.insert(heights.end(), by_cell.Of(*beside).begin(), by_cell.Of(*beside).end());
+        farthest = std::max(farthest, apart);
+        break;
+      }
     }
     std::sort(heights.begin(), heights.end());
     const double widest = SheetGap(heights);
-    if (widest > gap) sum += widest;
+    if (widest > gap * farthest) sum += widest;
   }
   return sum / 2;
 }
