@@ -1,86 +1,8 @@
 #include "server/store/database.h"
 
-#include <fcntl.h>
-#include <sqlite3.h>
-#include <sys/stat.h>
-
-#include <cerrno>
-
-#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "server/os/file_descriptor.h"
 
 namespace rilievo {
-namespace {
-
-constexpr int kBusyMilliseconds = 5000;
-
-absl::Status StatusOf(sqlite3* database) {
-  const int code = sqlite3_extended_errcode(database);
-  const std::string message = absl::StrCat("database: ", sqlite3_errmsg(database));
-  switch (code & 0xff) {
-    case SQLITE_OK:
-    case SQLITE_ROW:
-    case SQLITE_DONE:
-      return absl::OkStatus();
-    case SQLITE_FULL:
-    case SQLITE_NOMEM:
-      return absl::ResourceExhaustedError(message);
-    case SQLITE_BUSY:
-    case SQLITE_LOCKED:
-    case SQLITE_PROTOCOL:
-    case SQLITE_CANTOPEN:  // its folder is gone, or no file handle is free
-      return absl::UnavailableError(message);
-    case SQLITE_IOERR:
-      // A write that is refused for want of room may be reported as an error of the device.
-      return code == SQLITE_IOERR_WRITE || code == SQLITE_IOERR_SHMSIZE ||
-                     code == SQLITE_IOERR_FSYNC || code == SQLITE_IOERR_TRUNCATE
-                 ? absl::ResourceExhaustedError(message)
-                 : absl::UnavailableError(message);
-    case SQLITE_CONSTRAINT:
-      return absl::AlreadyExistsError(message);
-    case SQLITE_CORRUPT:
-    case SQLITE_NOTADB:
-      return absl::DataLossError(message);
-    default:
-      return absl::InternalError(message);
-  }
-}
-
-// SQLite gives the files beside it the same rights.
-absl::Status MakePrivate(const std::string& path) {
-  const FileDescriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (!file.valid()) return StatusOfErrno(errno, "opening the database");
-  if (fchmod(file.number(), 0600) != 0) return StatusOfErrno(errno, "rights of the database");
-  return absl::OkStatus();
-}
-
-}  // namespace
-
-void Query::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
-
-Query& Query::Bind(int64_t value) {
-  return Bound(sqlite3_bind_int64(statement_.get(), ++bound_, value));
-}
-
-Query& Query::Bind(const std::string& value) {
-  return Bound(sqlite3_bind_blob64(statement_.get(), ++bound_, value.data(), value.size(),
-                                   SQLITE_TRANSIENT));
-}
-
-// A value that is not bound is NULL, and would be stored so.
-Query& Query::Bound(int code) {
-  if (code != SQLITE_OK && binding_.ok()) binding_ = StatusOf(sqlite3_db_handle(statement_.get()));
-  return *this;
-}
-
-absl::StatusOr<bool> Query::Step() {
-  RILIEVO_RETURN_IF_ERROR(binding_);
-  const int code = sqlite3_step(statement_.get());
-  if (code == SQLITE_ROW) return true;
-  if (code == SQLITE_DONE) return false;
-  return StatusOf(sqlite3_db_handle(statement_.get()));
-}
 
 absl::Status Query::Run() {
   for (;;) {
@@ -89,79 +11,10 @@ absl::Status Query::Run() {
   }
 }
 
-int64_t Query::Integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
-
-std::string Query::Bytes(int column) const {
-  const auto* data = static_cast<const char*>(sqlite3_column_blob(statement_.get(), column));
-  const int size = sqlite3_column_bytes(statement_.get(), column);
-  return data == nullptr ? std::string() : std::string(data, static_cast<size_t>(size));
-}
-
-void Database::Close::operator()(sqlite3* database) const { sqlite3_close_v2(database); }
-
-absl::StatusOr<Database> Database::Open(const std::string& path) {
-  RILIEVO_RETURN_IF_ERROR(MakePrivate(path));
-  sqlite3* handle = nullptr;
-  const int code =
-      sqlite3_open_v2(path.c_str(), &handle,
-                      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX, nullptr);
-  Database database(handle);
-  if (code != SQLITE_OK) return StatusOf(handle);
-  sqlite3_extended_result_codes(handle, 1);
-  sqlite3_busy_timeout(handle, kBusyMilliseconds);
-  // How pages are given back is settled before the first one is written.
-  RILIEVO_RETURN_IF_ERROR(
-      database.Execute("PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL;"
-                       "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;"));
-  return database;
-}
-
-absl::StatusOr<int64_t> Database::Version() { return Number("PRAGMA user_version"); }
-
-absl::Status Database::Make(int version, const char* schema) {
-  return Execute(absl::StrCat("BEGIN; ", schema, "; PRAGMA user_version = ", version, "; COMMIT;"));
-}
-
-absl::StatusOr<Query> Database::Prepare(const std::string& sql) {
-  sqlite3_stmt* statement = nullptr;
-  if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &statement, nullptr) != SQLITE_OK) {
-    return StatusOf(database_.get());
-  }
-  return Query(statement);
-}
-
-absl::Status Database::Execute(const std::string& sql) {
-  if (sqlite3_exec(database_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) {
-    return absl::OkStatus();
-  }
-  const absl::Status status = StatusOf(database_.get());
-  // A transaction that failed half-way must not stay open.
-  if (sqlite3_get_autocommit(database_.get()) == 0) {
-    sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
-  }
-  return status;
-}
-
 absl::StatusOr<int64_t> Database::Number(const std::string& sql) {
   RILIEVO_ASSIGN_OR_RETURN(Query query, Prepare(sql));
   RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
   return row ? query.Integer(0) : 0;
 }
-
-absl::Status Database::Transact(const std::function<absl::Status()>& body) {
-  RILIEVO_RETURN_IF_ERROR(Execute("BEGIN IMMEDIATE"));
-  absl::Status done = body();
-  if (done.ok()) return Execute("COMMIT");
-  // Some failures have ended the transaction already.
-  if (sqlite3_get_autocommit(database_.get()) == 0) Execute("ROLLBACK").IgnoreError();
-  return done;
-}
-
-absl::Status Database::Shrink() {
-  RILIEVO_RETURN_IF_ERROR(Execute("PRAGMA incremental_vacuum"));
-  return Execute("PRAGMA wal_checkpoint(TRUNCATE)");
-}
-
-int Database::Changes() const { return sqlite3_changes(database_.get()); }
 
 }  // namespace rilievo

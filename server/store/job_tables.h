@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "server/store/database.h"
 #include "server/store/job_record.h"
+#include "server/store/sqlite_database.h"
 
 namespace rilievo {
 
@@ -23,15 +25,20 @@ inline constexpr int kSchemaVersion = 3;
 // drops the last use of a blob makes it one of gone(). Used by one thread at a time.
 class JobTables {
  public:
-  // Of a database of kSchemaVersion.
-  explicit JobTables(Database database) : database_(std::move(database)) {}
+  // Of a database that has the tables: of kSchemaVersion, or shared.
+  explicit JobTables(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+  explicit JobTables(SqliteDatabase database)
+      : database_(std::make_unique<SqliteDatabase>(std::move(database))) {}
 
-  static absl::Status Make(Database* database);
+  static absl::Status Make(SqliteDatabase* database);
 
-  Database& database() { return database_; }
+  Database& database() { return *database_; }
 
   // `body` as one transaction. Functions that change something are called within one.
   absl::Status Transact(const std::function<absl::Status()>& body);
+
+  // `body` while no transaction of anybody changes the tables; it changes nothing itself.
+  absl::Status Alone(const std::function<absl::Status()>& body);
 
   // Blobs that nobody uses since the latest transaction.
   std::vector<std::string> TakeGone() { return std::exchange(gone_, {}); }
@@ -123,7 +130,7 @@ class JobTables {
   absl::StatusOr<std::vector<std::string>> Names(const std::string& sql,
                                                  const std::function<void(Query*)>& bind);
 
-  Database database_;
+  std::unique_ptr<Database> database_;
   std::vector<std::string> gone_;
   std::vector<std::string> damaged_;
 };
