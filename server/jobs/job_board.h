@@ -91,9 +91,8 @@ class JobBoard {
     uint64_t state = 0;  // number of the latest state that was told
   };
 
-  // With mutex_ held.
-  // Whether it is on the board, claimed as `stored` says.
-  bool IsOn(const std::map<std::string, LiveJob>::iterator& job, const StoredJob& stored) const {
+  // With mutex_ held. IsOn(): whether it is on the board, claimed as `stored` says.
+  bool IsOn(const std::map<std::string, LiveJob>::iterator& job, const StoredJob& stored) {
     return job != jobs_.end() && job->second.stored.claim == stored.claim;
   }
   void Submit(const std::string& job_id, LiveJob* live);

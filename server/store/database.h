@@ -38,7 +38,10 @@ class Query {
   // be it for a value that was bound, UNAVAILABLE when the database is held by another program or
   // cannot be reached, ALREADY_EXISTS when a value must be unique, DATA_LOSS when what is stored is
   // damaged, else INTERNAL.
-  absl::StatusOr<bool> Step() { return binding_.ok() ? statement_->Step() : binding_; }
+  absl::StatusOr<bool> Step() {
+    if (!binding_.ok()) return binding_;
+    return statement_->Step();
+  }
 
   // To its end; rows are dropped.
   absl::Status Run();
