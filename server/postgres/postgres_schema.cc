@@ -66,6 +66,7 @@ constexpr Migration kMigrations[] = {{1, R"(
     lease_until TIMESTAMPTZ,
     event BYTEA NOT NULL DEFAULT '') WITH (fillfactor = 50);
   CREATE INDEX queue_by_worker ON queue(worker);
+  CREATE INDEX queue_waiting ON queue(client, number) WHERE worker = '';
   CREATE TABLE clients(client BYTEA PRIMARY KEY, last_turn BIGINT NOT NULL);
   CREATE SEQUENCE turns;
   CREATE TABLE workers(worker BYTEA PRIMARY KEY, memory BIGINT NOT NULL, seen TIMESTAMPTZ NOT NULL);

@@ -30,34 +30,47 @@ absl::Status JobQueue::Remove(const std::string& job_id) {
 }
 
 absl::StatusOr<std::optional<JobClaim>> JobQueue::Claim(const ClaimDemand& demand) {
-  static const std::string claim = absl::StrCat(
-      "UPDATE queue SET worker = $1, claim = claim + 1, event = '', lease_until = now() + ", kLease,
-      R"( WHERE number = (
-        SELECT waiting.number FROM queue AS waiting LEFT JOIN clients USING(client)
-        WHERE (waiting.worker = '' OR waiting.lease_until < now()
-               AND pg_postmaster_start_time() < now() - )",
-      kLease, R"()
-          AND (waiting.suspect = 0 OR $3 = 1)
-          AND (waiting.memory <= $2 OR $3 = 1 AND $2 >= (SELECT MAX(memory) FROM workers
-               WHERE seen > now() - )",
+  // The first few of each client: others may be at the very first ones just now.
+  static const std::string next_in_turn = absl::StrCat(
+      R"(SELECT waiting.number FROM queue AS waiting JOIN (
+          SELECT ahead.number, clients.last_turn FROM clients CROSS JOIN LATERAL (
+            SELECT number FROM queue
+            WHERE queue.client = clients.client AND worker = '' AND suspect = 0
+              AND (memory <= $2 OR $3 = 1 AND $2 >= (SELECT MAX(memory) FROM workers
+                   WHERE seen > now() - )",
       kLease, R"())
-        ORDER BY waiting.suspect, COALESCE(clients.last_turn, 0), waiting.number
-        LIMIT 1 FOR UPDATE OF waiting SKIP LOCKED)
-      RETURNING job_id, claim, client)");
+            ORDER BY number LIMIT 8) AS ahead) AS heads ON heads.number = waiting.number
+        WHERE waiting.worker = '' ORDER BY heads.last_turn, waiting.number
+        LIMIT 1 FOR UPDATE OF waiting SKIP LOCKED)");
+  static const std::string suspect =
+      "SELECT number FROM queue WHERE worker = '' AND suspect = 1 AND $2 >= 0 AND $3 = 1"
+      " ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED";
   std::optional<JobClaim> taken;
   RILIEVO_RETURN_IF_ERROR(database_->TransactBesideOthers([&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(claim));
-    query.Bind(demand.worker).Bind(demand.memory).Bind(int64_t{demand.idle});
-    RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
-    if (!found) return absl::OkStatus();
-    taken = JobClaim{query.Bytes(0), query.Integer(1)};
-    RILIEVO_ASSIGN_OR_RETURN(
-        Query turn, database_->Prepare("INSERT INTO clients VALUES($1, nextval('turns')) ON"
-                                       " CONFLICT(client) DO UPDATE SET last_turn ="
-                                       " excluded.last_turn"));
-    return turn.Bind(query.Bytes(2)).Run();
+    RILIEVO_ASSIGN_OR_RETURN(taken, Take(next_in_turn, demand));
+    if (taken || !demand.idle) return absl::OkStatus();
+    RILIEVO_ASSIGN_OR_RETURN(taken, Take(suspect, demand));
+    return absl::OkStatus();
   }));
   return taken;
+}
+
+absl::StatusOr<std::optional<JobClaim>> JobQueue::Take(const std::string& number,
+                                                       const ClaimDemand& demand) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare(absl::StrCat(
+                       "UPDATE queue SET worker = $1, claim = claim + 1, event = '',"
+                       " lease_until = now() + ",
+                       kLease, " WHERE number = (", number, ") RETURNING job_id, claim, client")));
+  query.Bind(demand.worker).Bind(demand.memory).Bind(int64_t{demand.idle});
+  RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
+  if (!found) return std::nullopt;
+  RILIEVO_ASSIGN_OR_RETURN(Query turn,
+                           database_->Prepare("INSERT INTO clients VALUES($1, nextval('turns')) ON"
+                                              " CONFLICT(client) DO UPDATE SET last_turn ="
+                                              " excluded.last_turn"));
+  RILIEVO_RETURN_IF_ERROR(turn.Bind(query.Bytes(2)).Run());
+  return JobClaim{query.Bytes(0), query.Integer(1)};
 }
 
 absl::StatusOr<bool> JobQueue::Holds(const JobClaim& claim) {
@@ -89,9 +102,20 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker)
   std::vector<JobClaim> claims;
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-    if (!row) return claims;
+    if (!row) break;
     claims.push_back({query.Bytes(0), query.Integer(1)});
   }
+  RILIEVO_RETURN_IF_ERROR(FreeLost());
+  return claims;
+}
+
+// In the order of their numbers, as whoever renews several leases locks them.
+absl::Status JobQueue::FreeLost() {
+  return database_->Execute(absl::StrCat(
+      "UPDATE queue SET worker = '', lease_until = NULL, event = '' WHERE number IN (SELECT number"
+      " FROM queue WHERE worker <> '' AND lease_until < now() AND pg_postmaster_start_time() <"
+      " now() - ",
+      kLease, " ORDER BY number FOR UPDATE SKIP LOCKED)"));
 }
 
 absl::Status JobQueue::Tell(const JobClaim& claim, const std::string& event) {

@@ -27,9 +27,9 @@ struct ClaimDemand {
   bool idle = false;   // it works on nothing else
 };
 
-// Rows of the table `queue` of PostgreSQL. A claim is over when its lease is, by the database's
-// clock, unless the worker renews it; no lease is over while the database has run for less than
-// one. Turns go round the clients: first comes whose latest job was taken longest ago.
+// Rows of the table `queue` of PostgreSQL. A claim ends when its lease is over, by the database's
+// clock, and a worker that renews its own notices; no lease is over while the database has run for
+// less than one. Turns go round the clients: first comes whose latest job was taken longest ago.
 class JobQueue {
  public:
   explicit JobQueue(Database* database) : database_(database) {}
@@ -48,7 +48,7 @@ class JobQueue {
   // Gives a job back, as one to be taken with others or not.
   absl::Status Release(const JobClaim& claim, bool suspect);
 
-  // Leases of all claims of a worker go on; these claims.
+  // Leases of all claims of a worker go on; these claims. Then jobs whose lease is over are free.
   absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
 
   // The latest event of a job, for whoever watches it elsewhere; empty when there is none.
@@ -65,6 +65,11 @@ class JobQueue {
   absl::Status Clean();
 
  private:
+  // The job of that number, which a statement selects and locks.
+  absl::StatusOr<std::optional<JobClaim>> Take(const std::string& number,
+                                               const ClaimDemand& demand);
+  absl::Status FreeLost();
+
   Database* const database_;
 };
 

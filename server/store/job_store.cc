@@ -230,6 +230,10 @@ absl::Status JobStore::ChangeJob(JobTables* tables, const StoredJob& stored) {
 absl::Status JobStore::Update(const StoredJob& stored) {
   const auto tables = tables_->Take();
   const auto update = [&] { return ChangeJob(tables.get(), stored); };
+  // Its row alone changes: whoever has it locked is the only one to change it.
+  if (shared_ && !IsFinished(stored.job.state())) {
+    return tables->database().TransactBesideOthers(update);
+  }
   // What is cancelled gives room, and must be possible without any.
   return stored.job.state() == v1::JOB_STATE_CANCELLED ? Free(tables.get(), update)
                                                        : Write(tables.get(), update);
