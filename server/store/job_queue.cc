@@ -81,6 +81,12 @@ absl::StatusOr<bool> JobQueue::Holds(const JobClaim& claim) {
   return query.Bind(claim.job_id).Bind(claim.number).Step();
 }
 
+absl::Status JobQueue::Lock(const std::string& job_id) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 FOR UPDATE"));
+  return query.Bind(job_id).Run();
+}
+
 absl::Status JobQueue::Release(const JobClaim& claim, bool suspect) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("UPDATE queue SET worker = '', lease_until = NULL, event ="

@@ -45,6 +45,8 @@ class JobQueue {
 
   // Within a transaction: whether the claim is still in force. It stays so until the end of that.
   absl::StatusOr<bool> Holds(const JobClaim& claim);
+  // Within a transaction: nobody else changes the job until the end of that.
+  absl::Status Lock(const std::string& job_id);
   // Gives a job back, as one to be taken with others or not.
   absl::Status Release(const JobClaim& claim, bool suspect);
 

@@ -221,6 +221,8 @@ absl::Status JobStore::ChangeJob(JobTables* tables, const StoredJob& stored) {
   if (stored.claim != 0) {
     RILIEVO_ASSIGN_OR_RETURN(const bool held, queue.Holds({id, stored.claim}));
     if (!held) return NotToBeChanged();
+  } else if (shared_) {
+    RILIEVO_RETURN_IF_ERROR(queue.Lock(id));
   }
   RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables->Update(stored, clock_.Now()));
   if (!changed) return NotToBeChanged();
