@@ -82,8 +82,8 @@ absl::StatusOr<bool> JobQueue::Holds(const JobClaim& claim) {
 }
 
 absl::Status JobQueue::Lock(const std::string& job_id) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 FOR UPDATE"));
+  RILIEVO_ASSIGN_OR_RETURN(Query query,
+                           database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 FOR UPDATE"));
   return query.Bind(job_id).Run();
 }
 
