@@ -37,6 +37,11 @@ if(RILIEVO_PRECOMPILED_HEADERS)
   endif()
 endif()
 
+# Sources of server, clients and tests are compiled eight in one go: each alone, most of the time goes into the
+# headers of gRPC, CLI11 and Eigen and into what their templates become. What is private to a source has a
+# name that no other of its folder has. A build without (the sanitizers') compiles each by itself.
+option(RILIEVO_UNITY_BUILD "Compile sources of server, clients and tests several in one go" OFF)
+
 # rilievo_library(NAME [WINGS] DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of
 # its folder (WINGS: and of the folders in it; ONLY: those that match this regular expression; EXCLUDE:
 # those that do not).
@@ -69,23 +74,34 @@ function(rilievo_library name)
   endif()
 endfunction()
 
-# rilievo_test_program(NAME): a test that is a program of this build, which a sanitizer can look into.
-# A report of one fails it, also that of a process it started, and it may take ten times as long.
+# rilievo_test_program(NAME [SECONDS n] [ALONE]): a test that is a program of this build, which a sanitizer
+# can look into. A report of one fails it, also that of a process it started, and it may take ten times
+# as long. Tests run side by side, those of most SECONDS first; ALONE: this one with no other, because it
+# measures time.
 function(rilievo_test_program name)
+  cmake_parse_arguments(ARG "ALONE" "SECONDS" "" ${ARGN})
   set_tests_properties(${name} PROPERTIES LABELS program)
+  if(ARG_SECONDS)
+    set_tests_properties(${name} PROPERTIES COST ${ARG_SECONDS})
+  endif()
+  if(ARG_ALONE)
+    set_tests_properties(${name} PROPERTIES RUN_SERIAL ON)
+  endif()
   if(CMAKE_CXX_FLAGS MATCHES "-fsanitize=")
     set_tests_properties(${name} PROPERTIES TIMEOUT 3000
       FAIL_REGULAR_EXPRESSION "SUMMARY: [A-Za-z]+Sanitizer|: runtime error: ")
   endif()
 endfunction()
 
-# rilievo_test(NAME DIRECTORY folder [WINGS] DEPENDS libraries...): one GoogleTest program of all the
-# *_test.cc in the folder (WINGS: and in the folders in it), one ctest entry.
+# rilievo_test(NAME DIRECTORY folder [WINGS] [SECONDS n] [ALONE tests...] DEPENDS libraries...): one
+# GoogleTest program of all the *_test.cc in the folder (WINGS: and in the folders in it), and its ctest
+# entry. ALONE: these tests, named as in --gtest_filter, have an entry of their own, NAME_alone, which
+# runs with no other.
 function(rilievo_test name)
   if(NOT RILIEVO_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "WINGS" "TIMEOUT;DIRECTORY" "DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "WINGS" "TIMEOUT;DIRECTORY;SECONDS" "ALONE;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -104,9 +120,17 @@ function(rilievo_test name)
   if(RILIEVO_PRECOMPILED_HEADERS)
     target_precompile_headers(${name} REUSE_FROM rilievo_precompiled_test)
   endif()
-  add_test(NAME ${name} COMMAND ${name})
+  list(JOIN ARG_ALONE ":" alone)
+  if(ARG_ALONE)
+    add_test(NAME ${name} COMMAND ${name} --gtest_filter=-${alone})
+    add_test(NAME ${name}_alone COMMAND ${name} --gtest_filter=${alone})
+    set_tests_properties(${name}_alone PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+    rilievo_test_program(${name}_alone ALONE)
+  else()
+    add_test(NAME ${name} COMMAND ${name})
+  endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
-  rilievo_test_program(${name})
+  rilievo_test_program(${name} SECONDS ${ARG_SECONDS})
 endfunction()
 
 # rilievo_benchmark(NAME SOURCES ... DEPENDS libraries...): a Google Benchmark program.

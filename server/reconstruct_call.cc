@@ -251,7 +251,7 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   last_transfer_ = Clock::now();
   if (result.ok()) {
     record_.road = result->report.road();
-    record_.stage_seconds = StageSeconds(result->report);
+    record_.stage_seconds = SecondsByStage(result->report);
     download_.emplace(std::move(result->encoded), std::move(result->report));
     charge_->Set(download_->total_bytes());
   } else if (stop_reason_ != StopReason::kNone) {

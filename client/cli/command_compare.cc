@@ -33,7 +33,7 @@ struct CompareArguments {
   bool json = false;
 };
 
-Json SummaryJson(const DistanceSummary& summary, double diagonal) {
+Json DistanceJson(const DistanceSummary& summary, double diagonal) {
   return {{"rms", summary.rms},
           {"mean", summary.mean},
           {"p95", summary.p95},
@@ -102,8 +102,8 @@ Json CompareJson(const CompareArguments& arguments, const TwoSidedError& error, 
   json["mean_percent"] = 100 * error.mean / diagonal;
   json["p95_percent"] = 100 * error.p95 / diagonal;
   json["max_percent"] = 100 * error.max / diagonal;
-  json["a_to_b"] = SummaryJson(error.a_to_b, diagonal);
-  json["b_to_a"] = SummaryJson(error.b_to_a, diagonal);
+  json["a_to_b"] = DistanceJson(error.a_to_b, diagonal);
+  json["b_to_a"] = DistanceJson(error.b_to_a, diagonal);
   return json;
 }
 

@@ -14,6 +14,7 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/vector_json.h"
 #include "client/formats/block_writer.h"
 #include "client/formats/number_text.h"
 #include "core/base/status_macros.h"
@@ -59,20 +60,18 @@ std::string Words(const Vector3d& vector) {
   return text;
 }
 
-Json Array(const Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
-
 // A number that does not exist is null in JSON.
 Json JetJson(const Parameter& at, const SurfaceJet& jet, const SurfaceShape& shape) {
   return {{"face", at.face},
           {"u", at.u},
           {"v", at.v},
-          {"position", Array(jet.position)},
-          {"normal", Array(shape.normal)},
-          {"du", Array(jet.u)},
-          {"dv", Array(jet.v)},
-          {"duu", Array(jet.uu)},
-          {"duv", Array(jet.uv)},
-          {"dvv", Array(jet.vv)},
+          {"position", VectorJson(jet.position)},
+          {"normal", VectorJson(shape.normal)},
+          {"du", VectorJson(jet.u)},
+          {"dv", VectorJson(jet.v)},
+          {"duu", VectorJson(jet.uu)},
+          {"duv", VectorJson(jet.uv)},
+          {"dvv", VectorJson(jet.vv)},
           {"least_curvature", shape.least_curvature},
           {"greatest_curvature", shape.greatest_curvature},
           {"irregular_vertex", jet.irregular}};

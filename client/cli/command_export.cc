@@ -165,8 +165,8 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
 }
 
 // What was written, in words or as JSON.
-void Say(const ExportArguments& arguments, std::string what, const Eigen::Vector3d& origin,
-         const std::string& warning, nlohmann::ordered_json facts) {
+void SayExported(const ExportArguments& arguments, std::string what, const Eigen::Vector3d& origin,
+                 const std::string& warning, nlohmann::ordered_json facts) {
   if (arguments.json) {
     facts["origin"] = {origin.x(), origin.y(), origin.z()};
     facts["warnings"] = nlohmann::ordered_json::array();
@@ -223,7 +223,8 @@ absl::Status ExportSurface(DecodedSurface decoded, const ExportArguments& argume
                                : WriteDisplacementAtlas(surface, level, context, out);
   });
   RILIEVO_RETURN_IF_ERROR(WithExitCode(written, ExitCode::kOutput));
-  Say(arguments,
+  SayExported(
+      arguments,
       absl::StrCat("level ", level, ", ",
                    Counted(surface.control_mesh.faces.cols(), "control face", "control faces")),
       origin, "", {{"level", level}, {"control_faces", surface.control_mesh.faces.cols()}});
@@ -263,13 +264,13 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
   const TriangleMesh& mesh = exported.mesh;
-  Say(arguments,
-      absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
-                   Counted(mesh.triangles.cols(), "face", "faces")),
-      origin, RoundingWarning(extension, mesh.vertices, exported.place),
-      {{"kind", exported.how},
-       {"vertices", mesh.vertices.cols()},
-       {"faces", mesh.triangles.cols()}});
+  SayExported(arguments,
+              absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"),
+                           ", ", Counted(mesh.triangles.cols(), "face", "faces")),
+              origin, RoundingWarning(extension, mesh.vertices, exported.place),
+              {{"kind", exported.how},
+               {"vertices", mesh.vertices.cols()},
+               {"faces", mesh.triangles.cols()}});
   return absl::OkStatus();
 }
 

@@ -17,6 +17,7 @@
 #include "client/cli/loaded_shape.h"
 #include "client/cli/measure_words.h"
 #include "client/cli/output_target.h"
+#include "client/cli/vector_json.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/section_writer.h"
 #include "core/base/status_macros.h"
@@ -54,10 +55,9 @@ struct Measured {
 };
 
 std::string Number(double value) { return absl::StrFormat("%.9g", value); }
-std::string Words(const Vector3d& vector) {
+std::string NineDigits(const Vector3d& vector) {
   return absl::StrFormat("%.9g %.9g %.9g", vector.x(), vector.y(), vector.z());
 }
-Json Array(const Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 absl::StatusOr<DistanceFigures> FiguresOf(const TriangleMesh& mesh,
                                           const MeasureArguments& arguments,
@@ -117,14 +117,14 @@ Json MassJson(const MassProperties& mass) {
   json["closed"] = mass.closed;
   json["area"] = mass.area;
   json["volume"] = mass.closed ? Json(mass.volume) : Json();
-  json["centroid"] = Array(mass.centroid);
-  json["inertia"] = {Array(mass.inertia.col(0)), Array(mass.inertia.col(1)),
-                     Array(mass.inertia.col(2))};
+  json["centroid"] = VectorJson(mass.centroid);
+  json["inertia"] = {VectorJson(mass.inertia.col(0)), VectorJson(mass.inertia.col(1)),
+                     VectorJson(mass.inertia.col(2))};
   return json;
 }
 
 Json SectionJson(const PlaneSection& section) {
-  Json json = {{"normal", Array(section.plane.normal)},
+  Json json = {{"normal", VectorJson(section.plane.normal)},
                {"offset", section.plane.offset},
                {"length", section.length},
                {"area", section.area},
@@ -136,10 +136,11 @@ Json SectionJson(const PlaneSection& section) {
 }
 
 Json RayJson(const ProbeRay& ray, const std::vector<RayHit>& hits) {
-  Json json = {
-      {"from", Array(ray.from)}, {"direction", Array(ray.direction)}, {"hits", Json::array()}};
+  Json json = {{"from", VectorJson(ray.from)},
+               {"direction", VectorJson(ray.direction)},
+               {"hits", Json::array()}};
   for (const RayHit& hit : hits) {
-    json["hits"].push_back({{"position", Array(ray.from + hit.at * ray.direction)},
+    json["hits"].push_back({{"position", VectorJson(ray.from + hit.at * ray.direction)},
                             {"distance", hit.at * ray.direction.norm()},
                             {"leaves", hit.from_behind}});
   }
@@ -170,7 +171,7 @@ void PrintMass(const MassProperties& mass) {
   const Eigen::Matrix3d& inertia = mass.inertia;
   std::cout << LabelledLine("area", Number(mass.area));
   if (mass.closed) std::cout << LabelledLine("volume", Number(mass.volume));
-  std::cout << LabelledLine("centroid", Words(mass.centroid))
+  std::cout << LabelledLine("centroid", NineDigits(mass.centroid))
             << LabelledLine(
                    "inertia",
                    absl::StrCat("xx ", Number(inertia(0, 0)), ", yy ", Number(inertia(1, 1)),
@@ -191,18 +192,20 @@ void PrintMeasured(const std::vector<ProbeRay>& rays, const Measured& measured) 
     const auto count = static_cast<int64_t>(section.polylines.size());
     std::cout << LabelledLine(
         "section",
-        absl::StrCat("normal ", Words(section.plane.normal), ", offset ",
+        absl::StrCat("normal ", NineDigits(section.plane.normal), ", offset ",
                      Number(section.plane.offset), ": ", Counted(count, "polyline", "polylines"),
                      ", length ", Number(section.length), ", area ", Number(section.area)));
   }
   for (size_t i = 0; i < rays.size(); ++i) {
     const std::vector<RayHit>& hits = measured.hits[i];
     std::cout << LabelledLine(
-        "ray", absl::StrCat("from ", Words(rays[i].from), " along ", Words(rays[i].direction), ": ",
-                            Counted(static_cast<int64_t>(hits.size()), "hit", "hits")));
+        "ray",
+        absl::StrCat("from ", NineDigits(rays[i].from), " along ", NineDigits(rays[i].direction),
+                     ": ", Counted(static_cast<int64_t>(hits.size()), "hit", "hits")));
     for (const RayHit& hit : hits) {
-      std::cout << LabelledLine("", absl::StrCat(hit.from_behind ? "leaves" : "enters", " at ",
-                                                 Words(rays[i].from + hit.at * rays[i].direction)));
+      std::cout << LabelledLine(
+          "", absl::StrCat(hit.from_behind ? "leaves" : "enters", " at ",
+                           NineDigits(rays[i].from + hit.at * rays[i].direction)));
     }
   }
   if (const auto& distances = measured.distances) {

@@ -32,7 +32,7 @@ OptionOutline OutlineOf(const CLI::Option& option) {
   return outline;
 }
 
-void Append(const CLI::App& app, const std::vector<std::string>& path,
+void AppendOutline(const CLI::App& app, const std::vector<std::string>& path,
             std::vector<CommandOutline>* commands) {
   CommandOutline outline{path, app.get_description(), {}, {}};
   for (const CLI::Option* option : app.get_options()) outline.options.push_back(OutlineOf(*option));
@@ -45,7 +45,7 @@ void Append(const CLI::App& app, const std::vector<std::string>& path,
     if (child->get_group().empty()) continue;
     std::vector<std::string> below = path;
     below.push_back(child->get_name());
-    Append(*child, below, commands);
+    AppendOutline(*child, below, commands);
   }
 }
 
@@ -53,7 +53,7 @@ void Append(const CLI::App& app, const std::vector<std::string>& path,
 
 std::vector<CommandOutline> OutlineOf(const CLI::App& program) {
   std::vector<CommandOutline> commands;
-  Append(program, {}, &commands);
+  AppendOutline(program, {}, &commands);
   return commands;
 }
 

@@ -141,7 +141,7 @@ absl::Status Write(const std::vector<Image>& images, const std::vector<std::stri
   return absl::OkStatus();
 }
 
-void Say(const ViewArguments& arguments, const std::vector<std::string>& paths,
+void SayDrawn(const ViewArguments& arguments, const std::vector<std::string>& paths,
          const PictureOptions& picture, const std::string& shape, const std::string& legend) {
   if (arguments.json) {
     nlohmann::ordered_json json = {{"input", arguments.input},      {"outputs", paths},
@@ -230,7 +230,7 @@ absl::Status View(const ViewArguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(Write(images, paths));
   picture.width = images[0].width;
   picture.height = images[0].height;
-  Say(arguments, paths, picture, shape.description, coloring.legend);
+  SayDrawn(arguments, paths, picture, shape.description, coloring.legend);
   return absl::OkStatus();
 }
 

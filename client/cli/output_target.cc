@@ -23,7 +23,7 @@ struct NamedFile {
   FileIdentity identity;
 };
 
-void Append(const std::vector<std::string>& paths, int standard_descriptor, const char* standard,
+void AppendFiles(const std::vector<std::string>& paths, int standard_descriptor, const char* standard,
             std::vector<NamedFile>* files) {
   for (const std::string& path : paths) {
     if (path.empty()) continue;
@@ -35,9 +35,9 @@ void Append(const std::vector<std::string>& paths, int standard_descriptor, cons
 // A result never replaces what it is made from, nor another result.
 absl::Status CheckApart(const CommandFiles& files) {
   std::vector<NamedFile> inputs, outputs;
-  Append(files.inputs, STDIN_FILENO, kStandardInput, &inputs);
-  Append(files.outputs, STDOUT_FILENO, "the standard output", &outputs);
-  Append(files.text, STDOUT_FILENO, "the standard output", &outputs);
+  AppendFiles(files.inputs, STDIN_FILENO, kStandardInput, &inputs);
+  AppendFiles(files.outputs, STDOUT_FILENO, "the standard output", &outputs);
+  AppendFiles(files.text, STDOUT_FILENO, "the standard output", &outputs);
   for (size_t i = 0; i < outputs.size(); ++i) {
     const auto [name, identity] = outputs[i];
     const auto same = [&](const NamedFile& file) { return file.identity == identity; };

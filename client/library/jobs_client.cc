@@ -20,6 +20,7 @@ namespace {
 
 constexpr size_t kChunkBytes = 256 << 10;
 constexpr int kMaxUploads = 3;  // of a scan for one job
+constexpr int kMostMovedOffsets = 3;
 
 std::string Digest(const std::string& bytes) {
   Sha256 hash;
@@ -118,6 +119,7 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
   query.set_upload_id(scan.scan_id);
   uint64_t known = 0;
   bool begun_anew = false;
+  int moved_offsets = 0;
   for (;;) {
     v1::GetUploadResponse stored;
     RILIEVO_RETURN_IF_ERROR(attempts.Repeat(
@@ -128,12 +130,13 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
     if (offset > scan.bytes.size()) offset = 0;
     const absl::Status status = UploadOnce(scan, offset, sent, &attempts);
     if (status.ok()) return status;
-    // What the server had was not what was sent: it has dropped it, perhaps after it was asked how
-    // much that was, and once more may be right.
-    if ((absl::IsDataLoss(status) || absl::IsOutOfRange(status)) && !begun_anew) {
+    // What the server had was not what was sent: it has dropped it, and once more may be right.
+    if (absl::IsDataLoss(status) && !begun_anew) {
       begun_anew = true;
       continue;
     }
+    // It dropped it, or got more, after it was asked how much that was.
+    if (absl::IsOutOfRange(status) && moved_offsets++ < kMostMovedOffsets) continue;
     if (!attempts.retry.AfterFailure(status)) return status;
   }
 }

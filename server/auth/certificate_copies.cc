@@ -16,7 +16,7 @@
 namespace rilievo {
 namespace {
 
-constexpr std::chrono::seconds kPeriod{1};
+constexpr std::chrono::seconds kCopyPeriod{1};
 
 std::optional<std::vector<std::string>> Read(const std::vector<std::string>& files) {
   std::vector<std::string> contents;
@@ -97,7 +97,7 @@ void CertificateCopies::FollowUntil(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, stop, kPeriod, [] { return false; });
+      wake_.wait_for(lock, stop, kCopyPeriod, [] { return false; });
     }
     auto contents = Read(files_);
     if (!contents || *contents == state_) continue;

@@ -16,7 +16,7 @@
 namespace rilievo {
 namespace {
 
-constexpr std::chrono::milliseconds kPeriod{500};
+constexpr std::chrono::milliseconds kFilePeriod{500};
 
 }  // namespace
 
@@ -90,7 +90,7 @@ void TokenFile::WatchUntil(const std::stop_token& stop) {
       complained_ = read.ok() ? std::nullopt : std::optional(now);
     }
     std::unique_lock lock(mutex_);
-    wake_.wait_for(lock, stop, kPeriod, [] { return false; });
+    wake_.wait_for(lock, stop, kFilePeriod, [] { return false; });
   }
 }
 

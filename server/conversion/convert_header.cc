@@ -26,8 +26,8 @@ struct Excess {
 
 constexpr int64_t kVertexBytes = 3 * sizeof(double);
 
-// `given`: whether the scan has what the rule is of; `source`: the field that says so.
-void ReadSightRule(v1::SightRule from, bool given, const char* field, const char* source,
+// `given`: whether the scan has what the rule is of, the `things`.
+void ReadSightRule(v1::SightRule from, bool given, const char* field, const char* things,
                    OptionReader* reader, SightRule* rule) {
   switch (from) {
     case v1::SIGHT_RULE_UNSPECIFIED:
@@ -37,8 +37,8 @@ void ReadSightRule(v1::SightRule from, bool given, const char* field, const char
     case v1::SIGHT_RULE_USE:
       *rule = SightRule::kUse;
       if (!given) {
-        reader->Violate(field, absl::StrCat("SIGHT_RULE_USE, but the scan has none; set ", source,
-                                            ", or leave it to SIGHT_RULE_AUTO"));
+        reader->Violate(field, absl::StrCat("to be used, but the scan has no ", things,
+                                            "; auto goes on without"));
       }
       return;
     case v1::SIGHT_RULE_IGNORE:
@@ -66,10 +66,9 @@ void ReadScan(const v1::ReconstructHeader& header, CheckOptions* check, ScanOpti
   }
   reader.Read("min_component_share", from.has_min_component_share(), from.min_component_share(),
               {0, 0.1}, &scan->outliers.min_component_share);
-  ReadSightRule(from.stations(), has_stations, "stations", "header.stations", &reader,
+  ReadSightRule(from.stations(), has_stations, "stations", "stations", &reader,
                 &scan->sights.stations);
-  ReadSightRule(from.normals(), has_normals, "normals", "header.normals", &reader,
-                &scan->sights.normals);
+  ReadSightRule(from.normals(), has_normals, "normals", "normals", &reader, &scan->sights.normals);
 }
 
 void ReadFit(const v1::FitOptions& from, FitOptions* fit, Violations* violations) {

@@ -16,7 +16,7 @@
 namespace rilievo {
 namespace {
 
-v1::Job Failed(v1::Job job, const CallError& error) {
+v1::Job FailedRun(v1::Job job, const CallError& error) {
   job.set_state(v1::JOB_STATE_FAILED);
   *job.mutable_error() = RpcStatus(error);
   return job;
@@ -101,14 +101,14 @@ JobOutcome JobRun::Work() {
     job = Succeeded(std::move(job), *result);
     outcome.surface = std::move(result->encoded.chunks);
   } else if (reason == StopReason::kJobTime) {
-    job = Failed(std::move(job), StopError(reason, core_->options));
+    job = FailedRun(std::move(job), StopError(reason, core_->options));
   } else if (reason != StopReason::kNone) {
     outcome.kind = JobOutcome::Kind::kAbandoned;
   } else {
     if (absl::IsAborted(result.status())) outcome.kind = JobOutcome::Kind::kKilled;
     if (absl::IsUnavailable(result.status())) outcome.kind = JobOutcome::Kind::kUntried;
     job =
-        Failed(std::move(job), ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request),
+        FailedRun(std::move(job), ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request),
                                           absl::StrCat("job ", job.job_id())));
   }
   SetTime(job.mutable_end_time());
@@ -135,7 +135,7 @@ void JobRun::Log(const JobOutcome& outcome, const JobRequest& request,
   record.bytes_out = static_cast<int64_t>(job.surface().total_bytes());
   record.work_seconds = record.total_seconds = seconds;
   record.road = job.report().road();
-  record.stage_seconds = StageSeconds(job.report());
+  record.stage_seconds = SecondsByStage(job.report());
   record.owner = stored_.owner;
   record.trace_id = job.trace_id();
   core_->Report(record);

@@ -13,7 +13,7 @@
 namespace rilievo {
 namespace {
 
-CallError Violation(const std::string& description, ErrorCause reason = ErrorCause::kInvalidField) {
+CallError ChunkViolation(const std::string& description, ErrorCause reason = ErrorCause::kInvalidField) {
   return BadRequestError({{"chunk", description}}, reason);
 }
 
@@ -179,14 +179,14 @@ std::optional<CallError> UploadScanCall::TakeChunk() {
     return OrderError("chunk", "every message between header and end must hold one");
   }
   const std::string& bytes = request_.chunk();
-  if (bytes.empty()) return Violation("0 bytes; send at least 1");
+  if (bytes.empty()) return ChunkViolation("0 bytes; send at least 1");
   if (bytes.size() > static_cast<size_t>(kMaxChunkBytes)) {
-    return Violation(absl::StrCat(bytes.size(), " bytes; send at most ", kMaxChunkBytes),
+    return ChunkViolation(absl::StrCat(bytes.size(), " bytes; send at most ", kMaxChunkBytes),
                      ErrorCause::kLimitExceeded)
         .Limit(kMaxChunkBytes, bytes.size());
   }
   if (bytes.size() > total_bytes_ - static_cast<uint64_t>(writer_->size())) {
-    return Violation(
+    return ChunkViolation(
         absl::StrCat("more than the ", total_bytes_, " bytes of header.total_bytes came"));
   }
   core_->service->metrics->CountReceived(static_cast<int64_t>(bytes.size()));

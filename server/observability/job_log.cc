@@ -20,7 +20,7 @@ std::string Seconds(double value) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, double>> StageSeconds(const v1::ReconstructReport& report) {
+std::vector<std::pair<std::string, double>> SecondsByStage(const v1::ReconstructReport& report) {
   std::vector<std::pair<std::string, double>> stages;
   for (const v1::StageTime& time : report.stage_times()) {
     stages.emplace_back(

@@ -32,7 +32,7 @@ struct JobRecord {
 using JobLog = std::function<void(const JobRecord&)>;
 
 // By name, "check" of STAGE_CHECK; as JobRecord::stage_seconds.
-std::vector<std::pair<std::string, double>> StageSeconds(const v1::ReconstructReport& report);
+std::vector<std::pair<std::string, double>> SecondsByStage(const v1::ReconstructReport& report);
 
 // "job=7 status=OK points=100000 ...", without a line end. One line whatever `detail` holds.
 std::string JobLine(const JobRecord& record);

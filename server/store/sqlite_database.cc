@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kBusyMilliseconds = 5000;
 
-absl::Status StatusOf(sqlite3* database) {
+absl::Status StatusOfSqlite(sqlite3* database) {
   const int code = sqlite3_extended_errcode(database);
   const std::string message = absl::StrCat("database: ", sqlite3_errmsg(database));
   switch (code & 0xff) {
@@ -71,7 +71,7 @@ class SqliteStatement final : public Statement {
     const int code = sqlite3_step(statement_.get());
     if (code == SQLITE_ROW) return true;
     if (code == SQLITE_DONE) return false;
-    return StatusOf(sqlite3_db_handle(statement_.get()));
+    return StatusOfSqlite(sqlite3_db_handle(statement_.get()));
   }
 
   int64_t Integer(int column) const override {
@@ -90,7 +90,7 @@ class SqliteStatement final : public Statement {
 
   absl::Status StatusOfBinding(int code) const {
     if (code == SQLITE_OK) return absl::OkStatus();
-    return StatusOf(sqlite3_db_handle(statement_.get()));
+    return StatusOfSqlite(sqlite3_db_handle(statement_.get()));
   }
 
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
@@ -107,7 +107,7 @@ absl::StatusOr<SqliteDatabase> SqliteDatabase::Open(const std::string& path) {
       sqlite3_open_v2(path.c_str(), &handle,
                       SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX, nullptr);
   SqliteDatabase database(handle);
-  if (code != SQLITE_OK) return StatusOf(handle);
+  if (code != SQLITE_OK) return StatusOfSqlite(handle);
   sqlite3_extended_result_codes(handle, 1);
   sqlite3_busy_timeout(handle, kBusyMilliseconds);
   // How pages are given back is settled before the first one is written.
@@ -126,7 +126,7 @@ absl::Status SqliteDatabase::Make(int version, const char* schema) {
 absl::StatusOr<Query> SqliteDatabase::Prepare(const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &statement, nullptr) != SQLITE_OK) {
-    return StatusOf(database_.get());
+    return StatusOfSqlite(database_.get());
   }
   return Query(std::make_unique<SqliteStatement>(statement));
 }
@@ -135,7 +135,7 @@ absl::Status SqliteDatabase::Execute(const std::string& sql) {
   if (sqlite3_exec(database_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) {
     return absl::OkStatus();
   }
-  const absl::Status status = StatusOf(database_.get());
+  const absl::Status status = StatusOfSqlite(database_.get());
   // A transaction that failed half-way must not stay open.
   if (sqlite3_get_autocommit(database_.get()) == 0) {
     sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);

@@ -20,7 +20,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int kBatch = 500;
+constexpr int kJobsAtOnce = 500;
 
 absl::StatusOr<std::string> NameOf(const FileDescriptor& file) {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
@@ -71,7 +71,7 @@ class Check {
 
   absl::Status CheckJobs() {
     for (int64_t number = 0;;) {
-      RILIEVO_ASSIGN_OR_RETURN(const auto jobs, tables_.After(&number, kBatch));
+      RILIEVO_ASSIGN_OR_RETURN(const auto jobs, tables_.After(&number, kJobsAtOnce));
       for (const std::string& id : tables_.TakeDamaged()) {
         report_(absl::StrCat("job ", id, ": its record was damaged and is set aside"));
       }

@@ -10,7 +10,7 @@
 namespace rilievo {
 namespace {
 
-absl::StatusOr<JobResult> Run(const ReconstructFunction& reconstruct, const JobRequest& job,
+absl::StatusOr<JobResult> RunHere(const ReconstructFunction& reconstruct, const JobRequest& job,
                               ScanBytes points, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(PointCloud scan, std::move(points).Decode(job.layout));
   scan.sights.stations = job.stations;
@@ -28,7 +28,7 @@ JobWork InThisProcess(ReconstructFunction reconstruct) {
              const JobRequest& job, ScanBytes points,
              const RunContext& context) -> absl::StatusOr<JobResult> {
     try {
-      return Run(reconstruct, job, std::move(points), context);
+      return RunHere(reconstruct, job, std::move(points), context);
     } catch (const std::bad_alloc&) {
       return absl::ResourceExhaustedError("the memory of the server does not suffice");
     } catch (const std::exception& defect) {

@@ -12,7 +12,7 @@
 namespace rilievo {
 namespace {
 
-constexpr char kHead[] =
+constexpr char kAblationHead[] =
     "| without | RMS | its worst row | Hausdorff | its worst row | other genus | wrong normals | "
     "false area | bytes | time |\n"
     "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
@@ -109,7 +109,7 @@ absl::StatusOr<std::string> MeasureAblation(const std::vector<SubjectName>& subj
   }
   if (names.empty()) mechanisms.assign(kMechanisms.begin(), kMechanisms.end());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> with, MeasureAll(subjects));
-  std::string table = kHead;
+  std::string table = kAblationHead;
   std::cout << table << std::flush;
   for (const NamedMechanism& mechanism : mechanisms) {
     RILIEVO_RETURN_IF_ERROR(Leave(mechanism.mechanism, true));

@@ -13,9 +13,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr char kPart[] = "bombs";
-constexpr char kUnary[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
-constexpr int64_t kMostGrowth = 32'000'000;
+constexpr char kBombsPart[] = "bombs";
+constexpr char kBombedCall[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
+constexpr int64_t kMostBombGrowth = 32'000'000;
 
 // `bytes` zeros in one message; takes little memory here.
 grpc::ByteBuffer Zeros(int64_t bytes) {
@@ -41,8 +41,8 @@ class Bomber {
     const bool serves = ReconstructionClient(OwnConnection(server_->address()))
                             .GetCapabilities(Within(seconds(10)))
                             .ok();
-    report_->Expect(kPart, name + ": refused, server grows < 32 MB, serves on",
-                    status.code() == refusal && growth < kMostGrowth && serves,
+    report_->Expect(kBombsPart, name + ": refused, server grows < 32 MB, serves on",
+                    status.code() == refusal && growth < kMostBombGrowth && serves,
                     absl::StrFormat("%s in %.2f s, %+.1f MB%s",
                                     status.ok() ? "OK" : absl::StatusCodeToString(status.code()),
                                     taken, Megabytes(growth), serves ? "" : ", SERVES NO LONGER"));
@@ -145,8 +145,8 @@ void ExplodingGrid(StressServer* server, Report* report) {
   const bool clear =
       finished && done->error().code() != static_cast<int>(absl::StatusCode::kInternal);
   report->Expect(
-      kPart, "grid that would explode: solved or refused within 256 MB, server grows < 32 MB",
-      clear && growth < kMostGrowth && worker_peak < 256'000'000,
+      kBombsPart, "grid that would explode: solved or refused within 256 MB, server grows < 32 MB",
+      clear && growth < kMostBombGrowth && worker_peak < 256'000'000,
       absl::StrFormat("%s %s in %.1f s, worker %.0f MB, server %+.1f MB",
                       done.ok() ? v1::JobState_Name(done->state()) : done.status().ToString(),
                       done.ok() ? done->error().message() : "", SecondsSince(start),
@@ -185,11 +185,11 @@ void HurtNobody(const StressServer& server, Report* report) {
     });
   }
   for (int i = 0; i < kBombs; ++i) {
-    SendRaw(server.address(), kUnary, Zeros(2'000'000'000), /*compress=*/false).IgnoreError();
+    SendRaw(server.address(), kBombedCall, Zeros(2'000'000'000), /*compress=*/false).IgnoreError();
   }
   over = true;
   threads.clear();
-  report->Expect(kPart,
+  report->Expect(kBombsPart,
                  "16 uploads beside messages of 2 GB: each comes whole, if by a second attempt",
                  failures.empty(),
                  absl::StrFormat("%d came whole, %d failed %s", whole, failures.size(),
@@ -208,7 +208,7 @@ void Bombs(const Scale&, Report* report) {
   ReconstructionClient(OwnConnection(address)).Reconstruct(scan.cloud, {}).status().IgnoreError();
   Bomber bomber(&server, report);
   bomber.Throw("256 MB of zeros in a gzip message", absl::StatusCode::kUnimplemented,
-               [&] { return SendRaw(address, kUnary, Zeros(256 << 20), /*compress=*/true); });
+               [&] { return SendRaw(address, kBombedCall, Zeros(256 << 20), /*compress=*/true); });
   bomber.Throw("header of 4 000 000 000 points", absl::StatusCode::kInvalidArgument,
                [&] { return AnnouncePoints(address, 4'000'000'000); });
   bomber.Throw("header of 2^64 - 1 points", absl::StatusCode::kInvalidArgument,
@@ -216,7 +216,7 @@ void Bombs(const Scale&, Report* report) {
   bomber.Throw("upload of 2^63 bytes", absl::StatusCode::kInvalidArgument,
                [&] { return AnnounceUpload(address, uint64_t{1} << 63); });
   bomber.Throw("message of 2 GB", absl::StatusCode::kResourceExhausted,
-               [&] { return SendRaw(address, kUnary, Zeros(2'000'000'000), /*compress=*/false); });
+               [&] { return SendRaw(address, kBombedCall, Zeros(2'000'000'000), /*compress=*/false); });
   ExplodingGrid(&server, report);
   HurtNobody(server, report);
 }

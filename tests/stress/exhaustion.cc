@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr char kPart[] = "exhaustion";
+constexpr char kExhaustionPart[] = "exhaustion";
 
 std::string Words(const absl::Status& status) {
   return absl::StrFormat("%s %s", absl::StatusCodeToString(status.code()), ErrorReason(status));
@@ -40,7 +40,7 @@ void FullDisk(Report* report) {
   const std::string folder = server.folder() + "/store";
   std::filesystem::create_directory(folder);
   if (mount("tmpfs", folder.c_str(), "tmpfs", 0, "size=1m") != 0) {
-    report->NotLookedAt(kPart, asked, "this process may not mount a small disk");
+    report->NotLookedAt(kExhaustionPart, asked, "this process may not mount a small disk");
     return;
   }
   server.Start();
@@ -50,7 +50,7 @@ void FullDisk(Report* report) {
   std::filesystem::remove_all(folder + "/uploads/" + large.scan_id);
   const bool works = Works(server, "after");
   report->Expect(
-      kPart, asked,
+      kExhaustionPart, asked,
       absl::IsResourceExhausted(full) && ErrorReason(full) == "STORE_FULL" && serves && works,
       Words(full) + (works ? ", then a job succeeds" : ", then NO JOB SUCCEEDS"));
   server.process().Signal(SIGKILL);
@@ -67,7 +67,7 @@ void NoFiles(Report* report) {
   const KnownScan& scan = KnownScans().back();
   const rlimit few{static_cast<rlim_t>(server.OpenFiles() + 30), 1024};
   if (prlimit(server.process().pid(), RLIMIT_NOFILE, &few, nullptr) != 0) {
-    report->NotLookedAt(kPart, "no file handles left", "limits of the server cannot be changed");
+    report->NotLookedAt(kExhaustionPart, "no file handles left", "limits of the server cannot be changed");
     return;
   }
   const auto line = OwnConnection(server.address());
@@ -89,7 +89,7 @@ void NoFiles(Report* report) {
   crowd.clear();
   const bool works = Works(server, "after");
   report->Expect(
-      kPart,
+      kExhaustionPart,
       "no file handles left: who comes then is refused, an acknowledged job ends, works again",
       before && !refused.ok() && done.ok() && done->state() == v1::JOB_STATE_SUCCEEDED && works,
       absl::StrFormat("%d of 100 served, then %s; the job %s; afterwards %s", served,
@@ -103,7 +103,7 @@ void NoMemory(Report* report) {
   const std::string asked =
       "worker out of memory: RESOURCE_EXHAUSTED, kept and in one call, works again";
   if (kSanitized) {
-    report->NotLookedAt(kPart, asked, "a sanitizer maps memory of its own");
+    report->NotLookedAt(kExhaustionPart, asked, "a sanitizer maps memory of its own");
     return;
   }
   StressServer server;
@@ -116,7 +116,7 @@ void NoMemory(Report* report) {
       ReconstructionClient(OwnConnection(server.address())).Reconstruct(large, {}).status();
   const bool works = Works(server, "after");
   report->Expect(
-      kPart, asked,
+      kExhaustionPart, asked,
       done.ok() && done->error().code() == static_cast<int>(absl::StatusCode::kResourceExhausted) &&
           absl::IsResourceExhausted(once) && works,
       absl::StrFormat("kept: %s; at once: %s; afterwards %s",

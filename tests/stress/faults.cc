@@ -24,7 +24,7 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr char kPart[] = "faults";
+constexpr char kFaultsPart[] = "faults";
 constexpr char kRequest[] = "only";
 
 struct Kind {
@@ -230,12 +230,12 @@ class FaultyRuns {
 void Faults(const Scale& scale, Report* report) {
   const std::string asked = "the n-th call fails: nothing acknowledged is lost, refusals say why";
   if (kSanitized) {
-    report->NotLookedAt(kPart, asked, "a sanitizer has allocators and calls of its own");
+    report->NotLookedAt(kFaultsPart, asked, "a sanitizer has allocators and calls of its own");
     return;
   }
   FaultyRuns counting;
   if (!counting.Count()) {
-    report->Expect(kPart, asked, false, "the undisturbed run failed");
+    report->Expect(kFaultsPart, asked, false, "the undisturbed run failed");
     return;
   }
   for (const Kind& kind : kKinds) {
@@ -243,7 +243,7 @@ void Faults(const Scale& scale, Report* report) {
     const int64_t all = counting.calls(kind.kind);
     const int64_t count = std::min<int64_t>({all, kind.most, std::max(scale.faults, kind.fewest)});
     for (int64_t i = 0; i < count; ++i) runs.Run(kind, 1 + i * all / count);
-    report->Expect(kPart, absl::StrFormat("%s: %s", kind.name, asked), runs.wrong() == 0,
+    report->Expect(kFaultsPart, absl::StrFormat("%s: %s", kind.name, asked), runs.wrong() == 0,
                    absl::StrFormat("%d calls: ", all) + runs.Seen(count));
   }
 }

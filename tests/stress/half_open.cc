@@ -12,7 +12,7 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr char kPart[] = "half-open";
+constexpr char kHalfOpenPart[] = "half-open";
 constexpr double kMostSeconds = 20 + 10 + 1;  // keepalive, its timeout, and one more
 
 // A peer with its line frozen in the middle of what `begin` starts.
@@ -57,7 +57,7 @@ void HalfOpenPeers(const Scale&, Report* report) {
   const bool reaped = WaitFor(seconds(60), [&] { return server.Connections() == 0; });
   const double taken = SecondsSince(start);
   report->Expect(
-      kPart, "peers that vanish (idle, uploading, never spoke): let go within 31 s",
+      kHalfOpenPart, "peers that vanish (idle, uploading, never spoke): let go within 31 s",
       before == 3 && reaped && taken <= kMostSeconds,
       absl::StrFormat("%d of %d left after %.1f s", server.Connections(), before, taken));
   for (const Frozen& peer : peers) peer.line->Cut();

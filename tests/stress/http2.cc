@@ -24,11 +24,11 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr char kPart[] = "http2";
+constexpr char kHttp2Part[] = "http2";
 constexpr char kUnary[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
 constexpr char kStream[] = "/rilievo.v1.ReconstructionService/Reconstruct";
 constexpr int64_t kMostGrowth = 64'000'000;
-constexpr double kMostSeconds = 0.2;
+constexpr double kMostAnswerSeconds = 0.2;
 constexpr uint32_t kManyStreams = 20'000;
 constexpr size_t kHugeHeader = 64 << 20;
 
@@ -141,11 +141,11 @@ class Attacker {
     const double slow = neighbor.End();
     const int64_t growth = server_->PeakBytes() - before;
     report_->Expect(
-        kPart,
+        kHttp2Part,
         absl::StrFormat(
             "%s, %s: the server grows by less than 64 MB, another client's p99 < 200 ms", name,
             where_),
-        growth < kMostGrowth && slow < kMostSeconds,
+        growth < kMostGrowth && slow < kMostAnswerSeconds,
         absl::StrFormat("%s; %.1f MB, %.0f ms", seen, Megabytes(growth), 1e3 * slow));
   }
 
@@ -179,7 +179,7 @@ void RealWork(const Front& front, Report* report) {
   const auto fetched = done.ok() ? jobs.Fetch(done->job_id()) : done.status();
   const auto status = !called.ok() ? called.status() : fetched.status();
   const bool right = status.ok() && called->dss == scan.surface && *fetched == scan.surface;
-  report->Expect(kPart, "through the front: Reconstruct, upload, watch and download give the bytes",
+  report->Expect(kHttp2Part, "through the front: Reconstruct, upload, watch and download give the bytes",
                  right, right ? "the same" : std::string(status.message()));
 }
 
@@ -192,9 +192,9 @@ void BadHeaders(const std::string& where, int port, bool expected, Report* repor
         absl::StrFormat("%s, %s: another call on the same connection goes on", name, where);
     const bool survives = NeighborSurvives(port, http2::CallHeaders(kUnary) + header);
     if (expected || survives) {
-      report->Expect(kPart, asked, survives, survives ? "it does" : "it was ended");
+      report->Expect(kHttp2Part, asked, survives, survives ? "it does" : "it was ended");
     } else {
-      report->NotLookedAt(kPart, asked, "gRPC 1.51 closes the connection; the front keeps it");
+      report->NotLookedAt(kHttp2Part, asked, "gRPC 1.51 closes the connection; the front keeps it");
     }
   }
 }
@@ -212,7 +212,7 @@ void HostileHttp2(const Scale& scale, Report* report) {
   BadHeaders("direct", server.port(), /*expected=*/false, report);
   const Front front(server.port());
   if (!front.missing().empty()) {
-    report->NotLookedAt(kPart, "the same through the front", front.missing());
+    report->NotLookedAt(kHttp2Part, "the same through the front", front.missing());
     return;
   }
   RealWork(front, report);

@@ -36,10 +36,14 @@ struct CommandLine {
   int seconds = 300, option_seconds = 300;
   uint64_t seed = 1, first_case = 0;
   bool brief = false, json = false;
-  std::vector<std::string> only;
+  std::vector<std::string> only, without;
 
-  bool Wants(const std::string& part) const {
-    return only.empty() || std::find(only.begin(), only.end(), part) != only.end();
+  // `by_itself`: also when no part is named.
+  bool Wants(const std::string& part, bool by_itself) const {
+    const auto names = [&](const std::vector<std::string>& parts) {
+      return std::find(parts.begin(), parts.end(), part) != parts.end();
+    };
+    return only.empty() ? by_itself && !names(without) : names(only);
   }
 };
 
@@ -59,11 +63,9 @@ int Run(const CommandLine& line) {
   {
     // It waits for half a minute and does nothing: beside the others.
     std::jthread beside;
-    if (line.Wants(kHalfOpen)) beside = std::jthread([&] { HalfOpenPeers(scale, &report); });
+    if (line.Wants(kHalfOpen, true)) beside = std::jthread([&] { HalfOpenPeers(scale, &report); });
     for (const Part& part : Parts()) {
-      const bool due =
-          line.only.empty() ? part.in_short_form || !line.brief : line.Wants(part.name);
-      if (due) part.run(scale, &report);
+      if (line.Wants(part.name, part.in_short_form || !line.brief)) part.run(scale, &report);
     }
   }
   std::printf("%s\n", (line.json ? report.Json() : report.Table()).c_str());
@@ -86,7 +88,11 @@ int Main(int argc, char** argv) {
                  "of them; with --option-seconds 0 it is worked on again")
       ->capture_default_str();
   app.add_flag("--short", line.brief, "at most 90 s in all, without the cost of serving");
-  app.add_option("--only", line.only, "these parts")->check(CLI::IsMember(names))->delimiter(',');
+  const auto parts = [&](const char* name, std::vector<std::string>* of, const char* help) {
+    return app.add_option(name, *of, help)->check(CLI::IsMember(names))->delimiter(',');
+  };
+  parts("--without", &line.without, "all parts but these")
+      ->excludes(parts("--only", &line.only, "these parts"));
   app.add_flag("--json", line.json, "print JSON instead of a table");
   CLI11_PARSE(app, argc, argv);
   return Run(line);

@@ -14,9 +14,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr char kPart[] = "clients";
+constexpr char kClientsPart[] = "clients";
 constexpr int kClients = 64;
-constexpr int64_t kMostGrowth = 16'000'000;
+constexpr int64_t kMostCrowdGrowth = 16'000'000;
 
 struct Tally {
   std::atomic<int> whole = 0;   // calls and jobs whose surface came right
@@ -200,7 +200,7 @@ void ManyClients(const Scale& scale, Report* report) {
   Tally tally;
   const Memory memory = RunCrowd(scale, server, &ledger, &tally);
   report->Expect(
-      kPart,
+      kClientsPart,
       absl::StrFormat("%d clients for %d s, a third cancel or cut the line: no wrong answer",
                       kClients, scale.client_time.count()),
       tally.wrong == 0 && tally.ended_twice == 0 && tally.whole > 0 && tally.broken > 0,
@@ -210,11 +210,11 @@ void ManyClients(const Scale& scale, Report* report) {
                       tally.wrong.load(), tally.ended_twice.load(),
                       tally.first_fault.empty() ? "" : "; ", tally.first_fault));
   const Audit audit = ledger.Check(server);
-  report->Expect(kPart, "no job lost or doubled, the bytes of an undisturbed run", audit.clean(),
+  report->Expect(kClientsPart, "no job lost or doubled, the bytes of an undisturbed run", audit.clean(),
                  audit.Words());
   report->Expect(
-      kPart, "memory level: last third at most 16 MB over the middle one",
-      memory.last - memory.middle < kMostGrowth,
+      kClientsPart, "memory level: last third at most 16 MB over the middle one",
+      memory.last - memory.middle < kMostCrowdGrowth,
       absl::StrFormat("%.1f MB, then %.1f MB", Megabytes(memory.middle), Megabytes(memory.last)));
   const bool empty = WaitFor(
       seconds(5), [&] { return server.Connections() == 0 && server.process().Workers().empty(); });
@@ -222,7 +222,7 @@ void ManyClients(const Scale& scale, Report* report) {
   const auto start = std::chrono::steady_clock::now();
   // It waits for calls under way before it ends.
   const bool ended = server.EndsWithin(seconds(2));
-  report->Expect(kPart, "no stream, job or worker left: SIGTERM ends it within 2 s", empty && ended,
+  report->Expect(kClientsPart, "no stream, job or worker left: SIGTERM ends it within 2 s", empty && ended,
                  absl::StrFormat("%d connections, %d workers, %d files open; ended in %.2f s",
                                  empty ? 0 : server.Connections(),
                                  server.process().Workers().size(), files, SecondsSince(start)));

@@ -18,8 +18,8 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr char kPart[] = "options";
-constexpr int kClients = 2;
+constexpr char kOptionsPart[] = "options";
+constexpr int kOddClients = 2;
 constexpr int64_t kMostMemory = 3'000'000'000;  // of one worker
 constexpr double kMostOverEstimate = 1.25;
 
@@ -91,14 +91,14 @@ Judgement JudgeLog(const std::vector<std::string>& log) {
 
 void OddOptions(const Scale& scale, Report* report) {
   StressServer server;
-  server.Start({"--threads", "1", "--max-concurrent-jobs", std::to_string(kClients),
+  server.Start({"--threads", "1", "--max-concurrent-jobs", std::to_string(kOddClients),
                 "--max-job-seconds", "20", "--max-job-memory", std::to_string(kMostMemory)});
   std::atomic<uint64_t> next = scale.first_case;
   std::atomic<int> unanswered = 0;
   const auto end = std::chrono::steady_clock::now() + scale.options_time;
   {
     std::vector<std::jthread> clients;
-    for (int i = 0; i < kClients; ++i) {
+    for (int i = 0; i < kOddClients; ++i) {
       clients.emplace_back([&] {
         const auto stub = v1::ReconstructionService::NewStub(OwnConnection(server.address()));
         do {
@@ -116,10 +116,10 @@ void OddOptions(const Scale& scale, Report* report) {
   for (const auto& [status, count] : judgement.statuses) {
     absl::StrAppendFormat(&statuses, "%s%s %d", statuses.empty() ? "" : ", ", status, count);
   }
-  report->Expect(kPart, absl::StrFormat("seed %d: no defect, the server stays", scale.seed),
+  report->Expect(kOptionsPart, absl::StrFormat("seed %d: no defect, the server stays", scale.seed),
                  judgement.broken.empty() && unanswered == 0 && ends && cases > 0,
                  absl::StrFormat("%d cases: %s%s", cases, statuses, judgement.broken));
-  report->Expect(kPart, "a worker takes at most 1.25 times its estimate",
+  report->Expect(kOptionsPart, "a worker takes at most 1.25 times its estimate",
                  judgement.workers > 0 && judgement.hungry.empty(),
                  absl::StrFormat("%d workers, at most %.2f times, %.0f MB%s", judgement.workers,
                                  judgement.most_over_estimate, Megabytes(judgement.largest),

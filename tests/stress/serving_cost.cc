@@ -13,7 +13,7 @@
 namespace rilievo::stress {
 namespace {
 
-constexpr char kPart[] = "cost";
+constexpr char kCostPart[] = "cost";
 constexpr double kMostRatio = 1.05;
 
 struct Cost {
@@ -21,10 +21,10 @@ struct Cost {
 };
 
 double SecondsOf(const rusage& usage) {
-  const auto seconds = [](const timeval& time) {
+  const auto in_seconds = [](const timeval& time) {
     return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
   };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  return in_seconds(usage.ru_utime) + in_seconds(usage.ru_stime);
 }
 
 double OwnProcessorSeconds() {
@@ -87,7 +87,7 @@ void ServingCost(const Scale& scale, Report* report) {
     processor.push_back(two.processor / one.processor);
   }
   report->Expect(
-      kPart, "serving 100 000 points costs at most 5 % over the library call (processor time)",
+      kCostPart, "serving 100 000 points costs at most 5 % over the library call (processor time)",
       Median(processor) <= kMostRatio,
       absl::StrFormat("median of %d pairs: processor %+.1f %% of %.2f s, wall %+.1f %% of %.2f s",
                       scale.cost_pairs, 100 * (Median(processor) - 1), Median(library_processor),

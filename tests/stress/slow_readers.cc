@@ -8,7 +8,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr char kPart[] = "readers";
+constexpr char kReadersPart[] = "readers";
 constexpr int kReaders = 50;
 constexpr double kChunkBytes = 128 << 10;  // of a piece of a surface
 constexpr uint64_t kLeastSurface = 800'000;
@@ -45,7 +45,7 @@ void SlowReaders(const Scale&, Report* report) {
   const auto job = LargeSurface(server.Jobs());
   if (!job.ok() || job->surface().total_bytes() < kLeastSurface) {
     report->Expect(
-        kPart, asked, false,
+        kReadersPart, asked, false,
         job.ok() ? absl::StrFormat("the surface has only %d bytes", job->surface().total_bytes())
                  : job.status().ToString());
     return;
@@ -65,7 +65,7 @@ void SlowReaders(const Scale&, Report* report) {
   const double chunks = static_cast<double>(server.PeakBytes() - before) / kReaders / kChunkBytes;
   const bool others = server.Jobs(OwnConnection(server.address())).Fetch(job->job_id()).ok();
   report->Expect(
-      kPart, asked, others && chunks <= 3,
+      kReadersPart, asked, others && chunks <= 3,
       absl::StrFormat("%.2f chunks each at the peak, of a surface of %.1f MB; others are "
                       "%sserved meanwhile",
                       chunks, Megabytes(static_cast<int64_t>(job->surface().total_bytes())),
@@ -79,7 +79,7 @@ void SlowReaders(const Scale&, Report* report) {
     }
     sent_away += !reader->Finish().ok();
   }
-  report->Expect(kPart, "and they are sent away after --max-idle-seconds", sent_away == kReaders,
+  report->Expect(kReadersPart, "and they are sent away after --max-idle-seconds", sent_away == kReaders,
                  absl::StrFormat("%d of %d", sent_away, kReaders));
 }
 

@@ -1,9 +1,13 @@
 #!/usr/bin/env bash
-# The viewer's tests: types, the gateway, the decoder against the compiled one, the page in Chromium.
-#   client/web/tests/run.sh BUILD_DIR [NAME_PATTERN]
+# The viewer's tests, a part of them or all:
+#   client/web/tests/run.sh BUILD_DIR [PART [NAME_PATTERN]]
+# build: the page, the gateway, the tests and their types, which the other parts need; gateway; decoder:
+# against the compiled one; page: in Chromium; formats: scans of scanners on the page; first_layer: the
+# page again, where time is measured.
 # Ends with 77 (skipped, for ctest) and a sentence where a tool is not there.
 set -euo pipefail
 build=$(cd "$1" && pwd)
+part=${2:-all}
 web=$(cd "$(dirname "$0")/.." && pwd)
 root=$(cd "$web/../.." && pwd)
 
@@ -20,19 +24,26 @@ export CHROMIUM=${CHROMIUM:-/usr/bin/chromium}
 [ -x "$CHROMIUM" ] || skip "$CHROMIUM is not installed (Debian package chromium)"
 command -v protoc >/dev/null || skip "protoc is not installed (Debian package protobuf-compiler)"
 
-"$web/build.sh" "$build" || {
-  npm ping --fetch-retries=0 >/dev/null 2>&1 || skip "npm's registry does not answer"
-  exit 1
-}
 cd "$web"
-npx tsc --noEmit
 export RILIEVO_WEB_TESTS=$web/generated/tests
-npx vite build --logLevel warn --config vite.tests.config.ts
+if [ "$part" = build ] || [ "$part" = all ]; then
+  # Where this fails, tests of an older build are not run in its place.
+  rm -rf "$RILIEVO_WEB_TESTS"
+  ./build.sh "$build" || {
+    npm ping --fetch-retries=0 >/dev/null 2>&1 || skip "npm's registry does not answer"
+    exit 1
+  }
+  npx tsc --noEmit
+  npx vite build --logLevel warn --config vite.tests.config.ts
+fi
+[ "$part" = build ] && exit
+[ -d "$RILIEVO_WEB_TESTS" ] || skip "the page was not built (the part build says why)"
 export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
 export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
 export GOLDEN=$root/tests/golden CORPUS=$root/tests/fuzz/corpus REFERENCE=$web/tests/reference
 status=0
-for part in gateway decoder page formats; do # one after the other: two of them measure
-  node --test ${2:+--test-name-pattern="$2"} "generated/tests/$part.test.js" || status=1
+[ "$part" = all ] && part="gateway decoder page formats first_layer"
+for name in $part; do
+  node --test ${3:+--test-name-pattern="$3"} "generated/tests/$name.test.js" || status=1
 done
 exit $status

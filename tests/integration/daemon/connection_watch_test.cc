@@ -20,15 +20,11 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using testing::HasSubstr;
 
-constexpr char kPath[] = "/rilievo.v1.ReconstructionService/Reconstruct";
-
-int PortOf(const DaemonProcess& daemon) {
-  return std::stoi(daemon.address().substr(daemon.address().rfind(':') + 1));
-}
+constexpr char kStreamPath[] = "/rilievo.v1.ReconstructionService/Reconstruct";
 
 // Calls that say nothing; whether all were begun before the connection was closed.
 bool OpenCalls(RawConnection* connection, uint32_t count) {
-  const std::string headers = http2::CallHeaders(kPath);
+  const std::string headers = http2::CallHeaders(kStreamPath);
   for (uint32_t i = 0; i < count; ++i) {
     if (!connection->Send(http2::Bytes({Type::kHeaders, http2::kEndHeaders, 2 * i + 1, headers}))) {
       return false;
@@ -43,9 +39,9 @@ TEST(ConnectionWatch, ClosesWhoHasMoreCallsUnderWayThanAreAllowed) {
   const ReconstructionClient other(ConnectPlaintext(daemon.address()));
   ASSERT_TRUE(other.GetCapabilities().ok());
   const int64_t before = daemon.ResidentBytes();
-  RawConnection unaware(PortOf(daemon));
+  RawConnection unaware(daemon.port());
   EXPECT_TRUE(OpenCalls(&unaware, 250)) << "it may not have learned of the limit yet";
-  RawConnection hostile(PortOf(daemon));
+  RawConnection hostile(daemon.port());
   EXPECT_FALSE(OpenCalls(&hostile, 20'000));
   const auto line = daemon.WaitForLine("\"event\":\"connection\"", seconds(10));
   ASSERT_TRUE(line.has_value());
@@ -56,10 +52,10 @@ TEST(ConnectionWatch, ClosesWhoHasMoreCallsUnderWayThanAreAllowed) {
 
 TEST(ConnectionWatch, ClosesWhoSendsHeadersWithoutAnEnd) {
   const DaemonProcess daemon;
-  RawConnection hostile(PortOf(daemon));
+  RawConnection hostile(daemon.port());
   constexpr size_t kAnnounced = 64 << 20;
   hostile.Send(http2::Bytes({Type::kHeaders, 0, 1,
-                             http2::CallHeaders(kPath) + std::string(1, '\0') +
+                             http2::CallHeaders(kStreamPath) + std::string(1, '\0') +
                                  http2::Integer(1, 7) + "x" + http2::Integer(kAnnounced, 7)}));
   const std::string piece = http2::Bytes({Type::kContinuation, 0, 1, std::string(1024, 'a')});
   size_t sent = 0;

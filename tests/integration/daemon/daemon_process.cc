@@ -100,6 +100,8 @@ DaemonProcess::~DaemonProcess() {
   }
 }
 
+int DaemonProcess::port() const { return std::stoi(address_.substr(address_.rfind(':') + 1)); }
+
 void DaemonProcess::Signal(int signal) const {
   if (pid_ > 0 && !exit_code_) kill(pid_, signal);
 }

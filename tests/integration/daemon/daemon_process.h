@@ -33,6 +33,9 @@ class DaemonProcess {
   // "127.0.0.1:PORT"; empty when it did not start.
   const std::string& address() const { return address_; }
 
+  // Of its address.
+  int port() const;
+
   pid_t pid() const { return pid_; }
   void Signal(int signal) const;
   // The exit code, when it ended in time; 128 + signal when a signal ended it.

@@ -63,10 +63,10 @@ TEST_F(EndToEnd, ASphereComesBackAsASphere) {
   EXPECT_LT(report.error().points_to_surface().rms(), 2e-4);
   EXPECT_GT(report.error().surface_to_points().rms(), 0);
   EXPECT_FALSE(report.road_reason().empty());
-  double seconds = 0;
-  for (const auto& time : report.stage_times()) seconds += time.seconds();
-  EXPECT_GT(seconds, 0);
-  EXPECT_LE(seconds, report.total_seconds() * 1.01);
+  double stages = 0;
+  for (const auto& time : report.stage_times()) stages += time.seconds();
+  EXPECT_GT(stages, 0);
+  EXPECT_LE(stages, report.total_seconds() * 1.01);
 }
 
 TEST_F(EndToEnd, ATorusKeepsItsHoleAndEveryPrefixOfChunksDecodes) {

@@ -18,17 +18,13 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr char kPath[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
-
-int PortOf(const DaemonProcess& daemon) {
-  return std::stoi(daemon.address().substr(daemon.address().rfind(':') + 1));
-}
+constexpr char kUnaryPath[] = "/rilievo.v1.ReconstructionService/GetCapabilities";
 
 // A call that gRPC complains of on its log, with the words of the caller.
 void SendBadHeader(int port, const std::string& value) {
   http2::RawConnection connection(port);
   connection.Send(http2::Bytes({http2::Type::kHeaders, http2::kEndHeaders | http2::kEndStream, 1,
-                                http2::CallHeaders(kPath, value)}));
+                                http2::CallHeaders(kUnaryPath, value)}));
   connection.Receive(milliseconds(30));
 }
 
@@ -36,12 +32,12 @@ TEST(Log, NoClientWritesALine) {
   DaemonProcess daemon;
   const auto start = steady_clock::now();
   const std::string forged = R"({"time":"2026-01-01T00:00:00Z","event":"job","owner":"forged"})";
-  SendBadHeader(PortOf(daemon), absl::StrCat("x\n", forged));
-  SendBadHeader(PortOf(daemon), "x\x1b[31m red");
-  for (int i = 0; i < 60; ++i) SendBadHeader(PortOf(daemon), absl::StrCat("x", i));
+  SendBadHeader(daemon.port(), absl::StrCat("x\n", forged));
+  SendBadHeader(daemon.port(), "x\x1b[31m red");
+  for (int i = 0; i < 60; ++i) SendBadHeader(daemon.port(), absl::StrCat("x", i));
   const double attacked = std::chrono::duration<double>(steady_clock::now() - start).count();
   std::this_thread::sleep_for(milliseconds(1100));
-  SendBadHeader(PortOf(daemon), "last");
+  SendBadHeader(daemon.port(), "last");
   ASSERT_TRUE(daemon.WaitForLine("last", seconds(10)).has_value());
   int of_grpc = 0;
   int64_t left_out = 0;
@@ -60,7 +56,7 @@ TEST(Log, NoClientWritesALine) {
 
 TEST(Log, TextIsEscapedToo) {
   DaemonProcess daemon({"--log", "text"});
-  SendBadHeader(PortOf(daemon), "x\nFORGED");
+  SendBadHeader(daemon.port(), "x\nFORGED");
   const auto line = daemon.WaitForLine("FORGED", seconds(10));
   ASSERT_TRUE(line.has_value());
   EXPECT_THAT(*line, testing::HasSubstr(" library library=\"grpc\""));

@@ -12,10 +12,6 @@ using std::chrono::seconds;
 using std::chrono::steady_clock;
 using testing::HasSubstr;
 
-double SecondsSince(steady_clock::time_point start) {
-  return std::chrono::duration<double>(steady_clock::now() - start).count();
-}
-
 TEST_F(JobsTest, FromAScanToItsSurface) {
   StartServer();
   const PointCloud scan = SphereScan(5'000);

@@ -26,10 +26,6 @@ v1::CreateJobRequest JobOf(const PackedScan& scan, const std::string& request_id
   return request;
 }
 
-double SecondsSince(steady_clock::time_point start) {
-  return std::chrono::duration<double>(steady_clock::now() - start).count();
-}
-
 // A store on a disk of its own.
 class SmallDiskTest : public JobsTest {
  protected:

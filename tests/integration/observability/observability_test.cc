@@ -196,14 +196,14 @@ TEST_F(ObservabilityTest, AJobLeavesOneJsonLineWithItsTrace) {
   EXPECT_EQ(response.job().trace_id(), trace);
   const auto line = daemon_->WaitForLine(trace, seconds(20));
   ASSERT_TRUE(line.has_value());
-  const auto json = nlohmann::json::parse(*line);
-  EXPECT_EQ(json["event"], "job");
-  EXPECT_EQ(json["id"], response.job().job_id());
-  EXPECT_EQ(json["trace_id"], trace);
-  EXPECT_EQ(json["status"], "OK");
-  EXPECT_EQ(json["points"], 500);
-  EXPECT_GT(json["bytes_out"], 0);
-  EXPECT_TRUE(json["stages"].contains("domain_fit"));
+  const auto entry = nlohmann::json::parse(*line);
+  EXPECT_EQ(entry["event"], "job");
+  EXPECT_EQ(entry["id"], response.job().job_id());
+  EXPECT_EQ(entry["trace_id"], trace);
+  EXPECT_EQ(entry["status"], "OK");
+  EXPECT_EQ(entry["points"], 500);
+  EXPECT_GT(entry["bytes_out"], 0);
+  EXPECT_TRUE(entry["stages"].contains("domain_fit"));
 
   // The call of Reconstruct, by a client that is part of no trace.
   ASSERT_TRUE(ReconstructionClient(Channel()).Reconstruct(SphereScan(500), {}).ok());

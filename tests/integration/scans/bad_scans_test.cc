@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -13,20 +12,14 @@
 #include "core/codec/container/dss.h"
 #include "server/health_probe.h"
 #include "tests/integration/daemon/daemon_process.h"
+#include "tests/integration/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {
 
 using absl::StatusCode;
 
-// Beside the source tree, or where the environment says.
-std::filesystem::path BadFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) {
-    return std::filesystem::path(named) / "data/bad";
-  }
-  const auto source = std::filesystem::path(__FILE__).parent_path() / "../../../..";
-  return (source / "shared/data/bad").lexically_normal();
-}
+std::filesystem::path BadFolder() { return SharedData() / "bad"; }
 
 struct Outcome {
   StatusCode reader = StatusCode::kOk;

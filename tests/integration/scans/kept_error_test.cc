@@ -2,25 +2,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "client/formats/scan_reader.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
+#include "tests/integration/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::filesystem::path DataFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) {
-    return std::filesystem::path(named) / "data";
-  }
-  const auto source = std::filesystem::path(__FILE__).parent_path() / "../../../..";
-  return (source / "shared/data").lexically_normal();
-}
 
 struct Asked {
   const char* name;
@@ -33,7 +25,7 @@ void PrintTo(const Asked& asked, std::ostream* out) { *out << asked.name << aske
 class KeptErrorTest : public testing::TestWithParam<Asked> {
  protected:
   void SetUp() override {
-    const auto path = DataFolder() / (std::string(GetParam().name) + ".ply");
+    const auto path = SharedData() / (std::string(GetParam().name) + ".ply");
     if (!std::filesystem::exists(path)) {
       GTEST_SKIP() << "the shared scans are not on this machine";
     }

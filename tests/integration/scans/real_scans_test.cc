@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 
@@ -14,18 +13,10 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/measure_error.h"
 #include "tests/integration/daemon/daemon_process.h"
+#include "tests/integration/scans/shared_folder.h"
 
 namespace rilievo {
 namespace {
-
-// The folder of shared scans: named by the environment, else beside the source tree.
-std::filesystem::path DataFolder() {
-  if (const char* named = std::getenv("RILIEVO_SHARED")) {
-    return std::filesystem::path(named) / "data";
-  }
-  const auto source = std::filesystem::path(__FILE__).parent_path() / "../../../..";
-  return (source / "shared/data").lexically_normal();
-}
 
 struct RealScan {
   const char* name;
@@ -39,7 +30,7 @@ void PrintTo(const RealScan& scan, std::ostream* out) { *out << scan.name; }
 
 // Two-sided RMS distance to the ground truth, in % of its diagonal.
 double PercentOfDiagonal(const TriangleMesh& mesh, const std::string& name) {
-  const auto truth = ReadMesh((DataFolder() / "gt" / (name + ".ply")).string());
+  const auto truth = ReadMesh((SharedData() / "gt" / (name + ".ply")).string());
   EXPECT_TRUE(truth.ok()) << truth.status();
   if (!truth.ok()) return INFINITY;
   const Eigen::Matrix3Xd& vertices = truth->mesh.vertices;
@@ -53,7 +44,7 @@ double PercentOfDiagonal(const TriangleMesh& mesh, const std::string& name) {
 class RealScanTest : public testing::TestWithParam<RealScan> {};
 
 TEST_P(RealScanTest, ComesBackAsAManifold) {
-  const auto path = DataFolder() / (std::string(GetParam().name) + ".ply");
+  const auto path = SharedData() / (std::string(GetParam().name) + ".ply");
   if (!std::filesystem::exists(path)) {
     GTEST_SKIP() << "the shared scans are not on this machine";
   }

@@ -45,7 +45,7 @@ class ShellTest : public ProgramFixture {
 TEST_F(ShellTest, BashOffersCommandsOptionsAndChoices) {
   std::ofstream(At("bash")) << Run({"completion", "bash"}).out;
   EXPECT_THAT(Offered("rilievo rec"), ElementsAre("reconstruct"));
-  EXPECT_THAT(Offered("rilievo jobs ''"), testing::Contains("submit"));
+  EXPECT_THAT(Offered("rilievo jobs ''"), ::testing::Contains("submit"));
   EXPECT_THAT(Offered("rilievo reconstruct --topo"), ElementsAre("--topology"));
   EXPECT_THAT(Offered("rilievo reconstruct a.ply --topology s"), ElementsAre("spherical"));
   EXPECT_THAT(Offered("rilievo jobs submit --crea"), ElementsAre("--creases"));
@@ -123,7 +123,7 @@ TEST_F(ShellTest, FishCompletesWhatIsTyped) {
     // One line: the word, and what it means behind a tab.
     const std::string word = offered.substr(0, offered.find_first_of("\t\n"));
     EXPECT_EQ(std::count(offered.begin(), offered.end(), '\n'), 1) << offered;
-    EXPECT_THAT(std::string("rilievo ") + line, testing::EndsWith(" " + word)) << typed;
+    EXPECT_THAT(std::string("rilievo ") + line, ::testing::EndsWith(" " + word)) << typed;
   }
 }
 

