@@ -97,13 +97,14 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobS
   const std::string staged = NewName();
   const auto connection = connections_->Take();
   PartWriter writer{PostgresParts(connection.get()), staged};
-  RILIEVO_RETURN_IF_ERROR(connection->TransactBesideOthers([&]() -> absl::Status {
+  const absl::Status written = connection->TransactBesideOthers([&]() -> absl::Status {
     for (;;) {
       RILIEVO_ASSIGN_OR_RETURN(const std::string_view piece, next());
       if (piece.empty()) return writer.Flush();
       RILIEVO_RETURN_IF_ERROR(writer.Add(piece));
     }
-  }));
+  });
+  RILIEVO_RETURN_IF_ERROR(written);
   return std::make_unique<StagedParts>(connections_, staged, writer.hash(), writer.bytes());
 }
 

@@ -9,6 +9,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -43,7 +44,7 @@ absl::Status StatusOfState(std::string_view state, const std::string& message) {
 
 // The first line of what libpq says of a connection; there is no password in it.
 std::string WordsOf(const PGconn* connection) {
-  const std::string_view text = PQerrorMessage(connection);
+  const absl::string_view text = PQerrorMessage(connection);
   return absl::StrCat("database: ", text.substr(0, text.find('\n')));
 }
 

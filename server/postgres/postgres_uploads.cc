@@ -187,7 +187,7 @@ absl::StatusOr<int64_t> PostgresUploads::StoredBytes(const std::string& name) {
 absl::StatusOr<bool> PostgresUploads::RemoveIfIdle(const std::string& name) {
   const auto connection = connections_->Take();
   bool idle = true;
-  RILIEVO_RETURN_IF_ERROR(connection->TransactBesideOthers([&]() -> absl::Status {
+  const absl::Status removed = connection->TransactBesideOthers([&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(Query query,
                              connection->Prepare("SELECT CAST(busy_until <= now() AS INTEGER) FROM"
                                                  " upload_turns WHERE name = $1 FOR UPDATE"));
@@ -198,7 +198,8 @@ absl::StatusOr<bool> PostgresUploads::RemoveIfIdle(const std::string& name) {
                              connection->Prepare("DELETE FROM upload_turns WHERE name = $1"));
     RILIEVO_RETURN_IF_ERROR(end.Bind(name).Run());
     return PostgresParts(connection.get()).Remove(PartsOf(name));
-  }));
+  });
+  RILIEVO_RETURN_IF_ERROR(removed);
   return idle;
 }
 
