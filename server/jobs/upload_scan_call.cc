@@ -13,7 +13,8 @@
 namespace rilievo {
 namespace {
 
-CallError ChunkViolation(const std::string& description, ErrorCause reason = ErrorCause::kInvalidField) {
+CallError ChunkViolation(const std::string& description,
+                         ErrorCause reason = ErrorCause::kInvalidField) {
   return BadRequestError({{"chunk", description}}, reason);
 }
 
@@ -182,7 +183,7 @@ std::optional<CallError> UploadScanCall::TakeChunk() {
   if (bytes.empty()) return ChunkViolation("0 bytes; send at least 1");
   if (bytes.size() > static_cast<size_t>(kMaxChunkBytes)) {
     return ChunkViolation(absl::StrCat(bytes.size(), " bytes; send at most ", kMaxChunkBytes),
-                     ErrorCause::kLimitExceeded)
+                          ErrorCause::kLimitExceeded)
         .Limit(kMaxChunkBytes, bytes.size());
   }
   if (bytes.size() > total_bytes_ - static_cast<uint64_t>(writer_->size())) {
