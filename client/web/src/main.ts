@@ -98,9 +98,9 @@ function start(): void {
       const scan = await decoder.ask('readScan', { bytes, name: file.name });
       view.begin(file.name, true);
       await view.showScan(scan.layers);
-      say(`${whole.format(scan.points)} points, ${scan.format}.`);
       const listener = listenerOf(stages);
       stages.show('upload', 0);
+      say(`${whole.format(scan.points)} points, ${scan.format}.`);
       const job = await submitScan(scan, signal, listener);
       rememberName(job.jobId, file.name);
       if (work) work.jobId = job.jobId;
