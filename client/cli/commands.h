@@ -23,6 +23,7 @@ struct Command {
 };
 
 Command AddReconstruct(CLI::App& program);
+Command AddAlign(CLI::App& program);
 Command AddCompletion(CLI::App& program);
 Command AddDiagnose(CLI::App& program);
 Command AddEvaluate(CLI::App& program);

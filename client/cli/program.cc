@@ -31,8 +31,8 @@ int RunProgram(int argc, const char* const* argv) {
                    kExitCodeHelp));
   std::vector<Command> commands;
   for (const auto add :
-       {AddReconstruct, AddDiagnose, AddExport, AddInfo, AddMeasure, AddEvaluate, AddVerify,
-        AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
+       {AddReconstruct, AddDiagnose, AddAlign, AddExport, AddInfo, AddMeasure, AddEvaluate,
+        AddVerify, AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

@@ -134,6 +134,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   };
   add("scan", absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
                            paths.scan_format, "), ", DroppedText(report)));
+  if (paths.alignment) add("aligned", AlignedLine(*paths.alignment));
   if (report.has_stations() || report.has_normals()) add("sides", SidesText(report));
   add("topology", absl::StrCat(report.road(), ": ", report.road_reason()));
   add("surface",
@@ -186,6 +187,8 @@ std::string FailureJson(const absl::Status& status, const ReportPaths& paths) {
 std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& paths) {
   Json json;
   json["scan"] = paths.scan;
+  if (!paths.merged.empty()) json["merged"] = paths.merged;
+  if (paths.alignment) json["alignment"] = AlignmentJson(*paths.alignment);
   json["scan_format"] = paths.scan_format;
   json["output"] = paths.target.path;
   if (!paths.target.kept_dss.empty()) json["kept_dss"] = paths.target.kept_dss;

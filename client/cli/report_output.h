@@ -1,9 +1,12 @@
 // The report of a reconstruction for people and for programs.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "client/cli/alignment_words.h"
 #include "client/cli/surface_output.h"
 #include "rilievo/v1/report.pb.h"
 
@@ -12,6 +15,8 @@ namespace rilievo {
 struct ReportPaths {
   std::string scan, scan_format;
   SurfaceTarget target;
+  std::vector<std::string> merged = {};           // the files of a merged scan
+  std::optional<AlignmentReport> alignment = {};  // of these
 };
 
 // Lines of at most 80 columns.

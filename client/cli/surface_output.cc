@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <map>
-#include <system_error>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/export_place.h"
+#include "client/cli/output_folder.h"
 #include "client/cli/output_target.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
@@ -29,20 +27,6 @@ namespace fs = std::filesystem;
 bool IsMesh(const std::string& extension) {
   const std::vector<std::string> meshes = {"ply", "obj", "stl", "glb", "usda"};
   return std::find(meshes.begin(), meshes.end(), extension) != meshes.end();
-}
-
-bool NamesAFolder(const std::string& path) {
-  std::error_code error;
-  return absl::EndsWith(path, "/") || fs::is_directory(path, error);
-}
-
-absl::Status MakeFolder(const std::string& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (!error || fs::is_directory(path)) return absl::OkStatus();
-  return WithExitCode(absl::PermissionDeniedError(
-                          absl::StrCat(path, ": cannot be made a folder: ", error.message())),
-                      ExitCode::kOutput);
 }
 
 // As `rilievo export` does without options.
@@ -119,16 +103,9 @@ absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std:
   if (arguments.keep_dss) {
     return UsageError("--keep-dss: the files in a folder are .dss files; leave --keep-dss out");
   }
-  RILIEVO_RETURN_IF_ERROR(MakeFolder(output));
-  std::map<std::string, std::string> scan_of;
-  for (const std::string& scan : scans) {
-    const std::string stem = scan == "-" ? "stdin" : fs::path(NameUnpacked(scan)).stem().string();
-    targets.push_back({(fs::path(output) / (stem + ".dss")).string(), ""});
-    const auto [other, is_new] = scan_of.emplace(targets.back().path, scan);
-    if (is_new) continue;
-    return UsageError(absl::StrCat(other->second, " and ", scan, " would both become ",
-                                   targets.back().path, "; reconstruct them one by one"));
-  }
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> paths,
+                           PathsInFolder(scans, output, ".dss"));
+  for (const std::string& path : paths) targets.push_back({path, ""});
   return targets;
 }
 

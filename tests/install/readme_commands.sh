@@ -22,6 +22,7 @@ echo 'kill $server; wait $server' >>commands
 trap 'rm -rf "$root"' EXIT
 bash -euo pipefail -x commands
 for file in mesh.glb surface.dss surface.png surface.obj few.ply surfaces/scan.dss surfaces/other.dss \
+  aligned/view_1.ply star.dss \
   turning.png error.png; do
   [ -s "$file" ] || { echo "the commands left no $file" >&2; exit 1; }
 done

@@ -61,7 +61,7 @@ TEST(DiagnoseTest, NoiseIsThatOfTheScanner) {
   const auto clean = DiagnoseScan(EvenScan("torus", 30000), {});
   EXPECT_LT(clean->noise[2], 0.1 * noisy->noise[2]);
   EXPECT_THAT(noisy->advice, Contains(HasSubstr("noisy")));
-  EXPECT_THAT(clean->advice, testing::ElementsAre(HasSubstr("No problems found")));
+  EXPECT_THAT(clean->advice, ::testing::ElementsAre(HasSubstr("No problems found")));
 }
 
 TEST(DiagnoseTest, AHoleIsMeasured) {

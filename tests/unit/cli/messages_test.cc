@@ -17,8 +17,9 @@ struct Case {
 
 const Case kCases[] = {
     {"", 2,
-     R"(rilievo: a command is missing; the commands are reconstruct, diagnose, export,
-  info, measure, evaluate, verify, compare, simulate, view, jobs, completion
+     R"(rilievo: a command is missing; the commands are reconstruct, diagnose, align,
+  export, info, measure, evaluate, verify, compare, simulate, view, jobs,
+  completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -38,7 +39,7 @@ See 'rilievo --help'.
 )"},
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, diagnose,
-  export, info, measure, evaluate, verify, compare, simulate, view, jobs,
+  align, export, info, measure, evaluate, verify, compare, simulate, view, jobs,
   completion
 See 'rilievo --help'.
 )"},
