@@ -22,7 +22,7 @@ void AddExportPlace(CLI::App* app, ExportPlaceArguments* arguments);
 absl::Status CheckExportPlace(const ExportPlaceArguments& arguments, const std::string& output,
                               const std::string& extension);
 
-// The point that becomes 0 0 0: zero where nothing is asked for. kUsage for what is no point.
+// The point that is written as 0 0 0: the origin by default. kUsage for text that is not a point.
 absl::StatusOr<Eigen::Vector3d> OriginOf(const ExportPlaceArguments& arguments,
                                          const SpatialFrame& frame);
 

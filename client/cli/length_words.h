@@ -27,8 +27,8 @@ struct Length {
   std::string text;  // as it was written
 };
 
-// A number alone is a fraction of the diagonal, with % a hundredth of that, with a unit a length,
-// with u one in the scan's own units. INVALID_ARGUMENT for anything else.
+// A plain number is a fraction of the diagonal, and one with % is a percentage of it. A number with
+// a unit is a length; the unit u is the scan's own. INVALID_ARGUMENT for anything else.
 absl::StatusOr<Length> ParseLength(absl::string_view text);
 
 // Checks an option's text; fractions must lie in [low, high].

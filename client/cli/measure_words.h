@@ -16,7 +16,7 @@ struct ProbeRay {
 };
 
 // Each word is "x=D", "y=D" or "z=D", or "A,B,C,D". Normals are as told, not of unit length.
-// INVALID_ARGUMENT with the exit code kUsage names another word, or one without a normal.
+// INVALID_ARGUMENT, with the exit code kUsage, names a word of any other form or a zero normal.
 absl::StatusOr<std::vector<Plane>> ReadPlaneWords(const std::vector<std::string>& words);
 
 // Each word is six numbers with ',' between them. Errors likewise.

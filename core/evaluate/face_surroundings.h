@@ -38,7 +38,8 @@ struct FaceStar {
 FaceStar StarOf(const TaggedLevel& level, int face, int corner);
 
 // Whether the surface on the face follows the regular rules at this corner: an inner vertex of
-// valence 6 without sharp edges, or one on a crease or boundary with three faces on this side.
+// valence 6 without sharp edges, or a vertex on a crease or boundary that has three faces on this
+// side of it.
 bool IsRegularCorner(const TaggedLevel& level, int face, int corner);
 
 // The six points around a regular corner from the face's next corner on. Beyond a sharp edge (a, b)

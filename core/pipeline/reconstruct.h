@@ -22,7 +22,7 @@
 namespace rilievo {
 
 // Of encode, as lengths in the scan's unit: they become fractions of the diagonal once that is
-// known. > 0; at most one of a length and its fraction.
+// known. Each is above 0, and excludes the same option given as a fraction.
 struct EncodeLengths {
   std::optional<double> max_error, height_step;
   absl::Status Validate(const EncodeOptions& encode) const;

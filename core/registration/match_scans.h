@@ -12,7 +12,7 @@ namespace rilievo {
 
 // One place, seen twice; unit frame, the scans where their poses put them.
 struct ScanMatch {
-  Eigen::Vector3d first, second;  // the point of either scan
+  Eigen::Vector3d first, second;  // one point of each scan
   // Unit: the mean of both normals (S. Rusinkiewicz, "A symmetric objective function for ICP", ACM
   // TOG 38, 2019), under which points of one quadric have no distance.
   Eigen::Vector3d normal;

@@ -7,8 +7,8 @@
 
 namespace rilievo {
 
-// In the frame and unit of the vertices. A closed mesh counts as a solid of density 1 per volume,
-// an open one as a shell of density 1 per area.
+// In the frame and unit of the vertices. A closed mesh is treated as a solid with density 1 per
+// volume, an open mesh as a shell with density 1 per area.
 struct MassProperties {
   bool closed = false;
   double area = 0;

@@ -87,6 +87,20 @@ class JobsTest(unittest.TestCase):
         self.assertEqual(len(set(ids)), 1)
         self.jobs.get(ids[0]).cancel()
 
+    def test_an_upload_that_the_server_dropped_begins_anew(self):
+        with rilievo.Jobs(self.server) as jobs:
+            ask, answers = jobs._stub.GetUpload, []
+
+            def ask_too_early(*arguments, **named):
+                answers.append(ask(*arguments, **named))
+                if len(answers) == 1:
+                    answers[0].stored_bytes = 1000
+                return answers[-1]
+
+            jobs._stub.GetUpload = ask_too_early
+            jobs.submit(sphere(500), max_level=1).cancel()
+            self.assertEqual([answer.stored_bytes for answer in answers], [1000, 0])
+
     def test_a_server_without_a_store(self):
         with rilievo.PrivateServer() as plain, rilievo.Jobs(plain) as jobs:
             with self.assertRaises(rilievo.FailedPrecondition) as caught:

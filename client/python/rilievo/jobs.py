@@ -216,8 +216,10 @@ class Jobs:
                 # What the server had was not what was sent: it has dropped it.
                 tries.pause(error, worth_it=True)
             except RilievoError as error:
-                # ABORTED: another stream of the same scan has taken over.
-                tries.pause(error, worth_it=type(error) is RilievoError)
+                # ABORTED: another stream of the same scan has taken over. Offset out of range: it
+                # has just completed it, or the server has dropped what it had.
+                tries.pause(error, worth_it=type(error) is RilievoError
+                            or error.reason == "OFFSET_OUT_OF_RANGE")
 
     def _watch(self, job_id: str, progress: Optional[ProgressCallback],
                timeout: Optional[float]) -> Any:
@@ -297,8 +299,6 @@ class _Tries:
         """Waits, or raises `error` when another attempt cannot help or no time is left."""
         self._failures += 1
         may_help = worth_it or isinstance(error, Unavailable) or error.retry_delay is not None
-        if isinstance(error, (InvalidArgument, DeadlineExceeded)) and error.retry_delay is None:
-            may_help = False
         seconds = min(_LONGEST_PAUSE, _FIRST_PAUSE * 2.0 ** (self._failures - 1))
         seconds = max(seconds * random.uniform(0.5, 1.5), error.retry_delay or 0.0)
         late = self._end is not None and time.monotonic() + seconds > self._end

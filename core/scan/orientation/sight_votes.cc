@@ -13,8 +13,8 @@ constexpr double kLengthTolerance = 0.1;
 // 0.9.
 constexpr double kLeastUsable = 0.5;
 constexpr double kLeastAlignment = 0.75;
-// See ConsistencyOf: the stations of the simulated scenes have 0.62 or more (a street of 20 000
-// points), one outside a closed surface that it has not seen less than 0.1.
+// See ConsistencyOf: the stations of the simulated scenes reach at least 0.62 (a street of 20 000
+// points); a station that is wrongly placed outside a closed surface stays below 0.1.
 constexpr double kLeastConsistency = 0.5;
 
 }  // namespace

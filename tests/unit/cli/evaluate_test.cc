@@ -89,7 +89,7 @@ TEST_F(EvaluateTest, FindsClosestPointsOfAScan) {
     ExpectVector(closest[i]["position"], position);
     const double distance = closest[i]["distance"].get<double>();
     EXPECT_NEAR(distance, (places[i] - position).norm(), 1e-12);
-    // The scan is one of a unit sphere.
+    // The scan is of a unit sphere.
     EXPECT_NEAR(distance, std::abs(places[i].norm() - 1), 0.01);
   }
   // The text reads as a scan of the closest points.
