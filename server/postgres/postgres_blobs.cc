@@ -29,22 +29,20 @@ class StagedParts final : public StagedBlob {
       : StagedBlob(std::move(name), bytes),
         connections_(std::move(connections)),
         staged_(std::move(staged)) {}
+  // Nothing is left of them after a transaction that was kept.
   ~StagedParts() override {
-    if (!adopted_) PostgresParts(connections_->Take().get()).Remove(staged_).IgnoreError();
+    PostgresParts(connections_->Take().get()).Remove(staged_).IgnoreError();
   }
 
-  absl::Status Adopt() const override {
+  absl::Status Adopt(Database* tables) const override {
+    if (tables != nullptr) return PostgresParts(tables).Rename(staged_, name());
     const auto connection = connections_->Take();
-    const absl::Status done = connection->TransactBesideOthers(
-        [&] { return PostgresParts(connection.get()).Rename(staged_, name()); });
-    adopted_ = done.ok();
-    return done;
+    return connection->TransactBesideOthers([&] { return Adopt(connection.get()); });
   }
 
  private:
   const std::shared_ptr<PostgresConnections> connections_;
   const std::string staged_;
-  mutable bool adopted_ = false;
 };
 
 // Pieces of a source put together to parts of one size, the last one shorter.
@@ -97,7 +95,7 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobS
   const std::string staged = NewName();
   const auto connection = connections_->Take();
   PartWriter writer{PostgresParts(connection.get()), staged};
-  const absl::Status written = connection->TransactBesideOthers([&]() -> absl::Status {
+  const absl::Status written = connection->TransactUnflushed([&]() -> absl::Status {
     for (;;) {
       RILIEVO_ASSIGN_OR_RETURN(const std::string_view piece, next());
       if (piece.empty()) return writer.Flush();

@@ -1,6 +1,7 @@
 #include "server/postgres/postgres_database.h"
 
 #include <libpq-fe.h>
+#include <poll.h>
 
 #include <cstring>
 #include <string_view>
@@ -19,7 +20,11 @@ namespace {
 constexpr Oid kBytes = 17, kInteger = 20;
 constexpr int kBinary = 1;
 // Of this project's stores; any number will do.
-constexpr char kLock[] = "BEGIN; SELECT pg_advisory_xact_lock(7269396576)";
+constexpr char kLock[] = "SELECT pg_advisory_xact_lock(7269396576)";
+constexpr char kUnflushed[] = "SET LOCAL synchronous_commit = off";
+// A transaction of its own, which is on disk, as all before it, when it is answered; where there are
+// synchronous standbys, there too.
+constexpr char kFlush[] = "SELECT pg_logical_emit_message(true, 'rilievo', '')";
 // A connection that failed is not tried again for so long: whoever waits for one waits no longer.
 constexpr std::chrono::milliseconds kPause{250};
 
@@ -58,6 +63,24 @@ std::string BytesOfInteger(int64_t value) {
 
 bool IsBroken(const PGconn* connection) { return PQstatus(connection) != CONNECTION_OK; }
 
+// Between two statements a server says nothing, unless that it ends.
+bool IsAlive(PGconn* connection) {
+  pollfd socket{.fd = PQsocket(connection), .events = POLLIN, .revents = 0};
+  while (!IsBroken(connection) && poll(&socket, 1, 0) > 0) {
+    if (PQconsumeInput(connection) != 1) return false;
+  }
+  return !IsBroken(connection);
+}
+
+absl::Status StatusOfResult(const PGconn* connection, const PGresult* result) {
+  const ExecStatusType status = PQresultStatus(result);
+  if (status != PGRES_FATAL_ERROR) return absl::OkStatus();
+  const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  if (IsBroken(connection) || state == nullptr) return absl::UnavailableError(WordsOf(connection));
+  return StatusOfState(
+      state, absl::StrCat("database: ", PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY)));
+}
+
 }  // namespace
 
 // All rows come with the first step.
@@ -77,9 +100,16 @@ class PostgresStatement final : public Statement {
 
   absl::StatusOr<bool> Step() override {
     if (!result_) {
-      RILIEVO_ASSIGN_OR_RETURN(result_, database_->Run(sql_, parameters_));
+      RILIEVO_RETURN_IF_ERROR(database_->Send(sql_, parameters_));
+      RILIEVO_ASSIGN_OR_RETURN(result_, database_->Collect());
     }
     return ++row_ < PQntuples(result_.get());
+  }
+
+  absl::Status Run(bool behind) override {
+    if (result_) return absl::OkStatus();
+    if (behind && database_->in_transaction_) return database_->Send(sql_, parameters_);
+    return Step().status();
   }
 
   // Of two, four or eight bytes.
@@ -106,9 +136,9 @@ void PostgresDatabase::Finish::operator()(pg_conn* connection) const { PQfinish(
 void PostgresDatabase::Clear::operator()(pg_result* result) const { PQclear(result); }
 
 absl::Status PostgresDatabase::Connect() {
-  if (connection_ && !IsBroken(connection_.get())) return absl::OkStatus();
-  if (in_transaction_) return absl::UnavailableError("database: the connection broke");
+  if (connection_ && IsAlive(connection_.get())) return absl::OkStatus();
   if (std::chrono::steady_clock::now() < next_attempt_) return failure_;
+  prepared_.clear();
   // What stands before the URL is what holds where that does not say otherwise.
   const char* const names[] = {"connect_timeout",  "tcp_user_timeout", "keepalives_idle",
                                "application_name", "dbname",           nullptr};
@@ -119,7 +149,10 @@ absl::Status PostgresDatabase::Connect() {
       connection_.get(), [](void*, const char*) {}, nullptr);
   if (!IsBroken(connection_.get())) {
     const Result set(PQexec(connection_.get(), kSession));
-    if (PQresultStatus(set.get()) == PGRES_COMMAND_OK) return absl::OkStatus();
+    if (PQresultStatus(set.get()) == PGRES_COMMAND_OK &&
+        PQenterPipelineMode(connection_.get()) == 1) {
+      return absl::OkStatus();
+    }
   }
   failure_ = absl::UnavailableError(WordsOf(connection_.get()));
   next_attempt_ = std::chrono::steady_clock::now() + kPause;
@@ -127,28 +160,14 @@ absl::Status PostgresDatabase::Connect() {
   return failure_;
 }
 
-absl::StatusOr<PostgresDatabase::Result> PostgresDatabase::Send(
-    const std::function<pg_result*(pg_conn*)>& send) {
-  for (bool again = false;; again = true) {
-    RILIEVO_RETURN_IF_ERROR(Connect());
-    Result result(send(connection_.get()));
-    const ExecStatusType status = PQresultStatus(result.get());
-    if (status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK) {
-      if (!absl::SimpleAtoi(PQcmdTuples(result.get()), &changes_)) changes_ = 0;
-      return result;
-    }
-    const bool broken = IsBroken(connection_.get());
-    if (broken && !in_transaction_ && !again) continue;
-    const char* state = PQresultErrorField(result.get(), PG_DIAG_SQLSTATE);
-    if (broken || state == nullptr) return absl::UnavailableError(WordsOf(connection_.get()));
-    return StatusOfState(
-        state,
-        absl::StrCat("database: ", PQresultErrorField(result.get(), PG_DIAG_MESSAGE_PRIMARY)));
-  }
+absl::Status PostgresDatabase::Note(absl::Status status) {
+  if (in_transaction_ && failed_.ok()) failed_ = status;
+  return in_transaction_ ? failed_ : status;
 }
 
-absl::StatusOr<PostgresDatabase::Result> PostgresDatabase::Run(
-    const std::string& sql, const std::vector<Parameter>& parameters) {
+absl::Status PostgresDatabase::Send(const std::string& sql,
+                                    const std::vector<Parameter>& parameters) {
+  RILIEVO_RETURN_IF_ERROR(Note(in_transaction_ ? absl::OkStatus() : Connect()));
   const size_t count = parameters.size();
   std::vector<Oid> types(count);
   std::vector<const char*> values(count);
@@ -158,10 +177,53 @@ absl::StatusOr<PostgresDatabase::Result> PostgresDatabase::Run(
     values[i] = parameters[i].bytes.data();
     lengths[i] = static_cast<int>(parameters[i].bytes.size());
   }
-  return Send([&](pg_conn* connection) {
-    return PQexecParams(connection, sql.c_str(), static_cast<int>(count), types.data(),
-                        values.data(), lengths.data(), formats.data(), kBinary);
-  });
+  PGconn* const connection = connection_.get();
+  const int size = static_cast<int>(count);
+  const auto [known, first] = prepared_.try_emplace(sql, absl::StrCat("s", names_));
+  const char* const name = known->second.c_str();
+  if (first) {
+    ++names_;
+    sent_.push_back(sql);
+    if (PQsendPrepare(connection, name, sql.c_str(), size, types.data()) != 1) return GiveUp();
+  }
+  sent_.emplace_back();
+  const int sent = PQsendQueryPrepared(connection, name, size, values.data(), lengths.data(),
+                                       formats.data(), kBinary);
+  return sent == 1 ? absl::OkStatus() : GiveUp();
+}
+
+absl::Status PostgresDatabase::GiveUp() {
+  const absl::Status status = absl::UnavailableError(WordsOf(connection_.get()));
+  connection_.reset();
+  sent_.clear();
+  return Note(status);
+}
+
+absl::StatusOr<PostgresDatabase::Result> PostgresDatabase::Collect() {
+  PGconn* const connection = connection_.get();
+  if (PQpipelineSync(connection) != 1) return GiveUp();
+  absl::Status status;
+  Result last;
+  for (size_t answered = 0;;) {
+    Result result(PQgetResult(connection));
+    if (!result) {  // the end of one answer, or of a connection
+      if (IsBroken(connection)) return GiveUp();
+      ++answered;
+      continue;
+    }
+    const ExecStatusType kind = PQresultStatus(result.get());
+    if (kind == PGRES_PIPELINE_SYNC) break;
+    status.Update(StatusOfResult(connection, result.get()));
+    if (kind != PGRES_COMMAND_OK && kind != PGRES_TUPLES_OK) continue;
+    if (answered < sent_.size()) sent_[answered].clear();
+    last = std::move(result);
+  }
+  // What followed an error was not looked at.
+  for (const std::string& sql : sent_) prepared_.erase(sql);
+  sent_.clear();
+  RILIEVO_RETURN_IF_ERROR(Note(status));
+  if (!absl::SimpleAtoi(PQcmdTuples(last.get()), &changes_)) changes_ = 0;
+  return last;
 }
 
 absl::StatusOr<Query> PostgresDatabase::Prepare(const std::string& sql) {
@@ -169,33 +231,49 @@ absl::StatusOr<Query> PostgresDatabase::Prepare(const std::string& sql) {
 }
 
 absl::Status PostgresDatabase::Execute(const std::string& sql) {
-  return Send([&](pg_conn* connection) { return PQexec(connection, sql.c_str()); }).status();
+  if (!in_transaction_) RILIEVO_RETURN_IF_ERROR(Connect());
+  if (!sent_.empty()) RILIEVO_RETURN_IF_ERROR(Collect().status());
+  RILIEVO_RETURN_IF_ERROR(Note(absl::OkStatus()));
+  // Several statements in one go are none of a pipeline.
+  PGconn* const connection = connection_.get();
+  if (PQexitPipelineMode(connection) != 1) return Note(absl::InternalError(WordsOf(connection)));
+  const Result result(PQexec(connection, sql.c_str()));
+  absl::Status done = StatusOfResult(connection, result.get());
+  if (PQenterPipelineMode(connection) != 1) done.Update(absl::UnavailableError(WordsOf(connection)));
+  return Note(std::move(done));
 }
 
 absl::Status PostgresDatabase::Transact(const std::function<absl::Status()>& body) {
-  return TransactFrom(kLock, body);
+  return TransactFrom({"BEGIN", kUnflushed, kLock}, {"COMMIT", kFlush}, body);
 }
 
 absl::Status PostgresDatabase::TransactBesideOthers(const std::function<absl::Status()>& body) {
-  return TransactFrom("BEGIN", body);
+  return TransactFrom({"BEGIN"}, {"COMMIT"}, body);
 }
 
-absl::Status PostgresDatabase::TransactFrom(const std::string& begin,
+absl::Status PostgresDatabase::TransactUnflushed(const std::function<absl::Status()>& body) {
+  return TransactFrom({"BEGIN", kUnflushed}, {"COMMIT"}, body);
+}
+
+absl::Status PostgresDatabase::TransactFrom(const std::vector<std::string>& begin,
+                                            const std::vector<std::string>& end,
                                             const std::function<absl::Status()>& body) {
-  absl::Status done = Execute(begin);
+  RILIEVO_RETURN_IF_ERROR(Connect());
   in_transaction_ = true;
+  failed_ = absl::OkStatus();
+  for (const std::string& sql : begin) Send(sql).IgnoreError();
+  // What the body does while it waits for its own first answer is done with the lock held.
+  absl::Status done = begin.back() == kLock ? Collect().status() : failed_;
   if (done.ok()) done = body();
   if (done.ok()) {
-    const auto committed = Send([](pg_conn* connection) { return PQexec(connection, "COMMIT"); });
-    in_transaction_ = false;
-    RILIEVO_RETURN_IF_ERROR(committed.status());
-    // What failed within, though nobody said so, takes all the rest along.
-    if (std::string_view(PQcmdStatus(committed->get())) == "COMMIT") return absl::OkStatus();
-    return absl::InternalError("database: the transaction was rolled back");
+    for (const std::string& sql : end) Send(sql).IgnoreError();
   }
-  // A connection that broke has no transaction any more.
-  if (connection_ && !IsBroken(connection_.get())) Execute("ROLLBACK").IgnoreError();
+  if (!sent_.empty()) Collect().IgnoreError();
+  // What failed first is the reason of all else.
+  if (!failed_.ok()) done = failed_;
   in_transaction_ = false;
+  // A connection that broke has no transaction any more.
+  if (!done.ok() && !IsBroken(connection_.get())) Execute("ROLLBACK").IgnoreError();
   return done;
 }
 

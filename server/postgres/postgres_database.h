@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,8 +17,11 @@ struct pg_result;
 
 namespace rilievo {
 
-// One connection, made when it is first needed, and again when it broke. What is not within a
-// transaction may be sent a second time then, so it must be such as may be repeated.
+// One connection, made when it is first needed, and again when it broke. Nothing is sent twice: what
+// broke under a statement is UNAVAILABLE, though it may have been done.
+//
+// Statements are prepared when they are first used. Those of a transaction whose answer nobody waits
+// for are sent together (libpq's pipeline): a transaction costs few journeys to the database.
 class PostgresDatabase final : public Database {
  public:
   // `url`: as libpq reads it (CheckPostgresUrl()).
@@ -25,9 +29,11 @@ class PostgresDatabase final : public Database {
 
   absl::StatusOr<Query> Prepare(const std::string& sql) override;
   absl::Status Execute(const std::string& sql) override;
-  // One at a time of all who have the database, by an advisory lock that ends with the transaction.
+  // One at a time of all who have the database, by an advisory lock that ends with the transaction,
+  // before that is on disk: what is waited for there is waited for by all of them together.
   absl::Status Transact(const std::function<absl::Status()>& body) override;
   absl::Status TransactBesideOthers(const std::function<absl::Status()>& body) override;
+  absl::Status TransactUnflushed(const std::function<absl::Status()>& body) override;
   bool shared() const override { return true; }
   // Nothing: PostgreSQL does so by itself.
   absl::Status Shrink() override { return absl::OkStatus(); }
@@ -49,14 +55,26 @@ class PostgresDatabase final : public Database {
   };
 
   absl::Status Connect();
-  // Sends by `send`, anew over a new connection where the old one turned out to be broken.
-  absl::StatusOr<Result> Send(const std::function<pg_result*(pg_conn*)>& send);
-  absl::StatusOr<Result> Run(const std::string& sql, const std::vector<Parameter>& parameters);
-  absl::Status TransactFrom(const std::string& begin, const std::function<absl::Status()>& body);
+  // Sends a statement; Collect() waits for the answers to all that were sent, and has the last one.
+  absl::Status Send(const std::string& sql, const std::vector<Parameter>& parameters = {});
+  absl::StatusOr<Result> Collect();
+  // Of a connection that broke, or that nothing more can be sent over.
+  absl::Status GiveUp();
+  // OK, or what failed first within this transaction; anything later only follows from that.
+  absl::Status Note(absl::Status status);
+  // `end`: "COMMIT", and what follows it.
+  absl::Status TransactFrom(const std::vector<std::string>& begin,
+                            const std::vector<std::string>& end,
+                            const std::function<absl::Status()>& body);
 
   const std::string url_;
   std::unique_ptr<pg_conn, Finish> connection_;
+  std::map<std::string, std::string> prepared_;  // names of statements, by their SQL
+  int names_ = 0;                                // that statements were given so far
+  // What was sent and has no answer yet: the SQL of what is to be prepared, nothing of a statement.
+  std::vector<std::string> sent_;
   bool in_transaction_ = false;
+  absl::Status failed_;  // the first failure of this transaction
   int changes_ = 0;
   // After a connection that failed: how long the next ones fail at once, and with what.
   std::chrono::steady_clock::time_point next_attempt_{};

@@ -8,7 +8,7 @@ absl::Status PostgresParts::Append(const std::string& name, int64_t begin,
                                    const std::string& bytes) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("INSERT INTO parts(name, begins, bytes) VALUES($1, $2, $3)"));
-  return query.Bind(name).Bind(begin).Bind(bytes).Run();
+  return query.Bind(name).Bind(begin).Bind(bytes).Post();
 }
 
 absl::StatusOr<int64_t> PostgresParts::End(const std::string& name) {
@@ -39,13 +39,11 @@ absl::StatusOr<std::string> PostgresParts::PartAt(const std::string& name, int64
 }
 
 absl::Status PostgresParts::Rename(const std::string& from, const std::string& to) {
-  RILIEVO_ASSIGN_OR_RETURN(Query there,
-                           database_->Prepare("SELECT 1 FROM parts WHERE name = $1 LIMIT 1"));
-  RILIEVO_ASSIGN_OR_RETURN(const bool found, there.Bind(to).Step());
-  if (found) return Remove(from);
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("UPDATE parts SET name = $2, since = now() WHERE name = $1"));
-  return query.Bind(from).Bind(to).Run();
+      Query query, database_->Prepare("UPDATE parts SET name = $2, since = now() WHERE name = $1 AND"
+                                      " NOT EXISTS(SELECT 1 FROM parts WHERE name = $2)"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(from).Bind(to).Post());
+  return Remove(from);
 }
 
 absl::Status PostgresParts::Truncate(const std::string& name, int64_t end) {
@@ -61,7 +59,7 @@ absl::Status PostgresParts::Truncate(const std::string& name, int64_t end) {
 
 absl::Status PostgresParts::Remove(const std::string& name) {
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare("DELETE FROM parts WHERE name = $1"));
-  return query.Bind(name).Run();
+  return query.Bind(name).Post();
 }
 
 }  // namespace rilievo

@@ -37,15 +37,16 @@ class WholeParts final : public StagedBlob {
       : StagedBlob(name, bytes), connections_(connections), turn_(std::move(turn)) {}
 
   // Unless a later writer has begun to change them.
-  absl::Status Adopt() const override {
-    const auto connection = connections_->Take();
-    return connection->TransactBesideOthers([&]() -> absl::Status {
-      RILIEVO_ASSIGN_OR_RETURN(
-          Query end, connection->Prepare("DELETE FROM upload_turns WHERE name = $1 AND turn = $2"));
-      RILIEVO_RETURN_IF_ERROR(end.Bind(turn_.upload).Bind(turn_.number).Run());
-      if (connection->Changes() != 1) return UploadTakenOver();
-      return PostgresParts(connection.get()).Rename(PartsOf(turn_.upload), name());
-    });
+  absl::Status Adopt(Database* tables) const override {
+    if (tables == nullptr) {
+      const auto connection = connections_->Take();
+      return connection->TransactBesideOthers([&] { return Adopt(connection.get()); });
+    }
+    RILIEVO_ASSIGN_OR_RETURN(
+        Query end, tables->Prepare("DELETE FROM upload_turns WHERE name = $1 AND turn = $2"));
+    RILIEVO_RETURN_IF_ERROR(end.Bind(turn_.upload).Bind(turn_.number).Run());
+    if (tables->Changes() != 1) return UploadTakenOver();
+    return PostgresParts(tables).Rename(PartsOf(turn_.upload), name());
   }
 
  private:
@@ -89,11 +90,11 @@ absl::Status PostgresUploadWriter::Append(const std::string& bytes) {
           " WHERE name = $1 AND turn = $2 RETURNING 1) INSERT INTO parts(name, begins, bytes)"
           " SELECT $3, $4, $5 FROM mine")));
   query.Bind(turn_.upload).Bind(turn_.number).Bind(PartsOf(turn_.upload)).Bind(size_).Bind(bytes);
-  const absl::Status written = query.Run();
-  // Sent twice over a connection that broke: who goes on asks what is stored.
-  if (absl::IsAlreadyExists(written)) return absl::UnavailableError(written.message());
+  const absl::Status written = connection->TransactUnflushed([&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(query.Run());
+    return connection->Changes() == 1 ? absl::OkStatus() : UploadTakenOver();
+  });
   RILIEVO_RETURN_IF_ERROR(written);
-  if (connection->Changes() != 1) return UploadTakenOver();
   if (hash_) AddBytes(bytes.data(), bytes.size(), &*hash_);
   size_ += static_cast<int64_t>(bytes.size());
   return absl::OkStatus();

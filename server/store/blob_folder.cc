@@ -35,7 +35,9 @@ class StagedFile final : public StagedBlob {
   // Adopted, it is no longer there.
   ~StagedFile() override { RemoveFile(path_).IgnoreError(); }
 
-  absl::Status Adopt() const override { return folder_.Adopt(path_, file_, name()); }
+  absl::Status Adopt(Database* /*tables*/) const override {
+    return folder_.Adopt(path_, file_, name());
+  }
 
  private:
   const BlobFolder& folder_;

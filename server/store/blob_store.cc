@@ -18,7 +18,7 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> BlobStore::Stage(
 
 absl::StatusOr<std::string> BlobStore::Put(const std::vector<std::vector<uint8_t>>& parts) const {
   RILIEVO_ASSIGN_OR_RETURN(const auto staged, Stage(parts));
-  RILIEVO_RETURN_IF_ERROR(staged->Adopt());
+  RILIEVO_RETURN_IF_ERROR(staged->Adopt(nullptr));
   return staged->name();
 }
 

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/os/file_descriptor.h"
+#include "server/store/database.h"
 #include "server/store/folder.h"
 
 namespace rilievo {
@@ -30,7 +31,9 @@ class StagedBlob {
   int64_t bytes() const { return bytes_; }
 
   // Makes a blob of them, on disk when it returns. Its age begins anew when it was there before.
-  virtual absl::Status Adopt() const = 0;
+  // `tables`: in a transaction, of which it is a part where blobs are in that database too; null
+  // without one.
+  virtual absl::Status Adopt(Database* tables) const = 0;
 
  private:
   const std::string name_;

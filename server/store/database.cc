@@ -4,13 +4,6 @@
 
 namespace rilievo {
 
-absl::Status Query::Run() {
-  for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool row, Step());
-    if (!row) return absl::OkStatus();
-  }
-}
-
 absl::StatusOr<int64_t> Database::Number(const std::string& sql) {
   RILIEVO_ASSIGN_OR_RETURN(Query query, Prepare(sql));
   RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());

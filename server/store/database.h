@@ -20,6 +20,8 @@ class Statement {
   virtual absl::Status Bind(int number, int64_t value) = 0;
   virtual absl::Status Bind(int number, const std::string& value) = 0;
   virtual absl::StatusOr<bool> Step() = 0;
+  // To its end; `behind`: as Query::Post().
+  virtual absl::Status Run(bool behind) = 0;
   virtual int64_t Integer(int column) const = 0;
   virtual std::string Bytes(int column) const = 0;
 };
@@ -44,7 +46,11 @@ class Query {
   }
 
   // To its end; rows are dropped.
-  absl::Status Run();
+  absl::Status Run() { return binding_.ok() ? statement_->Run(/*behind=*/false) : binding_; }
+
+  // The same within a transaction, without waiting for an answer where the database is far away. What
+  // goes wrong is told by a later statement or by the end of the transaction.
+  absl::Status Post() { return binding_.ok() ? statement_->Run(/*behind=*/true) : binding_; }
 
   // Of the row, columns from 0.
   int64_t Integer(int column) const { return statement_->Integer(column); }
@@ -85,13 +91,18 @@ class Database {
     return Transact(body);
   }
 
+  // The same without waiting for the disk: it is there before anything of a later transaction is.
+  virtual absl::Status TransactUnflushed(const std::function<absl::Status()>& body) {
+    return TransactBesideOthers(body);
+  }
+
   // Whether other processes work with it at the same time.
   virtual bool shared() const { return false; }
 
   // Gives room that holds nothing back to the disk.
   virtual absl::Status Shrink() = 0;
 
-  // Rows that the latest statement changed.
+  // Rows that the latest statement that was run to its end changed.
   virtual int Changes() const = 0;
 };
 

@@ -38,7 +38,8 @@ class JobQueue {
   // Finished, removed or damaged.
   absl::Status Remove(const std::string& job_id);
 
-  // In a transaction of its own, beside others. Jobs that may take their machine along (`suspect`)
+  // In a transaction of its own, beside others: nothing only when nothing waits that nobody else is
+  // just taking. Jobs that may take their machine along (`suspect`)
   // come when nothing else waits, to a worker that is idle. One that needs more memory than any
   // worker has goes to an idle one of those that have most.
   absl::StatusOr<std::optional<JobClaim>> Claim(const ClaimDemand& demand);
@@ -50,10 +51,12 @@ class JobQueue {
   // Gives a job back, as one to be taken with others or not.
   absl::Status Release(const JobClaim& claim, bool suspect);
 
-  // Leases of all claims of a worker go on; these claims. Then jobs whose lease is over are free.
+  // In a transaction of its own: leases of all claims of a worker go on; these claims. Then jobs
+  // whose lease is over are free.
   absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
 
-  // The latest event of a job, for whoever watches it elsewhere; empty when there is none.
+  // The latest event of a job, for whoever watches it elsewhere; empty when there is none. Tell():
+  // in a transaction of its own.
   absl::Status Tell(const JobClaim& claim, const std::string& event);
   absl::StatusOr<std::string> LatestEvent(const std::string& job_id);
 
@@ -68,8 +71,11 @@ class JobQueue {
 
  private:
   // The job of that number, which a statement selects and locks.
-  absl::StatusOr<std::optional<JobClaim>> Take(const std::string& number,
-                                               const ClaimDemand& demand);
+  absl::StatusOr<std::optional<JobClaim>> Take(const std::string& number, const ClaimDemand& demand,
+                                               int64_t heads);
+  // Whether there is one that this worker may take.
+  absl::StatusOr<bool> Waits(const ClaimDemand& demand);
+  absl::StatusOr<std::vector<JobClaim>> RenewLeases(const std::string& worker);
   absl::Status FreeLost();
 
   Database* const database_;

@@ -75,7 +75,7 @@ absl::Status JobStore::Free(JobTables* tables, const std::function<absl::Status(
 absl::Status JobStore::Adopt(JobTables* tables, const StagedBlob& staged,
                              const std::function<absl::Status()>& body) {
   const absl::Status done = Write(tables, [&]() -> absl::Status {
-    RILIEVO_RETURN_IF_ERROR(staged.Adopt());
+    RILIEVO_RETURN_IF_ERROR(staged.Adopt(&tables->database()));
     RILIEVO_RETURN_IF_ERROR(tables->AddBlob(staged.name(), staged.bytes(), clock_.Now()));
     return body();
   });

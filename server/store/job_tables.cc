@@ -180,7 +180,7 @@ absl::Status JobTables::Insert(const StoredJob& stored, int64_t end_ms, int64_t 
   query.Bind(stored.job.job_id()).Bind(stored.owner).Bind(stored.job.request_id());
   query.Bind(stored.client).Bind(stored.job.scan_id()).Bind(stored.mesh).Bind(stored.surface);
   query.Bind(end_ms).Bind(stored.unclean_ends).Bind(row.header).Bind(row.job).Bind(row.checksum);
-  RILIEVO_RETURN_IF_ERROR(query.Run());
+  RILIEVO_RETURN_IF_ERROR(query.Post());
   RILIEVO_RETURN_IF_ERROR(AddBytes(stored.owner, kJobRecordBytes));
   if (end_ms != 0) {
     return stored.surface.empty() ? absl::OkStatus() : Use(stored.owner, stored.surface);
@@ -189,7 +189,7 @@ absl::Status JobTables::Insert(const StoredJob& stored, int64_t end_ms, int64_t 
   RILIEVO_ASSIGN_OR_RETURN(
       Query touch,
       database_->Prepare("UPDATE scans SET since_ms = $1 WHERE owner = $2 AND scan = $3"));
-  return touch.Bind(now_ms).Bind(stored.owner).Bind(stored.job.scan_id()).Run();
+  return touch.Bind(now_ms).Bind(stored.owner).Bind(stored.job.scan_id()).Post();
 }
 
 absl::StatusOr<bool> JobTables::Update(const StoredJob& stored, int64_t now_ms) {
@@ -211,7 +211,7 @@ absl::StatusOr<bool> JobTables::Update(const StoredJob& stored, int64_t now_ms) 
   RILIEVO_ASSIGN_OR_RETURN(
       Query touch,
       database_->Prepare("UPDATE scans SET since_ms = $1 WHERE owner = $2 AND scan = $3"));
-  RILIEVO_RETURN_IF_ERROR(touch.Bind(now_ms).Bind(stored.owner).Bind(stored.job.scan_id()).Run());
+  RILIEVO_RETURN_IF_ERROR(touch.Bind(now_ms).Bind(stored.owner).Bind(stored.job.scan_id()).Post());
   RILIEVO_RETURN_IF_ERROR(DropInputs(stored));
   return true;
 }
@@ -297,7 +297,7 @@ absl::Status JobTables::SetState(const std::string& name, int64_t value) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_->Prepare("INSERT INTO state VALUES($1, $2) ON CONFLICT(name)"
                                               " DO UPDATE SET value = $2"));
-  return query.Bind(name).Bind(value).Run();
+  return query.Bind(name).Bind(value).Post();
 }
 
 }  // namespace rilievo

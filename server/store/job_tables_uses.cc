@@ -11,7 +11,7 @@ absl::Status JobTables::AddBytes(const std::string& owner, int64_t bytes) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("INSERT INTO owners VALUES($1, $2) ON CONFLICT(owner) DO"
                                       " UPDATE SET bytes = owners.bytes + $2"));
-  return query.Bind(owner).Bind(bytes).Run();
+  return query.Bind(owner).Bind(bytes).Post();
 }
 
 absl::Status JobTables::UseInputs(const StoredJob& stored) {
@@ -28,13 +28,13 @@ absl::Status JobTables::Use(const std::string& owner, const std::string& blob) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
       database_->Prepare("INSERT INTO uses VALUES($1, $2, 1) ON CONFLICT(blob, owner) DO"
-                         " UPDATE SET count = uses.count + 1 RETURNING count"));
+                         " UPDATE SET count = uses.count + 1 RETURNING count,"
+                         " (SELECT bytes FROM blobs WHERE name = $1)"));
   RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Bind(owner).Step().status());
   const bool first = query.Integer(0) == 1;
+  const int64_t bytes = query.Integer(1);
   RILIEVO_RETURN_IF_ERROR(query.Run());
-  if (!first) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
-  return AddBytes(owner, std::max<int64_t>(0, bytes));
+  return first ? AddBytes(owner, bytes) : absl::OkStatus();
 }
 
 absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) {
@@ -49,7 +49,7 @@ absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) 
   }
   RILIEVO_ASSIGN_OR_RETURN(Query drop,
                            database_->Prepare("DELETE FROM uses WHERE blob = $1 AND owner = $2"));
-  RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Bind(owner).Run());
+  RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Bind(owner).Post());
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
   RILIEVO_RETURN_IF_ERROR(AddBytes(owner, -std::max<int64_t>(0, bytes)));
   RILIEVO_ASSIGN_OR_RETURN(
@@ -64,7 +64,7 @@ absl::Status JobTables::AddBlob(const std::string& name, int64_t bytes, int64_t 
   RILIEVO_ASSIGN_OR_RETURN(
       Query query, database_->Prepare("INSERT INTO blobs VALUES($1, $2, $3) ON CONFLICT(name) DO"
                                       " UPDATE SET since_ms = $3"));
-  return query.Bind(name).Bind(bytes).Bind(now_ms).Run();
+  return query.Bind(name).Bind(bytes).Bind(now_ms).Post();
 }
 
 absl::Status JobTables::ForgetBlob(const std::string& name) {
@@ -88,7 +88,7 @@ absl::Status JobTables::AddScan(const std::string& owner, const std::string& sca
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_->Prepare("INSERT INTO scans VALUES($1, $2, $3) ON CONFLICT"
                                               "(owner, scan) DO UPDATE SET since_ms = $3"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Bind(now_ms).Run());
+  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Bind(now_ms).Post());
   return had ? absl::OkStatus() : Use(owner, scan);
 }
 
@@ -121,7 +121,7 @@ absl::Status JobTables::PutUpload(const std::string& owner, const std::string& n
   RILIEVO_RETURN_IF_ERROR(DropUpload(name));
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_->Prepare("INSERT INTO uploads VALUES($1, $2, $3, $4)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(name).Bind(owner).Bind(bytes).Bind(now_ms).Run());
+  RILIEVO_RETURN_IF_ERROR(query.Bind(name).Bind(owner).Bind(bytes).Bind(now_ms).Post());
   return AddBytes(owner, bytes);
 }
 

@@ -36,7 +36,9 @@ class WholeUpload final : public StagedBlob {
               const std::string& name, int64_t bytes)
       : StagedBlob(name, bytes), blobs_(blobs), path_(path), file_(file) {}
 
-  absl::Status Adopt() const override { return blobs_.Adopt(path_, file_, name()); }
+  absl::Status Adopt(Database* /*tables*/) const override {
+    return blobs_.Adopt(path_, file_, name());
+  }
 
  private:
   const BlobFolder& blobs_;

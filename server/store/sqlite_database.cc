@@ -74,6 +74,13 @@ class SqliteStatement final : public Statement {
     return StatusOfSqlite(sqlite3_db_handle(statement_.get()));
   }
 
+  absl::Status Run(bool /*behind*/) override {
+    for (;;) {
+      RILIEVO_ASSIGN_OR_RETURN(const bool row, Step());
+      if (!row) return absl::OkStatus();
+    }
+  }
+
   int64_t Integer(int column) const override {
     return sqlite3_column_int64(statement_.get(), column);
   }

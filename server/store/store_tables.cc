@@ -58,7 +58,7 @@ absl::Status CopyJob(const Query& row, int64_t version, const BlobFolder& blobs,
     return damaged.Bind(now_ms).Bind(row.Bytes(8)).Bind(row.Bytes(9)).Run();
   }
   RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(blobs, &stored));
-  if (mesh) RILIEVO_RETURN_IF_ERROR(mesh->Adopt());
+  if (mesh) RILIEVO_RETURN_IF_ERROR(mesh->Adopt(nullptr));
   const absl::Status inserted = tables->Insert(stored, end_ms, now_ms);
   // Damage may show a row twice.
   if (absl::IsAlreadyExists(inserted)) return absl::OkStatus();

@@ -88,6 +88,50 @@ TEST_F(PostgresDatabaseTest, ATransactionIsKeptWholeOrNotAtAll) {
   EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 1);
 }
 
+TEST_F(PostgresDatabaseTest, WhatIsPostedIsDoneInOrderOrFailsTheWhole) {
+  PostgresDatabase database(url_);
+  const auto insert = [&](int64_t number) {
+    auto query = *database.Prepare("INSERT INTO t VALUES($1, CAST($1 AS TEXT)::BYTEA)");
+    return query.Bind(number).Post();
+  };
+  const absl::Status kept = database.Transact([&]() -> absl::Status {
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(insert(i).ok());
+    EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 3);
+    EXPECT_TRUE(insert(3).ok());
+    EXPECT_TRUE(database.Execute("INSERT INTO t VALUES(4, 'four'); DELETE FROM t WHERE a = 0").ok());
+    return insert(5);
+  });
+  EXPECT_TRUE(kept.ok()) << kept;
+  EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 5);
+  const absl::Status twice = database.Transact([&]() -> absl::Status {
+    EXPECT_TRUE(insert(6).ok());
+    EXPECT_TRUE(insert(5).ok()) << "nobody has asked yet";
+    return absl::NotFoundError("as it seems to who does not know of it");
+  });
+  EXPECT_TRUE(absl::IsAlreadyExists(twice)) << twice;
+  EXPECT_TRUE(absl::IsAlreadyExists(database.Transact([&] { return insert(5); })));
+  EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 5);
+  EXPECT_TRUE(insert(6).ok()) << "outside of a transaction too";
+  EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 6);
+}
+
+// Whoever asked knows best whether it may be done twice.
+TEST_F(PostgresDatabaseTest, NothingIsSentTwice) {
+  PostgresDatabase database(url_), other(url_);
+  ASSERT_TRUE(database.Execute("CREATE SEQUENCE done").ok());
+  const auto cut = database.Number(
+      "SELECT CAST(pg_terminate_backend(pg_backend_pid()) AS INTEGER) + nextval('done')");
+  EXPECT_TRUE(absl::IsUnavailable(cut.status())) << cut.status();
+  EXPECT_EQ(*other.Number("SELECT last_value FROM done"), 1);
+  EXPECT_EQ(*database.Number("SELECT 5"), 5) << "over a new connection";
+  ASSERT_TRUE(other
+                  .Execute("SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity WHERE pid <>"
+                           " pg_backend_pid() AND datname = current_database()")
+                  .ok());
+  EXPECT_TRUE(database.Execute("INSERT INTO t VALUES(1, 'x')").ok())
+      << "a connection that broke while nobody used it is noticed";
+}
+
 TEST_F(PostgresDatabaseTest, OneTransactionAtATime) {
   std::atomic<int> within{0}, most{0};
   std::vector<std::jthread> threads;

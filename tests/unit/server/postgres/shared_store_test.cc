@@ -125,6 +125,17 @@ TEST_F(SharedStoreTest, EachJobIsTakenOnce) {
   EXPECT_EQ(std::set<std::string>(taken.begin(), taken.end()).size(), 40u);
 }
 
+TEST_F(SharedStoreTest, WhatOthersAreJustTakingIsPassedOver) {
+  for (int i = 0; i < 30; ++i) Of("c", absl::StrCat("j", i));
+  const absl::Status held = database_->TransactBesideOthers([&]() -> absl::Status {
+    EXPECT_TRUE(database_->Execute("SELECT 1 FROM queue ORDER BY number LIMIT 20 FOR UPDATE").ok());
+    EXPECT_EQ((*store_->Claim(Worker("w")))->job.job_id(), "j20");
+    return absl::OkStatus();
+  });
+  EXPECT_TRUE(held.ok()) << held;
+  EXPECT_EQ((*store_->Claim(Worker("w")))->job.job_id(), "j0");
+}
+
 TEST_F(SharedStoreTest, TurnsGoRoundTheClients) {
   for (const char* id : {"a1", "a2", "a3"}) Of("ann", id);
   Of("bob", "b1");

@@ -29,7 +29,7 @@ TEST_F(PartialUploadsTest, DamageOnDiskIsNoticed) {
   auto writer = uploads_->Continue("a", 200'000);
   ASSERT_TRUE((*writer)->Append(scan.substr(200'000)).ok());
   const absl::Status refused = (*writer)->Finish(
-      300'000, ContentNameOf(scan), [](const StagedBlob& staged) { return staged.Adopt(); });
+      300'000, ContentNameOf(scan), [](const StagedBlob& staged) { return staged.Adopt(nullptr); });
   EXPECT_EQ(refused.code(), absl::StatusCode::kDataLoss);
   EXPECT_TRUE(blobs_.List()->empty());
 }

@@ -25,7 +25,7 @@ class ScanUploadsTest : public BytesTest {
 
   absl::Status Finish(UploadWriter* writer) {
     return writer->Finish(static_cast<int64_t>(scan_.size()), ContentNameOf(scan_),
-                          [](const StagedBlob& staged) { return staged.Adopt(); });
+                          [](const StagedBlob& staged) { return staged.Adopt(nullptr); });
   }
 
   std::string scan_;
