@@ -30,7 +30,9 @@ constexpr std::chrono::milliseconds kPause{250};
 
 // What is waited for, at most. A server that stops in the middle of a transaction, with its machine
 // or its network, is cut off, or it would hold up all others.
+// A plan that was made while a table was small is used when it has grown.
 constexpr char kSession[] =
+    "SET enable_seqscan = off; SET jit = off;"
     "SET lock_timeout = '10s'; SET statement_timeout = '60s';"
     "SET idle_in_transaction_session_timeout = '10s'";
 

@@ -91,8 +91,8 @@ absl::Status PostgresUploadWriter::Append(const std::string& bytes) {
           " SELECT $3, $4, $5 FROM mine")));
   query.Bind(turn_.upload).Bind(turn_.number).Bind(PartsOf(turn_.upload)).Bind(size_).Bind(bytes);
   const absl::Status written = connection->TransactUnflushed([&]() -> absl::Status {
-    RILIEVO_RETURN_IF_ERROR(query.Run());
-    return connection->Changes() == 1 ? absl::OkStatus() : UploadTakenOver();
+    const absl::Status sent = query.Run();
+    return sent.ok() && connection->Changes() != 1 ? UploadTakenOver() : sent;
   });
   RILIEVO_RETURN_IF_ERROR(written);
   if (hash_) AddBytes(bytes.data(), bytes.size(), &*hash_);

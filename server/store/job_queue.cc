@@ -58,12 +58,13 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Claim(const ClaimDemand& deman
   // this statement began to look.
   for (const int64_t heads : {8, 64, 512, 4096, 32768}) {
     std::optional<JobClaim> taken;
-    RILIEVO_RETURN_IF_ERROR(database_->TransactUnflushed([&]() -> absl::Status {
+    const absl::Status done = database_->TransactUnflushed([&]() -> absl::Status {
       RILIEVO_ASSIGN_OR_RETURN(taken, Take(NextInTurn(), demand, heads));
       if (taken || !demand.idle) return absl::OkStatus();
       RILIEVO_ASSIGN_OR_RETURN(taken, Take(kSuspect, demand, heads));
       return absl::OkStatus();
-    }));
+    });
+    if (!done.ok()) return done;
     if (taken) return taken;
     RILIEVO_ASSIGN_OR_RETURN(const bool waits, Waits(demand));
     if (!waits) break;
@@ -120,7 +121,7 @@ absl::Status JobQueue::Release(const JobClaim& claim, bool suspect) {
 
 absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker) {
   std::vector<JobClaim> claims;
-  RILIEVO_RETURN_IF_ERROR(database_->TransactUnflushed([&]() -> absl::Status {
+  const absl::Status done = database_->TransactUnflushed([&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
         Query seen, database_->Prepare("INSERT INTO workers VALUES($1, $2, now()) ON"
                                        " CONFLICT(worker) DO UPDATE SET memory = excluded.memory,"
@@ -129,7 +130,8 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker)
     RILIEVO_RETURN_IF_ERROR(seen.Bind(worker.worker).Bind(worker.memory).Post());
     RILIEVO_ASSIGN_OR_RETURN(claims, RenewLeases(worker.worker));
     return FreeLost();
-  }));
+  });
+  if (!done.ok()) return done;
   return claims;
 }
 

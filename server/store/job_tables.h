@@ -94,8 +94,11 @@ class JobTables {
   absl::StatusOr<std::vector<Upload>> UploadsOf(const std::string& owner);
   absl::StatusOr<std::vector<Upload>> UploadsBefore(int64_t since_ms);
 
-  // Bytes of blobs, records and announced uploads.
+  // Bytes of blobs, records and announced uploads. Reads all rows.
   absl::StatusOr<int64_t> TotalBytes();
+  // Of what owners have, all that several have counted for each: at least TotalBytes() but for blobs
+  // that nobody uses, as a crash leaves them.
+  absl::StatusOr<int64_t> BytesOfAll();
   absl::StatusOr<int64_t> BytesOf(const std::string& owner);
   // Largest first.
   absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> Owners();

@@ -177,6 +177,10 @@ absl::StatusOr<int64_t> JobTables::TotalBytes() {
       kJobRecordBytes, " AS BIGINT)"));
 }
 
+absl::StatusOr<int64_t> JobTables::BytesOfAll() {
+  return database_->Number("SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM owners");
+}
+
 absl::StatusOr<int64_t> JobTables::BytesOf(const std::string& owner) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
                            database_->Prepare("SELECT bytes FROM owners WHERE owner = $1"));

@@ -198,7 +198,9 @@ TEST_F(SharedStoreTest, ALeaseThatIsRenewedGoesOn) {
 
 TEST_F(SharedStoreTest, NoLeaseIsOverWhileTheDatabaseIsYoung) {
   Of("c", "a");
-  ASSERT_TRUE(*store_->Claim(Worker("w")));
+  StoredJob begun = **store_->Claim(Worker("w"));
+  begun.job.set_state(v1::JOB_STATE_RUNNING);
+  ASSERT_TRUE(store_->Update(begun).ok()) << "from here on it is on disk";
   RILIEVO_TEST_POSTGRES(server);
   server->Kill();
   EXPECT_TRUE(absl::IsUnavailable(store_->Claim(Worker("other")).status()));
