@@ -1,5 +1,7 @@
 #include "server/auth/connection_judge.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 
 namespace rilievo {
@@ -45,7 +47,7 @@ std::optional<std::string> ConnectionJudge::OwnOffence(const Known& one, bool bu
   if (one.silent() > kSilentBytes) {
     return absl::StrCat(one.silent(), " bytes without a whole message");
   }
-  const int64_t deaf = one.traffic.read - one.read_at_sent;
+  const int64_t deaf = std::min(one.traffic.read - one.read_at_sent, one.silent());
   if (one.reads && deaf > (busy ? kDeafBytes : kManyDeafBytes) && now - one.sent >= kDeafTime) {
     return absl::StrCat(deaf, " bytes of headers without an end");
   }

@@ -75,10 +75,18 @@ TEST_F(ConnectionJudgeTest, HeadersWithoutAnEndKeepTheProcessorsBusy) {
 
 TEST_F(ConnectionJudgeTest, HeadersWithoutAnEndAreNotTakenForEver) {
   int64_t read = 0;
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 11; ++i) {
     EXPECT_THAT(Closed({State(1, read += 524'288, {.started = 1})}), IsEmpty());
   }
   EXPECT_THAT(Closed({State(1, read += 1'000, {.started = 1})}), ElementsAre(1));
+}
+
+TEST_F(ConnectionJudgeTest, MessagesThatEndAreNoHeaders) {
+  for (int64_t i = 1; i < 50; ++i) {
+    EXPECT_THAT(Closed({State(1, i * 524'288, {.started = 1, .messages = 20'000 * i})}, true),
+                IsEmpty())
+        << "small messages cost more than their bytes explain";
+  }
 }
 
 TEST_F(ConnectionJudgeTest, TooManyCallsOfAllEndAtTheAddressThatHasMost) {
