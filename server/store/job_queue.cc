@@ -54,8 +54,8 @@ absl::Status JobQueue::Remove(const std::string& job_id) {
 }
 
 absl::StatusOr<std::optional<JobClaim>> JobQueue::Claim(const ClaimDemand& demand) {
-  // Each time more of each client: others may be at the first ones just now, or have taken them since
-  // this statement began to look.
+  // Each time more of each client: others may be at the first ones just now, or have taken them
+  // since this statement began to look.
   for (const int64_t heads : {8, 64, 512, 4096, 32768}) {
     std::optional<JobClaim> taken;
     const absl::Status done = database_->TransactUnflushed([&]() -> absl::Status {
@@ -96,14 +96,6 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Take(const std::string& number
                                               " excluded.last_turn"));
   RILIEVO_RETURN_IF_ERROR(turn.Bind(query.Bytes(2)).Post());
   return JobClaim{query.Bytes(0), query.Integer(1)};
-}
-
-absl::StatusOr<bool> JobQueue::Holds(const JobClaim& claim) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      Query query,
-      database_->Prepare("SELECT 1 FROM queue WHERE job_id = $1 AND claim = $2 AND worker <> ''"
-                         " FOR UPDATE"));
-  return query.Bind(claim.job_id).Bind(claim.number).Step();
 }
 
 absl::Status JobQueue::Lock(const std::string& job_id) {

@@ -44,9 +44,7 @@ class JobQueue {
   // worker has goes to an idle one of those that have most.
   absl::StatusOr<std::optional<JobClaim>> Claim(const ClaimDemand& demand);
 
-  // Within a transaction: whether the claim is still in force. It stays so until the end of that.
-  absl::StatusOr<bool> Holds(const JobClaim& claim);
-  // Within a transaction: nobody else changes the job until the end of that.
+  // Within a transaction: nobody else changes the job, or takes it, until the end of that.
   absl::Status Lock(const std::string& job_id);
   // Gives a job back, as one to be taken with others or not.
   absl::Status Release(const JobClaim& claim, bool suspect);

@@ -218,12 +218,7 @@ absl::StatusOr<std::vector<v1::Job>> JobStore::List(const std::string& owner, in
 absl::Status JobStore::ChangeJob(JobTables* tables, const StoredJob& stored) {
   const std::string& id = stored.job.job_id();
   JobQueue queue(&tables->database());
-  if (stored.claim != 0) {
-    RILIEVO_ASSIGN_OR_RETURN(const bool held, queue.Holds({id, stored.claim}));
-    if (!held) return NotToBeChanged();
-  } else if (shared_) {
-    RILIEVO_RETURN_IF_ERROR(queue.Lock(id));
-  }
+  if (shared_) RILIEVO_RETURN_IF_ERROR(queue.Lock(id));
   RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables->Update(stored, clock_.Now()));
   if (!changed) return NotToBeChanged();
   return shared_ && IsFinished(stored.job.state()) ? queue.Remove(id) : absl::OkStatus();

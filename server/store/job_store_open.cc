@@ -90,9 +90,10 @@ absl::Status JobStore::Reconcile(JobTables* tables) {
   const absl::Status done = Change(tables, [&]() -> absl::Status {
     RILIEVO_RETURN_IF_ERROR(KeepTime(tables));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_->List());
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> names, tables->BlobNames());
+    const std::set<std::string> known(names.begin(), names.end());
     for (const FileEntry& file : files) {
-      RILIEVO_ASSIGN_OR_RETURN(const int64_t known, tables->BytesOfBlob(file.name));
-      if (known >= 0) continue;
+      if (known.contains(file.name)) continue;
       RILIEVO_RETURN_IF_ERROR(tables->AddBlob(file.name, file.bytes, clock_.Now()));
     }
     return ReconcileUploads(tables);

@@ -197,12 +197,19 @@ absl::StatusOr<bool> JobTables::Update(const StoredJob& stored, int64_t now_ms) 
   const int64_t end_ms = ends ? now_ms : 0;
   const JobRow row = EncodeJob(stored, end_ms);
   {
+    const char* const held = stored.claim == 0
+                                 ? ""
+                                 : " AND EXISTS(SELECT 1 FROM queue WHERE job_id = $6 AND claim ="
+                                   " $7 AND worker <> '')";
     RILIEVO_ASSIGN_OR_RETURN(
         Query query,
-        database_->Prepare("UPDATE jobs SET surface = $1, end_ms = $2, unclean_ends = $3,"
-                           " job = $4, checksum = $5 WHERE job_id = $6 AND end_ms = 0"));
+        database_->Prepare(absl::StrCat("UPDATE jobs SET surface = $1, end_ms = $2, unclean_ends ="
+                                        " $3, job = $4, checksum = $5 WHERE job_id = $6 AND end_ms"
+                                        " = 0",
+                                        held)));
     query.Bind(stored.surface).Bind(end_ms).Bind(stored.unclean_ends).Bind(row.job);
     query.Bind(row.checksum).Bind(stored.job.job_id());
+    if (stored.claim != 0) query.Bind(stored.claim);
     RILIEVO_RETURN_IF_ERROR(query.Run());
     if (database_->Changes() != 1) return false;
   }

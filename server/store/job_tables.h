@@ -61,7 +61,7 @@ class JobTables {
   absl::Status ForgetDamaged(const std::string& job_id);
 
   absl::Status Insert(const StoredJob& stored, int64_t end_ms, int64_t now_ms);
-  // False when the job is finished or not there.
+  // False when the job is finished or not there, or names a claim that is not in force.
   absl::StatusOr<bool> Update(const StoredJob& stored, int64_t now_ms);
   // False when it is not there. With `its_scan`, its owner's scan too, unless another job of the
   // owner names it.
@@ -96,8 +96,8 @@ class JobTables {
 
   // Bytes of blobs, records and announced uploads. Reads all rows.
   absl::StatusOr<int64_t> TotalBytes();
-  // Of what owners have, all that several have counted for each: at least TotalBytes() but for blobs
-  // that nobody uses, as a crash leaves them.
+  // Of what owners have, all that several have counted for each: at least TotalBytes() but for
+  // blobs that nobody uses, as a crash leaves them.
   absl::StatusOr<int64_t> BytesOfAll();
   absl::StatusOr<int64_t> BytesOf(const std::string& owner);
   // Largest first.
@@ -125,6 +125,8 @@ class JobTables {
       const std::string& where, const std::function<void(Query*)>& bind);
   absl::Status SetAside(const std::vector<std::pair<int64_t, std::string>>& rows);
   absl::Status Use(const std::string& owner, const std::string& blob);
+  // Once more, of what the owner uses already.
+  absl::Status UseAgain(const std::string& owner, const std::string& blob);
   absl::Status Drop(const std::string& owner, const std::string& blob);
   absl::Status AddBytes(const std::string& owner, int64_t bytes);
   // What an unfinished job needs.

@@ -15,7 +15,7 @@ absl::Status JobTables::AddBytes(const std::string& owner, int64_t bytes) {
 }
 
 absl::Status JobTables::UseInputs(const StoredJob& stored) {
-  RILIEVO_RETURN_IF_ERROR(Use(stored.owner, stored.job.scan_id()));
+  RILIEVO_RETURN_IF_ERROR(UseAgain(stored.owner, stored.job.scan_id()));
   return stored.mesh.empty() ? absl::OkStatus() : Use(stored.owner, stored.mesh);
 }
 
@@ -35,6 +35,13 @@ absl::Status JobTables::Use(const std::string& owner, const std::string& blob) {
   const int64_t bytes = query.Integer(1);
   RILIEVO_RETURN_IF_ERROR(query.Run());
   return first ? AddBytes(owner, bytes) : absl::OkStatus();
+}
+
+absl::Status JobTables::UseAgain(const std::string& owner, const std::string& blob) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("UPDATE uses SET count = count + 1 WHERE blob = $1 AND owner = $2"));
+  return query.Bind(blob).Bind(owner).Post();
 }
 
 absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) {
