@@ -79,7 +79,7 @@ class Test:
         """Clients are thrown from server to server at random bytes."""
         lines = [CuttingLine(target, 40_000, seed)
                  for seed, target in enumerate(self.fleet.addresses())]
-        left, jobs, lock = list(range(60 if self.short else 200)), [], threading.Lock()
+        left, jobs, lock = list(range(48 if self.short else 200)), [], threading.Lock()
         troubles = []
 
         def client():
@@ -116,7 +116,7 @@ class Test:
 
     def turns(self):
         """Many jobs of one client do not hold up another's."""
-        count = 60 if self.short else 500
+        count = 40 if self.short else 500
         with rilievo.Jobs(self.server("ann")) as ann, rilievo.Jobs(self.server("bob")) as bob:
             many = [(ann.submit(scan(i), request_id=f"many-{i}").job_id, i) for i in range(count)]
             one = bob.submit(scan(0), request_id="one").wait(timeout=120)
@@ -132,9 +132,8 @@ class Test:
                  "begin before it", f"{ahead}; {behind} after it", ahead <= WORKERS and behind > 0)
         self.audit("turns", many, 300, one_attempt=True)
 
-    def fault(self, chance):
+    def fault(self, kind, chance):
         """kill -9 of one of the fleet, which is started again a second later."""
-        kind = chance.choice(["server", "worker", "job", "database"])
         victim = self.fleet.database
         if kind != "database":
             victim = chance.choice(self.fleet.servers if kind == "server" else self.fleet.workers)
@@ -148,7 +147,6 @@ class Test:
             victim.kill()
             time.sleep(1)
             victim.start()
-        return kind
 
     def kills(self):
         jobs, troubles, over = [], [], threading.Event()
@@ -169,10 +167,14 @@ class Test:
         for thread in threads:
             thread.start()
         chance, faults = random.Random(1), []
-        end = time.monotonic() + (15 if self.short else 600)
+        end = time.monotonic() + (10 if self.short else 600)
         while time.monotonic() < end:
-            time.sleep(1 if self.short else 3)
-            faults.append(self.fault(chance))
+            kinds = ["server", "worker", "job", "database"]
+            chance.shuffle(kinds)
+            for kind in kinds:
+                time.sleep(0.5 if self.short else 3)
+                self.fault(kind, chance)
+                faults.append(kind)
         last = time.monotonic()
         over.set()
         for thread in threads:
@@ -181,8 +183,8 @@ class Test:
             time.sleep(0.1)
         seconds = time.monotonic() - last
         self.say("kills", "queue empty 30 s after the last fault",
-                 f"{len(faults)} faults ({', '.join(f'{faults.count(k)} {k}' for k in sorted(set(faults)))}), "
-                 f"{seconds:.0f} s, {len(troubles)} calls that a client gave up" +
+                 f"{len(faults)} faults ({', '.join(f'{faults.count(kind)} {kind}' for kind in kinds)})"
+                 f", {seconds:.0f} s, {len(troubles)} calls that a client gave up" +
                  "".join(f"\n     {words}" for words in troubles[:3]),
                  self.fleet.waiting() == 0 and seconds < 30)
         self.audit("kills", jobs, 60, one_attempt=False)

@@ -1,5 +1,6 @@
 """The machines of a fleet: network namespaces where this user may make them, else one machine."""
 import os
+import shutil
 import socket
 import subprocess
 
@@ -44,7 +45,7 @@ class Namespaces:
 
     @staticmethod
     def possible():
-        if os.geteuid() != 0:
+        if os.geteuid() != 0 or shutil.which("ip") is None:
             return False
         made = subprocess.run(["ip", "netns", "add", f"{_BRIDGE}-try"], stderr=subprocess.DEVNULL)
         if made.returncode == 0:

@@ -17,7 +17,7 @@ done
 dpkg-deb -x "$programs" "$root/programs"
 for file in bin/rilievo bin/rilievod bin/rilievo-worker share/man/man1/rilievo.1 \
   share/man/man8/rilievod.8 share/bash-completion/completions/rilievo \
-  lib/systemd/system/rilievod.service; do
+  lib/systemd/system/rilievod.service lib/systemd/system/rilievo-worker@.service; do
   [ -s "$root/programs/usr/$file" ] || { echo "not in the package: $file" >&2; exit 1; }
 done
 # The viewer is in it where it has been built.
