@@ -33,7 +33,7 @@ OptionOutline OutlineOf(const CLI::Option& option) {
 }
 
 void AppendOutline(const CLI::App& app, const std::vector<std::string>& path,
-            std::vector<CommandOutline>* commands) {
+                   std::vector<CommandOutline>* commands) {
   CommandOutline outline{path, app.get_description(), {}, {}};
   for (const CLI::Option* option : app.get_options()) outline.options.push_back(OutlineOf(*option));
   const auto children = app.get_subcommands([](const CLI::App*) { return true; });

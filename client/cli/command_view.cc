@@ -142,7 +142,7 @@ absl::Status Write(const std::vector<Image>& images, const std::vector<std::stri
 }
 
 void SayDrawn(const ViewArguments& arguments, const std::vector<std::string>& paths,
-         const PictureOptions& picture, const std::string& shape, const std::string& legend) {
+              const PictureOptions& picture, const std::string& shape, const std::string& legend) {
   if (arguments.json) {
     nlohmann::ordered_json json = {{"input", arguments.input},      {"outputs", paths},
                                    {"width", picture.width},        {"height", picture.height},

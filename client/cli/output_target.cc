@@ -23,8 +23,8 @@ struct NamedFile {
   FileIdentity identity;
 };
 
-void AppendFiles(const std::vector<std::string>& paths, int standard_descriptor, const char* standard,
-            std::vector<NamedFile>* files) {
+void AppendFiles(const std::vector<std::string>& paths, int standard_descriptor,
+                 const char* standard, std::vector<NamedFile>* files) {
   for (const std::string& path : paths) {
     if (path.empty()) continue;
     const std::optional<FileIdentity> identity = IdentityOf(path, standard_descriptor);

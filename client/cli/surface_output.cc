@@ -74,7 +74,8 @@ absl::StatusOr<SurfaceTarget> SurfaceTargetOf(const SurfaceOutputArguments& argu
     return SurfaceTarget{
         path, arguments.keep_dss ? fs::path(path).replace_extension(".dss").string() : ""};
   }
-  if (!extension.empty() && extension != "dss") {
+  // .stream: what test benches that compare several programs call their compact files.
+  if (!extension.empty() && extension != "dss" && extension != "stream") {
     return UsageError(absl::StrCat("--output ", path, ": .", extension,
                                    " is not known; write .dss for the surface, or .ply, .obj, "
                                    ".stl, .glb or .usda for a mesh of it"));

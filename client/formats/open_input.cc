@@ -1,5 +1,6 @@
 #include "client/formats/open_input.h"
 
+#include <absl/strings/str_cat.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -8,8 +9,6 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
-
-#include <absl/strings/str_cat.h>
 
 #include "client/formats/file_kind.h"
 

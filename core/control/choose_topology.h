@@ -15,9 +15,10 @@ struct TopologyChoice {
   std::string reason;                        // one sentence
 };
 
-// Planar for an open cloud that is nearly everywhere a height field of moderate slope over its
-// plane; spherical for one that certainly is closed and met once, and not too obliquely, by each
-// ray from its centre; arbitrary for all else. Reads each point a few times: 0.5 s for a million.
+// Planar for an open cloud that is a height field of moderate slope over its plane, without steps
+// that no point saw; spherical for one that certainly is closed and met once, and not too
+// obliquely, by each ray from its centre; arbitrary for all else. Reads each point a few times: 0.5
+// s for a million.
 absl::StatusOr<TopologyChoice> ChooseTopology(const OrientedCloud& cloud,
                                               const RunContext& context);
 

@@ -47,8 +47,9 @@ class ConnectionJudge {
   static constexpr int64_t kSilentBytes = 40 << 20;
   // That it may bring for kDeafTime while the server sends nothing to it and no message ends. Data
   // of calls makes the server widen their window; headers without an end do not, and gRPC 1.51
-  // copies what it has of them at each frame. A call that does not read looks the same for as long as its window lasts:
-  // so few bytes count only while the processors work more than they explain, else kManyDeafBytes.
+  // copies what it has of them at each frame. A call that does not read looks the same for as long
+  // as its window lasts: so few bytes count only while the processors work more than they explain,
+  // else kManyDeafBytes.
   static constexpr int64_t kDeafBytes = 256 << 10, kManyDeafBytes = 5 << 20;
   static constexpr std::chrono::milliseconds kDeafTime{100};
 

@@ -25,7 +25,8 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // While the surface is sampled and coded: of a point, of a face of the finest level, and of one
 // where there are more than five for a point, so that most heights are filled in.
 constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
-// The number of a point's station with its vote and weight, and its normal, while sides are decided.
+// The number of a point's station with its vote and weight, and its normal, while sides are
+// decided.
 constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16;
 constexpr int64_t kTelling = 5;
 // A control mesh has about so many faces at least, however few were asked for.

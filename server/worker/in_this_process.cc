@@ -11,7 +11,7 @@ namespace rilievo {
 namespace {
 
 absl::StatusOr<JobResult> RunHere(const ReconstructFunction& reconstruct, const JobRequest& job,
-                              ScanBytes points, const RunContext& context) {
+                                  ScanBytes points, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(PointCloud scan, std::move(points).Decode(job.layout));
   scan.sights.stations = job.stations;
   absl::StatusOr<Reconstruction> result = reconstruct(std::move(scan), job.options, context);

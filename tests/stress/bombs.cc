@@ -215,8 +215,9 @@ void Bombs(const Scale&, Report* report) {
                [&] { return AnnouncePoints(address, ~uint64_t{0}); });
   bomber.Throw("upload of 2^63 bytes", absl::StatusCode::kInvalidArgument,
                [&] { return AnnounceUpload(address, uint64_t{1} << 63); });
-  bomber.Throw("message of 2 GB", absl::StatusCode::kResourceExhausted,
-               [&] { return SendRaw(address, kBombedCall, Zeros(2'000'000'000), /*compress=*/false); });
+  bomber.Throw("message of 2 GB", absl::StatusCode::kResourceExhausted, [&] {
+    return SendRaw(address, kBombedCall, Zeros(2'000'000'000), /*compress=*/false);
+  });
   ExplodingGrid(&server, report);
   HurtNobody(server, report);
 }

@@ -67,7 +67,8 @@ void NoFiles(Report* report) {
   const KnownScan& scan = KnownScans().back();
   const rlimit few{static_cast<rlim_t>(server.OpenFiles() + 30), 1024};
   if (prlimit(server.process().pid(), RLIMIT_NOFILE, &few, nullptr) != 0) {
-    report->NotLookedAt(kExhaustionPart, "no file handles left", "limits of the server cannot be changed");
+    report->NotLookedAt(kExhaustionPart, "no file handles left",
+                        "limits of the server cannot be changed");
     return;
   }
   const auto line = OwnConnection(server.address());

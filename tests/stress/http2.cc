@@ -179,8 +179,9 @@ void RealWork(const Front& front, Report* report) {
   const auto fetched = done.ok() ? jobs.Fetch(done->job_id()) : done.status();
   const auto status = !called.ok() ? called.status() : fetched.status();
   const bool right = status.ok() && called->dss == scan.surface && *fetched == scan.surface;
-  report->Expect(kHttp2Part, "through the front: Reconstruct, upload, watch and download give the bytes",
-                 right, right ? "the same" : std::string(status.message()));
+  report->Expect(kHttp2Part,
+                 "through the front: Reconstruct, upload, watch and download give the bytes", right,
+                 right ? "the same" : std::string(status.message()));
 }
 
 void BadHeaders(const std::string& where, int port, bool expected, Report* report) {

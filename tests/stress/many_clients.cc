@@ -210,8 +210,8 @@ void ManyClients(const Scale& scale, Report* report) {
                       tally.wrong.load(), tally.ended_twice.load(),
                       tally.first_fault.empty() ? "" : "; ", tally.first_fault));
   const Audit audit = ledger.Check(server);
-  report->Expect(kClientsPart, "no job lost or doubled, the bytes of an undisturbed run", audit.clean(),
-                 audit.Words());
+  report->Expect(kClientsPart, "no job lost or doubled, the bytes of an undisturbed run",
+                 audit.clean(), audit.Words());
   report->Expect(
       kClientsPart, "memory level: last third at most 16 MB over the middle one",
       memory.last - memory.middle < kMostCrowdGrowth,
@@ -222,7 +222,8 @@ void ManyClients(const Scale& scale, Report* report) {
   const auto start = std::chrono::steady_clock::now();
   // It waits for calls under way before it ends.
   const bool ended = server.EndsWithin(seconds(2));
-  report->Expect(kClientsPart, "no stream, job or worker left: SIGTERM ends it within 2 s", empty && ended,
+  report->Expect(kClientsPart, "no stream, job or worker left: SIGTERM ends it within 2 s",
+                 empty && ended,
                  absl::StrFormat("%d connections, %d workers, %d files open; ended in %.2f s",
                                  empty ? 0 : server.Connections(),
                                  server.process().Workers().size(), files, SecondsSince(start)));

@@ -79,8 +79,8 @@ void SlowReaders(const Scale&, Report* report) {
     }
     sent_away += !reader->Finish().ok();
   }
-  report->Expect(kReadersPart, "and they are sent away after --max-idle-seconds", sent_away == kReaders,
-                 absl::StrFormat("%d of %d", sent_away, kReaders));
+  report->Expect(kReadersPart, "and they are sent away after --max-idle-seconds",
+                 sent_away == kReaders, absl::StrFormat("%d of %d", sent_away, kReaders));
 }
 
 }  // namespace rilievo::stress

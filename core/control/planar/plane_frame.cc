@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -39,6 +40,74 @@ Vector3d WithPositiveLargest(const Vector3d& axis) {
   int largest = 0;
   axis.cwiseAbs().maxCoeff(&largest);
   return axis[largest] < 0 ? Vector3d(-axis) : axis;
+}
+
+// The heights of the points, by square cell of the plane.
+struct CellHeights {
+  struct Cell {
+    int64_t key;
+    size_t begin, end;
+  };
+  std::vector<double> heights;  // ascending within each cell
+  std::vector<Cell> cells;      // ascending by key
+
+  std::span<const double> Of(const Cell& cell) const {
+    return std::span(heights).subspan(cell.begin, cell.end - cell.begin);
+  }
+};
+
+// From a cell to those beside it.
+constexpr int64_t kToNextColumn = int64_t{1} << 31, kToNextRow = 1;
+
+absl::StatusOr<CellHeights> HeightsByCell(const OrientedCloud& cloud, const PlaneFrame& frame,
+                                          double width, const RunContext& context) {
+  std::vector<std::pair<int64_t, double>> entries(static_cast<size_t>(cloud.points.cols()));
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    const Vector3d plane = frame.PlaneFromUnit(cloud.points.col(i));
+    const auto column = static_cast<int64_t>(std::floor(plane.x() / width));
+    const auto row = static_cast<int64_t>(std::floor(plane.y() / width));
+    entries[i] = {column * kToNextColumn + row * kToNextRow, plane.z()};
+  }
+  RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &entries));
+  CellHeights by_cell;
+  by_cell.heights.reserve(entries.size());
+  for (size_t i = 0; i < entries.size(); ++i) {
+    by_cell.heights.push_back(entries[i].second);
+    if (i == 0 || entries[i].first != entries[i - 1].first) {
+      by_cell.cells.push_back({entries[i].first, i, i});
+    }
+    by_cell.cells.back().end = i + 1;
+  }
+  return by_cell;
+}
+
+// What a height field joins: a cell and the nearest within so many in its column and in its row.
+constexpr int kJoinedCells = 2;
+
+// The heights at which each cell breaks from those it would be joined to, or itself, as far as they
+// are more than `gap` for each cell between, summed. A wall is met from two cells: half of that.
+double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
+  double sum = 0;
+  std::vector<double> heights;
+  for (const CellHeights::Cell& cell : by_cell.cells) {
+    heights.assign(by_cell.Of(cell).begin(), by_cell.Of(cell).end());
+    int farthest = 1;
+    for (const int64_t step : {kToNextColumn, kToNextRow}) {
+      for (int apart = 1; apart <= kJoinedCells; ++apart) {
+        const int64_t key = cell.key + apart * step;
+        const auto beside =
+            std::ranges::lower_bound(by_cell.cells, key, {}, &CellHeights::Cell::key);
+        if (beside == by_cell.cells.end() || beside->key != key) continue;
+        heights.insert(heights.end(), by_cell.Of(*beside).begin(), by_cell.Of(*beside).end());
+        farthest = std::max(farthest, apart);
+        break;
+      }
+    }
+    std::sort(heights.begin(), heights.end());
+    const double widest = SheetGap(heights);
+    if (widest > gap * farthest) sum += widest;
+  }
+  return sum / 2;
 }
 
 }  // namespace
@@ -85,31 +154,16 @@ absl::StatusOr<HeightFieldCheck> CheckHeightField(const OrientedCloud& cloud,
                                                   const RunContext& context) {
   HeightFieldCheck check;
   check.facing = FacingShare(cloud, frame.axes.col(2));
-  const double cell = std::max(kCellSpacings * cloud.median_spacing, 1e-4);
-  struct Entry {
-    int64_t cell;
-    double height;
-    bool operator<(const Entry& other) const {
-      return cell != other.cell ? cell < other.cell : height < other.height;
-    }
-  };
-  std::vector<Entry> entries(static_cast<size_t>(cloud.points.cols()));
-  for (int i = 0; i < cloud.points.cols(); ++i) {
-    const Vector3d plane = frame.PlaneFromUnit(cloud.points.col(i));
-    const auto column = static_cast<int64_t>(std::floor(plane.x() / cell));
-    const auto row = static_cast<int64_t>(std::floor(plane.y() / cell));
-    entries[i] = {column * (int64_t{1} << 31) + row, plane.z()};
-  }
-  RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &entries));
-  std::vector<double> heights(entries.size());
-  for (size_t i = 0; i < entries.size(); ++i) heights[i] = entries[i].height;
-  int64_t cells = 0, split = 0;
-  for (size_t begin = 0, end = 0; begin < entries.size(); begin = end) {
-    for (end = begin; end < entries.size() && entries[end].cell == entries[begin].cell;) ++end;
-    ++cells;
-    split += HasTwoSheets({heights.data() + begin, end - begin}, kSheetGap * cell) ? 1 : 0;
-  }
-  check.single_sheet = cells > 0 ? 1 - static_cast<double>(split) / static_cast<double>(cells) : 0;
+  const double width = std::max(kCellSpacings * cloud.median_spacing, 1e-4);
+  const double gap = kSheetGap * width;
+  RILIEVO_ASSIGN_OR_RETURN(const CellHeights by_cell, HeightsByCell(cloud, frame, width, context));
+  if (by_cell.cells.empty()) return check;
+  const auto cells = static_cast<double>(by_cell.cells.size());
+  const auto split = std::ranges::count_if(by_cell.cells, [&](const CellHeights::Cell& cell) {
+    return HasTwoSheets(by_cell.Of(cell), gap);
+  });
+  check.single_sheet = 1 - static_cast<double>(split) / cells;
+  check.unseen_walls = BreaksBetweenCells(by_cell, gap) / (cells * width);
   return check;
 }
 

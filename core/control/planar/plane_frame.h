@@ -34,6 +34,9 @@ PlaneFrame FitPlaneFrame(const OrientedCloud& cloud);
 struct HeightFieldCheck {
   double single_sheet = 0;  // share of occupied plane cells whose points lie on one sheet
   double facing = 0;        // share of area whose normal is within 80 degrees of the plane's
+  // Walls that a height field would add where the heights of neighbouring cells break and no point
+  // lies between: their area over that of the occupied cells.
+  double unseen_walls = 0;
 };
 
 // Cells are a few median spacings wide; two sheets are a gap in height of several cells.

@@ -7,14 +7,19 @@
 
 namespace rilievo {
 
-// True when `sorted` (ascending) breaks into two groups more than `gap` apart, each of at least two
-// values and a tenth of all: a stray point is no sheet.
-inline bool HasTwoSheets(std::span<const double> sorted, double gap) {
+// The widest gap at which `sorted` (ascending) breaks into two groups, each of at least two values
+// and a tenth of all: a stray point is no sheet. 0 where there are too few.
+inline double SheetGap(std::span<const double> sorted) {
   const size_t least = std::max<size_t>(2, sorted.size() / 10);
+  double widest = 0;
   for (size_t i = least; i + least <= sorted.size(); ++i) {
-    if (sorted[i] - sorted[i - 1] > gap) return true;
+    widest = std::max(widest, sorted[i] - sorted[i - 1]);
   }
-  return false;
+  return widest;
+}
+
+inline bool HasTwoSheets(std::span<const double> sorted, double gap) {
+  return SheetGap(sorted) > gap;
 }
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -98,11 +99,9 @@ double Confidence(const Pair& pair) {
   return std::copysign(worth * even, cosine);
 }
 
-constexpr float kAllAround = 0.5f;
-constexpr double kWallWorth = 0.8;
-
 double Relation(const OrientedCloud& cloud, const std::vector<float>& overlap, int a, int b) {
-  constexpr double kStairWorth = 0.2;
+  constexpr float kAllAround = 0.5f;
+  constexpr double kWallWorth = 0.8, kStairWorth = 0.2;
   const Pair pair = PairOf(cloud, a, b);
   if (!IsStep(pair, PairSpacing(cloud, a, b))) return Confidence(pair);
   // Sheets that face each other have the solid, or the air, between them.
@@ -136,15 +135,6 @@ absl::StatusOr<std::vector<float>> EdgeSignVotes(const NeighborGraph& graph,
 
 double SignVote(const OrientedCloud& cloud, int a, int b) {
   return Confidence(PairOf(cloud, a, b));
-}
-
-bool StepBetween(const OrientedCloud& cloud, int a, int b) {
-  return IsStep(PairOf(cloud, a, b), PairSpacing(cloud, a, b));
-}
-
-double WallVote(const OrientedCloud& cloud, int a, int b, std::span<const int> around) {
-  if (Overlap(cloud, a, around) <= kAllAround) return 0;
-  return -kWallWorth * cloud.normals.col(a).dot(cloud.normals.col(b));
 }
 
 }  // namespace rilievo

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -13,7 +12,6 @@
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/scan/orientation/component_bridges.h"
 #include "core/scan/orientation/edge_sign_votes.h"
 #include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
@@ -284,8 +282,7 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
   return labelled;
 }
 
-// Turns the normals by the labels, and components by the bridges between them; then each group of
-// bridged components outward, unless sides have decided it.
+// Turns the normals by the labels; then each component outward, unless sides have decided it.
 absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
                           const RunContext& context) {
   const SignedLabels& labels = labelled.labels;
@@ -297,17 +294,7 @@ absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
       cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
     }
   }
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<SignedLink> bridges,
-                           BridgeComponents(*cloud, component, labels.components, context));
-  std::vector<double> sides(static_cast<size_t>(labels.components), 0.0);
-  if (labels.sided >= 0) sides[labels.sided] = std::numeric_limits<double>::infinity();
-  RILIEVO_ASSIGN_OR_RETURN(const SignedLabels bridged,
-                           LabelSignedGraph(labels.components, bridges, sides, context));
-  for (size_t i = 0; i < component.size(); ++i) {
-    if (bridged.sign[component[i]] < 0) cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
-    component[i] = bridged.component[component[i]];
-  }
-  return OrientGroups(MembersOf(component, bridged.components), bridged.sided, cloud, context);
+  return OrientGroups(MembersOf(component, labels.components), labels.sided, cloud, context);
 }
 
 }  // namespace

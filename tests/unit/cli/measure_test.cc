@@ -58,9 +58,8 @@ TEST_F(MeasureTest, OpenShapesHaveNoVolume) {
 
 TEST_F(MeasureTest, SectionsRaysAndDistances) {
   std::ofstream(At("places.xyz")) << "0 3 5\n1.5 3 5\n1.5 3 9\nnan 0 0\n";
-  const Json figures =
-      Figures({At("box.obj"), "--plane", "z=4", "2,0,0,3", "-1,0,0,-1.5", "--ray", "0,3,5,2,0,0",
-               "-1,3,5,0,0,1", "--points", At("places.xyz")});
+  const Json figures = Figures({At("box.obj"), "--plane", "z=4", "2,0,0,3", "-1,0,0,-1.5", "--ray",
+                                "0,3,5,2,0,0", "-1,3,5,0,0,1", "--points", At("places.xyz")});
   ASSERT_EQ(figures["sections"].size(), 3u);
   EXPECT_NEAR(figures["sections"][0]["area"].get<double>(), 2, 1e-12);
   EXPECT_NEAR(figures["sections"][1]["area"].get<double>(), 8, 1e-12);

@@ -42,8 +42,10 @@ TEST_F(MeshOutputTest, AnUnknownExtensionIsRefusedWithTheKnownOnes) {
   EXPECT_EQ(Run({"simulate", "sphere", "-o", At("a.pcd")}).code, 2);
   EXPECT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--keep-dss"}).code, 2);
   EXPECT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("out/"), "--keep-dss"}).code, 2);
-  ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("plain"), "--quiet"}).code, 0);
-  EXPECT_THAT(Content(At("plain")).substr(0, 5), HasSubstr("DSS"));
+  for (const std::string name : {"plain", "out.stream"}) {
+    ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At(name), "--quiet"}).code, 0);
+    EXPECT_THAT(Content(At(name)).substr(0, 5), HasSubstr("DSS"));
+  }
 }
 
 class MeshInputTest : public ProgramFixture {

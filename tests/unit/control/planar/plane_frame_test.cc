@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
+#include "core/control/choose_topology.h"
 #include "tests/unit/control/control_test_meshes.h"
 
 namespace rilievo {
@@ -61,6 +65,41 @@ TEST(CheckHeightField, TellsATerrainFromASphereAndFromTwoFloors) {
   const OrientedCloud floors = Joined(TerrainCloud(4000, 0), upper);
   EXPECT_LT(CheckHeightField(floors, FitPlaneFrame(floors), RunContext{}).value().single_sheet,
             0.2);
+}
+
+// A square of side 0.8 whose middle is higher; `wall`: points on its steps, as dense as elsewhere.
+OrientedCloud Plateau(double height, bool wall) {
+  constexpr double kSpacing = 0.01;
+  std::vector<Vector3d> points;
+  for (double y = 0; y < 0.8; y += kSpacing) {
+    for (double x = -0.4; x < 0.4; x += kSpacing) {
+      points.emplace_back(x, y, std::abs(x) > 0.2 ? 0 : height);
+    }
+    for (double z = 0; wall && z < height; z += kSpacing) {
+      points.emplace_back(-0.2, y, z);
+      points.emplace_back(0.2, y, z);
+    }
+  }
+  Eigen::Matrix3Xd matrix(3, points.size());
+  for (size_t i = 0; i < points.size(); ++i) matrix.col(static_cast<Eigen::Index>(i)) = points[i];
+  const Eigen::Matrix3Xd up = Vector3d::UnitZ().replicate(1, matrix.cols());
+  return MakeCloud(matrix, up);
+}
+
+TEST(CheckHeightField, MeasuresTheWallsThatNoPointSaw) {
+  const PlaneFrame level;
+  const auto walls = [&](const OrientedCloud& cloud) {
+    return CheckHeightField(cloud, level, RunContext{}).value().unseen_walls;
+  };
+  EXPECT_EQ(walls(TerrainCloud(8000, 0.1)), 0);
+  EXPECT_EQ(walls(Plateau(0.2, /*wall=*/true)), 0);
+  // Two of 0.8 x 0.2 beside 0.8 x 0.8, each met from one or two cells on either side.
+  EXPECT_GT(walls(Plateau(0.2, /*wall=*/false)), 0.2);
+  EXPECT_LT(walls(Plateau(0.2, /*wall=*/false)), 0.8);
+  EXPECT_EQ(ChooseTopology(Plateau(0.2, /*wall=*/false), RunContext{}).value().topology,
+            Topology::kArbitrary);
+  EXPECT_EQ(ChooseTopology(Plateau(0.01, /*wall=*/false), RunContext{}).value().topology,
+            Topology::kPlanar);
 }
 
 TEST(PointArea, SumsToTheSurface) {

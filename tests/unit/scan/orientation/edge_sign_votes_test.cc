@@ -48,14 +48,12 @@ TEST(SignVoteTest, AcrossARightAngledEdge) {
 
 TEST(SignVoteTest, ParallelPlanesApartCannotTell) {
   const OrientedCloud wall = TwoPoints({0, 0, 0}, {0, 0, 1}, {0.2, 0, 1.5}, {0, 0, 1});
-  EXPECT_TRUE(StepBetween(wall, 0, 1));
   EXPECT_EQ(SignVote(wall, 0, 1), 0);
   // So do the ends of an arc of nearly half a turn.
   const Eigen::Vector3d a(1, 0, 0), b(std::cos(3.0), std::sin(3.0), 0);
   EXPECT_EQ(SignVote(TwoPoints(a, a, b, b), 0, 1), 0);
   // With noise that explains the step they are one sheet.
   const OrientedCloud thick = TwoPoints({0, 0, 0}, {0, 0, 1}, {0.8, 0, 0.5}, {0, 0, 1}, 0.3f);
-  EXPECT_FALSE(StepBetween(thick, 0, 1));
   EXPECT_GT(SignVote(thick, 0, 1), 0.5);
 }
 
@@ -63,29 +61,6 @@ TEST(SignVoteTest, TheSamePlaceHasTheSideOfItsNormals) {
   const Eigen::Vector3d at(0.1, 0.2, 0.3), up(0, 0, 1);
   EXPECT_EQ(SignVote(TwoPoints(at, up, at, up), 0, 1), 1);
   EXPECT_EQ(SignVote(TwoPoints(at, up, at, -up), 0, 1), -1);
-}
-
-// Point 0 below a ring of points, all normals up.
-TEST(WallVoteTest, TellsAWallByThePointsAllAround) {
-  constexpr int kRing = 8;
-  OrientedCloud cloud;
-  cloud.points.setZero(3, kRing + 1);
-  cloud.normals = Eigen::Vector3d::UnitZ().replicate(1, kRing + 1);
-  cloud.spacing.assign(kRing + 1, 1);
-  cloud.noise.assign(kRing + 1, 0);
-  std::vector<int> around;
-  for (int i = 1; i <= kRing; ++i) {
-    const double turn = 2 * std::numbers::pi * i / kRing;
-    cloud.points.col(i) << std::cos(turn), std::sin(turn), 1;
-    around.push_back(i);
-  }
-  EXPECT_NEAR(WallVote(cloud, 0, 1, around), -0.8, 1e-6);
-  cloud.normals.col(0) *= -1;
-  EXPECT_NEAR(WallVote(cloud, 0, 1, around), 0.8, 1e-6);
-  EXPECT_EQ(WallVote(cloud, 0, 1, {around.data(), 3}), 0);  // on one side only
-  EXPECT_EQ(WallVote(cloud, 0, 1, {around.data(), 2}), 0);
-  cloud.points.row(0).tail(kRing).array() += 2;  // the next floor of a stair
-  EXPECT_EQ(WallVote(cloud, 0, 1, around), 0);
 }
 
 // True normals with random signs.

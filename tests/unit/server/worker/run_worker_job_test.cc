@@ -81,7 +81,7 @@ TEST(RunWorkerJob, EndsWhenTheServerIsGone) {
   while (!message.has_progress()) {  // it has begun
     ASSERT_TRUE(ReceiveMessage(process.socket(), &message).ok());
   }
-  shutdown(process.socket().number(), SHUT_WR);                  // what a dead server leaves
+  shutdown(process.socket().number(), SHUT_WR);  // what a dead server leaves
   char byte;
   EXPECT_EQ(process.socket().Read(&byte, 1).code(), absl::StatusCode::kOutOfRange);
   const int status = process.End();
