@@ -16,6 +16,7 @@ find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
+pkg_check_modules(LIBPQ REQUIRED IMPORTED_TARGET libpq>=15)
 
 # flann.pc names MPI and HDF5, which only FLANN's own tools use.
 add_library(rilievo_flann INTERFACE)

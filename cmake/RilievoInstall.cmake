@@ -35,7 +35,8 @@ install(FILES ${CMAKE_BINARY_DIR}/web/gateway.mjs DESTINATION ${CMAKE_INSTALL_DA
   OPTIONAL)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/web/page DESTINATION ${CMAKE_INSTALL_DATADIR}/rilievo/web
   OPTIONAL)
-install(FILES ${CMAKE_SOURCE_DIR}/cmake/install/rilievod.service DESTINATION lib/systemd/system)
+install(FILES ${CMAKE_SOURCE_DIR}/cmake/install/rilievod.service
+  ${CMAKE_SOURCE_DIR}/cmake/install/rilievo-worker@.service DESTINATION lib/systemd/system)
 install(FILES ${CMAKE_SOURCE_DIR}/LICENSE RENAME copyright
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/rilievo)
 

@@ -102,17 +102,17 @@ ReconstructionServer::~ReconstructionServer() {
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Listen(
-    const ServerOptions& options, JobWork work, JobLog log) {
-  return Start(options, /*embedded=*/false, std::move(work), std::move(log));
+    const ServerOptions& options, JobWork work, JobLog log, const OpenStore& open) {
+  return Start(options, /*embedded=*/false, std::move(work), std::move(log), open);
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embed(
-    const ServerOptions& options, JobWork work, JobLog log) {
-  return Start(options, /*embedded=*/true, std::move(work), std::move(log));
+    const ServerOptions& options, JobWork work, JobLog log, const OpenStore& open) {
+  return Start(options, /*embedded=*/true, std::move(work), std::move(log), open);
 }
 
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
-    ServerOptions options, bool embedded, JobWork work, JobLog log) {
+    ServerOptions options, bool embedded, JobWork work, JobLog log, const OpenStore& open) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
@@ -127,7 +127,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Star
   result->core_ =
       std::make_unique<ServiceCore>(options, std::move(work), std::move(log), std::move(door));
   result->service_ = std::make_unique<ReconstructionService>(result->core_.get());
-  RILIEVO_ASSIGN_OR_RETURN(result->jobs_, JobsService::Open(result->core_.get()));
+  RILIEVO_ASSIGN_OR_RETURN(result->jobs_, JobsService::Open(result->core_.get(), open));
   result->core_->metrics->Watch([raw = result.get()] { return raw->State(); });
   // Both switches are global and count for the servers built after them.
   grpc::EnableDefaultHealthCheckService(!embedded);
@@ -249,6 +249,10 @@ void ReconstructionServer::BeginDrain() {
   core_->draining = true;
   core_->machine.Watch({});
   jobs_->BeginDrain();
+}
+
+std::chrono::steady_clock::duration ReconstructionServer::IdleTime() const {
+  return jobs_->IdleTime();
 }
 
 bool ReconstructionServer::WaitUntilIdle(std::chrono::milliseconds timeout) {

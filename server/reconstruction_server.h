@@ -9,6 +9,7 @@
 #include "server/auth/connection_watch.h"
 #include "server/auth/open_connections.h"
 #include "server/conversion/server_options.h"
+#include "server/jobs/open_store.h"
 #include "server/observability/job_log.h"
 #include "server/os/connection_listener.h"
 #include "server/rpc/vital_signs.h"
@@ -33,13 +34,13 @@ struct ServiceCore;
 class ReconstructionServer {
  public:
   // Listens on options.listen, with health and (options.reflection) reflection services.
-  // INVALID_ARGUMENT for wrong options, UNAVAILABLE when the address cannot be had.
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Listen(const ServerOptions& options,
-                                                                      JobWork work, JobLog log);
+  // INVALID_ARGUMENT for wrong options, UNAVAILABLE when the address or the store cannot be had.
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Listen(
+      const ServerOptions& options, JobWork work, JobLog log, const OpenStore& open = OpenFolder);
 
   // No port; reached by InProcessChannel() alone.
-  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Embed(const ServerOptions& options,
-                                                                     JobWork work, JobLog log);
+  static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Embed(
+      const ServerOptions& options, JobWork work, JobLog log, const OpenStore& open = OpenFolder);
 
   // Stops at once what still runs.
   ~ReconstructionServer();
@@ -55,6 +56,9 @@ class ReconstructionServer {
   // Health says NOT_SERVING and new jobs are refused; those under way go on.
   void BeginDrain();
 
+  // Of a server that shares its store: for how long there was nothing to work on.
+  std::chrono::steady_clock::duration IdleTime() const;
+
   // Whether no call is under way any more.
   bool WaitUntilIdle(std::chrono::milliseconds timeout);
 
@@ -66,7 +70,8 @@ class ReconstructionServer {
 
   static absl::StatusOr<std::unique_ptr<ReconstructionServer>> Start(ServerOptions options,
                                                                      bool embedded, JobWork work,
-                                                                     JobLog log);
+                                                                     JobLog log,
+                                                                     const OpenStore& open);
 
   // `connection` is accepted: counts it, or tells its client why it is closed.
   bool TakeConnection(const FileDescriptor& connection);

@@ -40,8 +40,8 @@ struct JobsArguments {
 };
 
 absl::StatusOr<JobsClient> ClientOf(const JobsArguments& arguments) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto channel, ConnectTo(arguments.connection));
-  return JobsClient(channel);
+  RILIEVO_ASSIGN_OR_RETURN(const auto channels, ConnectTo(arguments.connection));
+  return JobsClient(channels);
 }
 
 CallOptions CallOf(const JobsArguments& arguments, std::stop_token stop) {
@@ -256,7 +256,9 @@ absl::Status RunFetch(const JobsArguments& arguments, const std::stop_token& sto
 CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string& words,
                      JobsArguments* a) {
   CLI::App* app = jobs->add_subcommand(name, words);
-  app->add_option("--server", a->connection.server, "HOST:PORT of a rilievod that keeps jobs")
+  app->add_option("--server", a->connection.server,
+                  "HOST:PORT of a rilievod that keeps jobs; or several over one store, with commas "
+                  "between: where one is away, another is asked")
       ->required();
   AddServerOptions(app, &a->connection);
   app->add_option("--timeout", a->timeout_seconds,

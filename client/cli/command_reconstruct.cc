@@ -239,8 +239,10 @@ Command AddReconstruct(CLI::App& program) {
          "several become several surfaces, or one with --merge")
       ->required();
   AddSurfaceOutput(app, "a folder (DIR/) for several scans; ", &a->surface)->required();
-  app->add_option("--server", a->connection.server,
-                  "HOST:PORT of a rilievod; without it the work is done in this process");
+  app->add_option(
+      "--server", a->connection.server,
+      "HOST:PORT of a rilievod, or several with commas between: the first that answers; "
+      "without it the work is done in this process");
   AddServerOptions(app, &a->connection);
   AddFormatOption(app, &a->scan.format);
   AddPointsOnlyOption(app, &a->scan);

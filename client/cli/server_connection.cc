@@ -48,7 +48,7 @@ void AppendFilesOf(const ServerArguments& arguments, std::vector<std::string>* f
                 {arguments.token_file, arguments.tls_ca, arguments.tls_cert, arguments.tls_key});
 }
 
-absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> ConnectTo(
+absl::StatusOr<std::vector<std::shared_ptr<grpc::ChannelInterface>>> ConnectTo(
     const ServerArguments& arguments) {
   ConnectOptions options;
   RILIEVO_ASSIGN_OR_RETURN(options.token, Content("--token-file", arguments.token_file));
@@ -59,10 +59,10 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> ConnectTo(
   RILIEVO_ASSIGN_OR_RETURN(options.certificate, Content("--tls-cert", arguments.tls_cert));
   RILIEVO_ASSIGN_OR_RETURN(options.key, Content("--tls-key", arguments.tls_key));
   options.allow_plaintext = arguments.allow_plaintext;
-  const auto channel = Connect(arguments.server, options);
-  if (channel.ok()) return channel;
+  const auto channels = ConnectToEach(arguments.server, options);
+  if (channels.ok()) return channels;
   return absl::InvalidArgumentError(
-      absl::StrCat(channel.status().message(), " (--tls-ca FILE, or --allow-plaintext)"));
+      absl::StrCat(channels.status().message(), " (--tls-ca FILE, or --allow-plaintext)"));
 }
 
 }  // namespace rilievo

@@ -17,7 +17,7 @@ class ChannelInterface;
 namespace rilievo {
 
 struct ServerArguments {
-  std::string server;  // HOST:PORT; empty: none was named
+  std::string server;  // HOST:PORT, or several with commas between; empty: none was named
   std::string token_file, tls_ca, tls_cert, tls_key;
   bool allow_plaintext = false;
 };
@@ -28,7 +28,9 @@ void AddServerOptions(CLI::App* app, ServerArguments* arguments);
 // Appends the files that they name.
 void AppendFilesOf(const ServerArguments& arguments, std::vector<std::string>* files);
 
-// The token is that of the file, else of RILIEVO_TOKEN. NOT_FOUND for files that cannot be read.
-absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> ConnectTo(const ServerArguments& arguments);
+// To each server that was named. The token is that of the file, else of RILIEVO_TOKEN. NOT_FOUND
+// for files that cannot be read.
+absl::StatusOr<std::vector<std::shared_ptr<grpc::ChannelInterface>>> ConnectTo(
+    const ServerArguments& arguments);
 
 }  // namespace rilievo

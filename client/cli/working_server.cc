@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "client/library/connect.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -21,7 +22,8 @@ ServerOptions LimitsForOneself() {
 absl::StatusOr<WorkingServer> ConnectOrStart(const ServerArguments& arguments) {
   WorkingServer server;
   if (!arguments.server.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(server.channel, ConnectTo(arguments));
+    RILIEVO_ASSIGN_OR_RETURN(const auto channels, ConnectTo(arguments));
+    server.channel = FirstReachable(channels);
     return server;
   }
   RILIEVO_ASSIGN_OR_RETURN(server.embedded, EmbeddedServer::Start(LimitsForOneself()));

@@ -1,9 +1,14 @@
 #include "client/library/connect.h"
 
+#include <algorithm>
+#include <chrono>
+#include <random>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "core/base/status_macros.h"
 #include "grpcpp/channel.h"
 #include "grpcpp/create_channel.h"
 #include "grpcpp/security/credentials.h"
@@ -94,6 +99,30 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> Connect(const std::strin
   if (!options.token.empty()) senders.push_back(std::make_unique<TokenSenders>(options.token));
   return grpc::experimental::CreateCustomChannelWithInterceptors(address, credentials, Arguments(),
                                                                  std::move(senders));
+}
+
+absl::StatusOr<std::vector<std::shared_ptr<grpc::ChannelInterface>>> ConnectToEach(
+    const std::string& addresses, const ConnectOptions& options) {
+  std::vector<std::shared_ptr<grpc::ChannelInterface>> channels;
+  for (const std::string& address : std::vector<std::string>(absl::StrSplit(addresses, ','))) {
+    if (address.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(addresses, ": one of the addresses is empty; give HOST:PORT,HOST:PORT,..."));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(channels.emplace_back(), Connect(address, options));
+  }
+  std::shuffle(channels.begin(), channels.end(), std::minstd_rand(std::random_device{}()));
+  return channels;
+}
+
+std::shared_ptr<grpc::ChannelInterface> FirstReachable(
+    const std::vector<std::shared_ptr<grpc::ChannelInterface>>& channels) {
+  if (channels.size() == 1) return channels[0];
+  for (const auto& channel : channels) {
+    const auto until = std::chrono::system_clock::now() + std::chrono::seconds(2);
+    if (channel->WaitForConnected(until)) return channel;
+  }
+  return channels[0];
 }
 
 std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address) {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 
@@ -27,7 +28,17 @@ struct ConnectOptions {
 absl::StatusOr<std::shared_ptr<grpc::ChannelInterface>> Connect(const std::string& address,
                                                                 const ConnectOptions& options);
 
-// The same without any.
+// To each of several servers over one store, "host:port,host:port,...", in an order of chance, so
+// that clients spread over them. INVALID_ARGUMENT also when one of the addresses is empty.
+absl::StatusOr<std::vector<std::shared_ptr<grpc::ChannelInterface>>> ConnectToEach(
+    const std::string& addresses, const ConnectOptions& options);
+
+// The first of these that has a connection, each waited for up to two seconds; else the first of
+// all.
+std::shared_ptr<grpc::ChannelInterface> FirstReachable(
+    const std::vector<std::shared_ptr<grpc::ChannelInterface>>& channels);
+
+// Without any options.
 std::shared_ptr<grpc::ChannelInterface> ConnectPlaintext(const std::string& address);
 
 }  // namespace rilievo

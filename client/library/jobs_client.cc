@@ -22,6 +22,8 @@ constexpr size_t kChunkBytes = 256 << 10;
 constexpr int kMaxUploads = 3;  // of a scan for one job
 constexpr int kMostMovedOffsets = 3;
 
+using Stub = v1::JobsService::StubInterface;
+
 std::string Digest(const std::string& bytes) {
   Sha256 hash;
   hash.Add({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
@@ -33,25 +35,28 @@ std::string Digest(const std::string& bytes) {
 
 // The attempts at one thing, each with a context of its own.
 struct JobsClient::Attempts {
-  Attempts(const RetryOptions& options, const CallOptions& call_options)
-      : call(call_options),
+  Attempts(const JobsClient& of, const CallOptions& call_options)
+      : client(of),
+        call(call_options),
         deadline(Deadline(call_options)),
-        retry(options, deadline, call_options.stop) {}
+        retry(of.retry_, deadline, call_options.stop) {}
 
   static std::optional<Retry::Clock::time_point> Deadline(const CallOptions& call) {
     if (!call.timeout) return std::nullopt;
     return Retry::Clock::now() + *call.timeout;
   }
 
-  // `attempt(context)` gives a grpc::Status.
+  // `attempt(context, stub)` gives a grpc::Status.
   template <typename Attempt>
   absl::Status Once(const Attempt& attempt) {
+    server = *client.server_;
+    Stub* const stub = client.stubs_[server].get();
     grpc::ClientContext context;
     if (deadline) {
       context.set_deadline(std::chrono::system_clock::now() + (*deadline - Retry::Clock::now()));
     }
     const std::stop_callback cancel(call.stop, [&context] { context.TryCancel(); });
-    const grpc::Status status = attempt(&context);
+    const grpc::Status status = attempt(&context, stub);
     if (!status.ok() && call.stop.stop_requested()) {
       return absl::CancelledError("the caller asked to stop");
     }
@@ -63,10 +68,18 @@ struct JobsClient::Attempts {
   absl::Status Repeat(const Attempt& attempt) {
     for (;;) {
       const absl::Status status = Once(attempt);
-      if (status.ok() || !retry.AfterFailure(status)) return status;
+      if (status.ok() || !Again(status)) return status;
     }
   }
 
+  // Waits, unless another server can be asked at once; false when it is not worth another attempt.
+  bool Again(const absl::Status& status) {
+    if (IsWorthARetry(status)) client.MoveOn(server);
+    return retry.AfterFailure(status);
+  }
+
+  const JobsClient& client;
+  size_t server = 0;  // of the latest attempt
   const CallOptions call;
   const std::optional<Retry::Clock::time_point> deadline;
   Retry retry;
@@ -82,16 +95,27 @@ PackedScan PackScan(const PointCloud& scan) {
 }
 
 JobsClient::JobsClient(const std::shared_ptr<grpc::ChannelInterface>& channel, RetryOptions retry)
-    : stub_(v1::JobsService::NewStub(channel)), retry_(retry) {
+    : JobsClient(std::vector<std::shared_ptr<grpc::ChannelInterface>>{channel}, retry) {}
+
+JobsClient::JobsClient(const std::vector<std::shared_ptr<grpc::ChannelInterface>>& channels,
+                       RetryOptions retry)
+    : server_(std::make_unique<std::atomic<size_t>>(0)), retry_(retry) {
   PrepareToConnect();
+  for (const auto& channel : channels) stubs_.push_back(v1::JobsService::NewStub(channel));
+  retry_.servers = static_cast<int>(stubs_.size());
+}
+
+void JobsClient::MoveOn(size_t server) const {
+  // Unless another thread has done so already.
+  server_->compare_exchange_strong(server, (server + 1) % stubs_.size());
 }
 
 absl::Status JobsClient::UploadOnce(const PackedScan& scan, uint64_t offset,
                                     const std::function<void(int64_t)>& sent,
                                     Attempts* attempts) const {
-  return attempts->Once([&](grpc::ClientContext* context) {
+  return attempts->Once([&](grpc::ClientContext* context, Stub* stub) {
     v1::UploadScanResponse response;
-    const auto stream = stub_->UploadScan(context, &response);
+    const auto stream = stub->UploadScan(context, &response);
     v1::UploadScanRequest request;
     request.mutable_header()->set_upload_id(scan.scan_id);
     request.mutable_header()->set_offset(offset);
@@ -114,7 +138,7 @@ absl::Status JobsClient::UploadOnce(const PackedScan& scan, uint64_t offset,
 
 absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void(int64_t)>& sent,
                                 const CallOptions& call) const {
-  Attempts attempts(retry_, call);
+  Attempts attempts(*this, call);
   v1::GetUploadRequest query;
   query.set_upload_id(scan.scan_id);
   uint64_t known = 0;
@@ -122,8 +146,9 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
   int moved_offsets = 0;
   for (;;) {
     v1::GetUploadResponse stored;
-    RILIEVO_RETURN_IF_ERROR(attempts.Repeat(
-        [&](grpc::ClientContext* context) { return stub_->GetUpload(context, query, &stored); }));
+    RILIEVO_RETURN_IF_ERROR(attempts.Repeat([&](grpc::ClientContext* context, Stub* stub) {
+      return stub->GetUpload(context, query, &stored);
+    }));
     uint64_t offset = stored.stored_bytes();
     if (offset > known) attempts.retry.Progress();
     known = std::max(known, offset);
@@ -137,16 +162,17 @@ absl::Status JobsClient::Upload(const PackedScan& scan, const std::function<void
     }
     // It dropped it, or got more, after it was asked how much that was.
     if (absl::IsOutOfRange(status) && moved_offsets++ < kMostMovedOffsets) continue;
-    if (!attempts.retry.AfterFailure(status)) return status;
+    if (!attempts.Again(status)) return status;
   }
 }
 
 absl::StatusOr<v1::Job> JobsClient::Create(const v1::CreateJobRequest& request,
                                            const CallOptions& call) const {
   v1::CreateJobResponse response;
-  RILIEVO_RETURN_IF_ERROR(Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
-    return stub_->CreateJob(context, request, &response);
-  }));
+  RILIEVO_RETURN_IF_ERROR(
+      Attempts(*this, call).Repeat([&](grpc::ClientContext* context, Stub* stub) {
+        return stub->CreateJob(context, request, &response);
+      }));
   return std::move(*response.mutable_job());
 }
 
@@ -162,7 +188,7 @@ absl::StatusOr<v1::Job> JobsClient::Submit(const PackedScan& scan,
   *request.mutable_header()->mutable_options() = options;
   // A few rounds: the same scan may be on its way from elsewhere, and the retention of a full
   // server may remove it between its upload and the job.
-  Attempts attempts(retry_, call);
+  Attempts attempts(*this, call);
   for (int uploads = 0;;) {
     absl::StatusOr<v1::Job> job = Create(request, call);
     if (!absl::IsNotFound(job.status()) || uploads == kMaxUploads) return job;
@@ -184,10 +210,11 @@ absl::Status JobsClient::WaitForOther(const PackedScan& scan, Attempts* attempts
   uint64_t before = 0;
   for (;;) {
     const absl::Status busy = absl::UnavailableError("the same scan is uploaded from elsewhere");
-    if (!attempts->retry.AfterFailure(busy)) return busy;
+    if (!attempts->Again(busy)) return busy;
     v1::GetUploadResponse stored;
-    RILIEVO_RETURN_IF_ERROR(attempts->Repeat(
-        [&](grpc::ClientContext* context) { return stub_->GetUpload(context, query, &stored); }));
+    RILIEVO_RETURN_IF_ERROR(attempts->Repeat([&](grpc::ClientContext* context, Stub* stub) {
+      return stub->GetUpload(context, query, &stored);
+    }));
     if (stored.stored_bytes() <= before) return absl::OkStatus();  // complete, or it stands still
     before = stored.stored_bytes();
     attempts->retry.Progress();
@@ -198,21 +225,22 @@ absl::StatusOr<v1::Job> JobsClient::Get(const std::string& job_id, const CallOpt
   v1::GetJobRequest request;
   request.set_job_id(job_id);
   v1::GetJobResponse response;
-  RILIEVO_RETURN_IF_ERROR(Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
-    return stub_->GetJob(context, request, &response);
-  }));
+  RILIEVO_RETURN_IF_ERROR(
+      Attempts(*this, call).Repeat([&](grpc::ClientContext* context, Stub* stub) {
+        return stub->GetJob(context, request, &response);
+      }));
   return std::move(*response.mutable_job());
 }
 
 absl::StatusOr<std::vector<v1::Job>> JobsClient::List(size_t limit, const CallOptions& call) const {
-  Attempts attempts(retry_, call);
+  Attempts attempts(*this, call);
   std::vector<v1::Job> jobs;
   v1::ListJobsRequest request;
   do {
     request.set_page_size(static_cast<uint32_t>(std::clamp<size_t>(limit - jobs.size(), 1, 1000)));
     v1::ListJobsResponse response;
-    RILIEVO_RETURN_IF_ERROR(attempts.Repeat([&](grpc::ClientContext* context) {
-      return stub_->ListJobs(context, request, &response);
+    RILIEVO_RETURN_IF_ERROR(attempts.Repeat([&](grpc::ClientContext* context, Stub* stub) {
+      return stub->ListJobs(context, request, &response);
     }));
     for (v1::Job& job : *response.mutable_jobs()) jobs.push_back(std::move(job));
     request.set_page_token(response.next_page_token());
@@ -223,12 +251,12 @@ absl::StatusOr<std::vector<v1::Job>> JobsClient::List(size_t limit, const CallOp
 absl::StatusOr<v1::Job> JobsClient::Watch(const std::string& job_id,
                                           const std::function<void(const v1::JobEvent&)>& event,
                                           const CallOptions& call) const {
-  Attempts attempts(retry_, call);
+  Attempts attempts(*this, call);
   v1::WatchJobRequest request;
   request.set_job_id(job_id);
   for (;;) {
-    const absl::Status status = attempts.Once([&](grpc::ClientContext* context) {
-      const auto stream = stub_->WatchJob(context, request);
+    const absl::Status status = attempts.Once([&](grpc::ClientContext* context, Stub* stub) {
+      const auto stream = stub->WatchJob(context, request);
       v1::WatchJobResponse response;
       while (stream->Read(&response)) {
         attempts.retry.Progress();
@@ -238,14 +266,14 @@ absl::StatusOr<v1::Job> JobsClient::Watch(const std::string& job_id,
       return stream->Finish();
     });
     if (status.ok()) return Get(job_id, call);
-    if (!attempts.retry.AfterFailure(status)) return status;
+    if (!attempts.Again(status)) return status;
   }
 }
 
 absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
     const std::string& job_id, const std::function<void(const v1::SurfacePiece&)>& piece,
     const CallOptions& call) const {
-  Attempts attempts(retry_, call);
+  Attempts attempts(*this, call);
   std::vector<uint8_t> bytes;
   v1::SurfaceHeader header;
   for (;;) {
@@ -253,8 +281,8 @@ absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
     request.set_job_id(job_id);
     request.set_offset(bytes.size());
     bool gap = false;
-    const absl::Status status = attempts.Once([&](grpc::ClientContext* context) {
-      const auto stream = stub_->StreamSurface(context, request);
+    const absl::Status status = attempts.Once([&](grpc::ClientContext* context, Stub* stub) {
+      const auto stream = stub->StreamSurface(context, request);
       v1::StreamSurfaceResponse response;
       while (!gap && stream->Read(&response)) {
         attempts.retry.Progress();
@@ -275,7 +303,7 @@ absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
       return bytes;
     }
     if (status.ok()) return absl::DataLossError("the server ended before the surface did");
-    if (!attempts.retry.AfterFailure(status)) return status;
+    if (!attempts.Again(status)) return status;
   }
 }
 
@@ -284,9 +312,10 @@ absl::StatusOr<v1::Job> JobsClient::Cancel(const std::string& job_id,
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
   v1::CancelJobResponse response;
-  RILIEVO_RETURN_IF_ERROR(Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
-    return stub_->CancelJob(context, request, &response);
-  }));
+  RILIEVO_RETURN_IF_ERROR(
+      Attempts(*this, call).Repeat([&](grpc::ClientContext* context, Stub* stub) {
+        return stub->CancelJob(context, request, &response);
+      }));
   return std::move(*response.mutable_job());
 }
 
@@ -295,10 +324,11 @@ absl::Status JobsClient::Delete(const std::string& job_id, const CallOptions& ca
   request.set_job_id(job_id);
   v1::DeleteJobResponse response;
   int calls = 0;
-  const absl::Status status = Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
-    ++calls;
-    return stub_->DeleteJob(context, request, &response);
-  });
+  const absl::Status status =
+      Attempts(*this, call).Repeat([&](grpc::ClientContext* context, Stub* stub) {
+        ++calls;
+        return stub->DeleteJob(context, request, &response);
+      });
   return calls > 1 && absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
@@ -307,10 +337,11 @@ absl::Status JobsClient::DeleteScan(const std::string& scan_id, const CallOption
   request.set_scan_id(scan_id);
   v1::DeleteScanResponse response;
   int calls = 0;
-  const absl::Status status = Attempts(retry_, call).Repeat([&](grpc::ClientContext* context) {
-    ++calls;
-    return stub_->DeleteScan(context, request, &response);
-  });
+  const absl::Status status =
+      Attempts(*this, call).Repeat([&](grpc::ClientContext* context, Stub* stub) {
+        ++calls;
+        return stub->DeleteScan(context, request, &response);
+      });
   return calls > 1 && absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 

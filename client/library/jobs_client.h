@@ -1,6 +1,7 @@
 // The client of rilievo.v1.JobsService: reconstructions that outlive the connection.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,11 +29,15 @@ struct PackedScan {
 PackedScan PackScan(const PointCloud& scan);
 
 // Every function repeats its call after a pause while the server is away or asks for it, and goes
-// on where a broken stream ended: none does its work twice. `call.timeout` is of all attempts
-// together. Status codes are those of jobs.proto. Many threads may call at the same time.
+// on where a broken stream ended: none does its work twice. Of several servers over one store it
+// goes on at the next one. `call.timeout` is of all attempts together. Status codes are those of
+// jobs.proto. Many threads may call at the same time.
 class JobsClient {
  public:
   explicit JobsClient(const std::shared_ptr<grpc::ChannelInterface>& channel,
+                      RetryOptions retry = {});
+  // To several servers over one store (ConnectToEach()); at least one.
+  explicit JobsClient(const std::vector<std::shared_ptr<grpc::ChannelInterface>>& channels,
                       RetryOptions retry = {});
 
   // Uploads what the server does not have, and creates the job. The same `request_id` (1 to 64
@@ -81,8 +86,12 @@ class JobsClient {
   // While another stream of the same upload makes progress.
   absl::Status WaitForOther(const PackedScan& scan, Attempts* attempts) const;
 
-  std::unique_ptr<v1::JobsService::StubInterface> stub_;
-  const RetryOptions retry_;
+  // After a call to `server` failed: those that follow go to the next one.
+  void MoveOn(size_t server) const;
+
+  std::vector<std::unique_ptr<v1::JobsService::StubInterface>> stubs_;
+  std::unique_ptr<std::atomic<size_t>> server_;  // that calls go to
+  RetryOptions retry_;
 };
 
 }  // namespace rilievo

@@ -22,7 +22,8 @@ Retry::Retry(const RetryOptions& options, std::optional<Clock::time_point> deadl
     : options_(options), deadline_(deadline), stop_(std::move(stop)) {}
 
 std::chrono::milliseconds Retry::Pause(const absl::Status& status) const {
-  const int doublings = std::min(failures_ - 1, 20);
+  if (failures_ % options_.servers != 0) return std::chrono::milliseconds(0);
+  const int doublings = std::min(failures_ / options_.servers - 1, 20);
   const auto longest =
       std::min<int64_t>(options_.longest_pause.count(), options_.first_pause.count() << doublings);
   // Clients that failed together do not come back together.
@@ -33,7 +34,7 @@ std::chrono::milliseconds Retry::Pause(const absl::Status& status) const {
 }
 
 bool Retry::AfterFailure(const absl::Status& status) {
-  if (!IsWorthARetry(status) || ++failures_ >= options_.attempts) return false;
+  if (!IsWorthARetry(status) || ++failures_ >= options_.attempts * options_.servers) return false;
   const Clock::time_point until = Clock::now() + Pause(status);
   if (deadline_ && until >= *deadline_) return false;
   std::mutex mutex;

@@ -14,6 +14,8 @@ struct RetryOptions {
   int attempts = 8;                                 // in a row without progress; 1: no retry. >= 1
   std::chrono::milliseconds first_pause{200};       // doubled each time, spread by a half, > 0
   std::chrono::milliseconds longest_pause{10'000};  // unless the server asks for more
+  // That are tried in turn: `attempts` is of each, and only when all have failed there is a pause.
+  int servers = 1;
 };
 
 // Whether the same call may succeed later: the server is away, named a time to retry, or had no

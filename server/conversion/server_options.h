@@ -33,8 +33,11 @@ struct ServerOptions {
   std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
   std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
   std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
-  // Where jobs are kept; empty: nowhere, and nothing of a client outlives its call.
+  // Where jobs are kept: a folder, or a postgres:// URL where many servers and workers share one
+  // store; empty: nowhere, and nothing of a client outlives its call.
   std::string store;
+  std::string blobs;        // of a shared store: pg: or file:FOLDER; empty: pg:
+  bool serve_only = false;  // of a shared store: kept jobs are left to others
   std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
   int64_t keep_bytes = 20'000'000'000;                        // of all that the store holds, > 0
   // Of them of one owner; 0: half of keep_bytes where callers have names, else all of it. >= 0

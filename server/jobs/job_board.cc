@@ -7,10 +7,12 @@
 #include <variant>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/memory_estimate.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
+#include "server/observability/server_log.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
 #include "server/store/control_mesh_blob.h"
@@ -21,9 +23,6 @@ namespace {
 // A job whose attempts end with their worker or with the server again and again, as for want of
 // memory, will do so for ever.
 constexpr int kMaxUncleanEnds = 10;
-// From so many on it is worked on alone, and when nothing else waits: it may take others along.
-constexpr int kSuspectUncleanEnds = 3;
-
 // Of surfaces that wait for the store; beyond, the threads that compute wait too.
 constexpr int64_t kMaxUnkeptBytes = 256 << 20;
 constexpr std::chrono::milliseconds kStorePause{200};
@@ -73,24 +72,30 @@ JobBoard::~JobBoard() {
   idle_.wait(lock, [this] { return running_ == 0; });
 }
 
+StoredJob JobBoard::AsLeft(StoredJob stored) {
+  // The server that worked on it has had no time to write another state.
+  if (stored.job.state() != v1::JOB_STATE_RUNNING) return stored;
+  ++stored.unclean_ends;
+  stored.job = stored.unclean_ends < kMaxUncleanEnds
+                   ? Queued(std::move(stored.job))
+                   : Failed(std::move(stored.job),
+                            ErrorOfJob(absl::AbortedError("the server or the job's worker was "
+                                                          "killed at each attempt"),
+                                       "", ""));
+  return stored;
+}
+
 absl::Status JobBoard::Restore() {
+  if (store_->shared()) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(std::vector<StoredJob> unfinished, store_->Unfinished());
   for (StoredJob& stored : unfinished) {
-    // The server that worked on it has had no time to write another state.
-    const bool unclean = stored.job.state() == v1::JOB_STATE_RUNNING;
-    stored.unclean_ends += unclean;
-    stored.job = stored.unclean_ends < kMaxUncleanEnds
-                     ? Queued(std::move(stored.job))
-                     : Failed(std::move(stored.job),
-                              ErrorOfJob(absl::AbortedError("the server or the job's worker was "
-                                                            "killed at each attempt"),
-                                         "", ""));
+    const int before = stored.unclean_ends;
+    stored = AsLeft(std::move(stored));
     // Not to be written is no reason not to start.
-    if (unclean) store_->Update(stored).IgnoreError();
+    if (stored.unclean_ends != before) store_->Update(stored).IgnoreError();
   }
-  std::stable_partition(unfinished.begin(), unfinished.end(), [](const StoredJob& stored) {
-    return stored.unclean_ends < kSuspectUncleanEnds;
-  });
+  std::stable_partition(unfinished.begin(), unfinished.end(),
+                        [](const StoredJob& stored) { return !IsSuspect(stored); });
   for (StoredJob& stored : unfinished) {
     if (!IsFinished(stored.job.state())) Add(std::move(stored));
   }
@@ -111,7 +116,10 @@ void JobBoard::Add(StoredJob stored) {
   const int64_t memory = MemoryOf(stored);
   const std::lock_guard lock(mutex_);
   LiveJob& live = jobs_[id];
-  live.events = std::make_shared<JobEvents>(stored.job);
+  const auto watched = elsewhere_.find(id);
+  if (watched != elsewhere_.end()) live.events = watched->second.events.lock();
+  if (watched != elsewhere_.end()) elsewhere_.erase(watched);
+  if (!live.events) live.events = std::make_shared<JobEvents>(stored.job);
   live.memory = memory;
   live.stored = std::move(stored);
   Submit(id, &live);
@@ -124,9 +132,8 @@ void JobBoard::Submit(const std::string& job_id, LiveJob* live) {
   }
   ++running_;
   live->work_number = core_->pool.Submit(
-      [this, job_id] { Work(job_id); }, {.client = live->stored.client,
-                                         .memory = live->memory,
-                                         .last = live->stored.unclean_ends >= kSuspectUncleanEnds});
+      [this, job_id] { Work(job_id); },
+      {.client = live->stored.client, .memory = live->memory, .last = IsSuspect(live->stored)});
 }
 
 int JobBoard::size() const {
@@ -148,7 +155,11 @@ std::shared_ptr<JobEvents> JobBoard::EventsOf(const std::string& job_id) const {
 }
 
 void JobBoard::Work(const std::string& job_id) {
-  if (const auto run = BeginRun(job_id)) EndRun(run);
+  if (const auto run = BeginRun(job_id)) {
+    EndRun(run);
+  } else {
+    GiveBack(job_id);
+  }
   const std::lock_guard lock(mutex_);
   --running_;
   idle_.notify_all();  // under the lock: whoever waits may destroy this object
@@ -187,7 +198,7 @@ void JobBoard::EndRun(const std::shared_ptr<JobRun>& run) {
   const std::string& id = run->stored().job.job_id();
   JobOutcome outcome = run->Work();
   using Kind = JobOutcome::Kind;
-  const bool again = outcome.kind == Kind::kKilled && Requeue(id);
+  const bool again = outcome.kind == Kind::kKilled && Requeue(run->stored());
   if (outcome.kind == Kind::kUntried) {
     RequeueUntried(run->stored());
   } else if (outcome.kind == Kind::kAbandoned) {
@@ -207,7 +218,7 @@ void JobBoard::PutBack(StoredJob stored) {
   stored.job = Queued(std::move(stored.job));
   stored.unclean_ends = 0;
   // A job that was cancelled is finished by now, and stays so.
-  store_->Update(stored).IgnoreError();
+  store_->Release(stored).IgnoreError();
 }
 
 void JobBoard::Conclude(const JobRun& run, JobOutcome outcome) {
@@ -237,7 +248,7 @@ bool JobBoard::Keep(JobOutcome* outcome) {
 bool JobBoard::PutOff(JobOutcome* outcome) {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(outcome->job.job.job_id());
-  if (found == jobs_.end()) return true;  // cancelled meanwhile
+  if (!IsOn(found, outcome->job)) return true;  // cancelled meanwhile
   const int64_t bytes = BytesOf(*outcome);
   if (unkept_bytes_ > 0 && unkept_bytes_ + bytes > kMaxUnkeptBytes) return false;
   unkept_bytes_ += bytes;
@@ -283,20 +294,28 @@ void JobBoard::Erase(std::map<std::string, LiveJob>::iterator job) {
 
 void JobBoard::TakeOff(const StoredJob& stored) {
   const absl::StatusOr<StoredJob> held = store_->Get(stored.owner, stored.job.job_id());
-  if (held.ok()) return Publish(held->job);
+  const bool goes_on = held.ok() && stored.claim != 0 && !IsFinished(held->job.state());
+  if (held.ok() && !goes_on) return Publish(held->job);
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(stored.job.job_id());
-  if (found == jobs_.end()) return;
+  if (!IsOn(found, stored)) return;
+  if (goes_on) {
+    LogMessage(absl::StrCat("job ", found->first,
+                            ": another worker has taken it; what was done "
+                            "here is dropped"));
+    return HandOver(found);
+  }
   found->second.events->Close(held.status());
   Erase(found);
 }
 
-bool JobBoard::Requeue(const std::string& job_id) {
+bool JobBoard::Requeue(const StoredJob& tried) {
+  const std::string& job_id = tried.job.job_id();
   StoredJob stored;
   {
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(job_id);
-    if (found == jobs_.end()) return true;  // cancelled meanwhile
+    if (!IsOn(found, tried)) return true;  // cancelled meanwhile
     LiveJob& live = found->second;
     if (++live.stored.unclean_ends >= kMaxUncleanEnds) return false;
     live.stored.job = Queued(std::move(live.stored.job));
@@ -306,7 +325,7 @@ bool JobBoard::Requeue(const std::string& job_id) {
   store_->Update(stored).IgnoreError();
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job_id);
-  if (found == jobs_.end()) return true;
+  if (!IsOn(found, tried)) return true;
   found->second.events->Push(stored.job);
   Submit(job_id, &found->second);
   return true;
@@ -318,11 +337,13 @@ void JobBoard::RequeueUntried(StoredJob stored) {
   job.set_sequence(SequenceOfState(job.state(), job.attempts()));
   // It may wait for long: who asks the store is to learn of it, and a later server that it did not
   // end while it was worked on. A job that was cancelled meanwhile is refused, and is off the
-  // board.
-  store_->Update(stored).IgnoreError();
+  // board. Others who share the store may be able to, and take it for the same attempt.
+  if (stored.claim != 0) job.set_attempts(job.attempts() - 1);
+  store_->Release(stored).IgnoreError();
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job.job_id());
-  if (found == jobs_.end()) return;
+  if (!IsOn(found, stored)) return;
+  if (stored.claim != 0) return HandOver(found);
   LiveJob& live = found->second;
   live.untried = true;
   live.stored = std::move(stored);
@@ -339,6 +360,7 @@ absl::StatusOr<v1::Job> JobBoard::Cancel(const std::string& owner, const std::st
     const auto found = jobs_.find(job_id);
     if (found != jobs_.end()) stored = found->second.stored;
   }
+  stored.claim = 0;  // whoever works on it
   stored.job.set_state(v1::JOB_STATE_CANCELLED);
   stored.job.set_sequence(SequenceOfState(stored.job.state(), stored.job.attempts()));
   SetTime(stored.job.mutable_end_time());
@@ -360,15 +382,6 @@ absl::StatusOr<v1::Job> JobBoard::Cancel(const std::string& owner, const std::st
   if (run) run->Stop(StopReason::kClient);
   Publish(stored.job);
   return stored.job;
-}
-
-void JobBoard::BeginDrain() {
-  const std::lock_guard lock(mutex_);
-  draining_ = true;
-  for (auto& [id, live] : jobs_) {
-    if (core_->pool.Withdraw(live.work_number)) --running_;
-    live.events->Close(Stopping());
-  }
 }
 
 }  // namespace rilievo

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -32,8 +33,12 @@ class JobBoard {
   JobBoard(const JobBoard&) = delete;
   JobBoard& operator=(const JobBoard&) = delete;
 
-  // Queues what an earlier server left unfinished. Waits for the disk.
+  // Queues what an earlier server left unfinished; nothing of a shared store, where that is
+  // anybody's. Waits for the disk.
   absl::Status Restore();
+
+  // Queues a job that was claimed, as its last worker left it. Waits for the disk.
+  void TakeUp(StoredJob stored);
 
   // Queues a job that the store holds. Waits for the disk.
   void Add(StoredJob stored);
@@ -51,6 +56,19 @@ class JobBoard {
   // The events of a job that is not finished; else nothing.
   std::shared_ptr<JobEvents> EventsOf(const std::string& job_id) const;
 
+  // Of a shared store: those of a job of `owner`'s that is not worked on here. FollowOthers() asks
+  // the store what became of it.
+  std::shared_ptr<JobEvents> EventsElsewhere(const std::string& owner, const v1::Job& job);
+  void FollowOthers();
+  // Tells the store how far the jobs here have got.
+  void TellOthers();
+  // Takes off what is no longer this worker's: a client cancelled it elsewhere, or its lease ran
+  // out and another has it. Gives back claims of which nothing is known here. Waits for the disk.
+  void Compare(const std::vector<JobClaim>& held);
+
+  // By estimate, bytes.
+  int64_t MemoryOf(const StoredJob& stored) const;
+
   // No more jobs begin, and watchers are told so; what runs goes on.
   void BeginDrain();
 
@@ -61,14 +79,28 @@ class JobBoard {
     int64_t memory = 0;  // by estimate
     uint64_t work_number = 0;
     bool untried = false;              // its last attempt was none
+    uint64_t told = 0;                 // number of the latest progress that the store was told
     std::shared_ptr<JobRun> run;       // while it is worked on
     std::optional<JobOutcome> unkept;  // done, but not on disk yet
   };
 
-  int64_t MemoryOf(const StoredJob& stored) const;
-  // With mutex_ held.
+  // A job that somebody else works on, and who watches it here.
+  struct Elsewhere {
+    std::string owner;
+    std::weak_ptr<JobEvents> events;
+    uint64_t state = 0;  // number of the latest state that was told
+  };
+
+  // With mutex_ held. IsOn(): whether it is on the board, claimed as `stored` says.
+  bool IsOn(const std::map<std::string, LiveJob>::iterator& job, const StoredJob& stored) {
+    return job != jobs_.end() && job->second.stored.claim == stored.claim;
+  }
   void Submit(const std::string& job_id, LiveJob* live);
   void Erase(std::map<std::string, LiveJob>::iterator job);
+  // Takes a job off that goes on elsewhere: who watches it does so all the same.
+  void HandOver(std::map<std::string, LiveJob>::iterator job);
+  // Counts an attempt that ended with its server; a job that did so too often has failed then.
+  static StoredJob AsLeft(StoredJob stored);
 
   // On a thread of the job pool.
   void Work(const std::string& job_id);
@@ -87,11 +119,14 @@ class JobBoard {
   // Takes off a job that was finished or removed meanwhile, as the store holds it.
   void TakeOff(const StoredJob& stored);
   // Puts a job whose worker was killed back into the queue; false after too many unclean ends.
-  bool Requeue(const std::string& job_id);
+  bool Requeue(const StoredJob& tried);
   // Puts back what this machine could not work on; its attempt does not count. Waits for the disk.
   void RequeueUntried(StoredJob stored);
   // The server ends in order: the next one begins with this job as if it had never run.
   void PutBack(StoredJob stored);
+  // One that was claimed and never begun.
+  void GiveBack(const std::string& job_id);
+  void Lose(const std::string& job_id);
 
   ServiceCore* const core_;
   JobStore* const store_;
@@ -101,6 +136,7 @@ class JobBoard {
   int running_ = 0;
   int64_t unkept_bytes_ = 0;  // of surfaces that wait for the store
   std::map<std::string, LiveJob> jobs_;
+  std::map<std::string, Elsewhere> elsewhere_;
 };
 
 }  // namespace rilievo

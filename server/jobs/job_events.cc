@@ -59,6 +59,19 @@ void JobEvents::Push(v1::Progress progress) {
   Append(std::move(event));
 }
 
+void JobEvents::Follow(const v1::JobEvent& told) {
+  const std::lock_guard lock(mutex_);
+  if (finished_ || told.sequence() <= last_) return;
+  last_ = told.sequence();
+  Append(told);
+}
+
+std::optional<v1::JobEvent> JobEvents::LatestProgress() const {
+  const std::lock_guard lock(mutex_);
+  if (!events_.back().has_progress()) return std::nullopt;
+  return events_.back();
+}
+
 void JobEvents::Append(v1::JobEvent event) {
   event.set_sequence(last_);
   std::erase_if(events_, [&](const v1::JobEvent& old) { return Replaces(event, old); });

@@ -28,6 +28,13 @@ class JobEvents {
   void Push(const v1::Job& job);
   void Push(v1::Progress progress);
 
+  // What another server's worker told, with its number there: those who watch may go from server to
+  // server. Nothing unless it is later than all that is known.
+  void Follow(const v1::JobEvent& told);
+
+  // The latest one, if that is of progress.
+  std::optional<v1::JobEvent> LatestProgress() const;
+
   // No more will come, though the job is not finished: its watchers are to end with `reason`.
   void Close(const absl::Status& reason);
 

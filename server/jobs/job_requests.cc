@@ -43,9 +43,7 @@ std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRe
 
 std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
                                    const v1::CreateJobRequest& request) {
-  const auto scan = core.store->ReadScan(caller.owner, request.scan_id());
-  if (!scan.ok()) return ErrorOfStore(scan.status());
-  const auto size = scan->Size();
+  const auto size = core.store->BytesOfScan(caller.owner, request.scan_id());
   if (!size.ok()) return ErrorOfStore(size.status());
   if (*size == ScanBytesOf(request.header())) return std::nullopt;
   return BadRequestError(
@@ -54,10 +52,17 @@ std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
 }
 
 std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {
-  const int own = core.board.size(caller.client);
-  if (MayTakePlace(core.service->options.max_waiting_jobs, core.board.size(), own)) {
-    return std::nullopt;
+  int all, own;
+  if (core.store->shared()) {
+    const auto counts = core.store->CountUnfinished(caller.client);
+    if (!counts.ok()) return ErrorOfStore(counts.status());
+    all = static_cast<int>(counts->all);
+    own = static_cast<int>(counts->of_client);
+  } else {
+    all = core.board.size();
+    own = core.board.size(caller.client);
   }
+  if (MayTakePlace(core.service->options.max_waiting_jobs, all, own)) return std::nullopt;
   return CallError(ErrorCause::kJobsLimit,
                    absl::StrCat("as many jobs as this server takes of one client, or of all, are "
                                 "waiting (",
@@ -118,6 +123,7 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, 0));
   stored.job.set_trace_id(caller.trace_id);
   SetTime(stored.job.mutable_create_time());
+  if (core->store->shared()) stored.memory = core->board.MemoryOf(stored);
   auto kept = core->store->Insert(stored);
   if (!kept.ok()) return Refused(kept.status());
   // Another call with the same request_id may have come first.
@@ -125,7 +131,7 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
     return Known(*kept, request, response->mutable_job());
   }
   *response->mutable_job() = stored.job;
-  core->board.Add(*std::move(kept));
+  core->Begin(*std::move(kept));
   return grpc::Status::OK;
 }
 

@@ -13,6 +13,14 @@ StoreSettings SettingsOfStore(const ServerOptions& options) {
           .report = [](const std::string& line) { LogMessage("store: " + line); }};
 }
 
+void JobsCore::Begin(StoredJob stored) {
+  if (fleet) {
+    fleet->Wake();
+  } else {
+    board.Add(std::move(stored));
+  }
+}
+
 void JobsCore::WatchRoom(std::function<void(bool room)> tell) {
   const std::lock_guard lock(room_mutex);
   tell_room = std::move(tell);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "server/jobs/disk_pool.h"
+#include "server/jobs/fleet_member.h"
 #include "server/jobs/job_board.h"
 #include "server/jobs/store_keeper.h"
 #include "server/rpc/client_places.h"
@@ -33,7 +34,14 @@ struct JobsCore {
         uploads(service_core->options.max_uploads),
         requests(kRequestBytes),
         bulk(kDiskThreads),
-        disk(kDiskThreads) {}
+        disk(kDiskThreads) {
+    if (store->shared()) {
+      fleet.emplace(service, store.get(), &board, /*works=*/!service->options.serve_only);
+    }
+  }
+
+  // A job that the store holds is to be worked on: here, or where somebody takes it.
+  void Begin(StoredJob stored);
 
   // Tells whether the store has room, from now on and each second; {} ends it.
   void WatchRoom(std::function<void(bool room)> tell);
@@ -42,6 +50,7 @@ struct JobsCore {
   ServiceCore* const service;
   const std::unique_ptr<JobStore> store;
   JobBoard board;
+  std::optional<FleetMember> fleet;  // of a shared store
   std::mutex room_mutex;
   std::function<void(bool)> tell_room;
   StoreKeeper keeper;

@@ -73,17 +73,21 @@ grpc::ServerUnaryReactor* JobsService::OnDisk(grpc::CallbackServerContext* conte
   return reactor;
 }
 
-absl::StatusOr<std::unique_ptr<JobsService>> JobsService::Open(ServiceCore* core) {
+absl::StatusOr<std::unique_ptr<JobsService>> JobsService::Open(ServiceCore* core,
+                                                               const OpenStore& open) {
   std::unique_ptr<JobsService> service(new JobsService(core));
   if (core->options.store.empty()) return service;
-  RILIEVO_ASSIGN_OR_RETURN(auto store,
-                           JobStore::Open(core->options.store, SettingsOfStore(core->options)));
+  RILIEVO_ASSIGN_OR_RETURN(auto store, open(core->options, SettingsOfStore(core->options)));
   service->core_ = std::make_unique<JobsCore>(core, std::move(store));
   RILIEVO_RETURN_IF_ERROR(service->core_->board.Restore());
   return service;
 }
 
 JobsService::~JobsService() = default;
+
+std::chrono::steady_clock::duration JobsService::IdleTime() const {
+  return core_ && core_->fleet ? core_->fleet->IdleTime() : std::chrono::steady_clock::duration(0);
+}
 
 int64_t JobsService::foreign_requests() const {
   return core_ ? core_->store->foreign_requests() : 0;

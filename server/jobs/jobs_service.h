@@ -10,15 +10,17 @@
 #include "rilievo/v1/jobs.grpc.pb.h"
 #include "server/auth/caller.h"
 #include "server/jobs/jobs_core.h"
+#include "server/jobs/open_store.h"
 #include "server/rpc/service_core.h"
 
 namespace rilievo {
 
 class JobsService final : public v1::JobsService::CallbackService {
  public:
-  // Opens core->options.store, unless that is empty, and takes up what it left unfinished. `core`
-  // outlives this object.
-  static absl::StatusOr<std::unique_ptr<JobsService>> Open(ServiceCore* core);
+  // Opens core->options.store by `open`, unless that is empty, and takes up what it left
+  // unfinished. `core` outlives this object.
+  static absl::StatusOr<std::unique_ptr<JobsService>> Open(ServiceCore* core,
+                                                           const OpenStore& open = OpenFolder);
 
   // The gRPC server is gone. Stops what runs; a later server goes on with it.
   ~JobsService() override;
@@ -26,6 +28,9 @@ class JobsService final : public v1::JobsService::CallbackService {
   // Heartbeats of the disk threads; null without a store.
   const Heartbeat* disk_heart() const { return core_ ? &core_->disk.heart() : nullptr; }
   const Heartbeat* bulk_heart() const { return core_ ? &core_->bulk.heart() : nullptr; }
+
+  // Of a server that shares its store: for how long there was nothing to work on; else 0.
+  std::chrono::steady_clock::duration IdleTime() const;
 
   // How many requests so far were for a job of another owner.
   int64_t foreign_requests() const;

@@ -92,9 +92,10 @@ CallError ErrorOfStore(const absl::Status& status) {
   }
   if (absl::IsUnavailable(status)) {
     LogMessage(absl::StrCat("store: ", status.message()));
-    return CallError(
-               ErrorCause::kStoreBusy,
-               "the server's store is in use by another program, or its disk fails; try again")
+    return CallError(ErrorCause::kStoreBusy,
+                     "the server's store cannot be reached, is in use by another program, or its "
+                     "disk fails; "
+                     "try again")
         .RetryAfter(std::chrono::seconds(1));
   }
   LogMessage(absl::StrCat("store: ", status.message()));

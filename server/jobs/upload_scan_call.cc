@@ -200,7 +200,8 @@ std::optional<CallError> UploadScanCall::TakeEnd() {
   std::string sha256;
   if (auto error = ReadEnd(request_.end(), &sha256)) return error;
   const absl::Status kept = core_->store->FinishUpload(
-      caller_.owner, name_, static_cast<int64_t>(request_.end().total_bytes()), sha256, &*writer_);
+      caller_.owner, name_, static_cast<int64_t>(request_.end().total_bytes()), sha256,
+      writer_.get());
   if (!kept.ok()) return ErrorOfStore(kept);
   response_->set_scan_id(sha256);
   response_->set_total_bytes(request_.end().total_bytes());

@@ -53,9 +53,9 @@ class UploadScanCall final : public grpc::ServerReadReactor<v1::UploadScanReques
   v1::UploadScanResponse* const response_;
   std::shared_ptr<UploadScanCall> self_;  // until OnDone
 
-  v1::UploadScanRequest request_;                 // of the read in flight, then of the disk thread
-  std::optional<PartialUploads::Writer> writer_;  // the disk thread's
-  std::string name_;                              // of the upload in the store
+  v1::UploadScanRequest request_;         // of the read in flight, then of the disk thread
+  std::unique_ptr<UploadWriter> writer_;  // the disk thread's
+  std::string name_;                      // of the upload in the store
   uint64_t total_bytes_ = 0;
   bool ended_ = false;   // the scan is stored
   bool placed_ = false;  // among the uploads

@@ -45,10 +45,14 @@ void WatchJobCall::FindJob() {
       // It ended, perhaps just now; or it was created just now and is not in the queue yet.
       const auto again = core_->store->Get(caller_.owner, job_id_);
       const v1::Job& job = again.ok() ? again->job : stored->job;
-      events = std::make_shared<JobEvents>(job);
-      if (!IsFinished(job.state())) {
-        events->Close(
-            StatusOf({ErrorCause::kTryAgain, "the job is not in the queue yet; watch it again"}));
+      if (!IsFinished(job.state()) && core_->store->shared()) {
+        events = core_->board.EventsElsewhere(caller_.owner, job);
+      } else {
+        events = std::make_shared<JobEvents>(job);
+        if (!IsFinished(job.state())) {
+          events->Close(
+              StatusOf({ErrorCause::kTryAgain, "the job is not in the queue yet; watch it again"}));
+        }
       }
     }
   }

@@ -6,6 +6,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "server/postgres/postgres_database.h"
+#include "server/postgres/postgres_store.h"
 
 namespace rilievo {
 namespace {
@@ -15,6 +18,30 @@ std::string NotEmpty(const std::string& value) { return value.empty() ? "is empt
 
 std::chrono::milliseconds Milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<int64_t>(std::clamp(seconds, -1.0, 1e9) * 1000));
+}
+
+absl::Status CheckStorePlace(const CommandLine& line) {
+  const ServerOptions& options = line.options;
+  if (IsPostgresUrl(options.store)) {
+    RILIEVO_RETURN_IF_ERROR(CheckPostgresUrl(options.store));
+    RILIEVO_RETURN_IF_ERROR(CheckBlobsUrl(options.blobs));
+    if (!line.check_store && line.backup.empty()) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        "--check-store and --backup are for a folder; use PostgreSQL's own pg_amcheck and pg_dump, "
+        "and copy the folder of --blobs after the dump");
+  }
+  if (options.store.find("://") != std::string::npos) {
+    return absl::InvalidArgumentError(
+        "--store is neither a folder nor a URL that begins with postgres://");
+  }
+  for (const auto& [name, given] :
+       {std::pair("--blobs", !options.blobs.empty()), std::pair("--serve-only", options.serve_only),
+        std::pair("--work-only", line.work_only)}) {
+    if (!given) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, " is for a store that servers share; give --store postgres://..."));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -55,7 +82,27 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                   "maximum bytes of memory that the worker of one job may map; 0: no limit")
       ->capture_default_str();
   CLI::Option* store =
-      app->add_option("--store", options.store, "folder where jobs, scans and surfaces are kept");
+      app->add_option("--store", options.store,
+                      "where jobs are kept: a folder for this server alone, with scans and "
+                      "surfaces; or postgres://..., which many servers share (without a password: "
+                      "that belongs in ~/.pgpass, PGPASSFILE or a service file)");
+  app->add_option("--blobs", options.blobs,
+                  "with --store postgres://...: where scans and surfaces are kept; pg: (the same "
+                  "database, the default) or file:FOLDER, which all servers have")
+      ->needs(store);
+  CLI::Option* serve_only =
+      app->add_flag("--serve-only", options.serve_only,
+                    "with --store postgres://...: answer calls and leave kept jobs to others")
+          ->needs(store);
+  CLI::Option* work_only =
+      app->add_flag("--work-only", line->work_only,
+                    "with --store postgres://...: work on kept jobs and answer no calls")
+          ->needs(store)
+          ->excludes(serve_only);
+  app->add_option("--until-idle", line->until_idle_seconds,
+                  "with --work-only: end when there was nothing to work on for so many seconds")
+      ->needs(work_only)
+      ->check(CLI::NonNegativeNumber);
   app->add_flag("--ephemeral", options.ephemeral,
                 "keep jobs in a temporary folder that ends with this server")
       ->excludes(store);
@@ -163,6 +210,7 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
 }
 
 absl::Status CompleteOptions(CommandLine* line) {
+  RILIEVO_RETURN_IF_ERROR(CheckStorePlace(*line));
   for (const auto& [name, seconds] :
        {std::pair("--max-job-seconds", line->max_job_seconds),
         std::pair("--max-idle-seconds", line->max_idle_seconds),

@@ -19,6 +19,8 @@ struct CommandLine {
   std::string probe, probe_service;
   std::string make_token, token_out;
   bool check_store = false, repair = false;
+  bool work_only = false;
+  double until_idle_seconds = -1;  // below 0: for ever
   std::string backup;
   std::string metrics, channelz;
   std::string log = "json", reflection = "auto";
@@ -29,7 +31,7 @@ struct CommandLine {
 void DeclareOptions(CommandLine* line, CLI::App* app);
 
 // Times, reflection and memory of `line->options`, once it is parsed. INVALID_ARGUMENT for a time
-// that is not finite.
+// that is not finite, and for a store that cannot be used so.
 absl::Status CompleteOptions(CommandLine* line);
 
 }  // namespace rilievo

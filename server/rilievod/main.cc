@@ -26,6 +26,8 @@
 #include "server/os/open_files.h"
 #include "server/os/out_of_memory.h"
 #include "server/os/private_files.h"
+#include "server/postgres/postgres_database.h"
+#include "server/postgres/postgres_store.h"
 #include "server/reconstruction_server.h"
 #include "server/rilievod/daemon_options.h"
 #include "server/store/store_backup.h"
@@ -137,7 +139,7 @@ void Warn(const ServerOptions& options) {
   for (const auto& [name, path] :
        {std::pair("--tokens", &options.tokens), std::pair("--tls-key", &options.tls_key),
         std::pair("--store", &options.store)}) {
-    if (path->empty() || !IsOpenToOthers(*path)) continue;
+    if (path->empty() || IsPostgresUrl(*path) || !IsOpenToOthers(*path)) continue;
     LogMessage(absl::StrCat("warning: ", name, " ", *path,
                             " is open to all users of this machine; chmod o= ", *path));
   }
@@ -145,6 +147,24 @@ void Warn(const ServerOptions& options) {
     LogMessage(absl::StrCat("warning: whoever reaches ", options.listen,
                             " may call, unencrypted and without a token"));
   }
+}
+
+absl::StatusOr<std::unique_ptr<JobStore>> OpenStoreOf(const ServerOptions& options,
+                                                      StoreSettings settings) {
+  if (!IsPostgresUrl(options.store)) return OpenFolder(options, std::move(settings));
+  return OpenPostgresStore(options.store, options.blobs, std::move(settings));
+}
+
+// Until a signal comes, or there was nothing to work on for that long, if that is not below 0.
+void WaitForEnd(const sigset_t& signals, double idle_seconds, const ReconstructionServer& server) {
+  if (idle_seconds < 0) {
+    int signal = 0;
+    sigwait(&signals, &signal);
+    return;
+  }
+  constexpr timespec kPause{0, 100'000'000};
+  const std::chrono::duration<double> enough(idle_seconds);
+  while (server.IdleTime() < enough && sigtimedwait(&signals, nullptr, &kPause) <= 0) continue;
 }
 
 int Serve(const CommandLine& line, JobWork work) {
@@ -164,16 +184,18 @@ int Serve(const CommandLine& line, JobWork work) {
 
   ServerLog* const log = StartLog(line);
   Warn(line.options);
-  auto server = ReconstructionServer::Listen(line.options, std::move(work),
-                                             [log](const JobRecord& record) { log->Job(record); });
+  const auto start = line.work_only ? ReconstructionServer::Embed : ReconstructionServer::Listen;
+  auto server = start(
+      line.options, std::move(work), [log](const JobRecord& record) { log->Job(record); },
+      OpenStoreOf);
   if (!server.ok()) return Fail(server.status());
   const auto ports = OpenPorts(line, **server);
   if (!ports.ok()) return Fail(ports.status());
-  std::printf("rilievod listening on %s\n", (*server)->address().c_str());
+  std::printf("rilievod %s\n",
+              line.work_only ? "working" : ("listening on " + (*server)->address()).c_str());
   std::fflush(stdout);
 
-  int signal = 0;
-  sigwait(&signals, &signal);
+  WaitForEnd(signals, line.until_idle_seconds, **server);
   LogMessage("draining");
   (*server)->BeginDrain();
   Drain(signals, line.options.drain_time, server->get());
@@ -199,6 +221,7 @@ int Main(int argc, char** argv) {
   if (!line.make_token.empty()) {
     return PrintNewToken(line.make_token, line.options.tokens, line.token_out);
   }
+  if (const absl::Status wrong = CompleteOptions(&line); !wrong.ok()) return Fail(wrong);
   if (line.check_store) return Check(line.options.store, line.repair);
   if (!line.backup.empty()) {
     const absl::Status done = BackUpStore(line.options.store, line.backup);
@@ -208,7 +231,6 @@ int Main(int argc, char** argv) {
     const absl::Status health = ProbeHealth(line.probe, kProbeTimeout, line.probe_service);
     return health.ok() ? 0 : Fail(health);
   }
-  if (const absl::Status wrong = CompleteOptions(&line); !wrong.ok()) return Fail(wrong);
   auto work = ChooseWork(line);
   if (!work.ok()) return Fail(work.status());
   return Serve(line, *std::move(work));

@@ -159,6 +159,19 @@ JobPool::Entry JobPool::TakeNext() {
   return entry;
 }
 
+int JobPool::FreePlaces() const {
+  const std::lock_guard lock(mutex_);
+  if (closing_ || std::chrono::steady_clock::now() < held_until_) return 0;
+  size_t waiting = last_.entries.size();
+  for (const Line& line : lines_) waiting += line.entries.size();
+  return std::max(0, workers_ - running_ - static_cast<int>(waiting));
+}
+
+void JobPool::WhenFree(std::function<void()> tell) {
+  const std::lock_guard lock(mutex_);
+  when_free_ = std::move(tell);
+}
+
 std::chrono::milliseconds JobPool::RetryDelay() const {
   const double rounds = static_cast<double>(admissions_.taken()) / workers_;
   const std::lock_guard lock(mutex_);
@@ -217,6 +230,7 @@ void JobPool::Work() {
     TellHeart();
     mean_seconds_ += kMeanWeight * (seconds.count() - mean_seconds_);
     wake_.notify_all();  // there may be room for several
+    if (when_free_) when_free_();
   }
 }
 

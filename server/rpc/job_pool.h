@@ -91,6 +91,12 @@ class JobPool {
   // No work begins for that long from now on; 0: at once again. The latest word counts.
   void Hold(std::chrono::milliseconds time);
 
+  // How many jobs more would begin at once, memory left aside; 0 while no work begins.
+  int FreePlaces() const;
+
+  // `tell` is called, with the pool locked, whenever there may be more of them; {} ends that.
+  void WhenFree(std::function<void()> tell);
+
   // How long to wait for a place: the work in hand at the mean time of the latest jobs, within 1 s
   // and 60 s.
   std::chrono::milliseconds RetryDelay() const;
@@ -145,6 +151,7 @@ class JobPool {
   int64_t charged_ = 0;
   std::list<Line> lines_;  // the first one is next
   Line last_;              // when there are no lines
+  std::function<void()> when_free_;
   Heartbeat heart_;
   std::vector<std::jthread> threads_;
 };

@@ -1,64 +1,41 @@
-// Files named by the SHA-256 of their bytes: written once, never changed.
+// Blobs as files of a folder.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/os/file_descriptor.h"
+#include "server/store/blob_store.h"
 #include "server/store/folder.h"
 
 namespace rilievo {
 
-// Thread-safe, as files are. A file that has its name is whole and on disk: it is written under
-// another name, synced, renamed, and its folder synced.
-class BlobFolder {
+// A file that has its name is whole and on disk: it is written under another name, synced, renamed,
+// and its folder synced.
+class BlobFolder final : public BlobStore {
  public:
-  // What was not finished when the last process ended is removed.
-  static absl::StatusOr<BlobFolder> Open(std::string path);
-
-  // Bytes that are on their way into the folder; removed with it unless it was adopted.
-  class Staged {
-   public:
-    Staged(std::string path, FileDescriptor file, std::string name, int64_t bytes)
-        : path_(std::move(path)), file_(std::move(file)), name_(std::move(name)), bytes_(bytes) {}
-    Staged(Staged&& other, std::string name, int64_t bytes)
-        : Staged(std::move(other.path_), std::move(other.file_), std::move(name), bytes) {}
-    Staged(Staged&& other) = default;
-    ~Staged();
-
-    const std::string& path() const { return path_; }
-    const FileDescriptor& file() const { return file_; }
-    const std::string& name() const { return name_; }  // that the blob will have
-    int64_t bytes() const { return bytes_; }
-
-   private:
-    std::string path_;
-    FileDescriptor file_;
-    std::string name_;
-    int64_t bytes_;
+  enum class Users {
+    kOneProcess,
+    kMany,  // on any machine that has the folder, as by NFS
   };
-  absl::StatusOr<Staged> Stage(const std::vector<std::vector<uint8_t>>& parts) const;
+  // What was not finished when the last process ended is removed; where others may be at it, what
+  // was not finished for a day.
+  static absl::StatusOr<BlobFolder> Open(std::string path, Users users = Users::kOneProcess);
 
-  // Stages and adopts; the blob's name.
-  absl::StatusOr<std::string> Put(const std::vector<std::vector<uint8_t>>& parts) const;
+  absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
+  absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
+  absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
+  absl::Status Remove(const std::string& name) const override;
+  // To the folder `damaged` beside this one.
+  absl::Status SetAside(const std::string& name) const override;
+  absl::StatusOr<std::vector<FileEntry>> List() const override;
 
   // Takes a whole file of the same file system into the folder as `name`, the SHA-256 of its bytes;
-  // `path` is gone then. Its age begins anew when it was here before.
+  // `path` is gone then.
   absl::Status Adopt(const std::string& path, const FileDescriptor& file,
                      const std::string& name) const;
-
-  // NOT_FOUND when there is none of that name, or the name is none.
-  absl::StatusOr<FileDescriptor> Read(const std::string& name) const;
-
-  absl::Status Remove(const std::string& name) const;
-
-  // Moves one whose bytes are not those of its name to the folder of damaged ones beside this.
-  absl::Status SetAside(const std::string& name) const;
-
-  absl::StatusOr<std::vector<FileEntry>> List() const;
 
  private:
   explicit BlobFolder(std::string path) : path_(std::move(path)) {}

@@ -8,19 +8,18 @@
 
 namespace rilievo {
 
-absl::StatusOr<std::optional<BlobFolder::Staged>> TakeControlMesh(const BlobFolder& blobs,
-                                                                  StoredJob* stored) {
-  if (!stored->header.options().control().has_control_mesh()) return std::nullopt;
+absl::StatusOr<std::unique_ptr<StagedBlob>> TakeControlMesh(const BlobStore& blobs,
+                                                            StoredJob* stored) {
+  if (!stored->header.options().control().has_control_mesh()) return nullptr;
   v1::ControlOptions* control = stored->header.mutable_options()->mutable_control();
   const std::string bytes = control->control_mesh().SerializeAsString();
-  RILIEVO_ASSIGN_OR_RETURN(BlobFolder::Staged staged, blobs.Stage({{bytes.begin(), bytes.end()}}));
-  stored->mesh = staged.name();
+  RILIEVO_ASSIGN_OR_RETURN(auto staged, blobs.Stage({{bytes.begin(), bytes.end()}}));
+  stored->mesh = staged->name();
   control->clear_control_mesh();
   return staged;
 }
 
-absl::StatusOr<v1::ReconstructHeader> WholeHeader(const BlobFolder& blobs,
-                                                  const StoredJob& stored) {
+absl::StatusOr<v1::ReconstructHeader> WholeHeader(const BlobStore& blobs, const StoredJob& stored) {
   v1::ReconstructHeader header = stored.header;
   if (stored.mesh.empty()) return header;
   const absl::Status damaged = absl::FailedPreconditionError(

@@ -1,23 +1,14 @@
 #include "server/store/job_store.h"
 
-#include <sys/stat.h>
-
-#include <algorithm>
-#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "server/conversion/call_error.h"
-#include "server/store/content_name.h"
 #include "server/store/control_mesh_blob.h"
-#include "server/store/folder.h"
-#include "server/store/store_tables.h"
 
 namespace rilievo {
 namespace {
-
-constexpr char kStoreTime[] = "store_ms", kWallTime[] = "wall_ms";
 
 absl::Status NoSuchJob() {
   return StatusOf({ErrorCause::kJobNotFound, "there is no such job; it may have been removed"});
@@ -33,183 +24,121 @@ absl::Status NotToBeChanged() {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<JobStore>> JobStore::Open(const std::string& folder,
-                                                         StoreSettings settings) {
-  RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor lock, LockFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(BlobFolder blobs, BlobFolder::Open(folder + "/blobs"));
-  RILIEVO_ASSIGN_OR_RETURN(JobTables tables, OpenTables(folder, blobs));
-  RILIEVO_ASSIGN_OR_RETURN(auto uploads, PartialUploads::Open(folder + "/uploads"));
-  RILIEVO_RETURN_IF_ERROR(SyncFolder(folder));
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t store_ms, tables.State(kStoreTime));
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t wall_ms, tables.State(kWallTime));
-  const StoreClock clock(store_ms, wall_ms, settings.clock);
-  std::unique_ptr<JobStore> store(new JobStore(folder, std::move(lock), std::move(tables),
-                                               std::move(blobs), std::move(uploads),
-                                               std::move(settings), clock));
-  RILIEVO_RETURN_IF_ERROR(store->Reconcile());
-  return store;
-}
-
-JobStore::JobStore(const std::string& folder, FileDescriptor lock, JobTables tables,
-                   BlobFolder blobs, std::unique_ptr<PartialUploads> uploads,
-                   StoreSettings settings, const StoreClock& clock)
-    : folder_(folder),
-      lock_(std::move(lock)),
-      settings_(std::move(settings)),
-      clock_(clock),
-      tables_(std::move(tables)),
-      blobs_(std::move(blobs)),
-      uploads_(std::move(uploads)),
-      room_(folder) {}
-
-JobStore::~JobStore() {
-  const std::lock_guard lock(mutex_);
-  Change([&] { return KeepTime(); }).IgnoreError();
-  tables_.database().Shrink().IgnoreError();
-}
-
-absl::Status JobStore::KeepTime() {
-  RILIEVO_RETURN_IF_ERROR(tables_.SetState(kStoreTime, clock_.Now()));
-  return tables_.SetState(kWallTime, clock_.Wall());
-}
-
-absl::Status JobStore::Reconcile() {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_.List());
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> uploads, uploads_->List());
-  const std::lock_guard lock(mutex_);
-  struct stat rights {};
-  if (stat(folder_.c_str(), &rights) == 0 && (rights.st_mode & 077) != 0) {
-    Report(absl::StrCat(folder_, " is open to others than its owner; chmod 700 it"));
-  }
-  // A full disk is no reason not to start: what is stored can be read and removed.
-  const absl::Status done = Change([&]() -> absl::Status {
-    RILIEVO_RETURN_IF_ERROR(KeepTime());
-    for (const FileEntry& file : files) {
-      RILIEVO_ASSIGN_OR_RETURN(const int64_t known, tables_.BytesOfBlob(file.name));
-      if (known >= 0) continue;
-      RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(file.name, file.bytes, clock_.Now()));
-    }
-    std::set<std::string> there;
-    for (const FileEntry& file : uploads) {
-      there.insert(file.name);
-      RILIEVO_ASSIGN_OR_RETURN(const auto known, tables_.FindUpload(file.name));
-      if (known) continue;
-      RILIEVO_RETURN_IF_ERROR(tables_.PutUpload("", file.name, file.bytes, clock_.Now()));
-    }
-    RILIEVO_ASSIGN_OR_RETURN(const auto announced, tables_.UploadsBefore(INT64_MAX));
-    for (const auto& upload : announced) {
-      if (!there.contains(upload.name)) RILIEVO_RETURN_IF_ERROR(tables_.DropUpload(upload.name));
-    }
-    return absl::OkStatus();
-  });
-  room_.Note(done);
-  return absl::IsResourceExhausted(done) ? absl::OkStatus() : done;
-}
-
 void JobStore::Report(const std::string& line) const {
   if (settings_.report) settings_.report(line);
 }
 
-void JobStore::ReportDamaged() {
-  for (const std::string& id : tables_.TakeDamaged()) {
+void JobStore::ReportDamaged(JobTables* tables) {
+  for (const std::string& id : tables->TakeDamaged()) {
     Report(absl::StrCat("the record of job ", id, " is damaged; it is set aside"));
   }
 }
 
-absl::Status JobStore::Change(const std::function<absl::Status()>& body) {
-  RILIEVO_RETURN_IF_ERROR(tables_.Transact(body));
-  // A file that stays though its row is gone is found when the store is opened again.
-  for (const std::string& blob : tables_.TakeGone()) blobs_.Remove(blob).IgnoreError();
+void JobStore::LookForRoom() {
+  if (room_) room_->Check().IgnoreError();
+}
+
+absl::Status JobStore::Change(JobTables* tables, const std::function<absl::Status()>& body) {
+  RILIEVO_RETURN_IF_ERROR(tables->Transact(body));
+  // One that stays though its row is gone is found when the store is opened again.
+  RemoveUnnamed(tables, tables->TakeGone()).IgnoreError();
   return absl::OkStatus();
 }
 
-absl::Status JobStore::Write(const std::function<absl::Status()>& body) {
-  RILIEVO_RETURN_IF_ERROR(room_.Check());
-  const absl::Status written = Change(body);
-  room_.Note(written);
+// Somebody may have stored the same bytes since they were seen to be unused.
+absl::Status JobStore::RemoveUnnamed(JobTables* tables, const std::vector<std::string>& names) {
+  if (names.empty()) return absl::OkStatus();
+  return tables->Alone([&]() -> absl::Status {
+    for (const std::string& name : names) {
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables->BytesOfBlob(name));
+      if (bytes < 0) RILIEVO_RETURN_IF_ERROR(blobs_->Remove(name));
+    }
+    return absl::OkStatus();
+  });
+}
+
+absl::Status JobStore::Write(JobTables* tables, const std::function<absl::Status()>& body) {
+  if (!room_) return Change(tables, body);
+  RILIEVO_RETURN_IF_ERROR(room_->Check());
+  const absl::Status written = Change(tables, body);
+  room_->Note(written);
   return written;
 }
 
-absl::Status JobStore::Free(const std::function<absl::Status()>& body) {
-  const absl::Status done = Change(body);
-  if (!absl::IsResourceExhausted(done)) return done;
-  room_.Release();
-  return Change(body);
+absl::Status JobStore::Free(JobTables* tables, const std::function<absl::Status()>& body) {
+  const absl::Status done = Change(tables, body);
+  if (!absl::IsResourceExhausted(done) || !room_) return done;
+  room_->Release();
+  return Change(tables, body);
 }
 
-absl::Status JobStore::Adopt(const std::string& path, const FileDescriptor& file,
-                             const std::string& name, const std::function<absl::Status()>& body) {
-  const absl::Status done = Write([&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file.Size());
-    RILIEVO_RETURN_IF_ERROR(blobs_.Adopt(path, file, name));
-    RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(name, bytes, clock_.Now()));
+absl::Status JobStore::Adopt(JobTables* tables, const StagedBlob& staged,
+                             const std::function<absl::Status()>& body) {
+  const absl::Status done = Write(tables, [&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(staged.Adopt(&tables->database()));
+    RILIEVO_RETURN_IF_ERROR(tables->AddBlob(staged.name(), staged.bytes(), clock_.Now()));
     return body();
   });
-  if (!done.ok() && tables_.BytesOfBlob(name).value_or(0) < 0) blobs_.Remove(name).IgnoreError();
+  if (!done.ok()) RemoveUnnamed(tables, {staged.name()}).IgnoreError();
   return done;
 }
 
 absl::Status JobStore::BeginUpload(const std::string& owner, const std::string& name,
                                    int64_t bytes) {
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(const auto known, tables_.FindUpload(name));
-  RILIEVO_RETURN_IF_ERROR(MakeRoom(owner, bytes - (known ? known->bytes : 0), name));
-  return Write([&] { return tables_.PutUpload(owner, name, bytes, clock_.Now()); });
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(const auto known, tables->FindUpload(name));
+  RILIEVO_RETURN_IF_ERROR(MakeRoom(tables.get(), owner, bytes - (known ? known->bytes : 0), name));
+  return Write(tables.get(), [&] { return tables->PutUpload(owner, name, bytes, clock_.Now()); });
 }
 
 absl::Status JobStore::FinishUpload(const std::string& owner, const std::string& name,
                                     int64_t bytes, const std::string& sha256,
-                                    PartialUploads::Writer* writer) {
-  const auto take = [&](const std::string& path, const FileDescriptor& file) {
-    const std::lock_guard lock(mutex_);
-    return Adopt(path, file, sha256, [&]() -> absl::Status {
-      RILIEVO_RETURN_IF_ERROR(tables_.DropUpload(name));
-      return tables_.AddScan(owner, sha256, clock_.Now());
+                                    UploadWriter* writer) {
+  const auto take = [&](const StagedBlob& staged) {
+    const auto tables = tables_->Take();
+    return Adopt(tables.get(), staged, [&]() -> absl::Status {
+      RILIEVO_RETURN_IF_ERROR(tables->DropUpload(name));
+      return tables->AddScan(owner, sha256, clock_.Now());
     });
   };
   const absl::Status done = writer->Finish(bytes, sha256, take);
   if (!absl::IsDataLoss(done)) return done;
-  const std::lock_guard lock(mutex_);
-  Free([&] { return tables_.DropUpload(name); }).IgnoreError();
+  const auto tables = tables_->Take();
+  Free(tables.get(), [&] { return tables->DropUpload(name); }).IgnoreError();
   return done;
 }
 
 absl::Status JobStore::AddScan(const std::string& owner, const std::string& scan) {
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(const FileDescriptor file, blobs_.Read(scan));
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, file.Size());
-  return Write([&]() -> absl::Status {
-    RILIEVO_RETURN_IF_ERROR(tables_.AddBlob(scan, bytes, clock_.Now()));
-    return tables_.AddScan(owner, scan, clock_.Now());
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, blobs_->BytesOf(scan));
+  return Write(tables.get(), [&]() -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(tables->AddBlob(scan, bytes, clock_.Now()));
+    return tables->AddScan(owner, scan, clock_.Now());
   });
 }
 
-absl::StatusOr<FileDescriptor> JobStore::ReadScan(const std::string& owner,
-                                                  const std::string& scan) {
-  const std::lock_guard lock(mutex_);
-  return ReadScanLocked(owner, scan);
+absl::StatusOr<int64_t> JobStore::BytesOfScan(const std::string& owner, const std::string& scan) {
+  const auto tables = tables_->Take();
+  return BytesOfScan(tables.get(), owner, scan);
 }
 
-absl::StatusOr<FileDescriptor> JobStore::ReadScanLocked(const std::string& owner,
-                                                        const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables_.HasScan(owner, scan));
+absl::StatusOr<int64_t> JobStore::BytesOfScan(JobTables* tables, const std::string& owner,
+                                              const std::string& scan) {
+  RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables->HasScan(owner, scan));
   if (!owned) return NoSuchScan();
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables_.BytesOfBlob(scan));
-  absl::StatusOr<FileDescriptor> file = blobs_.Read(scan);
-  if (file.ok() ? file->Size().value_or(-1) == bytes : !absl::IsNotFound(file.status())) {
-    return file;
-  }
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, tables->BytesOfBlob(scan));
+  const absl::StatusOr<int64_t> stored = blobs_->BytesOf(scan);
+  if (stored.ok() ? *stored == bytes : !absl::IsNotFound(stored.status())) return stored;
   Report(absl::StrCat("scan ", scan, " is lost or cut; it is forgotten until it is sent again"));
-  RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.ForgetScan(scan); }));
+  RILIEVO_RETURN_IF_ERROR(Free(tables, [&] { return tables->ForgetScan(scan); }));
   return NoSuchScan();
 }
 
 absl::Status JobStore::RemoveScan(const std::string& owner, const std::string& scan) {
-  const std::lock_guard lock(mutex_);
+  const auto tables = tables_->Take();
   bool found = false;
-  const absl::Status dropped = Free([&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(found, tables_.DropScan(owner, scan));
+  const absl::Status dropped = Free(tables.get(), [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(found, tables->DropScan(owner, scan));
     return absl::OkStatus();
   });
   if (!dropped.ok()) return dropped;
@@ -217,38 +146,51 @@ absl::Status JobStore::RemoveScan(const std::string& owner, const std::string& s
 }
 
 absl::Status JobStore::SetScanAside(const std::string& scan) {
-  const std::lock_guard lock(mutex_);
+  const auto tables = tables_->Take();
   Report(absl::StrCat("scan ", scan, " is damaged; it is set aside"));
-  RILIEVO_RETURN_IF_ERROR(blobs_.SetAside(scan));
-  return Free([&] { return tables_.ForgetScan(scan); });
+  RILIEVO_RETURN_IF_ERROR(blobs_->SetAside(scan));
+  return Free(tables.get(), [&] { return tables->ForgetScan(scan); });
 }
 
 absl::StatusOr<StoredJob> JobStore::Insert(StoredJob stored) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(blobs_, &stored));
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(auto known, tables_.Find(stored.owner, stored.job.request_id()));
-  ReportDamaged();
+  RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(*blobs_, &stored));
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(auto known, tables->Find(stored.owner, stored.job.request_id()));
+  ReportDamaged(tables.get());
   if (known) return *std::move(known);
-  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
-  RILIEVO_RETURN_IF_ERROR(MakeRoom(stored.owner, kJobRecordBytes + (mesh ? mesh->bytes() : 0), ""));
-  // Making room may have taken it.
-  RILIEVO_RETURN_IF_ERROR(ReadScanLocked(stored.owner, stored.job.scan_id()).status());
-  const auto insert = [&] { return tables_.Insert(stored, /*end_ms=*/0, clock_.Now()); };
-  RILIEVO_RETURN_IF_ERROR(mesh ? Adopt(mesh->path(), mesh->file(), mesh->name(), insert)
-                               : Write(insert));
-  return stored;
+  RILIEVO_RETURN_IF_ERROR(BytesOfScan(tables.get(), stored.owner, stored.job.scan_id()).status());
+  RILIEVO_RETURN_IF_ERROR(
+      MakeRoom(tables.get(), stored.owner, kJobRecordBytes + (mesh ? mesh->bytes() : 0), ""));
+  const auto insert = [&]() -> absl::Status {
+    // Making room may have taken it, or another server.
+    RILIEVO_ASSIGN_OR_RETURN(const bool owned, tables->HasScan(stored.owner, stored.job.scan_id()));
+    if (!owned) return NoSuchScan();
+    RILIEVO_RETURN_IF_ERROR(tables->Insert(stored, /*end_ms=*/0, clock_.Now()));
+    if (!shared_) return absl::OkStatus();
+    return JobQueue(&tables->database()).Insert(stored.job.job_id(), stored.client, stored.memory);
+  };
+  const absl::Status inserted =
+      mesh ? Adopt(tables.get(), *mesh, insert) : Write(tables.get(), insert);
+  if (!absl::IsAlreadyExists(inserted)) {
+    RILIEVO_RETURN_IF_ERROR(inserted);
+    return stored;
+  }
+  // Another server was quicker.
+  RILIEVO_ASSIGN_OR_RETURN(known, tables->Find(stored.owner, stored.job.request_id()));
+  if (!known) return inserted;
+  return *std::move(known);
 }
 
 absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables_.Find(job_id));
-  ReportDamaged();
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables->Find(job_id));
+  ReportDamaged(tables.get());
   if (stored && stored->owner == owner) return *std::move(stored);
   if (stored) {
     ++foreign_requests_;
     return NoSuchJob();
   }
-  RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables_.IsDamaged(owner, job_id));
+  RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables->IsDamaged(owner, job_id));
   if (!damaged) return NoSuchJob();
   return StatusOf({ErrorCause::kJobDamaged,
                    "what was kept of this job is damaged; delete it, and create it again"});
@@ -256,53 +198,61 @@ absl::StatusOr<StoredJob> JobStore::Get(const std::string& owner, const std::str
 
 absl::StatusOr<std::optional<StoredJob>> JobStore::Find(const std::string& owner,
                                                         const std::string& request_id) {
-  const std::lock_guard lock(mutex_);
-  auto found = tables_.Find(owner, request_id);
-  ReportDamaged();
+  const auto tables = tables_->Take();
+  auto found = tables->Find(owner, request_id);
+  ReportDamaged(tables.get());
   return found;
 }
 
 absl::StatusOr<std::vector<v1::Job>> JobStore::List(const std::string& owner, int limit,
                                                     int64_t* before) {
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables_.List(owner, limit, before));
-  ReportDamaged();
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(auto stored, tables->List(owner, limit, before));
+  ReportDamaged(tables.get());
   std::vector<v1::Job> jobs;
   jobs.reserve(stored.size());
   for (StoredJob& one : stored) jobs.push_back(std::move(one.job));
   return jobs;
 }
 
+absl::Status JobStore::ChangeJob(JobTables* tables, const StoredJob& stored) {
+  const std::string& id = stored.job.job_id();
+  JobQueue queue(&tables->database());
+  if (shared_) RILIEVO_RETURN_IF_ERROR(queue.Lock(id));
+  RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables->Update(stored, clock_.Now()));
+  if (!changed) return NotToBeChanged();
+  return shared_ && IsFinished(stored.job.state()) ? queue.Remove(id) : absl::OkStatus();
+}
+
 absl::Status JobStore::Update(const StoredJob& stored) {
-  const std::lock_guard lock(mutex_);
-  const auto update = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables_.Update(stored, clock_.Now()));
-    return changed ? absl::OkStatus() : NotToBeChanged();
-  };
+  const auto tables = tables_->Take();
+  const auto update = [&] { return ChangeJob(tables.get(), stored); };
+  // Its row alone changes: whoever has it locked is the only one to change it.
+  if (shared_ && !IsFinished(stored.job.state())) {
+    return tables->database().TransactBesideOthers(update);
+  }
   // What is cancelled gives room, and must be possible without any.
-  return stored.job.state() == v1::JOB_STATE_CANCELLED ? Free(update) : Write(update);
+  return stored.job.state() == v1::JOB_STATE_CANCELLED ? Free(tables.get(), update)
+                                                       : Write(tables.get(), update);
 }
 
 absl::Status JobStore::Finish(StoredJob stored, const std::vector<std::vector<uint8_t>>& surface) {
-  RILIEVO_RETURN_IF_ERROR(room_.Check());
-  auto staged = blobs_.Stage(surface);
-  room_.Note(staged.status());
+  if (room_) RILIEVO_RETURN_IF_ERROR(room_->Check());
+  const auto staged = blobs_->Stage(surface);
+  if (room_) room_->Note(staged.status());
   RILIEVO_RETURN_IF_ERROR(staged.status());
-  stored.surface = staged->name();
-  const std::lock_guard lock(mutex_);
-  return Adopt(staged->path(), staged->file(), staged->name(), [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const bool changed, tables_.Update(stored, clock_.Now()));
-    return changed ? absl::OkStatus() : NotToBeChanged();
-  });
+  stored.surface = (*staged)->name();
+  const auto tables = tables_->Take();
+  return Adopt(tables.get(), **staged, [&] { return ChangeJob(tables.get(), stored); });
 }
 
 absl::Status JobStore::Remove(const std::string& owner, const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
+  const auto tables = tables_->Take();
   bool found = false;
-  const absl::Status removed = Free([&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables_.IsDamaged(owner, job_id));
-    if (damaged) RILIEVO_RETURN_IF_ERROR(tables_.ForgetDamaged(job_id));
-    RILIEVO_ASSIGN_OR_RETURN(found, tables_.Remove(job_id, /*its_scan=*/true));
+  const absl::Status removed = Free(tables.get(), [&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const bool damaged, tables->IsDamaged(owner, job_id));
+    if (damaged) RILIEVO_RETURN_IF_ERROR(tables->ForgetDamaged(job_id));
+    RILIEVO_ASSIGN_OR_RETURN(found, tables->Remove(job_id, /*its_scan=*/true));
     found = found || damaged;
     return absl::OkStatus();
   });
@@ -311,9 +261,9 @@ absl::Status JobStore::Remove(const std::string& owner, const std::string& job_i
 }
 
 absl::StatusOr<std::vector<StoredJob>> JobStore::Unfinished() {
-  const std::lock_guard lock(mutex_);
-  auto jobs = tables_.Unfinished();
-  ReportDamaged();
+  const auto tables = tables_->Take();
+  auto jobs = tables->Unfinished();
+  ReportDamaged(tables.get());
   return jobs;
 }
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,11 +13,13 @@
 #include "absl/status/statusor.h"
 #include "rilievo/v1/jobs.pb.h"
 #include "server/os/file_descriptor.h"
-#include "server/store/blob_folder.h"
+#include "server/store/blob_store.h"
 #include "server/store/disk_room.h"
+#include "server/store/job_queue.h"
 #include "server/store/job_record.h"
 #include "server/store/job_tables.h"
-#include "server/store/partial_uploads.h"
+#include "server/store/lease_pool.h"
+#include "server/store/scan_uploads.h"
 #include "server/store/store_clock.h"
 
 namespace rilievo {
@@ -32,23 +33,42 @@ struct Retention {
 
 struct StoreSettings {
   Retention retention = {};
-  StoreClock::Source clock = StoreClock::System();
+  // The system's for a folder; the database's for a shared store, whose tests alone set it.
+  std::optional<StoreClock::Source> clock = {};
   // Told of what an operator should know, a line each; called with the store locked.
   std::function<void(const std::string&)> report = {};
 };
 
-// A folder: `jobs.db` (SQLite), `blobs/`, `uploads/`, `reserve`, `lock`. Thread-safe; every
-// function waits for the disk, and what it changed is on disk when it returns OK.
-// RESOURCE_EXHAUSTED when the disk is full or the store has no room, UNAVAILABLE when another
-// program holds the database: nothing has changed then, and the same call may succeed later.
+// What a store is made of.
+struct StoreParts {
+  std::unique_ptr<LeasePool<JobTables>> tables;
+  std::unique_ptr<BlobStore> blobs;
+  std::unique_ptr<ScanUploads> uploads;
+  std::unique_ptr<DiskRoom> room;  // null where this process does not see the disk
+  StoreClock::Source clock;
+  FileDescriptor lock = {};  // of who alone may use it
+  bool shared = false;       // other processes use it at the same time
+};
+
+// Thread-safe; every function waits for the disk or the database, and what it changed is on disk
+// when it returns OK. RESOURCE_EXHAUSTED when the disk is full or the store has no room,
+// UNAVAILABLE when another program holds the database or it cannot be reached: nothing has changed
+// then, unless the connection broke at the very end, and the same call may succeed later.
 class JobStore {
  public:
-  // Made when it is not there. UNAVAILABLE when another process uses it; else as OpenTables().
+  // A folder: `jobs.db` (SQLite), `blobs/`, `uploads/`, `reserve`, `lock`. Made when it is not
+  // there. UNAVAILABLE when another process uses it; else as OpenTables().
   static absl::StatusOr<std::unique_ptr<JobStore>> Open(const std::string& folder,
                                                         StoreSettings settings = {});
 
+  static absl::StatusOr<std::unique_ptr<JobStore>> Open(StoreParts parts, StoreSettings settings);
+
   // Keeps how far the store's clock got, and gives free pages back.
   ~JobStore();
+
+  // Whether other servers and workers use it at the same time. Then jobs are taken by Claim() and
+  // their workers change them with the claim they have.
+  bool shared() const { return shared_; }
 
   // Makes room for an upload of that many bytes and counts it as the owner's. Room is made of what
   // can go (idle scans, cut uploads, finished jobs, oldest first): the owner's own above its limit
@@ -57,14 +77,14 @@ class JobStore {
 
   // Takes a whole upload as a scan of `owner`'s; else DATA_LOSS, and it is dropped.
   absl::Status FinishUpload(const std::string& owner, const std::string& name, int64_t bytes,
-                            const std::string& sha256, PartialUploads::Writer* writer);
+                            const std::string& sha256, UploadWriter* writer);
 
   // The scan of that name, whose blob is there, is `owner`'s too from now on.
   absl::Status AddScan(const std::string& owner, const std::string& scan);
 
-  // NOT_FOUND when there is none, or it is none of `owner`'s: to others it is as if it were not.
-  // One whose file is lost or has another size is forgotten.
-  absl::StatusOr<FileDescriptor> ReadScan(const std::string& owner, const std::string& scan);
+  // Its bytes. NOT_FOUND when there is none, or it is none of `owner`'s: to others it is as if it
+  // were not. One that is lost or has another size is forgotten.
+  absl::StatusOr<int64_t> BytesOfScan(const std::string& owner, const std::string& scan);
 
   // It is no longer the owner's; NOT_FOUND when it was not. Its bytes go when no other owner and no
   // unfinished job needs them.
@@ -92,9 +112,13 @@ class JobStore {
   // for the next page, to 0 after the last job. It counts the owner's own jobs.
   absl::StatusOr<std::vector<v1::Job>> List(const std::string& owner, int limit, int64_t* before);
 
-  // Replaces what is kept of the job of that id, unless that is finished or was removed:
-  // FAILED_PRECONDITION then. A finished job is never changed.
+  // Replaces what is kept of the job of that id, unless that is finished or was removed, or the
+  // job names a claim that is no longer in force: FAILED_PRECONDITION then. A finished job is never
+  // changed.
   absl::Status Update(const StoredJob& job);
+
+  // The same, and gives up the claim: whoever comes next may work on it.
+  absl::Status Release(const StoredJob& job);
 
   // The same for a job that succeeded: stores its surface first, and fills in `surface`.
   absl::Status Finish(StoredJob job, const std::vector<std::vector<uint8_t>>& surface);
@@ -105,53 +129,73 @@ class JobStore {
   // Those that are not finished, oldest first.
   absl::StatusOr<std::vector<StoredJob>> Unfinished();
 
+  // Of a shared store: the next job that this worker is to work on, if there is one.
+  absl::StatusOr<std::optional<StoredJob>> Claim(const ClaimDemand& demand);
+  // The claims of that worker, which go on.
+  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
+  // Gives up one of which nothing is known here.
+  absl::Status Release(const JobClaim& claim);
+  // For those who watch the job elsewhere.
+  absl::Status Tell(const JobClaim& claim, const v1::JobEvent& event);
+  struct Glance {
+    v1::Job job;
+    std::optional<v1::JobEvent> event;  // the latest, unless it is that of the state
+  };
+  absl::StatusOr<Glance> Look(const std::string& owner, const std::string& job_id);
+  absl::StatusOr<JobQueue::Counts> CountUnfinished(const std::string& client);
+
   // Removes what retention no longer keeps, by age, then by size. Returns the bytes that are
   // stored.
   absl::StatusOr<int64_t> Clean();
 
   // Whether a write found no room, and there is none yet.
-  bool full() const { return room_.full(); }
+  bool full() const { return room_ && room_->full(); }
   // Looks whether there is room again.
-  void LookForRoom() { room_.Check().IgnoreError(); }
+  void LookForRoom();
 
-  const BlobFolder& blobs() const { return blobs_; }
-  PartialUploads& uploads() { return *uploads_; }
+  const BlobStore& blobs() const { return *blobs_; }
+  ScanUploads& uploads() { return *uploads_; }
 
  private:
-  JobStore(const std::string& folder, FileDescriptor lock, JobTables tables, BlobFolder blobs,
-           std::unique_ptr<PartialUploads> uploads, StoreSettings settings,
-           const StoreClock& clock);
+  JobStore(StoreParts parts, StoreSettings settings, const StoreClock& clock);
 
   // What files and tables do not agree on after a crash.
-  absl::Status Reconcile();
+  absl::Status Reconcile(JobTables* tables);
+  absl::Status ReconcileUploads(JobTables* tables);
 
-  // All with mutex_ held. `body` as one transaction; then blobs that it left unused are removed.
-  absl::Status Change(const std::function<absl::Status()>& body);
-  absl::Status Write(const std::function<absl::Status()>& body);  // what takes room
-  absl::Status Free(const std::function<absl::Status()>& body);   // what gives room
-  // Takes a staged file into the tables by `body`; removes it when that fails and nobody had it.
-  absl::Status Adopt(const std::string& path, const FileDescriptor& file, const std::string& name,
+  // `body` as one transaction; then blobs that it left unused are removed.
+  absl::Status Change(JobTables* tables, const std::function<absl::Status()>& body);
+  absl::Status Write(JobTables* tables, const std::function<absl::Status()>& body);  // takes room
+  absl::Status Free(JobTables* tables, const std::function<absl::Status()>& body);   // gives room
+  // Those of these blobs that no table names.
+  absl::Status RemoveUnnamed(JobTables* tables, const std::vector<std::string>& names);
+  // Takes staged bytes into the tables by `body`; removes them when that fails and nobody had them.
+  absl::Status Adopt(JobTables* tables, const StagedBlob& staged,
                      const std::function<absl::Status()>& body);
-  absl::StatusOr<FileDescriptor> ReadScanLocked(const std::string& owner, const std::string& scan);
-  absl::Status MakeRoom(const std::string& owner, int64_t bytes, const std::string& for_upload);
-  absl::StatusOr<bool> Evict(const std::string& owner, const std::string& except_upload);
-  absl::StatusOr<bool> EvictForSize(const std::string& owner, int64_t bytes,
+  // Within a transaction: a change to a job that is not finished, with the claim it names.
+  absl::Status ChangeJob(JobTables* tables, const StoredJob& job);
+  absl::StatusOr<int64_t> BytesOfScan(JobTables* tables, const std::string& owner,
+                                      const std::string& scan);
+  absl::Status MakeRoom(JobTables* tables, const std::string& owner, int64_t bytes,
+                        const std::string& for_upload);
+  absl::StatusOr<bool> Evict(JobTables* tables, const std::string& owner,
+                             const std::string& except_upload);
+  absl::StatusOr<bool> EvictForSize(JobTables* tables, const std::string& owner, int64_t bytes,
                                     const std::string& for_upload);
   absl::Status RemoveOld();
-  absl::Status KeepTime();
-  void ReportDamaged();
+  absl::Status KeepTime(JobTables* tables);
+  void ReportDamaged(JobTables* tables);
   void Report(const std::string& line) const;
 
-  const std::string folder_;
+  const bool shared_;
   const FileDescriptor lock_;
   const StoreSettings settings_;
   const StoreClock clock_;
   std::atomic<int64_t> foreign_requests_{0};
-  std::mutex mutex_;  // of the tables, and of which blobs there are
-  JobTables tables_;
-  const BlobFolder blobs_;
-  const std::unique_ptr<PartialUploads> uploads_;
-  DiskRoom room_;
+  const std::unique_ptr<LeasePool<JobTables>> tables_;
+  const std::unique_ptr<BlobStore> blobs_;
+  const std::unique_ptr<ScanUploads> uploads_;
+  const std::unique_ptr<DiskRoom> room_;
 };
 
 }  // namespace rilievo

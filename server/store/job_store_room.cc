@@ -13,41 +13,43 @@ constexpr int kBatch = 200;  // rows of a transaction, so that calls come in bet
 }  // namespace
 
 // Whether something of the owner's could go, and went.
-absl::StatusOr<bool> JobStore::Evict(const std::string& owner, const std::string& except_upload) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto uploads, tables_.UploadsOf(owner));
+absl::StatusOr<bool> JobStore::Evict(JobTables* tables, const std::string& owner,
+                                     const std::string& except_upload) {
+  RILIEVO_ASSIGN_OR_RETURN(const auto uploads, tables->UploadsOf(owner));
   for (const auto& upload : uploads) {
     if (upload.name == except_upload) continue;
     RILIEVO_ASSIGN_OR_RETURN(const bool idle, uploads_->RemoveIfIdle(upload.name));
     if (!idle) continue;
-    RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.DropUpload(upload.name); }));
+    RILIEVO_RETURN_IF_ERROR(Free(tables, [&] { return tables->DropUpload(upload.name); }));
     return true;
   }
-  RILIEVO_ASSIGN_OR_RETURN(const auto scan, tables_.OldestIdleScan(owner));
+  RILIEVO_ASSIGN_OR_RETURN(const auto scan, tables->OldestIdleScan(owner));
   if (scan) {
-    RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.DropScan(owner, *scan).status(); }));
+    RILIEVO_RETURN_IF_ERROR(Free(tables, [&] { return tables->DropScan(owner, *scan).status(); }));
     return true;
   }
-  RILIEVO_ASSIGN_OR_RETURN(const auto job, tables_.OldestFinished(owner));
+  RILIEVO_ASSIGN_OR_RETURN(const auto job, tables->OldestFinished(owner));
   if (!job) return false;
-  RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.Remove(*job, /*its_scan=*/false).status(); }));
+  RILIEVO_RETURN_IF_ERROR(
+      Free(tables, [&] { return tables->Remove(*job, /*its_scan=*/false).status(); }));
   return true;
 }
 
 // For `bytes` more of `owner`: of who takes most, counting them; never of one that takes less.
-absl::StatusOr<bool> JobStore::EvictForSize(const std::string& owner, int64_t bytes,
-                                            const std::string& for_upload) {
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables_.BytesOf(owner));
-  RILIEVO_ASSIGN_OR_RETURN(const auto owners, tables_.Owners());
+absl::StatusOr<bool> JobStore::EvictForSize(JobTables* tables, const std::string& owner,
+                                            int64_t bytes, const std::string& for_upload) {
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
+  RILIEVO_ASSIGN_OR_RETURN(const auto owners, tables->Owners());
   for (const auto& [other, taken] : owners) {
     if (taken < own + bytes) break;
     if (other == owner) continue;
-    RILIEVO_ASSIGN_OR_RETURN(const bool evicted, Evict(other, ""));
+    RILIEVO_ASSIGN_OR_RETURN(const bool evicted, Evict(tables, other, ""));
     if (evicted) return true;
   }
-  return Evict(owner, for_upload);
+  return Evict(tables, owner, for_upload);
 }
 
-absl::Status JobStore::MakeRoom(const std::string& owner, int64_t bytes,
+absl::Status JobStore::MakeRoom(JobTables* tables, const std::string& owner, int64_t bytes,
                                 const std::string& for_upload) {
   const Retention& keep = settings_.retention;
   const int64_t limit = keep.owner_bytes > 0 ? keep.owner_bytes : keep.bytes;
@@ -56,17 +58,21 @@ absl::Status JobStore::MakeRoom(const std::string& owner, int64_t bytes,
         absl::StrCat(bytes, " bytes are more than the store holds"));
   }
   for (;;) {
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables_.BytesOf(owner));
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables_.TotalBytes());
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t own, tables->BytesOf(owner));
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t all, tables->BytesOfAll());
+    // Where half of the store is free, what is there need not be counted row by row.
+    if (own + bytes <= limit && all + bytes <= keep.bytes / 2) return absl::OkStatus();
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
     bool evicted = false;
     if (own + bytes > limit) {
-      RILIEVO_ASSIGN_OR_RETURN(evicted, Evict(owner, for_upload));
+      RILIEVO_ASSIGN_OR_RETURN(evicted, Evict(tables, owner, for_upload));
     } else if (total + bytes > keep.bytes) {
-      RILIEVO_RETURN_IF_ERROR(Free(
-          [&]() -> absl::Status { return tables_.RemoveUnusedBlobs(INT64_MAX, kBatch).status(); }));
-      RILIEVO_ASSIGN_OR_RETURN(const int64_t used, tables_.TotalBytes());
+      RILIEVO_RETURN_IF_ERROR(Free(tables, [&]() -> absl::Status {
+        return tables->RemoveUnusedBlobs(INT64_MAX, kBatch).status();
+      }));
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t used, tables->TotalBytes());
       if (used < total) continue;
-      RILIEVO_ASSIGN_OR_RETURN(evicted, EvictForSize(owner, bytes, for_upload));
+      RILIEVO_ASSIGN_OR_RETURN(evicted, EvictForSize(tables, owner, bytes, for_upload));
     } else {
       return absl::OkStatus();
     }
@@ -80,19 +86,20 @@ absl::Status JobStore::MakeRoom(const std::string& owner, int64_t bytes,
 absl::Status JobStore::RemoveOld() {
   const int64_t oldest = clock_.Now() - settings_.retention.age_ms;
   for (bool more = true; more;) {
-    const std::lock_guard lock(mutex_);
-    const absl::Status removed = Free([&]() -> absl::Status {
-      RILIEVO_RETURN_IF_ERROR(KeepTime());
-      RILIEVO_ASSIGN_OR_RETURN(more, tables_.RemoveBefore(oldest, kBatch));
+    const auto tables = tables_->Take();
+    const absl::Status removed = Free(tables.get(), [&]() -> absl::Status {
+      RILIEVO_RETURN_IF_ERROR(KeepTime(tables.get()));
+      RILIEVO_ASSIGN_OR_RETURN(more, tables->RemoveBefore(oldest, kBatch));
       return absl::OkStatus();
     });
     if (!removed.ok()) return removed;
   }
-  const std::lock_guard lock(mutex_);
-  RILIEVO_ASSIGN_OR_RETURN(const auto uploads, tables_.UploadsBefore(oldest));
+  const auto tables = tables_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(const auto uploads, tables->UploadsBefore(oldest));
   for (const auto& upload : uploads) {
     RILIEVO_ASSIGN_OR_RETURN(const bool idle, uploads_->RemoveIfIdle(upload.name));
-    if (idle) RILIEVO_RETURN_IF_ERROR(Free([&] { return tables_.DropUpload(upload.name); }));
+    if (idle)
+      RILIEVO_RETURN_IF_ERROR(Free(tables.get(), [&] { return tables->DropUpload(upload.name); }));
   }
   return absl::OkStatus();
 }
@@ -101,27 +108,31 @@ absl::StatusOr<int64_t> JobStore::Clean() {
   RILIEVO_RETURN_IF_ERROR(RemoveOld());
   const Retention& keep = settings_.retention;
   for (bool more = true; more;) {
-    const std::lock_guard lock(mutex_);
+    const auto tables = tables_->Take();
     more = false;
-    RILIEVO_ASSIGN_OR_RETURN(const auto owners, tables_.Owners());
-    RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables_.TotalBytes());
+    RILIEVO_ASSIGN_OR_RETURN(const auto owners, tables->Owners());
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t total, tables->TotalBytes());
     if (total > keep.bytes) {
-      RILIEVO_RETURN_IF_ERROR(
-          Free([&] { return tables_.RemoveUnusedBlobs(INT64_MAX, kBatch).status(); }));
-      RILIEVO_ASSIGN_OR_RETURN(const int64_t used, tables_.TotalBytes());
+      RILIEVO_RETURN_IF_ERROR(Free(
+          tables.get(), [&] { return tables->RemoveUnusedBlobs(INT64_MAX, kBatch).status(); }));
+      RILIEVO_ASSIGN_OR_RETURN(const int64_t used, tables->TotalBytes());
       more = used < total;
       if (more) continue;
     }
     for (const auto& [owner, taken] : owners) {
       const bool over = keep.owner_bytes > 0 && taken > keep.owner_bytes;
       if (!over && total <= keep.bytes) continue;
-      RILIEVO_ASSIGN_OR_RETURN(more, Evict(owner, ""));
+      RILIEVO_ASSIGN_OR_RETURN(more, Evict(tables.get(), owner, ""));
       if (more) break;
     }
   }
-  const std::lock_guard lock(mutex_);
-  RILIEVO_RETURN_IF_ERROR(tables_.database().Shrink());
-  return tables_.TotalBytes();
+  const auto tables = tables_->Take();
+  if (shared_) {
+    RILIEVO_RETURN_IF_ERROR(
+        Change(tables.get(), [&] { return JobQueue(&tables->database()).Clean(); }));
+  }
+  RILIEVO_RETURN_IF_ERROR(tables->database().Shrink());
+  return tables->TotalBytes();
 }
 
 }  // namespace rilievo

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "absl/status/statusor.h"
 #include "server/store/database.h"
 #include "server/store/job_record.h"
+#include "server/store/sqlite_database.h"
 
 namespace rilievo {
 
@@ -23,15 +25,20 @@ inline constexpr int kSchemaVersion = 3;
 // drops the last use of a blob makes it one of gone(). Used by one thread at a time.
 class JobTables {
  public:
-  // Of a database of kSchemaVersion.
-  explicit JobTables(Database database) : database_(std::move(database)) {}
+  // Of a database that has the tables: of kSchemaVersion, or shared.
+  explicit JobTables(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+  explicit JobTables(SqliteDatabase database)
+      : database_(std::make_unique<SqliteDatabase>(std::move(database))) {}
 
-  static absl::Status Make(Database* database);
+  static absl::Status Make(SqliteDatabase* database);
 
-  Database& database() { return database_; }
+  Database& database() { return *database_; }
 
   // `body` as one transaction. Functions that change something are called within one.
   absl::Status Transact(const std::function<absl::Status()>& body);
+
+  // `body` while no transaction of anybody changes the tables; it changes nothing itself.
+  absl::Status Alone(const std::function<absl::Status()>& body);
 
   // Blobs that nobody uses since the latest transaction.
   std::vector<std::string> TakeGone() { return std::exchange(gone_, {}); }
@@ -54,7 +61,7 @@ class JobTables {
   absl::Status ForgetDamaged(const std::string& job_id);
 
   absl::Status Insert(const StoredJob& stored, int64_t end_ms, int64_t now_ms);
-  // False when the job is finished or not there.
+  // False when the job is finished or not there, or names a claim that is not in force.
   absl::StatusOr<bool> Update(const StoredJob& stored, int64_t now_ms);
   // False when it is not there. With `its_scan`, its owner's scan too, unless another job of the
   // owner names it.
@@ -87,8 +94,11 @@ class JobTables {
   absl::StatusOr<std::vector<Upload>> UploadsOf(const std::string& owner);
   absl::StatusOr<std::vector<Upload>> UploadsBefore(int64_t since_ms);
 
-  // Bytes of blobs, records and announced uploads.
+  // Bytes of blobs, records and announced uploads. Reads all rows.
   absl::StatusOr<int64_t> TotalBytes();
+  // Of what owners have, all that several have counted for each: at least TotalBytes() but for
+  // blobs that nobody uses, as a crash leaves them.
+  absl::StatusOr<int64_t> BytesOfAll();
   absl::StatusOr<int64_t> BytesOf(const std::string& owner);
   // Largest first.
   absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> Owners();
@@ -115,6 +125,8 @@ class JobTables {
       const std::string& where, const std::function<void(Query*)>& bind);
   absl::Status SetAside(const std::vector<std::pair<int64_t, std::string>>& rows);
   absl::Status Use(const std::string& owner, const std::string& blob);
+  // Once more, of what the owner uses already.
+  absl::Status UseAgain(const std::string& owner, const std::string& blob);
   absl::Status Drop(const std::string& owner, const std::string& blob);
   absl::Status AddBytes(const std::string& owner, int64_t bytes);
   // What an unfinished job needs.
@@ -123,7 +135,7 @@ class JobTables {
   absl::StatusOr<std::vector<std::string>> Names(const std::string& sql,
                                                  const std::function<void(Query*)>& bind);
 
-  Database database_;
+  std::unique_ptr<Database> database_;
   std::vector<std::string> gone_;
   std::vector<std::string> damaged_;
 };

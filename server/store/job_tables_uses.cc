@@ -9,13 +9,13 @@ namespace rilievo {
 
 absl::Status JobTables::AddBytes(const std::string& owner, int64_t bytes) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO owners VALUES(?1, ?2) ON CONFLICT(owner) DO"
-                                     " UPDATE SET bytes = bytes + ?2"));
-  return query.Bind(owner).Bind(bytes).Run();
+      Query query, database_->Prepare("INSERT INTO owners VALUES($1, $2) ON CONFLICT(owner) DO"
+                                      " UPDATE SET bytes = owners.bytes + $2"));
+  return query.Bind(owner).Bind(bytes).Post();
 }
 
 absl::Status JobTables::UseInputs(const StoredJob& stored) {
-  RILIEVO_RETURN_IF_ERROR(Use(stored.owner, stored.job.scan_id()));
+  RILIEVO_RETURN_IF_ERROR(UseAgain(stored.owner, stored.job.scan_id()));
   return stored.mesh.empty() ? absl::OkStatus() : Use(stored.owner, stored.mesh);
 }
 
@@ -26,47 +26,56 @@ absl::Status JobTables::DropInputs(const StoredJob& stored) {
 
 absl::Status JobTables::Use(const std::string& owner, const std::string& blob) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO uses VALUES(?, ?, 1) ON CONFLICT(blob, owner) DO"
-                                     " UPDATE SET count = count + 1 RETURNING count"));
+      Query query,
+      database_->Prepare("INSERT INTO uses VALUES($1, $2, 1) ON CONFLICT(blob, owner) DO"
+                         " UPDATE SET count = uses.count + 1 RETURNING count,"
+                         " (SELECT bytes FROM blobs WHERE name = $1)"));
   RILIEVO_RETURN_IF_ERROR(query.Bind(blob).Bind(owner).Step().status());
   const bool first = query.Integer(0) == 1;
+  const int64_t bytes = query.Integer(1);
   RILIEVO_RETURN_IF_ERROR(query.Run());
-  if (!first) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
-  return AddBytes(owner, std::max<int64_t>(0, bytes));
+  return first ? AddBytes(owner, bytes) : absl::OkStatus();
+}
+
+absl::Status JobTables::UseAgain(const std::string& owner, const std::string& blob) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      database_->Prepare("UPDATE uses SET count = count + 1 WHERE blob = $1 AND owner = $2"));
+  return query.Bind(blob).Bind(owner).Post();
 }
 
 absl::Status JobTables::Drop(const std::string& owner, const std::string& blob) {
   {
     RILIEVO_ASSIGN_OR_RETURN(
-        Query query, database_.Prepare("UPDATE uses SET count = count - 1 WHERE blob = ? AND owner"
-                                       " = ? RETURNING count"));
+        Query query,
+        database_->Prepare("UPDATE uses SET count = count - 1 WHERE blob = $1 AND owner"
+                           " = $2 RETURNING count"));
     RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(blob).Bind(owner).Step());
     if (!found || query.Integer(0) > 0) return found ? query.Run() : absl::OkStatus();
     RILIEVO_RETURN_IF_ERROR(query.Run());
   }
   RILIEVO_ASSIGN_OR_RETURN(Query drop,
-                           database_.Prepare("DELETE FROM uses WHERE blob = ? AND owner = ?"));
-  RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Bind(owner).Run());
+                           database_->Prepare("DELETE FROM uses WHERE blob = $1 AND owner = $2"));
+  RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Bind(owner).Post());
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOfBlob(blob));
   RILIEVO_RETURN_IF_ERROR(AddBytes(owner, -std::max<int64_t>(0, bytes)));
   RILIEVO_ASSIGN_OR_RETURN(
-      Query forget, database_.Prepare("DELETE FROM blobs WHERE name = ?1 AND NOT EXISTS(SELECT 1"
-                                      " FROM uses WHERE blob = ?1)"));
+      Query forget, database_->Prepare("DELETE FROM blobs WHERE name = $1 AND NOT EXISTS(SELECT 1"
+                                       " FROM uses WHERE blob = $1)"));
   RILIEVO_RETURN_IF_ERROR(forget.Bind(blob).Run());
-  if (database_.Changes() == 1) gone_.push_back(blob);
+  if (database_->Changes() == 1) gone_.push_back(blob);
   return absl::OkStatus();
 }
 
 absl::Status JobTables::AddBlob(const std::string& name, int64_t bytes, int64_t now_ms) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("INSERT INTO blobs VALUES(?1, ?2, ?3) ON CONFLICT(name) DO"
-                                     " UPDATE SET since_ms = ?3"));
-  return query.Bind(name).Bind(bytes).Bind(now_ms).Run();
+      Query query, database_->Prepare("INSERT INTO blobs VALUES($1, $2, $3) ON CONFLICT(name) DO"
+                                      " UPDATE SET since_ms = $3"));
+  return query.Bind(name).Bind(bytes).Bind(now_ms).Post();
 }
 
 absl::Status JobTables::ForgetBlob(const std::string& name) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare("DELETE FROM blobs WHERE name = ?"));
+  RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare("DELETE FROM blobs WHERE name = $1"));
   return query.Bind(name).Run();
 }
 
@@ -76,7 +85,7 @@ absl::StatusOr<std::vector<std::string>> JobTables::BlobNames() {
 
 absl::StatusOr<int64_t> JobTables::BytesOfBlob(const std::string& name) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM blobs WHERE name = ?"));
+                           database_->Prepare("SELECT bytes FROM blobs WHERE name = $1"));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
   return found ? query.Integer(0) : -1;
 }
@@ -84,28 +93,29 @@ absl::StatusOr<int64_t> JobTables::BytesOfBlob(const std::string& name) {
 absl::Status JobTables::AddScan(const std::string& owner, const std::string& scan, int64_t now_ms) {
   RILIEVO_ASSIGN_OR_RETURN(const bool had, HasScan(owner, scan));
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("INSERT OR REPLACE INTO scans VALUES(?, ?, ?)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Bind(now_ms).Run());
+                           database_->Prepare("INSERT INTO scans VALUES($1, $2, $3) ON CONFLICT"
+                                              "(owner, scan) DO UPDATE SET since_ms = $3"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Bind(now_ms).Post());
   return had ? absl::OkStatus() : Use(owner, scan);
 }
 
 absl::StatusOr<bool> JobTables::HasScan(const std::string& owner, const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT 1 FROM scans WHERE owner = ? AND scan = ?"));
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT 1 FROM scans WHERE owner = $1 AND scan = $2"));
   return query.Bind(owner).Bind(scan).Step();
 }
 
 absl::StatusOr<bool> JobTables::DropScan(const std::string& owner, const std::string& scan) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("DELETE FROM scans WHERE owner = ? AND scan = ?"));
+                           database_->Prepare("DELETE FROM scans WHERE owner = $1 AND scan = $2"));
   RILIEVO_RETURN_IF_ERROR(query.Bind(owner).Bind(scan).Run());
-  if (database_.Changes() == 0) return false;
+  if (database_->Changes() == 0) return false;
   RILIEVO_RETURN_IF_ERROR(Drop(owner, scan));
   return true;
 }
 
 absl::Status JobTables::ForgetScan(const std::string& scan) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto owners, Names("SELECT owner FROM scans WHERE scan = ?",
+  RILIEVO_ASSIGN_OR_RETURN(const auto owners, Names("SELECT owner FROM scans WHERE scan = $1",
                                                     [&](Query* query) { query->Bind(scan); }));
   for (const std::string& owner : owners) {
     RILIEVO_RETURN_IF_ERROR(DropScan(owner, scan).status());
@@ -117,14 +127,15 @@ absl::Status JobTables::PutUpload(const std::string& owner, const std::string& n
                                   int64_t now_ms) {
   RILIEVO_RETURN_IF_ERROR(DropUpload(name));
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("INSERT INTO uploads VALUES(?, ?, ?, ?)"));
-  RILIEVO_RETURN_IF_ERROR(query.Bind(name).Bind(owner).Bind(bytes).Bind(now_ms).Run());
+                           database_->Prepare("INSERT INTO uploads VALUES($1, $2, $3, $4)"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(name).Bind(owner).Bind(bytes).Bind(now_ms).Post());
   return AddBytes(owner, bytes);
 }
 
 absl::Status JobTables::DropUpload(const std::string& name) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("DELETE FROM uploads WHERE name = ? RETURNING owner, bytes"));
+      Query query,
+      database_->Prepare("DELETE FROM uploads WHERE name = $1 RETURNING owner, bytes"));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
   if (!found) return absl::OkStatus();
   const std::string owner = query.Bytes(0);
@@ -135,7 +146,7 @@ absl::Status JobTables::DropUpload(const std::string& name) {
 
 absl::StatusOr<std::optional<JobTables::Upload>> JobTables::FindUpload(const std::string& name) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM uploads WHERE name = ?"));
+                           database_->Prepare("SELECT bytes FROM uploads WHERE name = $1"));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
   if (!found) return std::nullopt;
   return Upload{name, query.Integer(0)};
@@ -143,8 +154,8 @@ absl::StatusOr<std::optional<JobTables::Upload>> JobTables::FindUpload(const std
 
 absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsOf(const std::string& owner) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT name, bytes FROM uploads WHERE owner = ?"
-                                             " ORDER BY since_ms"));
+                           database_->Prepare("SELECT name, bytes FROM uploads WHERE owner = $1"
+                                              " ORDER BY since_ms"));
   query.Bind(owner);
   std::vector<Upload> uploads;
   for (;;) {
@@ -155,8 +166,8 @@ absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsOf(const std::s
 }
 
 absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsBefore(int64_t since_ms) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT name, bytes FROM uploads WHERE since_ms < ?"));
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT name, bytes FROM uploads WHERE since_ms < $1"));
   query.Bind(since_ms);
   std::vector<Upload> uploads;
   for (;;) {
@@ -167,22 +178,26 @@ absl::StatusOr<std::vector<JobTables::Upload>> JobTables::UploadsBefore(int64_t 
 }
 
 absl::StatusOr<int64_t> JobTables::TotalBytes() {
-  return database_.Number(absl::StrCat(
-      "SELECT (SELECT COALESCE(SUM(bytes), 0) FROM blobs) +"
+  return database_->Number(absl::StrCat(
+      "SELECT CAST((SELECT COALESCE(SUM(bytes), 0) FROM blobs) +"
       " (SELECT COALESCE(SUM(bytes), 0) FROM uploads) + (SELECT COUNT(*) FROM jobs) * ",
-      kJobRecordBytes));
+      kJobRecordBytes, " AS BIGINT)"));
+}
+
+absl::StatusOr<int64_t> JobTables::BytesOfAll() {
+  return database_->Number("SELECT CAST(COALESCE(SUM(bytes), 0) AS BIGINT) FROM owners");
 }
 
 absl::StatusOr<int64_t> JobTables::BytesOf(const std::string& owner) {
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           database_.Prepare("SELECT bytes FROM owners WHERE owner = ?"));
+                           database_->Prepare("SELECT bytes FROM owners WHERE owner = $1"));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(owner).Step());
   return found ? query.Integer(0) : 0;
 }
 
 absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> JobTables::Owners() {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_.Prepare("SELECT owner, bytes FROM owners ORDER BY bytes DESC"));
+      Query query, database_->Prepare("SELECT owner, bytes FROM owners ORDER BY bytes DESC"));
   std::vector<std::pair<std::string, int64_t>> owners;
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
@@ -193,7 +208,7 @@ absl::StatusOr<std::vector<std::pair<std::string, int64_t>>> JobTables::Owners()
 
 absl::StatusOr<std::vector<std::string>> JobTables::Names(const std::string& sql,
                                                           const std::function<void(Query*)>& bind) {
-  RILIEVO_ASSIGN_OR_RETURN(Query query, database_.Prepare(sql));
+  RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   bind(&query);
   std::vector<std::string> names;
   for (;;) {
@@ -207,19 +222,19 @@ absl::StatusOr<std::optional<std::string>> JobTables::OldestIdleScan(const std::
   RILIEVO_ASSIGN_OR_RETURN(
       const auto names,
       Names("SELECT scan FROM scans JOIN uses ON blob = scan AND uses.owner = scans.owner"
-            " WHERE scans.owner = ? AND count = 1 ORDER BY since_ms LIMIT 1",
+            " WHERE scans.owner = $1 AND count = 1 ORDER BY since_ms LIMIT 1",
             [&](Query* query) { query->Bind(owner); }));
   if (names.empty()) return std::nullopt;
   return names[0];
 }
 
 absl::StatusOr<bool> JobTables::RemoveUnusedBlobs(int64_t time_ms, int limit) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto blobs,
-                           Names("SELECT name FROM blobs WHERE since_ms < ? AND NOT EXISTS(SELECT 1"
-                                 " FROM uses WHERE blob = name) LIMIT ?",
-                                 [&](Query* query) { query->Bind(time_ms).Bind(limit); }));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const auto blobs, Names("SELECT name FROM blobs WHERE since_ms < $1 AND NOT EXISTS(SELECT 1"
+                              " FROM uses WHERE blob = name) LIMIT $2",
+                              [&](Query* query) { query->Bind(time_ms).Bind(limit); }));
   for (const std::string& blob : blobs) {
-    RILIEVO_ASSIGN_OR_RETURN(Query drop, database_.Prepare("DELETE FROM blobs WHERE name = ?"));
+    RILIEVO_ASSIGN_OR_RETURN(Query drop, database_->Prepare("DELETE FROM blobs WHERE name = $1"));
     RILIEVO_RETURN_IF_ERROR(drop.Bind(blob).Run());
     gone_.push_back(blob);
   }
@@ -227,7 +242,7 @@ absl::StatusOr<bool> JobTables::RemoveUnusedBlobs(int64_t time_ms, int limit) {
 }
 
 absl::Status JobTables::Recount() {
-  return database_.Execute(absl::StrCat(R"(
+  return database_->Execute(absl::StrCat(R"(
     DELETE FROM uses; DELETE FROM owners;
     INSERT INTO uses SELECT blob, owner, COUNT(*) FROM (
       SELECT scan AS blob, owner FROM scans
@@ -236,13 +251,13 @@ absl::Status JobTables::Recount() {
       UNION ALL SELECT surface, owner FROM jobs
       UNION ALL SELECT scan, owner FROM damaged
       UNION ALL SELECT mesh, owner FROM damaged
-      UNION ALL SELECT surface, owner FROM damaged)
+      UNION ALL SELECT surface, owner FROM damaged) AS needs
     WHERE length(blob) > 0 GROUP BY blob, owner;
     INSERT INTO owners SELECT owner, SUM(bytes) FROM (
       SELECT uses.owner AS owner, bytes FROM uses JOIN blobs ON name = blob
       UNION ALL SELECT owner, )",
-                                        kJobRecordBytes, R"( * COUNT(*) FROM jobs GROUP BY owner
-      UNION ALL SELECT owner, bytes FROM uploads) GROUP BY owner;)"));
+                                         kJobRecordBytes, R"( * COUNT(*) FROM jobs GROUP BY owner
+      UNION ALL SELECT owner, bytes FROM uploads) AS takes GROUP BY owner;)"));
 }
 
 }  // namespace rilievo

@@ -9,10 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "server/conversion/call_error.h"
-#include "server/store/folder.h"
+#include "server/store/content_name.h"
 
 namespace rilievo {
 namespace {
@@ -31,13 +29,26 @@ absl::StatusOr<Sha256> HashOf(const FileDescriptor& file, int64_t size) {
   return hash;
 }
 
-absl::Status TakenOver() {
-  return StatusOf({ErrorCause::kUploadTakenOver, "another stream of this upload has taken over"});
-}
+// An upload that is whole: it stays one unless it is adopted.
+class WholeUpload final : public StagedBlob {
+ public:
+  WholeUpload(const BlobFolder& blobs, const std::string& path, const FileDescriptor& file,
+              const std::string& name, int64_t bytes)
+      : StagedBlob(name, bytes), blobs_(blobs), path_(path), file_(file) {}
+
+  absl::Status Adopt(Database* /*tables*/) const override {
+    return blobs_.Adopt(path_, file_, name());
+  }
+
+ private:
+  const BlobFolder& blobs_;
+  const std::string& path_;
+  const FileDescriptor& file_;
+};
 
 }  // namespace
 
-struct PartialUploads::Writer::File {
+struct PartialUploads::File {
   explicit File(std::string file_path) : path(std::move(file_path)) {}
 
   const std::string path;
@@ -50,35 +61,47 @@ struct PartialUploads::Writer::File {
   int64_t size = 0;
 };
 
-absl::StatusOr<std::unique_ptr<PartialUploads>> PartialUploads::Open(std::string path) {
+class PartialUploads::Writer final : public UploadWriter {
+ public:
+  Writer(const BlobFolder& blobs, std::shared_ptr<File> file, uint64_t turn, int64_t size)
+      : blobs_(blobs), file_(std::move(file)), turn_(turn), size_(size) {}
+
+  absl::Status Append(const std::string& bytes) override;
+  int64_t size() const override { return size_; }
+  absl::Status Finish(int64_t total_bytes, const std::string& sha256, const Take& take) override;
+
+ private:
+  const BlobFolder& blobs_;
+  const std::shared_ptr<File> file_;
+  const uint64_t turn_;
+  int64_t size_;
+};
+
+absl::StatusOr<std::unique_ptr<PartialUploads>> PartialUploads::Open(std::string path,
+                                                                     BlobFolder blobs) {
   RILIEVO_RETURN_IF_ERROR(MakeFolder(path));
-  return std::unique_ptr<PartialUploads>(new PartialUploads(std::move(path)));
+  return std::unique_ptr<PartialUploads>(new PartialUploads(std::move(path), std::move(blobs)));
 }
 
-std::shared_ptr<PartialUploads::Writer::File> PartialUploads::FileOf(const std::string& name) {
+std::shared_ptr<PartialUploads::File> PartialUploads::FileOf(const std::string& name) {
   const std::lock_guard lock(mutex_);
   std::erase_if(files_, [](const auto& entry) { return entry.second.expired(); });
   auto file = files_[name].lock();
   if (!file) {
-    file = std::make_shared<Writer::File>(path_ + "/" + name);
+    file = std::make_shared<File>(path_ + "/" + name);
     files_[name] = file;
   }
   return file;
 }
 
-absl::StatusOr<PartialUploads::Writer> PartialUploads::Continue(const std::string& name,
-                                                                int64_t offset) {
+absl::StatusOr<std::unique_ptr<UploadWriter>> PartialUploads::Continue(const std::string& name,
+                                                                       int64_t offset) {
   const auto file = FileOf(name);
   const std::lock_guard lock(file->mutex);
   const uint64_t turn = ++file->turn;  // from here on no earlier writer writes
   RILIEVO_ASSIGN_OR_RETURN(file->file, OpenFile(file->path, O_RDWR | O_CREAT));
   RILIEVO_ASSIGN_OR_RETURN(const int64_t stored, file->file.Size());
-  if (offset > stored) {
-    return StatusOf(CallError(ErrorCause::kOffsetOutOfRange,
-                              absl::StrCat("the upload was to go on at byte ", offset, ", but ",
-                                           stored, " are stored; go on there"))
-                        .Limit(stored, offset));
-  }
+  if (offset > stored) return OffsetBeyondStored(offset, stored);
   file->hash.reset();
   if (offset == 0) file->hash.emplace();
   if (ftruncate(file->file.number(), offset) != 0 ||
@@ -86,7 +109,7 @@ absl::StatusOr<PartialUploads::Writer> PartialUploads::Continue(const std::strin
     return StatusOfErrno(errno, "upload");
   }
   file->size = offset;
-  return Writer(file, turn, offset);
+  return std::make_unique<Writer>(blobs_, file, turn, offset);
 }
 
 absl::StatusOr<int64_t> PartialUploads::StoredBytes(const std::string& name) {
@@ -104,11 +127,9 @@ absl::StatusOr<bool> PartialUploads::RemoveIfIdle(const std::string& name) {
   return true;
 }
 
-int64_t PartialUploads::Writer::size() const { return size_; }
-
 absl::Status PartialUploads::Writer::Append(const std::string& bytes) {
   const std::lock_guard lock(file_->mutex);
-  if (file_->turn != turn_) return TakenOver();
+  if (file_->turn != turn_) return UploadTakenOver();
   if (const absl::Status written = file_->file.Write(bytes.data(), bytes.size()); !written.ok()) {
     // What was written of it is dropped, so that the size stays that of whole messages.
     if (ftruncate(file_->file.number(), size_) != 0) ++file_->turn;
@@ -124,7 +145,7 @@ absl::Status PartialUploads::Writer::Append(const std::string& bytes) {
 absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::string& sha256,
                                             const Take& take) {
   const std::lock_guard lock(file_->mutex);
-  if (file_->turn != turn_) return TakenOver();
+  if (file_->turn != turn_) return UploadTakenOver();
   if (size_ == total_bytes && !file_->hash) {
     RILIEVO_ASSIGN_OR_RETURN(file_->hash, HashOf(file_->file, size_));
   }
@@ -132,13 +153,9 @@ absl::Status PartialUploads::Writer::Finish(int64_t total_bytes, const std::stri
   if (size_ != total_bytes || stored != sha256) {
     ++file_->turn;
     RILIEVO_RETURN_IF_ERROR(RemoveFile(file_->path));
-    return StatusOf(
-        {ErrorCause::kScanMismatch,
-         absl::StrCat("the scan was to have ", total_bytes, " bytes with SHA-256 ", sha256,
-                      ", but ", size_, stored.empty() ? "" : absl::StrCat(" with ", stored),
-                      " arrived; send it again from 0")});
+    return UploadMismatch(total_bytes, sha256, size_, stored);
   }
-  RILIEVO_RETURN_IF_ERROR(take(file_->path, file_->file));
+  RILIEVO_RETURN_IF_ERROR(take(WholeUpload(blobs_, file_->path, file_->file, sha256, size_)));
   ++file_->turn;
   return absl::OkStatus();
 }

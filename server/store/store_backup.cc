@@ -38,7 +38,7 @@ absl::StatusOr<bool> LinkOrCopy(const std::string& from, const std::string& to) 
 }
 
 absl::StatusOr<std::vector<std::string>> NamesIn(const std::string& database) {
-  RILIEVO_ASSIGN_OR_RETURN(Database copy, Database::Open(database));
+  RILIEVO_ASSIGN_OR_RETURN(SqliteDatabase copy, SqliteDatabase::Open(database));
   // Cut uploads stay behind.
   RILIEVO_RETURN_IF_ERROR(copy.Execute("DELETE FROM uploads"));
   JobTables tables(std::move(copy));
@@ -60,7 +60,7 @@ absl::Status BackUpStore(const std::string& folder, const std::string& target) {
   }
   RILIEVO_RETURN_IF_ERROR(MakeFolder(target + "/blobs"));
   const std::string fresh = target + "/jobs.db.new";
-  RILIEVO_ASSIGN_OR_RETURN(Database database, Database::Open(folder + "/jobs.db"));
+  RILIEVO_ASSIGN_OR_RETURN(SqliteDatabase database, SqliteDatabase::Open(folder + "/jobs.db"));
   RILIEVO_ASSIGN_OR_RETURN(const int64_t version, database.Version());
   if (version != kSchemaVersion) {
     return absl::FailedPreconditionError(absl::StrCat(

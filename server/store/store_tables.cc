@@ -58,7 +58,7 @@ absl::Status CopyJob(const Query& row, int64_t version, const BlobFolder& blobs,
     return damaged.Bind(now_ms).Bind(row.Bytes(8)).Bind(row.Bytes(9)).Run();
   }
   RILIEVO_ASSIGN_OR_RETURN(const auto mesh, TakeControlMesh(blobs, &stored));
-  if (mesh) RILIEVO_RETURN_IF_ERROR(blobs.Adopt(mesh->path(), mesh->file(), mesh->name()));
+  if (mesh) RILIEVO_RETURN_IF_ERROR(mesh->Adopt(nullptr));
   const absl::Status inserted = tables->Insert(stored, end_ms, now_ms);
   // Damage may show a row twice.
   if (absl::IsAlreadyExists(inserted)) return absl::OkStatus();
@@ -67,7 +67,7 @@ absl::Status CopyJob(const Query& row, int64_t version, const BlobFolder& blobs,
 }
 
 // Rows from both ends, so that a page which cannot be read in the middle costs no more than itself.
-absl::Status CopyJobs(Database* old, int64_t version, const BlobFolder& blobs, int64_t now_ms,
+absl::Status CopyJobs(SqliteDatabase* old, int64_t version, const BlobFolder& blobs, int64_t now_ms,
                       JobTables* tables, RewriteResult* result) {
   const std::string columns =
       absl::StrCat(kOldColumns, version >= 3 ? ", mesh, unclean_ends, checksum" : "");
@@ -87,7 +87,7 @@ absl::Status CopyJobs(Database* old, int64_t version, const BlobFolder& blobs, i
 }
 
 // Version 1 had no scans: whoever made a job of one goes on using it.
-absl::Status CopyScans(Database* old, int64_t version, int64_t now_ms, JobTables* tables) {
+absl::Status CopyScans(SqliteDatabase* old, int64_t version, int64_t now_ms, JobTables* tables) {
   auto rows = old->Prepare(version == 1 ? "SELECT DISTINCT owner, scan FROM jobs"
                                         : "SELECT owner, scan FROM scans");
   for (bool more = rows.ok(); more;) {
@@ -99,7 +99,7 @@ absl::Status CopyScans(Database* old, int64_t version, int64_t now_ms, JobTables
 }
 
 // `old` may be none.
-absl::Status CopyAll(Database* old, const BlobFolder& blobs, JobTables* tables,
+absl::Status CopyAll(SqliteDatabase* old, const BlobFolder& blobs, JobTables* tables,
                      RewriteResult* result) {
   const int64_t now_ms = StoreClock::System().wall_ms();
   if (old != nullptr) {
@@ -121,9 +121,9 @@ absl::StatusOr<RewriteResult> RewriteTables(const std::string& folder, const Blo
   RemoveDatabase(fresh);
   RewriteResult result;
   {
-    RILIEVO_ASSIGN_OR_RETURN(Database old, Database::Open(path));
+    RILIEVO_ASSIGN_OR_RETURN(SqliteDatabase old, SqliteDatabase::Open(path));
     const int64_t version = old.Version().value_or(0);
-    RILIEVO_ASSIGN_OR_RETURN(Database database, Database::Open(fresh));
+    RILIEVO_ASSIGN_OR_RETURN(SqliteDatabase database, SqliteDatabase::Open(fresh));
     RILIEVO_RETURN_IF_ERROR(JobTables::Make(&database));
     JobTables tables(std::move(database));
     RILIEVO_RETURN_IF_ERROR(tables.Transact(
@@ -152,7 +152,7 @@ absl::StatusOr<JobTables> OpenTables(const std::string& folder, const BlobFolder
     return Remedy(folder, absl::StrCat(path, " is missing or empty, though ", files.size(),
                                        " files of scans and surfaces are stored"));
   }
-  absl::StatusOr<Database> database = Database::Open(path);
+  absl::StatusOr<SqliteDatabase> database = SqliteDatabase::Open(path);
   if (absl::IsDataLoss(database.status())) return Remedy(folder, path + " is damaged");
   RILIEVO_RETURN_IF_ERROR(database.status());
   RILIEVO_ASSIGN_OR_RETURN(int64_t version, database->Version());
@@ -173,7 +173,7 @@ absl::StatusOr<JobTables> OpenTables(const std::string& folder, const BlobFolder
   if (version == kSchemaVersion) return JobTables(*std::move(database));
   database = absl::UnknownError("closed");
   RILIEVO_RETURN_IF_ERROR(RewriteTables(folder, blobs).status());
-  RILIEVO_ASSIGN_OR_RETURN(Database rewritten, Database::Open(path));
+  RILIEVO_ASSIGN_OR_RETURN(SqliteDatabase rewritten, SqliteDatabase::Open(path));
   RILIEVO_RETURN_IF_ERROR(RemoveFile(path + ".old"));
   return JobTables(std::move(rewritten));
 }

@@ -11,13 +11,13 @@ programs=$(ls "$root"/rilievo_*.deb)
 development=$(ls "$root"/librilievo-dev_*.deb)
 depends=$(dpkg-deb -f "$programs" Depends)
 echo "$(basename "$programs"): $(stat -c %s "$programs") bytes; $depends"
-for library in libc6 'libgrpc++' libsqlite3 libpng16; do
+for library in libc6 'libgrpc++' libsqlite3 libpq5 libpng16; do
   grep -q "$library" <<<"$depends" || { echo "no dependency on $library" >&2; exit 1; }
 done
 dpkg-deb -x "$programs" "$root/programs"
 for file in bin/rilievo bin/rilievod bin/rilievo-worker share/man/man1/rilievo.1 \
   share/man/man8/rilievod.8 share/bash-completion/completions/rilievo \
-  lib/systemd/system/rilievod.service; do
+  lib/systemd/system/rilievod.service lib/systemd/system/rilievo-worker@.service; do
   [ -s "$root/programs/usr/$file" ] || { echo "not in the package: $file" >&2; exit 1; }
 done
 # The viewer is in it where it has been built.

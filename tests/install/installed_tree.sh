@@ -16,7 +16,7 @@ prefix=$root/prefix
 "$prefix/bin/rilievod" --version | grep -q '^rilievod [0-9]'
 for file in share/man/man1/rilievo.1 share/man/man8/rilievod.8 \
   share/bash-completion/completions/rilievo share/doc/rilievo/copyright \
-  lib/systemd/system/rilievod.service; do
+  lib/systemd/system/rilievod.service lib/systemd/system/rilievo-worker@.service; do
   [ -s "$prefix/$file" ] || { echo "not installed: $file" >&2; exit 1; }
 done
 grep -q 'fB..-..-listen\|-listen' "$prefix/share/man/man8/rilievod.8"

@@ -40,6 +40,17 @@ class JobsTest(unittest.TestCase):
         with self.assertRaises(rilievo.NotFound):
             job.delete()
 
+    def test_of_several_servers_another_one_is_asked(self):
+        with rilievo.Jobs(f"127.0.0.1:1,{self.server.address},127.0.0.1:2") as jobs:
+            for _ in range(3):  # begins with another one each time
+                job = jobs.submit(sphere(500), request_id="several")
+                self.assertEqual(job.wait(timeout=60).state, "succeeded")
+                self.assertEqual([j.job_id for j in self.jobs.list()], [job.job_id])
+        with self.assertRaises(rilievo.InvalidArgument):
+            rilievo.Jobs(f"{self.server.address},,127.0.0.1:2")
+        surface = rilievo.reconstruct(sphere(500), server=f"127.0.0.1:1,{self.server.address}")
+        self.assertEqual(surface.report["points_in"], 500)
+
     def test_a_job_that_fails_raises_what_the_call_would_have_raised(self):
         points = sheet(500)
         points[:, 1:] = 0  # on a line

@@ -95,4 +95,19 @@ for file in "${manifests[@]}" docker/compose.yaml docker/Dockerfile deploy/front
   mapfile -t options < <(printf '%s\n' "${options[@]}" | grep -v '^--tokens=')
   check "rilievod takes the options of $file" "$rilievod" "${options[@]}" --make-token x
 done
+
+# A fleet. The orchestrator puts the store's address in.
+check "the fleet's manifests match the schemas" \
+  node tests/schemas/check_manifests.mjs "$modules" deploy/fleet/kubernetes.yaml
+check "the fleet's compose file matches the schema" \
+  node tests/schemas/check_compose.mjs "$modules" deploy/fleet/compose.yaml
+for part in kubernetes.yaml:rilievod kubernetes.yaml:rilievo-worker compose.yaml:server \
+  compose.yaml:second-server compose.yaml:worker; do
+  file=deploy/fleet/${part%:*}
+  mapfile -t options < <(node tests/schemas/container_arguments.mjs "$modules" "$file" "${part#*:}" |
+    sed 's,\$(RILIEVO_STORE),postgres://rilievo@db/rilievo,; /^--tokens=/d')
+  [ ${#options[@]} -gt 1 ] || options=(--no-options-found-in="$part")
+  check "rilievod takes the options of $part" "$rilievod" "${options[@]}" --make-token x
+done
+check "the Slurm script is one" bash -n deploy/fleet/rilievo-workers.sbatch
 exit $failed

@@ -51,7 +51,7 @@ function unknownFields(value, file, path) {
 
 // What refers to something by name must find it among the documents.
 function danglingNames(all) {
-  const found = [];
+  const found = [], selected = new Set();
   const names = (kind) => new Set(all.filter((o) => o.kind === kind).map((o) => o.metadata.name));
   for (const { spec } of all.filter((o) => o.kind === "Deployment")) {
     const pod = spec.template.spec;
@@ -67,12 +67,16 @@ function danglingNames(all) {
     }
     const labels = JSON.stringify(spec.template.metadata.labels);
     for (const service of all.filter((o) => o.kind === "Service")) {
-      if (JSON.stringify(service.spec.selector) !== labels) found.push("the service selects no pod");
+      if (JSON.stringify(service.spec.selector) !== labels) continue;
+      selected.add(service.metadata.name);
       for (const { targetPort } of service.spec.ports) {
         if (!ports.has(targetPort)) found.push(`no port ${targetPort}`);
       }
     }
     if (JSON.stringify(spec.selector.matchLabels) !== labels) found.push("the deployment selects no pod");
+  }
+  for (const name of names("Service")) {
+    if (!selected.has(name)) found.push(`the service ${name} selects no pod`);
   }
   return found;
 }

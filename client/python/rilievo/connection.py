@@ -1,6 +1,7 @@
 """Channels to a server, and its errors as exceptions."""
 import os
-from dataclasses import dataclass
+import random
+from dataclasses import dataclass, replace
 from typing import Any, List, Optional, Tuple, Type, Union
 
 import grpc
@@ -53,7 +54,7 @@ class Server:
     """Where to work. Without `authorities` the connection is plaintext: for this machine and
     trusted networks."""
     address: str
-    """"host:port"."""
+    """"host:port"; or several servers over one store, "host:port,host:port"."""
     token: Optional[str] = None
     """Sent with every call. Over plaintext only to this machine, unless allow_plaintext."""
     authorities: Optional[Union[str, "os.PathLike[str]"]] = None
@@ -64,8 +65,27 @@ class Server:
     allow_plaintext: bool = False
     """Send the token unencrypted even to another machine."""
 
+    def each(self) -> List["Server"]:
+        """One of each address, in an order of chance, so that clients spread over them."""
+        addresses = self.address.split(",")
+        if "" in addresses:
+            raise InvalidArgument(f"server: one of the addresses of {self.address!r} is empty; give "
+                                  "host:port,host:port")
+        return [replace(self, address=address)
+                for address in random.sample(addresses, len(addresses))]
+
     def channel(self) -> Any:
-        """A grpc.Channel; close it."""
+        """A grpc.Channel; close it. Of several addresses: to the first that answers."""
+        each = self.each()
+        for server in each if len(each) > 1 else []:
+            channel = server.channel()
+            try:
+                grpc.channel_ready_future(channel).result(timeout=2)
+                return channel
+            except grpc.FutureTimeoutError:
+                channel.close()
+        if len(each) > 1:
+            return each[0].channel()
         if (self.certificate is None) != (self.key is None):
             raise InvalidArgument("a certificate and its key go together; give both")
         if self.certificate is not None and self.authorities is None:
@@ -81,7 +101,8 @@ class Server:
         """What goes with every call."""
         if self.token is None:
             return ()
-        if self.authorities is None and not self.allow_plaintext and not self._is_local():
+        if (self.authorities is None and not self.allow_plaintext and
+                not all(server._is_local() for server in self.each())):
             raise InvalidArgument(f"the token would travel unencrypted to {self.address}; give "
                                   "authorities, or set allow_plaintext")
         return (("authorization", f"Bearer {self.token}"),)

@@ -102,7 +102,8 @@ class Job:
 
 class Jobs:
     """A server's kept jobs. Calls are repeated while the server is away, and streams go on where
-    they broke; nothing is done twice.
+    they broke; nothing is done twice. Of several servers over one store ("a:50051,b:50051") calls
+    go on at the next one.
 
         with rilievo.Jobs("host:50051") as jobs:
             surface = jobs.submit(points, max_error=1e-3).fetch()
@@ -110,11 +111,22 @@ class Jobs:
 
     def __init__(self, server: Union[str, Server]) -> None:
         self._server = as_server(server)
-        self._channel = self._server.channel()
-        self._stub = jobs_pb2_grpc.JobsServiceStub(self._channel)  # type: ignore[no-untyped-call]
+        self._channels = [server.channel() for server in self._server.each()]
+        self._stubs = [jobs_pb2_grpc.JobsServiceStub(channel)  # type: ignore[no-untyped-call]
+                       for channel in self._channels]
+        self._current = 0
+
+    @property
+    def _stub(self) -> Any:
+        return self._stubs[self._current]
+
+    def _move_on(self) -> None:
+        """After a call failed: those that follow go to the next server."""
+        self._current = (self._current + 1) % len(self._stubs)
 
     def close(self) -> None:
-        self._channel.close()
+        for channel in self._channels:
+            channel.close()
 
     def __enter__(self) -> "Jobs":
         return self
@@ -137,7 +149,7 @@ class Jobs:
         request = jobs_pb2.CreateJobRequest(
             request_id=request_id or str(uuid.uuid4()), scan_id=digest.hexdigest(),
             header=scan.header(message))
-        tries = _Tries(self._server, timeout)
+        tries = _Tries(self, timeout)
         for _ in range(3):
             try:
                 return Job(self, tries.repeat(lambda left: self._stub.CreateJob(
@@ -164,7 +176,7 @@ class Jobs:
 
     def delete_scan(self, scan_id: str) -> None:
         """Removes a scan that was uploaded; unfinished jobs on it go on."""
-        tries = _Tries(self._server, None)
+        tries = _Tries(self, None)
         request = jobs_pb2.DeleteScanRequest(scan_id=scan_id)
         try:
             tries.repeat(lambda left: self._stub.DeleteScan(request, timeout=left,
@@ -174,12 +186,12 @@ class Jobs:
                 raise
 
     def _call(self, method: str, request: Any) -> Any:
-        return _Tries(self._server, None).repeat(
+        return _Tries(self, None).repeat(
             lambda left: getattr(self._stub, method)(request, timeout=left,
                                                      metadata=self._server.metadata()))
 
     def _delete(self, job_id: str) -> None:
-        tries = _Tries(self._server, None)
+        tries = _Tries(self, None)
         request = jobs_pb2.DeleteJobRequest(job_id=job_id)
         try:
             tries.repeat(lambda left: self._stub.DeleteJob(request, timeout=left,
@@ -223,7 +235,7 @@ class Jobs:
 
     def _watch(self, job_id: str, progress: Optional[ProgressCallback],
                timeout: Optional[float]) -> Any:
-        tries = _Tries(self._server, timeout)
+        tries = _Tries(self, timeout)
         request = jobs_pb2.WatchJobRequest(job_id=job_id)
 
         def watch(left: Optional[float]) -> None:
@@ -240,7 +252,7 @@ class Jobs:
         return self.get(job_id)._message
 
     def _fetch(self, job_id: str, timeout: Optional[float]) -> bytes:
-        tries = _Tries(self._server, timeout)
+        tries = _Tries(self, timeout)
         data = bytearray()
         total, digest = -1, b""
 
@@ -268,10 +280,11 @@ class Jobs:
 
 
 class _Tries:
-    """Repeats a call after growing pauses while that may help; one deadline for all."""
+    """Repeats a call after growing pauses while that may help, at each server in turn; one deadline
+    for all."""
 
-    def __init__(self, server: Server, timeout: Optional[float]) -> None:
-        self._server = server
+    def __init__(self, jobs: Jobs, timeout: Optional[float]) -> None:
+        self._jobs = jobs
         self._end = None if timeout is None else time.monotonic() + timeout
         self._failures = 0
         self.calls = 0
@@ -286,7 +299,7 @@ class _Tries:
         try:
             return call(left)
         except grpc.RpcError as failure:
-            raise error_of(failure, self._server.address) from None
+            raise error_of(failure, self._jobs._server.address) from None
 
     def repeat(self, call: Callable[[Optional[float]], Any]) -> Any:
         while True:
@@ -299,9 +312,14 @@ class _Tries:
         """Waits, or raises `error` when another attempt cannot help or no time is left."""
         self._failures += 1
         may_help = worth_it or isinstance(error, Unavailable) or error.retry_delay is not None
-        seconds = min(_LONGEST_PAUSE, _FIRST_PAUSE * 2.0 ** (self._failures - 1))
-        seconds = max(seconds * random.uniform(0.5, 1.5), error.retry_delay or 0.0)
+        servers = len(self._jobs._stubs)
+        rounds, rest = divmod(self._failures, servers)
+        seconds = 0.0
+        if rest == 0:  # each has been asked
+            seconds = min(_LONGEST_PAUSE, _FIRST_PAUSE * 2.0 ** (rounds - 1))
+            seconds = max(seconds * random.uniform(0.5, 1.5), error.retry_delay or 0.0)
         late = self._end is not None and time.monotonic() + seconds > self._end
-        if not may_help or self._failures >= _ATTEMPTS or late:
+        if not may_help or self._failures >= _ATTEMPTS * servers or late:
             raise error
+        self._jobs._move_on()
         time.sleep(seconds)

@@ -46,8 +46,9 @@ def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
               and, where known, sensor_x, sensor_y, sensor_z and nx, ny, nz
     sensor    where the points were seen from: one place (3,), or (n, 3); NaN: not known
     point_normals  (n, 3), one for each point; zero: not known
-    server    "host:port", or a Server with a token and certificates; None: a private rilievod is
-              started for this call (see PrivateServer for many calls)
+    server    "host:port", several with commas between (the first that answers), or a Server with
+              a token and certificates; None: a private rilievod is started for this call (see
+              PrivateServer for many calls)
     progress  called in this thread with a Progress; what it raises cancels the call
     layer     called in this thread with a Surface each time another level has arrived
     timeout   seconds for everything; None: no limit

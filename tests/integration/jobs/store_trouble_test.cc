@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "client/library/status_conversion.h"
-#include "server/store/database.h"
+#include "server/store/sqlite_database.h"
 #include "tests/integration/jobs/jobs_fixture.h"
 
 namespace rilievo {
@@ -128,7 +128,7 @@ TEST_F(JobsTest, ADatabaseThatAnotherProgramHoldsIsWaitedFor) {
   ASSERT_TRUE(large.ok() && ending.ok());
   ASSERT_GT(daemon_->WaitForWorker(seconds(10)), 0);
 
-  auto database = Database::Open(test_ / "store/jobs.db");
+  auto database = SqliteDatabase::Open(test_ / "store/jobs.db");
   ASSERT_TRUE(database.ok()) << database.status();
   ASSERT_TRUE(database->Execute("BEGIN IMMEDIATE").ok());
   const auto held = steady_clock::now();

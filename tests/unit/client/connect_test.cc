@@ -35,5 +35,16 @@ TEST(Connect, OptionsThatDoNotGoTogetherAreRefused) {
             absl::StatusCode::kInvalidArgument);
 }
 
+TEST(Connect, SeveralAddressesAreSeveralChannels) {
+  EXPECT_EQ(ConnectToEach("a:1,b:2,c:3", {})->size(), 3u);
+  EXPECT_EQ(ConnectToEach("a:1", {})->size(), 1u);
+  for (const char* addresses : {"", "a:1,", ",a:1", "a:1,,b:2"}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(ConnectToEach(addresses, {}).status())) << addresses;
+  }
+  EXPECT_TRUE(absl::IsInvalidArgument(
+      ConnectToEach("127.0.0.1:1,10.0.0.1:1", {.token = "a.b"}).status()))
+      << "one of them is on another machine";
+}
+
 }  // namespace
 }  // namespace rilievo

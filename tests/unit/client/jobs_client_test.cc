@@ -119,6 +119,25 @@ TEST_F(JobsClientTest, ADownloadGoesOnAtTheByteWhereItBroke) {
   EXPECT_EQ(jobs_.asked_offsets, (std::vector<uint64_t>{0, 3000, 6000}));
 }
 
+TEST_F(JobsClientTest, WhatBreaksAtOneServerGoesOnAtTheNext) {
+  BrittleJobs second;
+  second.surface = jobs_.surface;
+  grpc::ServerBuilder builder;
+  builder.RegisterService(&second);
+  const auto other = builder.BuildAndStart();
+  const JobsClient client({server_->InProcessChannel({}), other->InProcessChannel({})},
+                          {.attempts = 2, .first_pause = milliseconds(5)});
+  const auto bytes = client.Fetch("job");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  EXPECT_EQ(std::string(bytes->begin(), bytes->end()), jobs_.surface);
+  EXPECT_EQ(jobs_.asked_offsets, (std::vector<uint64_t>{0, 6000}));
+  EXPECT_EQ(second.asked_offsets, (std::vector<uint64_t>{3000, 9000}));
+  second.failures = jobs_.failures = 1;
+  ASSERT_TRUE(client.Create({}).ok()) << "each may fail once";
+  EXPECT_EQ(second.requests.size(), 2u) << "where the last call went";
+  EXPECT_EQ(jobs_.requests.size(), 1u);
+}
+
 TEST_F(JobsClientTest, ADownloadWithAGapIsNoSurface) {
   jobs_.gap = 1;
   EXPECT_TRUE(absl::IsDataLoss(Client().Fetch("job").status()));

@@ -124,7 +124,7 @@ TEST_F(JobRequestsTest, UploadsOfTwoOwnersMeetNowhere) {
   v1::GetUploadRequest request;
   request.set_upload_id("u");
   auto writer = core_->store->uploads().Continue(UploadName(As("ann"), "u"), 0);
-  ASSERT_TRUE(writer->Append("12345").ok());
+  ASSERT_TRUE((*writer)->Append("12345").ok());
   v1::GetUploadResponse response;
   EXPECT_TRUE(GetUpload(core_.get(), As("ann"), request, &response).ok());
   EXPECT_EQ(response.stored_bytes(), 5u);

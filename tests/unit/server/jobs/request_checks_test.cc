@@ -37,7 +37,9 @@ TEST(RequestChecks, ASumHasThirtyTwoBytes) {
   v1::UploadEnd end;
   std::string name;
   EXPECT_TRUE(ReadEnd(end, &name).has_value());
-  end.set_sha256(std::string(31, '\xab') + '\x01');
+  std::string sum(32, '\xab');
+  sum.back() = '\x01';
+  end.set_sha256(sum);
   EXPECT_FALSE(ReadEnd(end, &name).has_value());
   EXPECT_EQ(name.substr(58), "abab01");
 }

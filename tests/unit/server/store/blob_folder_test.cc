@@ -4,6 +4,8 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <chrono>
+#include <filesystem>
 #include <fstream>
 
 #include "server/store/content_name.h"
@@ -11,34 +13,6 @@
 
 namespace rilievo {
 namespace {
-
-std::string Contents(const FileDescriptor& file) {
-  std::string bytes(static_cast<size_t>(*file.Size()), '\0');
-  EXPECT_TRUE(file.ReadAt(0, bytes.data(), bytes.size()).ok());
-  return bytes;
-}
-
-TEST(BlobFolder, KeepsBytesUnderTheirHash) {
-  const TestFolder test;
-  const auto blobs = BlobFolder::Open(test / "blobs");
-  ASSERT_TRUE(blobs.ok());
-  const auto name = blobs->Put({{'a', 'b'}, {}, {'c'}});
-  ASSERT_TRUE(name.ok()) << name.status();
-  EXPECT_EQ(*name, ContentNameOf("abc"));
-  EXPECT_EQ(Contents(*blobs->Read(*name)), "abc");
-  EXPECT_EQ(*blobs->Put({{'a', 'b', 'c'}}), *name) << "the same bytes once more";
-  EXPECT_EQ(blobs->List()->size(), 1u);
-  ASSERT_TRUE(blobs->Remove(*name).ok());
-  EXPECT_TRUE(absl::IsNotFound(blobs->Read(*name).status()));
-}
-
-TEST(BlobFolder, NamesThatAreNoHashesReachNoFile) {
-  const TestFolder test;
-  std::ofstream(test / "secret") << "x";
-  const auto blobs = BlobFolder::Open(test / "blobs");
-  EXPECT_TRUE(absl::IsNotFound(blobs->Read("../secret").status()));
-  EXPECT_TRUE(absl::IsNotFound(blobs->Read("").status()));
-}
 
 TEST(BlobFolder, WhatWasNotFinishedIsRemoved) {
   const TestFolder test;
@@ -50,6 +24,18 @@ TEST(BlobFolder, WhatWasNotFinishedIsRemoved) {
   ASSERT_TRUE(blobs.ok());
   EXPECT_FALSE(std::filesystem::exists(test / "blobs/new-3"));
   EXPECT_TRUE(std::filesystem::exists(whole));
+}
+
+TEST(BlobFolder, WhatOthersAreAtStays) {
+  const TestFolder test;
+  std::filesystem::create_directory(test / "blobs");
+  std::ofstream(test / "blobs/new-3") << "half";
+  ASSERT_TRUE(BlobFolder::Open(test / "blobs", BlobFolder::Users::kMany).ok());
+  EXPECT_TRUE(std::filesystem::exists(test / "blobs/new-3"));
+  std::filesystem::last_write_time(
+      test / "blobs/new-3", std::filesystem::file_time_type::clock::now() - std::chrono::hours(25));
+  ASSERT_TRUE(BlobFolder::Open(test / "blobs", BlobFolder::Users::kMany).ok());
+  EXPECT_FALSE(std::filesystem::exists(test / "blobs/new-3")) << "nobody is at it for a day";
 }
 
 // A full disk is played by the largest size of a file.

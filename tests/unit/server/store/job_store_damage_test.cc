@@ -30,7 +30,7 @@ constexpr char kScansOfVersion2[] = R"(;
   CREATE TABLE scans(owner BLOB NOT NULL, scan BLOB NOT NULL, PRIMARY KEY(owner, scan)) WITHOUT ROWID;
   CREATE INDEX scans_by_name ON scans(scan))";
 
-TEST_F(JobStoreTest, StoresOfEarlierVersionsGoOn) {
+TEST_F(FolderStoreTest, StoresOfEarlierVersionsGoOn) {
   for (const int version : {1, 2}) {
     StoredJob waiting = NewJob("a", "ann"), done = Finished(NewJob("b", "ann"));
     waiting.header.mutable_options()->mutable_control()->mutable_control_mesh()->set_positions(
@@ -40,7 +40,7 @@ TEST_F(JobStoreTest, StoresOfEarlierVersionsGoOn) {
     store_.reset();
     for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file + end);
     {
-      auto old = *Database::Open(file);
+      auto old = *SqliteDatabase::Open(file);
       const std::string schema =
           absl::StrCat(kSchemaOfVersion1, version == 2 ? kScansOfVersion2 : "");
       ASSERT_TRUE(old.Make(version, schema.c_str()).ok());
@@ -68,23 +68,23 @@ TEST_F(JobStoreTest, StoresOfEarlierVersionsGoOn) {
     EXPECT_TRUE(store_->blobs().Read(kept->mesh).ok());
     EXPECT_EQ(store_->Unfinished()->size(), 1u);
     EXPECT_EQ(store_->Get("ann", "b")->surface, done.surface);
-    EXPECT_TRUE(store_->ReadScan("ann", scan).ok()) << "who has a job of it";
-    EXPECT_TRUE(absl::IsNotFound(store_->ReadScan("bob", scan).status()));
+    EXPECT_TRUE(store_->BytesOfScan("ann", scan).ok()) << "who has a job of it";
+    EXPECT_TRUE(absl::IsNotFound(store_->BytesOfScan("bob", scan).status()));
     EXPECT_FALSE(std::filesystem::exists(file + ".old"));
     EXPECT_LT(std::filesystem::file_size(file), 200'000u);
     EXPECT_THAT(Counts(), testing::HasSubstr("ann: "));
-    EXPECT_EQ(*Database::Open(file)->Version(), kSchemaVersion);
-    ASSERT_TRUE(Database::Open(file)->Execute("DELETE FROM jobs").ok());
+    EXPECT_EQ(*SqliteDatabase::Open(file)->Version(), kSchemaVersion);
+    ASSERT_TRUE(SqliteDatabase::Open(file)->Execute("DELETE FROM jobs").ok());
     Reopen();
   }
 }
 
-TEST_F(JobStoreTest, AStoreOfALaterVersionIsRefused) {
+TEST_F(FolderStoreTest, AStoreOfALaterVersionIsRefused) {
   Tamper("PRAGMA user_version = 99");
   EXPECT_EQ(JobStore::Open(test_ / "store").status().code(), absl::StatusCode::kUnavailable);
 }
 
-TEST_F(JobStoreTest, AnEmptyDatabaseBesideBlobsIsRefused) {
+TEST_F(FolderStoreTest, AnEmptyDatabaseBesideBlobsIsRefused) {
   Blob(1);
   store_.reset();
   std::filesystem::resize_file(test_ / "store/jobs.db", 0);
@@ -95,7 +95,7 @@ TEST_F(JobStoreTest, AnEmptyDatabaseBesideBlobsIsRefused) {
   EXPECT_TRUE(absl::IsDataLoss(JobStore::Open(test_ / "store").status()));
 }
 
-TEST_F(JobStoreTest, ADamagedRowIsSetAside) {
+TEST_F(FolderStoreTest, ADamagedRowIsSetAside) {
   for (const auto* id : {"a", "b", "c"}) ASSERT_TRUE(store_->Insert(NewJob(id)).ok());
   Tamper("UPDATE jobs SET job = x'ff' WHERE job_id = x'62'");
   Reopen();
@@ -114,7 +114,7 @@ TEST_F(JobStoreTest, ADamagedRowIsSetAside) {
 }
 
 // Whatever is changed in a row is noticed, also what still parses.
-TEST_F(JobStoreTest, AChangedRowIsDamaged) {
+TEST_F(FolderStoreTest, AChangedRowIsDamaged) {
   StoredJob job = NewJob("a");
   ASSERT_TRUE(store_->Insert(job).ok());
   job = Finished(job);
@@ -130,6 +130,21 @@ TEST_F(JobStoreTest, AChangedRowIsDamaged) {
   }
   Reopen();
   EXPECT_TRUE(store_->Get("", "a").ok());
+}
+
+TEST_F(FolderStoreTest, AScanThatIsCutIsForgotten) {
+  const std::string scan = Scan(4, "ann");
+  std::filesystem::resize_file(test_ / "store/blobs/" + scan, 5);
+  EXPECT_TRUE(absl::IsNotFound(store_->BytesOfScan("ann", scan).status()));
+  EXPECT_EQ(Scan(4, "ann"), scan) << "sent again";
+  EXPECT_TRUE(store_->BytesOfScan("ann", scan).ok());
+  ASSERT_TRUE(store_->SetScanAside(scan).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->BytesOfScan("ann", scan).status()));
+  EXPECT_TRUE(std::filesystem::exists(test_ / "store/damaged/" + scan));
+}
+
+TEST_F(FolderStoreTest, AFolderHasOneServer) {
+  EXPECT_EQ(JobStore::Open(test_ / "store").status().code(), absl::StatusCode::kUnavailable);
 }
 
 }  // namespace

@@ -1,25 +1,40 @@
-// A store in a folder of the test, whose clocks the test sets.
+// Stores of the test, whose clocks the test sets: in a folder, and in PostgreSQL.
 #pragma once
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "server/postgres/postgres_database.h"
+#include "server/postgres/postgres_store.h"
 #include "server/store/job_store.h"
+#include "server/store/sqlite_database.h"
+#include "tests/unit/server/postgres/test_postgres.h"
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
 
-class JobStoreTest : public testing::Test {
+enum class StorePlace { kFolder, kPostgres, kPostgresAndFolder };
+
+class StoreFixture : public testing::Test {
  protected:
-  JobStoreTest() {
+  explicit StoreFixture(StorePlace place) : place_(place) {
     settings_.clock = {.wall_ms = [this] { return wall_; },
                        .steady_ms = [this] { return steady_; }};
     settings_.report = [this](const std::string& line) { reports_.push_back(line); };
+  }
+
+  void SetUp() override {
+    if (place_ != StorePlace::kFolder) {
+      RILIEVO_TEST_POSTGRES(server);
+      url_ = server->NewDatabase();
+    }
     Reopen();
   }
 
@@ -34,16 +49,23 @@ class JobStoreTest : public testing::Test {
     steady_ += ms;
   }
 
+  // The tables, beside a store or without one.
+  JobTables Tables() {
+    if (place_ == StorePlace::kFolder)
+      return JobTables(*SqliteDatabase::Open(test_ / "store/jobs.db"));
+    return JobTables(std::make_unique<PostgresDatabase>(url_));
+  }
+
   // A statement on the database while no store has it.
   void Tamper(const std::string& sql) {
     store_.reset();
-    ASSERT_TRUE(Database::Open(test_ / "store/jobs.db")->Execute(sql).ok());
+    ASSERT_TRUE(Tables().database().Execute(sql).ok());
   }
 
   // Counts of uses and bytes by owner, to be the same as when they are counted anew.
   std::string Counts() {
     store_.reset();
-    JobTables tables(*Database::Open(test_ / "store/jobs.db"));
+    JobTables tables = Tables();
     std::string text[2];
     for (std::string& now : text) {
       auto uses = *tables.database().Prepare("SELECT blob, owner, count FROM uses ORDER BY 1, 2");
@@ -62,9 +84,15 @@ class JobStoreTest : public testing::Test {
 
   void Reopen() {
     store_.reset();
-    auto opened = JobStore::Open(test_ / "store", settings_);
+    auto opened = OpenOne();
     ASSERT_TRUE(opened.ok()) << opened.status();
     store_ = *std::move(opened);
+  }
+
+  absl::StatusOr<std::unique_ptr<JobStore>> OpenOne() {
+    if (place_ == StorePlace::kFolder) return JobStore::Open(test_ / "store", settings_);
+    const bool in_folder = place_ == StorePlace::kPostgresAndFolder;
+    return OpenPostgresStore(url_, in_folder ? "file:" + (test_ / "blobs") : "pg:", settings_);
   }
 
   std::string Blob(uint8_t value, size_t size = 10) {
@@ -102,11 +130,36 @@ class JobStoreTest : public testing::Test {
 
   static constexpr int64_t kDay = 24 * 3'600'000;
 
+  const StorePlace place_;
   TestFolder test_;
+  std::string url_;
   int64_t wall_ = 1'700'000'000'000, steady_ = 5'000;
   std::vector<std::string> reports_;
   StoreSettings settings_;
   std::unique_ptr<JobStore> store_;
 };
+
+// What holds of every store.
+class JobStoreTest : public StoreFixture, public testing::WithParamInterface<StorePlace> {
+ protected:
+  JobStoreTest() : StoreFixture(GetParam()) {}
+};
+
+// What is about the files.
+class FolderStoreTest : public StoreFixture {
+ protected:
+  FolderStoreTest() : StoreFixture(StorePlace::kFolder) {}
+};
+
+inline std::string NameOfPlace(const testing::TestParamInfo<StorePlace>& place) {
+  const char* const names[] = {"Folder", "Postgres", "PostgresAndFolder"};
+  return names[static_cast<int>(place.param)];
+}
+
+#define RILIEVO_OF_EVERY_STORE(fixture)                                                            \
+  INSTANTIATE_TEST_SUITE_P(                                                                        \
+      Of, fixture,                                                                                 \
+      testing::Values(StorePlace::kFolder, StorePlace::kPostgres, StorePlace::kPostgresAndFolder), \
+      NameOfPlace)
 
 }  // namespace rilievo

@@ -9,7 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 
-TEST_F(JobStoreTest, AStepOfTheClockRemovesNothing) {
+TEST_P(JobStoreTest, AStepOfTheClockRemovesNothing) {
   ASSERT_TRUE(store_->Insert(NewJob("a")).ok());
   ASSERT_TRUE(store_->Finish(Finished(NewJob("a")), {{2}}).ok());
   wall_ += 9 * kDay;
@@ -31,7 +31,7 @@ TEST_F(JobStoreTest, AStepOfTheClockRemovesNothing) {
   EXPECT_TRUE(absl::IsNotFound(store_->Get("", "b").status())) << "time does pass";
 }
 
-TEST_F(JobStoreTest, TheClockGoesOnOverRestarts) {
+TEST_P(JobStoreTest, TheClockGoesOnOverRestarts) {
   ASSERT_TRUE(store_->Insert(NewJob("a")).ok());
   ASSERT_TRUE(store_->Finish(Finished(NewJob("a")), {{2}}).ok());
   for (int day = 0; day < 8; ++day) {
@@ -45,7 +45,7 @@ TEST_F(JobStoreTest, TheClockGoesOnOverRestarts) {
   EXPECT_FALSE(store_->Get("", "a").ok());
 }
 
-TEST_F(JobStoreTest, AgeRemovesFinishedJobsAndWhatTheyUsed) {
+TEST_P(JobStoreTest, AgeRemovesFinishedJobsAndWhatTheyUsed) {
   ASSERT_TRUE(store_->Insert(NewJob("old")).ok());
   ASSERT_TRUE(store_->Finish(Finished(NewJob("old")), {{2, 2}}).ok());
   const StoredJob waiting = NewJob("waiting", "ann");
@@ -76,9 +76,9 @@ class JobStoreRoomTest : public JobStoreTest {
     RILIEVO_RETURN_IF_ERROR(store_->BeginUpload(owner, name, bytes));
     auto writer = store_->uploads().Continue(name, 0);
     const std::string content(static_cast<size_t>(bytes), static_cast<char>(value));
-    RILIEVO_RETURN_IF_ERROR(writer->Append(content));
+    RILIEVO_RETURN_IF_ERROR((*writer)->Append(content));
     Pass(1);
-    return store_->FinishUpload(owner, name, bytes, ContentNameOf(content), &*writer);
+    return store_->FinishUpload(owner, name, bytes, ContentNameOf(content), writer->get());
   }
 
   void Done(const std::string& owner, const std::string& id, size_t surface_bytes) {
@@ -94,13 +94,13 @@ class JobStoreRoomTest : public JobStoreTest {
   }
 };
 
-TEST_F(JobStoreRoomTest, SizeTakesIdleScansFirstThenTheOldestJobs) {
+TEST_P(JobStoreRoomTest, SizeTakesIdleScansFirstThenTheOldestJobs) {
   Reopen({.bytes = 40'000});
   ASSERT_TRUE(Upload("", 200, 9'000).ok());
   Done("", "a", 5'000);
   Done("", "b", 5'000);
   ASSERT_TRUE(Upload("", 201, 20'000).ok());
-  EXPECT_FALSE(store_->ReadScan("", ContentNameOf(std::string(9'000, '\xc8'))).ok());
+  EXPECT_FALSE(store_->BytesOfScan("", ContentNameOf(std::string(9'000, '\xc8'))).ok());
   EXPECT_THAT(Jobs(""), ElementsAre("b", "a"));
   ASSERT_TRUE(Upload("", 202, 30'000).ok()) << "both scans go, and the older job";
   EXPECT_THAT(Jobs(""), ElementsAre("b"));
@@ -109,7 +109,7 @@ TEST_F(JobStoreRoomTest, SizeTakesIdleScansFirstThenTheOldestJobs) {
   Counts();
 }
 
-TEST_F(JobStoreRoomTest, WhatIsNotFinishedStaysHoweverLittleRoomThereIs) {
+TEST_P(JobStoreRoomTest, WhatIsNotFinishedStaysHoweverLittleRoomThereIs) {
   Reopen({.bytes = 5'000});
   ASSERT_TRUE(store_->Insert(NewJob("waiting")).ok());
   EXPECT_TRUE(absl::IsResourceExhausted(Upload("", 1, 4'000)));
@@ -117,7 +117,7 @@ TEST_F(JobStoreRoomTest, WhatIsNotFinishedStaysHoweverLittleRoomThereIs) {
   EXPECT_TRUE(store_->blobs().Read(NewJob("waiting").job.scan_id()).ok());
 }
 
-TEST_F(JobStoreRoomTest, AnOwnerAboveItsShareLosesItsOwn) {
+TEST_P(JobStoreRoomTest, AnOwnerAboveItsShareLosesItsOwn) {
   Reopen({.bytes = 40'000, .owner_bytes = 20'000});
   Done("ann", "a", 10'000);
   for (uint8_t i = 0; i < 9; ++i) EXPECT_TRUE(Upload("bob", i, 8'000).ok()) << int{i};
@@ -127,7 +127,7 @@ TEST_F(JobStoreRoomTest, AnOwnerAboveItsShareLosesItsOwn) {
   Counts();
 }
 
-TEST_F(JobStoreRoomTest, WhoTakesMostMakesRoomForWhoTakesLess) {
+TEST_P(JobStoreRoomTest, WhoTakesMostMakesRoomForWhoTakesLess) {
   Reopen({.bytes = 40'000});
   Done("ann", "a", 4'000);
   for (uint8_t i = 0; i < 4; ++i) ASSERT_TRUE(Upload("bob", i, 8'000).ok());
@@ -137,7 +137,7 @@ TEST_F(JobStoreRoomTest, WhoTakesMostMakesRoomForWhoTakesLess) {
   Counts();
 }
 
-TEST_F(JobStoreRoomTest, AnUploadCountsWithAllThatItAnnounced) {
+TEST_P(JobStoreRoomTest, AnUploadCountsWithAllThatItAnnounced) {
   Reopen({.bytes = 10'000});
   ASSERT_TRUE(store_->BeginUpload("", "u", 6'000).ok());
   ASSERT_TRUE(store_->BeginUpload("", "u", 6'000).ok()) << "once";
@@ -147,6 +147,8 @@ TEST_F(JobStoreRoomTest, AnUploadCountsWithAllThatItAnnounced) {
   EXPECT_TRUE(store_->BeginUpload("", "v", 6'000).ok()) << "a cut one makes room";
   Counts();
 }
+
+RILIEVO_OF_EVERY_STORE(JobStoreRoomTest);
 
 }  // namespace
 }  // namespace rilievo

@@ -79,7 +79,7 @@ TEST_F(StoreCheckTest, DamagedBlobsAreToldAndSetAside) {
   auto store = Open();
   EXPECT_TRUE(absl::IsDataLoss(store->Get("ann", "a").status()));
   EXPECT_TRUE(store->Get("ann", "b").ok());
-  EXPECT_TRUE(absl::IsNotFound(store->ReadScan("ann", scan_).status()));
+  EXPECT_TRUE(absl::IsNotFound(store->BytesOfScan("ann", scan_).status()));
 }
 
 TEST_F(StoreCheckTest, ALostDatabaseIsBegunAnew) {
@@ -134,7 +134,7 @@ TEST_F(StoreCheckTest, ABackupOfAStoreInUseIsAStore) {
   const auto a = copy->Get("ann", "a");
   ASSERT_TRUE(a.ok()) << a.status();
   EXPECT_TRUE(copy->blobs().Read(a->surface).ok());
-  EXPECT_TRUE(copy->ReadScan("ann", scan_).ok());
+  EXPECT_TRUE(copy->BytesOfScan("ann", scan_).ok());
   EXPECT_EQ(copy->Unfinished()->size(), 1u);
 }
 

@@ -1,4 +1,4 @@
-#include "server/store/database.h"
+#include "server/store/sqlite_database.h"
 
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -15,15 +15,15 @@ namespace rilievo {
 namespace {
 
 // With a table t(a, b).
-absl::StatusOr<Database> Opened(const std::string& path) {
-  auto database = Database::Open(path);
+absl::StatusOr<SqliteDatabase> Opened(const std::string& path) {
+  auto database = SqliteDatabase::Open(path);
   if (database.ok() && *database->Version() == 0) {
     EXPECT_TRUE(database->Make(1, "CREATE TABLE t(a INTEGER PRIMARY KEY, b BLOB UNIQUE)").ok());
   }
   return database;
 }
 
-TEST(Database, KeepsRowsOverItsEnd) {
+TEST(SqliteDatabase, KeepsRowsOverItsEnd) {
   const TestFolder test;
   const std::string bytes("x\0y", 3);
   {
@@ -43,7 +43,7 @@ TEST(Database, KeepsRowsOverItsEnd) {
   EXPECT_FALSE(*query->Step());
 }
 
-TEST(Database, IsSyncedAtEachTransaction) {
+TEST(SqliteDatabase, IsSyncedAtEachTransaction) {
   const TestFolder test;
   auto database = Opened(test / "db");
   auto synchronous = database->Prepare("PRAGMA synchronous");
@@ -54,7 +54,7 @@ TEST(Database, IsSyncedAtEachTransaction) {
   EXPECT_EQ(journal->Bytes(0), "wal");
 }
 
-TEST(Database, ErrorsHaveTheirCodes) {
+TEST(SqliteDatabase, ErrorsHaveTheirCodes) {
   const TestFolder test;
   auto database = Opened(test / "db");
   EXPECT_FALSE(database->Prepare("SELECT nonsense").ok());
@@ -70,10 +70,10 @@ TEST(Database, ErrorsHaveTheirCodes) {
   EXPECT_EQ(full.code(), absl::StatusCode::kResourceExhausted) << full;
 }
 
-TEST(Database, AnotherProgramThatWritesIsWaitedFor) {
+TEST(SqliteDatabase, AnotherProgramThatWritesIsWaitedFor) {
   const TestFolder test;
   auto database = Opened(test / "db");
-  std::optional<Database> tool(*Opened(test / "db"));
+  std::optional<SqliteDatabase> tool(*Opened(test / "db"));
   ASSERT_TRUE(tool->Execute("BEGIN IMMEDIATE").ok());
   std::jthread release([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -82,7 +82,7 @@ TEST(Database, AnotherProgramThatWritesIsWaitedFor) {
   EXPECT_TRUE(database->Execute("INSERT INTO t VALUES(1, 'x')").ok());
 }
 
-TEST(Database, ATransactionIsKeptWholeOrNotAtAll) {
+TEST(SqliteDatabase, ATransactionIsKeptWholeOrNotAtAll) {
   const TestFolder test;
   auto database = Opened(test / "db");
   const auto insert = [&](const absl::Status& end) {
@@ -97,7 +97,7 @@ TEST(Database, ATransactionIsKeptWholeOrNotAtAll) {
   EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 1);
 }
 
-TEST(Database, AValueThatCannotBeBoundIsNotStored) {
+TEST(SqliteDatabase, AValueThatCannotBeBoundIsNotStored) {
   const TestFolder test;
   auto database = Opened(test / "db");
   EXPECT_FALSE(database->Prepare("SELECT 1")->Bind(1).Run().ok()) << "no such parameter";
@@ -110,7 +110,7 @@ TEST(Database, AValueThatCannotBeBoundIsNotStored) {
   EXPECT_EQ(*database->Number("SELECT COUNT(*) FROM t"), 0);
 }
 
-TEST(Database, IsItsOwnersAndShrinks) {
+TEST(SqliteDatabase, IsItsOwnersAndShrinks) {
   const TestFolder test;
   auto database = Opened(test / "db");
   const auto rights = std::filesystem::status(test / "db").permissions();
@@ -123,10 +123,10 @@ TEST(Database, IsItsOwnersAndShrinks) {
   EXPECT_LT(std::filesystem::file_size(test / "db"), 100'000);
 }
 
-TEST(Database, DamageIsToldFromOtherErrors) {
+TEST(SqliteDatabase, DamageIsToldFromOtherErrors) {
   const TestFolder test;
   std::ofstream(test / "db") << std::string(10'000, 'x');
-  EXPECT_TRUE(absl::IsDataLoss(Database::Open(test / "db").status()));
+  EXPECT_TRUE(absl::IsDataLoss(SqliteDatabase::Open(test / "db").status()));
 }
 
 }  // namespace

@@ -1,0 +1,82 @@
+// The jobs of a shared store that are not finished: who works on them, and until when.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/store/database.h"
+
+namespace rilievo {
+
+// A job that a worker has taken. Nobody else has one of that number: what a worker writes without
+// it, or with an older one, is refused.
+struct JobClaim {
+  std::string job_id;
+  int64_t number = 0;
+};
+
+// What a worker takes.
+struct ClaimDemand {
+  std::string worker;  // its name, nobody else's
+  int64_t memory = 0;  // that its jobs may need together, bytes
+  bool idle = false;   // it works on nothing else
+};
+
+// Rows of the table `queue` of PostgreSQL. A claim ends when its lease is over, by the database's
+// clock, and a worker that renews its own notices; no lease is over while the database has run for
+// less than one. Turns go round the clients: first comes whose latest job was taken longest ago.
+class JobQueue {
+ public:
+  explicit JobQueue(Database* database) : database_(database) {}
+
+  absl::Status Insert(const std::string& job_id, const std::string& client, int64_t memory);
+  // Finished, removed or damaged.
+  absl::Status Remove(const std::string& job_id);
+
+  // In a transaction of its own, beside others: nothing only when nothing waits that nobody else is
+  // just taking. Jobs that may take their machine along (`suspect`)
+  // come when nothing else waits, to a worker that is idle. One that needs more memory than any
+  // worker has goes to an idle one of those that have most.
+  absl::StatusOr<std::optional<JobClaim>> Claim(const ClaimDemand& demand);
+
+  // Within a transaction: nobody else changes the job, or takes it, until the end of that.
+  absl::Status Lock(const std::string& job_id);
+  // Gives a job back, as one to be taken with others or not.
+  absl::Status Release(const JobClaim& claim, bool suspect);
+
+  // In a transaction of its own: leases of all claims of a worker go on; these claims. Then jobs
+  // whose lease is over are free.
+  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
+
+  // The latest event of a job, for whoever watches it elsewhere; empty when there is none. Tell():
+  // in a transaction of its own.
+  absl::Status Tell(const JobClaim& claim, const std::string& event);
+  absl::StatusOr<std::string> LatestEvent(const std::string& job_id);
+
+  struct Counts {
+    int64_t all = 0, of_client = 0;
+    int64_t waiting = 0;  // of all, those that nobody works on
+  };
+  absl::StatusOr<Counts> Count(const std::string& client);
+
+  // Forgets clients without jobs and workers that are gone.
+  absl::Status Clean();
+
+ private:
+  // The job of that number, which a statement selects and locks.
+  absl::StatusOr<std::optional<JobClaim>> Take(const std::string& number, const ClaimDemand& demand,
+                                               int64_t heads);
+  // Whether there is one that this worker may take.
+  absl::StatusOr<bool> Waits(const ClaimDemand& demand);
+  absl::StatusOr<std::vector<JobClaim>> RenewLeases(const std::string& worker);
+  absl::Status FreeLost();
+
+  Database* const database_;
+};
+
+}  // namespace rilievo
