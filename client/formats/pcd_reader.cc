@@ -38,6 +38,8 @@ struct PcdHeader {
   // Fields of one value each that are read: x, y, z, then sights.
   std::vector<int> columns;
   SightColumns sights;
+  size_t packed_color_at = 0;   // in columns; 0: none
+  bool color_is_float = false;  // whose bits are the colour
   Eigen::Vector3d viewpoint = UnknownPlace();
 };
 
@@ -173,6 +175,26 @@ int FindField(const PcdHeader& header, std::string_view name) {
   return -1;
 }
 
+// PCL packs a colour into the bits 0xaarrggbb of a field. As a float these may be no number, so
+// binary files are read as integers.
+void FindPackedColor(bool is_ascii, PcdHeader* header) {
+  int number = FindField(*header, "rgb");
+  if (number < 0) number = FindField(*header, "rgba");
+  if (number < 0) return;
+  PcdField& field = header->fields[number];
+  if (ScalarSize(field.type) != 4) return;
+  if (!is_ascii) field.type = ScalarType::kU32;
+  header->color_is_float = field.type == ScalarType::kF32;
+  header->packed_color_at = header->columns.size();
+  header->columns.push_back(number);
+}
+
+std::array<double, 3> UnpackedColor(double value, bool is_float) {
+  const auto bits = is_float ? std::bit_cast<uint32_t>(static_cast<float>(value))
+                             : static_cast<uint32_t>(static_cast<int64_t>(value));
+  return {double(bits >> 16 & 255), double(bits >> 8 & 255), double(bits & 255)};
+}
+
 // The place and the turn (a quaternion) of the sensor. The default is what files without either
 // have.
 absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* header) {
@@ -238,6 +260,9 @@ absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& 
   header.sights = SightColumns(wanted, find, &header.columns);
   RILIEVO_RETURN_IF_ERROR(CountPoints(words, &header));
   header.data = words.data[0];
+  if (wanted.colors && header.sights.color_column(header.columns) < 0) {
+    FindPackedColor(header.data == "ascii", &header);
+  }
   if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
     return HeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
                                             "; known: ascii, binary, binary_compressed"));
@@ -260,13 +285,19 @@ absl::Status Truncated(const PcdHeader& header, uint64_t read) {
 
 // The points so far, with what is read of them besides.
 struct PcdPoints {
-  explicit PcdPoints(const WantedLayers& wanted) : sights(wanted) {}
+  PcdPoints(const PcdHeader& header, const WantedLayers& wanted) : sights(wanted) {
+    const int red = header.sights.color_column(header.columns);
+    sights.set_color_kind(red < 0 ? ColorCollector::Kind::kBytes
+                                  : ColorCollector::KindOf(header.fields[red].type));
+  }
 
   // `values`: of the header's columns.
   void Add(const PcdHeader& header, const std::vector<double>& values) {
     points.Add(values[0], values[1], values[2]);
     header.sights.Take(values.data(), &sights);
     if (!header.sights.has_sensor()) sights.AddStation(header.viewpoint);
+    if (header.packed_color_at == 0) return;
+    sights.AddColor(UnpackedColor(values[header.packed_color_at], header.color_is_float).data());
   }
 
   PointCollector points;
@@ -373,13 +404,14 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoin
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
   RILIEVO_ASSIGN_OR_RETURN(const PcdHeader header, ReadPcdHeader(&source, wanted));
-  PcdPoints points(wanted);
+  PcdPoints points(header, wanted);
   RILIEVO_RETURN_IF_ERROR(header.data == "ascii"    ? ReadAscii(&source, header, &points)
                           : header.data == "binary" ? ReadBinary(&source, header, &points)
                                                     : ReadCompressed(&source, header, &points));
   ScanFile scan;
   scan.format = absl::StrCat("PCD ", header.data);
   scan.cloud.sights = points.sights.Finish(points.points.count());
+  scan.classes = points.sights.TakeClasses();
   scan.cloud.points = points.points.Finish();
   return scan;
 }

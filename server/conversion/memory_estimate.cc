@@ -26,8 +26,8 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // where there are more than five for a point, so that most heights are filled in.
 constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
 // The number of a point's station with its vote and weight, and its normal, while sides are
-// decided.
-constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16;
+// decided; its colour, from the first to the last.
+constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16, kColorOfPoint = 3;
 constexpr int64_t kTelling = 5;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
@@ -72,7 +72,8 @@ int64_t EstimateMemory(const JobRequest& job) {
   const bool implicit = !options.control.user_mesh &&
                         (topology == Topology::kAuto || topology == Topology::kArbitrary);
   const int64_t extra = (job.layout.stations ? kStationOfPoint : 0) +
-                        (job.layout.normals ? kNormalOfPoint : 0) + unusual;
+                        (job.layout.normals ? kNormalOfPoint : 0) + unusual +
+                        (job.layout.colors ? kColorOfPoint : 0);
   const int64_t analysis = OfPoints(points, kAnalyzedPoint + extra, kFurtherAnalyzedPoint + extra) +
                            (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
