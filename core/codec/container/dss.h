@@ -1,6 +1,7 @@
 // The .dss container: a displaced subdivision surface as bytes, coarse first.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -58,6 +59,14 @@ struct DssDistance {
   double rms = -1, mean = -1, p95 = -1, max = -1;
 };
 
+// What the coded numbers of colours stand for: red, green and blue, full at 1, are the sum over the
+// channels k of number * units[k] * (axes[3 k], axes[3 k + 1], axes[3 k + 2]) / 127.
+struct ColorCode {
+  std::array<double, 3> units = {};
+  std::array<int8_t, 9> axes = {};
+  bool is_known() const { return units[0] > 0; }
+};
+
 // What was known of the surface when it was made; travels in the header, all optional. Figures are
 // kept to 11 binary digits.
 struct DssMetadata {
@@ -76,6 +85,8 @@ struct DssMetadata {
   std::string input_hash;  // of the scan's bytes, at most 64 bytes
   std::string options;     // what the surface was asked for
   ScanPlace place;
+  // Set by AddColors alone; not known: no colours.
+  ColorCode colors;
   // Set by EncodeDss alone: every height that is not filled is smoothed; lifting rules of the
   // finest levels, coarse first, that have no coefficients and no chunk.
   bool all_smoothed = false;
@@ -83,7 +94,8 @@ struct DssMetadata {
 };
 
 // Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds (the finest levels
-// may have none, see DssMetadata::plain_levels); the last may tell which heights are smoothed.
+// may have none, see DssMetadata::plain_levels), with their colours behind them; the last may tell
+// which heights are smoothed.
 // Their concatenation is the file, and any prefix of whole chunks decodes, to a surface with fewer
 // levels.
 struct EncodedSurface {
@@ -115,7 +127,8 @@ struct DecodedSurface {
   // Of the whole file; surface.max_level is smaller when the last chunks are not there yet. When
   // chunk 0 came alone, the surface has level 0, all heights zero and kFilled.
   int declared_max_level = 0;
-  std::vector<int64_t> chunk_bytes;
+  std::vector<int64_t> chunk_bytes;  // a chunk of colours counts to the one before it
+  int64_t color_bytes = 0;           // of all chunks of colours
 };
 
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no
