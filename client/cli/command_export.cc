@@ -99,6 +99,7 @@ absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportA
     const int level = arguments.level.value_or(surface.max_level);
     RILIEVO_ASSIGN_OR_RETURN(exported.mesh, Tessellate(surface, level, context));
     exported.sources = SourcesAtLevel(surface, level);
+    exported.layers.colors = ColorsAtLevel(surface, level);
     exported.how = absl::StrCat("level ", level);
     return exported;
   }
@@ -110,7 +111,10 @@ absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportA
   }
   RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, std::move(made));
   exported.mesh = std::move(adaptive.mesh);
-  for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
+  for (int v : adaptive.vertices) {
+    exported.sources.push_back(surface.sources[v]);
+    if (!surface.colors.empty()) exported.layers.colors.push_back(surface.colors[v]);
+  }
   exported.how =
       absl::StrCat("within ", Percent(adaptive.error),
                    options.camera ? " of its distance from the camera" : " of the diagonal",
@@ -155,6 +159,7 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
   exported.place = PlaceOf(arguments.place.place, control.metadata.place);
   exported.mesh = std::move(part.region.mesh);
   exported.sources = std::move(part.sources);
+  exported.layers.colors = std::move(part.colors);
   exported.how =
       absl::StrCat("level ", part.level, " of ",
                    Counted(static_cast<int64_t>(faces.size()), "control face", "control faces"));
@@ -343,7 +348,7 @@ Command AddExport(CLI::App& program) {
       "--carry", arguments->carry,
       "a scan (PLY, LAS, LAZ, E57, PTX) whose colours and intensity the vertices take from their "
       "nearest points; .ply and .glb");
-  AddPointsOnlyOption(app, &arguments->scan);
+  AddScanOptions(app, &arguments->scan);
   AddExportPlace(app, &arguments->place);
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
