@@ -17,9 +17,9 @@ struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept; sights where wanted
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
   PointLayers layers = {};  // intensity where wanted, of PLY, LAS, LAZ, E57 and PTX
+  uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
+  ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
   std::vector<uint8_t> classes = {};  // of the points, until ReadScanStream() has chosen
-  uint64_t faces = 0;    // that the file says it has besides: its points are a mesh's vertices
-  ScanPlace place = {};  // what the format says of it: E57 the unit, LAS and LAZ up and CRS
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
