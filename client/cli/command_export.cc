@@ -140,28 +140,6 @@ absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportA
   return exported;
 }
 
-// The control faces that the words name, of this file.
-absl::StatusOr<std::vector<int>> FacesNamed(const RegionWords& words,
-                                            const DecodedSurface& control) {
-  const ControlMesh& mesh = control.surface.control_mesh;
-  std::set<int> faces;
-  for (const auto& [first, last] : words.faces) {
-    if (last >= mesh.faces.cols()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--region ", last, ": control faces are 0 to ", mesh.faces.cols() - 1));
-    }
-    for (int f = first; f <= last; ++f) faces.insert(f);
-  }
-  for (const Eigen::AlignedBox3d& box : words.boxes) {
-    const std::vector<int> inside = ControlFacesInBox(control.surface.frame, mesh, box);
-    faces.insert(inside.begin(), inside.end());
-  }
-  if (faces.empty()) {
-    return absl::InvalidArgumentError("--region: there are no control faces in the box");
-  }
-  return std::vector<int>(faces.begin(), faces.end());
-}
-
 // Only what the region depends on is decoded: the control mesh, to see which faces those are, and
 // then they.
 absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,

@@ -12,6 +12,7 @@
 #include "client/formats/byte_source.h"
 #include "client/formats/lzf.h"
 #include "client/formats/number_text.h"
+#include "client/formats/pcd_words.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
@@ -43,66 +44,6 @@ struct PcdHeader {
   Eigen::Vector3d viewpoint = UnknownPlace();
 };
 
-// The words of each header line, as found.
-struct PcdWords {
-  std::vector<std::string> fields, size, type, count, width, height, points, data, viewpoint;
-};
-
-absl::Status HeaderError(absl::string_view entry, absl::string_view what) {
-  return absl::InvalidArgumentError(absl::StrCat("PCD header, ", entry, ": ", what));
-}
-
-std::vector<std::string> Words(std::string_view line) {
-  std::vector<std::string> words;
-  for (std::string_view word = NextWord(&line); !word.empty(); word = NextWord(&line)) {
-    words.emplace_back(word);
-  }
-  return words;
-}
-
-absl::StatusOr<PcdWords> ReadWords(ByteSource* source) {
-  PcdWords words;
-  size_t bytes = 0;
-  std::string_view line;
-  while (words.data.empty()) {
-    const ByteSource::Line result = source->NextLine(&line);
-    if (result == ByteSource::Line::kEnd || !source->line_was_ended()) {
-      return absl::DataLossError("PCD header: the bytes end before the DATA line; truncated file?");
-    }
-    bytes += line.size();
-    if (result == ByteSource::Line::kTooLong || bytes > (size_t{1} << 20)) {
-      return absl::InvalidArgumentError("PCD header: longer than 1 MiB; is this a PCD file?");
-    }
-    const std::string_view text = line.substr(0, line.find('#'));
-    std::string_view rest = text;
-    const std::string_view key = NextWord(&rest);
-    if (key == "FIELDS" || key == "COLUMNS")
-      words.fields = Words(rest);
-    else if (key == "SIZE")
-      words.size = Words(rest);
-    else if (key == "TYPE")
-      words.type = Words(rest);
-    else if (key == "COUNT")
-      words.count = Words(rest);
-    else if (key == "WIDTH")
-      words.width = Words(rest);
-    else if (key == "HEIGHT")
-      words.height = Words(rest);
-    else if (key == "POINTS")
-      words.points = Words(rest);
-    else if (key == "VIEWPOINT")
-      words.viewpoint = Words(rest);
-    else if (key == "DATA") {
-      words.data = Words(rest);
-      if (words.data.empty()) return HeaderError("DATA", "names no format");
-    } else if (!key.empty() && key != "VERSION") {
-      return absl::InvalidArgumentError(absl::StrCat("PCD header, line ", source->line_number(),
-                                                     ": unknown entry ", Quoted(key)));
-    }
-  }
-  return words;
-}
-
 std::optional<ScalarType> PcdType(std::string_view type, std::string_view size) {
   constexpr struct {
     const char *type, *size;
@@ -120,17 +61,18 @@ std::optional<ScalarType> PcdType(std::string_view type, std::string_view size) 
 
 absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
   const size_t n = words.fields.size();
-  if (n == 0) return HeaderError("FIELDS", "missing or empty");
+  if (n == 0) return PcdHeaderError("FIELDS", "missing or empty");
   if (words.size.size() != n || words.type.size() != n ||
       (!words.count.empty() && words.count.size() != n)) {
-    return HeaderError("SIZE, TYPE, COUNT", absl::StrCat("each needs ", n, " values, one a field"));
+    return PcdHeaderError("SIZE, TYPE, COUNT",
+                          absl::StrCat("each needs ", n, " values, one a field"));
   }
   for (size_t i = 0; i < n; ++i) {
     PcdField field;
     field.name = words.fields[i];
     const std::optional<ScalarType> type = PcdType(words.type[i], words.size[i]);
     if (!type) {
-      return HeaderError(
+      return PcdHeaderError(
           absl::StrCat("field ", Quoted(field.name)),
           absl::StrCat("TYPE ", Quoted(words.type[i]), " with SIZE ", Quoted(words.size[i]),
                        " is none; known: F 4 8, I and U 1 2 4 8"));
@@ -138,8 +80,8 @@ absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
     field.type = *type;
     if (!words.count.empty() &&
         (!ParseCount(words.count[i], &field.count) || field.count > (1u << 20))) {
-      return HeaderError(absl::StrCat("field ", Quoted(field.name)),
-                         absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
+      return PcdHeaderError(absl::StrCat("field ", Quoted(field.name)),
+                            absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
     }
     field.value_index = header->point_values;
     field.byte_offset = header->point_bytes;
@@ -160,8 +102,8 @@ absl::Status FindAxes(PcdHeader* header) {
       ++found;
     }
     if (found != 1 || header->fields[header->columns.back()].count != 1) {
-      return HeaderError("FIELDS",
-                         absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
+      return PcdHeaderError("FIELDS",
+                            absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
     }
   }
   return absl::OkStatus();
@@ -202,9 +144,9 @@ absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* hea
   constexpr std::array<double, 7> kDefault = {0, 0, 0, 1, 0, 0, 0};
   std::array<double, 7> values{};
   const auto refuse = [&](const std::string& what) {
-    return HeaderError("VIEWPOINT", absl::StrCat(what,
-                                                 "; give the place and the quaternion of the "
-                                                 "sensor, 7 numbers, or leave the line out"));
+    return PcdHeaderError("VIEWPOINT", absl::StrCat(what,
+                                                    "; give the place and the quaternion of the "
+                                                    "sensor, 7 numbers, or leave the line out"));
   };
   if (words.size() != values.size()) return refuse(absl::StrCat(words.size(), " values"));
   for (size_t i = 0; i < values.size(); ++i) {
@@ -219,9 +161,9 @@ absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* hea
 absl::StatusOr<uint64_t> One(absl::string_view entry, const std::vector<std::string>& words) {
   uint64_t value = 0;
   if (words.size() == 1 && ParseCount(words[0], &value)) return value;
-  return HeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
-                                                       : Quoted(words[0]) + " is no count",
-                                         "; it must be a whole number from 0 below 2^64"));
+  return PcdHeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
+                                                          : Quoted(words[0]) + " is no count",
+                                            "; it must be a whole number from 0 below 2^64"));
 }
 
 absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
@@ -233,7 +175,7 @@ absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
       RILIEVO_ASSIGN_OR_RETURN(height, One("HEIGHT", words.height));
     }
     if (height != 0 && width > UINT64_MAX / height) {
-      return HeaderError("WIDTH, HEIGHT", "their product overflows");
+      return PcdHeaderError("WIDTH, HEIGHT", "their product overflows");
     }
     grid = width * height;
   }
@@ -242,16 +184,16 @@ absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
   } else {
     RILIEVO_ASSIGN_OR_RETURN(header->points, One("POINTS", words.points));
     if (grid && *grid != header->points) {
-      return HeaderError("POINTS",
-                         absl::StrCat(header->points, " differs from WIDTH x HEIGHT = ", *grid));
+      return PcdHeaderError("POINTS",
+                            absl::StrCat(header->points, " differs from WIDTH x HEIGHT = ", *grid));
     }
   }
-  if (header->points == 0) return HeaderError("POINTS", "0, no points");
+  if (header->points == 0) return PcdHeaderError("POINTS", "0, no points");
   return absl::OkStatus();
 }
 
 absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& wanted) {
-  RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadWords(source));
+  RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadPcdWords(source));
   PcdHeader header;
   RILIEVO_RETURN_IF_ERROR(AddFields(words, &header));
   RILIEVO_RETURN_IF_ERROR(FindAxes(&header));
@@ -264,8 +206,8 @@ absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& 
     FindPackedColor(header.data == "ascii", &header);
   }
   if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
-    return HeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
-                                            "; known: ascii, binary, binary_compressed"));
+    return PcdHeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
+                                               "; known: ascii, binary, binary_compressed"));
   }
   return header;
 }

@@ -1,7 +1,6 @@
 // Colours of the vertices in a .dss file: chunks `c` (docs/dss-format.md, section 5.8).
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -33,9 +32,6 @@ struct CodedColors {
 absl::StatusOr<CodedColors> AddColors(const DisplacedSurface& surface,
                                       std::optional<int64_t> max_bytes, const RunContext& context,
                                       EncodedSurface* encoded);
-
-// Red, green and blue, full at 1, of coded numbers.
-Eigen::Matrix3d RgbFromValues(const ColorCode& code);
 
 // The colours of the vertices of the finest level with heights. Levels whose colours are not there
 // have means of the coarser ones; without any level the result is empty. `refinement` reaches that

@@ -42,12 +42,12 @@ absl::StatusOr<std::vector<Rgb>> Decoded(const OpenedDss& file, size_t levels,
     RILIEVO_ASSIGN_OR_RETURN(DecodedHeights channel, decode(payloads[k]));
     values[k] = std::move(channel.heights);
   }
-  const Eigen::Matrix3d rgb_from_values = RgbFromValues(file.header.metadata.colors);
+  const Eigen::Matrix3d rgb_from_numbers = file.header.metadata.colors.RgbFromNumbers();
   std::vector<Rgb> colors;
   colors.reserve(values[0].size());
   for (size_t v = 0; v < values[0].size(); ++v) {
     const Eigen::Vector3d color =
-        rgb_from_values * Eigen::Vector3d(values[0][v], values[1][v], values[2][v]);
+        rgb_from_numbers * Eigen::Vector3d(values[0][v], values[1][v], values[2][v]);
     Rgb& rounded = colors.emplace_back();
     for (int k = 0; k < 3; ++k) {
       rounded[k] = static_cast<uint8_t>(std::lround(255 * std::clamp(color[k], 0.0, 1.0)));
@@ -57,16 +57,6 @@ absl::StatusOr<std::vector<Rgb>> Decoded(const OpenedDss& file, size_t levels,
 }
 
 }  // namespace
-
-Eigen::Matrix3d RgbFromValues(const ColorCode& code) {
-  Eigen::Matrix3d matrix;
-  for (int k = 0; k < 3; ++k) {
-    for (int channel = 0; channel < 3; ++channel) {
-      matrix(channel, k) = code.units[k] * code.axes[3 * k + channel] / 127.0;
-    }
-  }
-  return matrix;
-}
 
 absl::StatusOr<std::vector<Rgb>> DecodeColors(const OpenedDss& file,
                                               const LoopRefinement& refinement,

@@ -1,7 +1,6 @@
 // The .dss container: a displaced subdivision surface as bytes, coarse first.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/container/color_code.h"
 #include "core/geometry/scan_place.h"
 #include "core/surface/displaced_surface.h"
 
@@ -57,14 +57,6 @@ struct EncodeOptions {
 // One direction of a measured distance, fractions of the diagonal; -1: unknown.
 struct DssDistance {
   double rms = -1, mean = -1, p95 = -1, max = -1;
-};
-
-// What the coded numbers of colours stand for: red, green and blue, full at 1, are the sum over the
-// channels k of number * units[k] * (axes[3 k], axes[3 k + 1], axes[3 k + 2]) / 127.
-struct ColorCode {
-  std::array<double, 3> units = {};
-  std::array<int8_t, 9> axes = {};
-  bool is_known() const { return units[0] > 0; }
 };
 
 // What was known of the surface when it was made; travels in the header, all optional. Figures are

@@ -49,8 +49,7 @@ constexpr std::array<std::string_view, 9> kOptionNames = {"max_error", "max_byte
                                                           "max_level", "target_faces", "boundary",
                                                           "creases",   "topology",     "method"};
 
-// Figures of a certificate in the order of the format; those at the end that are not known are
-// left off.
+// Figures of a certificate in the order of the format; unknown ones at the end are left off.
 template <typename Metadata>
 auto ListedFigures(Metadata& m) {
   auto &to = m.surface_to_scan, &from = m.scan_to_surface;
@@ -238,23 +237,6 @@ void WritePlace(const ScanPlace& place, ByteWriter& writer) {
   WriteText(kCrs, place.crs, writer);
 }
 
-void WriteColors(const ColorCode& colors, ByteWriter& writer) {
-  if (!colors.is_known()) return;
-  std::vector<uint8_t> bytes;
-  ByteWriter inner(bytes);
-  for (const double unit : colors.units) inner.ShortF64(unit);
-  for (const int8_t part : colors.axes) inner.Byte(static_cast<uint8_t>(part));
-  WriteField(kColors, bytes, writer);
-}
-
-void ReadColors(ByteReader& reader, ColorCode& colors) {
-  ColorCode read;
-  for (double& unit : read.units) unit = reader.ShortF64();
-  for (int8_t& part : read.axes) part = static_cast<int8_t>(reader.Byte());
-  const auto is_sound = [](double unit) { return std::isfinite(unit) && unit > 0; };
-  if (reader.ok() && std::all_of(read.units.begin(), read.units.end(), is_sound)) colors = read;
-}
-
 void ReadUnit(ByteReader& reader, ScanPlace& place) {
   const double metres = reader.ShortF64();
   if (reader.ok() && std::isfinite(metres) && metres > 0) place.metres_per_unit = metres;
@@ -343,7 +325,7 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
       if (text.size() <= kMaxCrsBytes) metadata.place.crs = text;
       break;
     case kColors:
-      ReadColors(value, metadata.colors);
+      metadata.colors = ReadColorCode(value);
       break;
     case kPlainLevels:
       metadata.plain_levels.assign(bytes.begin(), bytes.end());
@@ -395,7 +377,7 @@ void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
   }
   WriteOptions(metadata.options, writer);
   WritePlace(metadata.place, writer);
-  WriteColors(metadata.colors, writer);
+  if (metadata.colors.is_known()) WriteField(kColors, WriteColorCode(metadata.colors), writer);
   if (!metadata.plain_levels.empty()) WriteField(kPlainLevels, metadata.plain_levels, writer);
   if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);

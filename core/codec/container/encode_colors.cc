@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/byte_stream.h"
 #include "core/codec/bytes/chunk.h"
@@ -56,12 +57,10 @@ std::array<int8_t, 9> AxesOf(const std::vector<Rgb>& colors) {
   return axes;
 }
 
-double CombinedRms(const std::array<double, kChannels>& rms) {
-  return std::sqrt((rms[0] * rms[0] + rms[1] * rms[1] + rms[2] * rms[2]) / kChannels);
-}
-
 double RmsOf(const EncodedChannels& channels) {
-  return CombinedRms({channels[0].rms, channels[1].rms, channels[2].rms});
+  double sum = 0;
+  for (const EncodedHeights& channel : channels) sum += channel.rms * channel.rms;
+  return std::sqrt(sum / kChannels);
 }
 
 class ColorEncoder {
@@ -71,7 +70,7 @@ class ColorEncoder {
                                            const RunContext& context) {
     ColorEncoder encoder;
     encoder.code_ = {{1, 1, 1}, AxesOf(surface.colors)};
-    const Eigen::Matrix3d values_from_rgb = RgbFromValues(encoder.code_).inverse();
+    const Eigen::Matrix3d numbers_from_rgb = encoder.code_.RgbFromNumbers().inverse();
     // A channel takes the place of the heights; no vertex is without.
     DisplacedSurface field;
     field.control_mesh = surface.control_mesh;
@@ -81,7 +80,7 @@ class ColorEncoder {
     const bool grouped = file.header.group_limit > 0;
     for (int k = 0; k < 3; ++k) {
       for (size_t v = 0; v < surface.colors.size(); ++v) {
-        field.heights[v] = static_cast<float>(values_from_rgb.row(k).dot(Wide(surface.colors[v])));
+        field.heights[v] = static_cast<float>(numbers_from_rgb.row(k).dot(Wide(surface.colors[v])));
       }
       RILIEVO_ASSIGN_OR_RETURN(
           encoder.encoders_[k],
@@ -93,9 +92,13 @@ class ColorEncoder {
 
   // The same step for all channels: then a bit is worth as much in each.
   absl::StatusOr<EncodedChannels> Encode(double step, const RunContext& context) const {
+    std::array<absl::StatusOr<EncodedHeights>, kChannels> encoded;
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(kChannels, 1, context, [&](int64_t begin, int64_t end) {
+      for (int64_t k = begin; k < end; ++k) encoded[k] = encoders_[k]->Encode(step, context);
+    }));
     EncodedChannels channels;
     for (size_t k = 0; k < kChannels; ++k) {
-      RILIEVO_ASSIGN_OR_RETURN(channels[k], encoders_[k]->Encode(step, context));
+      RILIEVO_ASSIGN_OR_RETURN(channels[k], std::move(encoded[k]));
     }
     return channels;
   }
