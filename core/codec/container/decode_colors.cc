@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -42,16 +41,11 @@ absl::StatusOr<std::vector<Rgb>> Decoded(const OpenedDss& file, size_t levels,
     RILIEVO_ASSIGN_OR_RETURN(DecodedHeights channel, decode(payloads[k]));
     values[k] = std::move(channel.heights);
   }
-  const Eigen::Matrix3d rgb_from_numbers = file.header.metadata.colors.RgbFromNumbers();
+  const ColorDecoder decoder(file.header.metadata.colors);
   std::vector<Rgb> colors;
   colors.reserve(values[0].size());
   for (size_t v = 0; v < values[0].size(); ++v) {
-    const Eigen::Vector3d color =
-        rgb_from_numbers * Eigen::Vector3d(values[0][v], values[1][v], values[2][v]);
-    Rgb& rounded = colors.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      rounded[k] = static_cast<uint8_t>(std::lround(255 * std::clamp(color[k], 0.0, 1.0)));
-    }
+    colors.push_back(decoder.ColorOf({values[0][v], values[1][v], values[2][v]}));
   }
   return colors;
 }
