@@ -23,6 +23,8 @@ constexpr size_t kChannels = 3;
 constexpr double kFirstStep = 4, kClose = 0.06;
 constexpr double kCoarser = 1.5, kCoarsestStep = 0.25;
 constexpr int kMostTrials = 10;
+// With bytes to keep: how the step grows with the excess; a step at which no coefficient is left.
+constexpr double kStepPower = 1.2, kLeastCoarser = 1.05, kNothingLeft = 2;
 
 using EncodedChannels = std::array<EncodedHeights, kChannels>;
 
@@ -191,8 +193,10 @@ absl::StatusOr<CodedColors> AddColors(const DisplacedSurface& surface,
       *encoded = std::move(colored);
       return CodedColors{bytes - before, RmsOf(channels)};
     }
-    if (trial == kMostTrials) return CodedColors();
-    step *= kCoarser;
+    const double room = static_cast<double>(*max_bytes - before);
+    if (room <= 0 || trial == kMostTrials || step > kNothingLeft) return CodedColors();
+    step *=
+        std::max(kLeastCoarser, std::pow(static_cast<double>(bytes - before) / room, kStepPower));
     RILIEVO_ASSIGN_OR_RETURN(channels, encoder.Encode(step, context));
   }
 }
