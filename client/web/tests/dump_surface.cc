@@ -45,6 +45,8 @@ int main(int argc, char** argv) {
   Write(normals, count);
   const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
   Write(flags, count);
+  const uint8_t* colors = rilievo_mesh_colors(mesh, &count);
+  Write(colors, count);
   const float* heights = rilievo_surface_heights(surface, &count);
   Write(heights, count);
   rilievo_mesh_free(mesh);
