@@ -1,7 +1,7 @@
 // What the decoder makes of a file, as raw bytes, for comparison with other builds of it:
 //   dump_surface IN.dss BYTES LEVEL > OUT
-// decodes the first BYTES and writes the vertices (f64), faces (u32), normals (f32) and flags (u8)
-// of LEVEL, then the heights (f32) of the finest level.
+// decodes the first BYTES and writes the vertices (f64), faces (u32), normals (f32), flags (u8) and
+// colours (u8) of LEVEL, then the heights (f32) of the finest level.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
