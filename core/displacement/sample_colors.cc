@@ -81,7 +81,7 @@ class ColorSampler {
   }
 
   absl::Status FindScale() {
-    std::vector<float> misses(feet_.size());
+    std::vector<float> misses(feet_.size(), -1);
     RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kBlock, context_,
                                         [&](int64_t begin, int64_t end) {
                                           for (int64_t p = begin; p < end; ++p) {
@@ -89,6 +89,7 @@ class ColorSampler {
                                               misses[p] = Missing(p, PlaceOf(feet_[p])).norm();
                                           }
                                         }));
+    std::erase_if(misses, [](float missing) { return missing < 0; });
     if (misses.empty()) return absl::OkStatus();
     const auto middle = misses.begin() + static_cast<std::ptrdiff_t>(misses.size() / 2);
     std::nth_element(misses.begin(), middle, misses.end());
