@@ -91,7 +91,7 @@ Command AddAlign(CLI::App& program) {
                   "the aligned scans: one .ply file of all, or a folder (DIR/) with a .ply file "
                   "for each; without it they are measured only; - is standard output (.ply)");
   AddFormatOption(app, &a->reading.format);
-  AddPointsOnlyOption(app, &a->reading);
+  AddScanOptions(app, &a->reading);
   AddPlaceOptions(app, &a->place);
   app->add_option("--threads", a->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));

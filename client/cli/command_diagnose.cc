@@ -48,7 +48,7 @@ Command AddDiagnose(CLI::App& program) {
   const auto arguments = std::make_shared<DiagnoseArguments>();
   app->add_option("SCAN", arguments->scan, "the points; - is standard input")->required();
   AddFormatOption(app, &arguments->reading.format);
-  AddPointsOnlyOption(app, &arguments->reading);
+  AddScanOptions(app, &arguments->reading);
   app->add_option("--threads", arguments->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));
   app->add_flag("--json", arguments->json, "print JSON");

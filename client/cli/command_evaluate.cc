@@ -197,7 +197,7 @@ Command AddEvaluate(CLI::App& program) {
                   "a scan: for each of its points, in their order, the closest point of the "
                   "surface, its distance, and its control face with u and v")
       ->excludes(at);
-  AddPointsOnlyOption(app, &arguments->scan);
+  AddScanOptions(app, &arguments->scan);
   app->add_flag("--smooth", arguments->smooth, "of the smooth surface, without the heights");
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Evaluate(*arguments, stop); }};

@@ -20,9 +20,11 @@
 #include "client/formats/atomic_file.h"
 #include "client/formats/carried_layers.h"
 #include "client/formats/file_kind.h"
+#include "client/formats/glb_writer.h"
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_reader.h"
 #include "client/formats/surface_writer.h"
+#include "client/formats/textured_mesh.h"
 #include "core/base/status_macros.h"
 #include "core/codec/container/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
@@ -41,6 +43,7 @@ struct ExportArguments {
   bool cage = false, json = false;
   std::vector<double> camera;  // x, y, z, or empty
   std::string carry;           // a scan
+  std::optional<int> texture;  // pixels
   ScanArguments scan;
   std::vector<std::string> region;
 
@@ -51,6 +54,8 @@ struct ExportedMesh {
   TriangleMesh mesh;
   std::vector<HeightSource> sources;
   PointLayers layers;
+  Eigen::Matrix2Xf texture;  // with --texture
+  std::string png;
   std::string how;  // for people
   SpatialFrame frame;
   ScanPlace place;
@@ -95,10 +100,24 @@ absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportA
     exported.how = "control mesh";
     return exported;
   }
+  if (arguments.texture) {
+    const int level = arguments.level.value_or(surface.max_level);
+    RILIEVO_ASSIGN_OR_RETURN(TexturedMesh textured,
+                             MakeTexturedMesh(surface, level, *arguments.texture, context));
+    exported.how =
+        absl::StrCat("level ", level, " with the colours of level ", textured.texture_level, " in ",
+                     textured.width, " x ", textured.height, " pixels");
+    exported.mesh = std::move(textured.mesh);
+    exported.sources = std::move(textured.sources);
+    exported.texture = std::move(textured.texture);
+    exported.png = std::move(textured.png);
+    return exported;
+  }
   if (!arguments.adapts()) {
     const int level = arguments.level.value_or(surface.max_level);
     RILIEVO_ASSIGN_OR_RETURN(exported.mesh, Tessellate(surface, level, context));
     exported.sources = SourcesAtLevel(surface, level);
+    exported.layers.colors = ColorsAtLevel(surface, level);
     exported.how = absl::StrCat("level ", level);
     return exported;
   }
@@ -110,34 +129,15 @@ absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportA
   }
   RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, std::move(made));
   exported.mesh = std::move(adaptive.mesh);
-  for (int v : adaptive.vertices) exported.sources.push_back(surface.sources[v]);
+  for (int v : adaptive.vertices) {
+    exported.sources.push_back(surface.sources[v]);
+    if (!surface.colors.empty()) exported.layers.colors.push_back(surface.colors[v]);
+  }
   exported.how =
       absl::StrCat("within ", Percent(adaptive.error),
                    options.camera ? " of its distance from the camera" : " of the diagonal",
                    " of level ", surface.max_level);
   return exported;
-}
-
-// The control faces that the words name, of this file.
-absl::StatusOr<std::vector<int>> FacesNamed(const RegionWords& words,
-                                            const DecodedSurface& control) {
-  const ControlMesh& mesh = control.surface.control_mesh;
-  std::set<int> faces;
-  for (const auto& [first, last] : words.faces) {
-    if (last >= mesh.faces.cols()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--region ", last, ": control faces are 0 to ", mesh.faces.cols() - 1));
-    }
-    for (int f = first; f <= last; ++f) faces.insert(f);
-  }
-  for (const Eigen::AlignedBox3d& box : words.boxes) {
-    const std::vector<int> inside = ControlFacesInBox(control.surface.frame, mesh, box);
-    faces.insert(inside.begin(), inside.end());
-  }
-  if (faces.empty()) {
-    return absl::InvalidArgumentError("--region: there are no control faces in the box");
-  }
-  return std::vector<int>(faces.begin(), faces.end());
 }
 
 // Only what the region depends on is decoded: the control mesh, to see which faces those are, and
@@ -155,6 +155,7 @@ absl::StatusOr<ExportedMesh> RegionOf(const std::vector<uint8_t>& bytes,
   exported.place = PlaceOf(arguments.place.place, control.metadata.place);
   exported.mesh = std::move(part.region.mesh);
   exported.sources = std::move(part.sources);
+  exported.layers.colors = std::move(part.colors);
   exported.how =
       absl::StrCat("level ", part.level, " of ",
                    Counted(static_cast<int64_t>(faces.size()), "control face", "control faces"));
@@ -197,6 +198,8 @@ absl::Status CheckFormat(const ExportArguments& arguments, const std::string& ex
   } else if (HoldsSurface(extension) && (arguments.adapts() || arguments.cage ||
                                          !arguments.carry.empty() || !arguments.region.empty())) {
     problem = absl::StrCat(".", extension, " takes --level alone");
+  } else if (arguments.texture && extension != "glb") {
+    problem = "only .glb can have a --texture";
   } else if (!arguments.carry.empty() && extension != "ply" && extension != "glb") {
     problem = "only .ply and .glb can --carry colours and intensity";
   }
@@ -246,6 +249,12 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
   if (arguments.cage && extension == "obj") {  // the one mesh format that can tell the creases
     return WriteFileAtomically(arguments.output, [&](std::ostream& out) {
       return WriteObjCage(surface.control_mesh, exported.frame, out);
+    });
+  }
+  if (!exported.png.empty()) {
+    const GlbTexture texture{exported.texture, exported.png};
+    return WriteFileAtomically(arguments.output, [&](std::ostream& out) {
+      return WriteGlbMesh(exported.mesh, exported.sources, out, {}, exported.place, &texture);
     });
   }
   return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers,
@@ -340,10 +349,20 @@ Command AddExport(CLI::App& program) {
       ->excludes("--triangles")
       ->excludes("--region");
   app->add_option(
-      "--carry", arguments->carry,
-      "a scan (PLY, LAS, LAZ, E57, PTX) whose colours and intensity the vertices take from their "
-      "nearest points; .ply and .glb");
-  AddPointsOnlyOption(app, &arguments->scan);
+         "--texture", arguments->texture,
+         ".glb: the colours as a picture of at most so many pixels each way, which a coarse "
+         "--level shows as well as a fine one; 2048 suits most programs")
+      ->check(CLI::Range(16, 16384))
+      ->excludes(tolerance)
+      ->excludes("--triangles")
+      ->excludes("--region")
+      ->excludes("--cage");
+  app->add_option(
+         "--carry", arguments->carry,
+         "a scan whose colours and intensity the vertices take from their nearest points; .ply and "
+         ".glb")
+      ->excludes("--texture");
+  AddScanOptions(app, &arguments->scan);
   AddExportPlace(app, &arguments->place);
   app->add_option("--camera", arguments->camera,
                   "seen from this place, X Y Z in the scan's coordinates: the tolerance is then a "
@@ -352,7 +371,8 @@ Command AddExport(CLI::App& program) {
       ->expected(3)
       ->excludes(level)
       ->excludes("--cage")
-      ->excludes("--region");
+      ->excludes("--region")
+      ->excludes("--texture");
   return {app, [arguments](std::stop_token stop) {
             if (!arguments->camera.empty()) {
               arguments->adaptive.camera = Eigen::Vector3d(arguments->camera.data());

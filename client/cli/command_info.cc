@@ -114,6 +114,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
                               {"bytes", facts.level_bytes[level]}});
   }
   json["flag_bytes"] = facts.flag_bytes;
+  json["color_bytes"] = decoded.color_bytes;
   return json;
 }
 
@@ -173,6 +174,11 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
                               absl::StrCat(Counted(facts.vertices[level], "vertex", "vertices"),
                                            ", ", Counted(facts.faces[level], "face", "faces"), ", ",
                                            Counted(facts.level_bytes[level], "byte", "bytes")));
+  }
+  if (decoded.color_bytes > 0) {
+    std::cout << LabelledLine(
+        "colours", absl::StrCat("one a vertex, ", Counted(decoded.color_bytes, "byte", "bytes"),
+                                " of those of the levels"));
   }
   if (facts.flag_bytes > 0) {
     std::cout << LabelledLine("flags", Counted(facts.flag_bytes, "byte", "bytes"));

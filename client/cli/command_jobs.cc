@@ -286,7 +286,7 @@ void AddSubmit(CLI::App* app, JobsArguments* a) {
   app->add_flag("--wait", a->wait, "wait until the job is finished");
   AddSurfaceOutput(app, "the command then waits for it; ", &a->surface);
   AddFormatOption(app, &a->reading.format);
-  AddPointsOnlyOption(app, &a->reading);
+  AddScanOptions(app, &a->reading);
   AddReconstructOptions(app, &a->options);
 }
 

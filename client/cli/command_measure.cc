@@ -283,7 +283,7 @@ Command AddMeasure(CLI::App& program) {
       ->type_name("X,Y,Z,DX,DY,DZ");
   app->add_option("--points", arguments->points,
                   "a scan: signed distances of its points from the surface, positive outside");
-  AddPointsOnlyOption(app, &arguments->scan);
+  AddScanOptions(app, &arguments->scan);
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Measure(*arguments, stop); }};
 }

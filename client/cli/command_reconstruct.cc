@@ -92,7 +92,7 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
   WantedLayers wanted = LayersFor(arguments.options);
-  wanted.colors = wanted.intensity = !arguments.kept_scan.empty();
+  wanted.intensity = !arguments.kept_scan.empty();
   RILIEVO_ASSIGN_OR_RETURN(
       ScanSet set, LoadScans(arguments.scans, arguments.scan, arguments.options.place, wanted));
   ReportPaths paths{NameOfAll(arguments.scans), "", {}, arguments.scans};
@@ -245,7 +245,7 @@ Command AddReconstruct(CLI::App& program) {
       "without it the work is done in this process");
   AddServerOptions(app, &a->connection);
   AddFormatOption(app, &a->scan.format);
-  AddPointsOnlyOption(app, &a->scan);
+  AddScanOptions(app, &a->scan);
   AddReconstructOptions(app, &a->options);
   CLI::Option* merge = app->add_flag(
       "--merge", a->merge,

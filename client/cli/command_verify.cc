@@ -167,7 +167,7 @@ Command AddVerify(CLI::App& program) {
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
   app->add_option("SCAN", arguments->scan, "the scan it was made from: checks the errors too");
-  AddPointsOnlyOption(app, &arguments->reading);
+  AddScanOptions(app, &arguments->reading);
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
 }

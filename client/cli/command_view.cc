@@ -293,7 +293,7 @@ Command AddView(CLI::App& program) {
       ->check(CLI::IsMember({"shade", "displacement", "error", "flags", "normals"}))
       ->capture_default_str();
   app->add_option("--scan", arguments->scan, "the scan of --colors error");
-  AddPointsOnlyOption(app, &arguments->reading);
+  AddScanOptions(app, &arguments->reading);
   app->add_option("--size", arguments->size, "width, or width x height, in pixels: 960 or 960x720")
       ->capture_default_str();
   AddCamera(app, arguments.get());

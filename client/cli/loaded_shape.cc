@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/exit_code.h"
 #include "client/formats/file_kind.h"
+#include "client/formats/keep_classes.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
 #include "client/formats/with_input.h"
@@ -107,15 +108,21 @@ void AddFormatOption(CLI::App* app, std::string* format) {
           {"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "e57", "ptx", "stl", "dss"}));
 }
 
-void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments) {
+void AddScanOptions(CLI::App* app, ScanArguments* arguments) {
   app->add_flag(
       "--points-only", arguments->points_only,
       "take the vertices of a mesh (PLY and OBJ with faces, STL) as a scan; its faces are "
       "not used");
+  app->add_option("--classes", arguments->classes,
+                  "take the points of these classes alone, such as 2,6 (LAS: ground, buildings)")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 255));
 }
 
 absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
-                                  const WantedLayers& wanted) {
+                                  const WantedLayers& layers) {
+  WantedLayers wanted = layers;
+  wanted.classes.assign(arguments.classes.begin(), arguments.classes.end());
   return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
     const std::string name = NameOf(path, arguments.format);
     HeadedInput input(in);
@@ -123,6 +130,9 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, kind == FileKind::kStl
                                                 ? ReadStlVertices(input.stream())
                                                 : ReadScanStream(input.stream(), name, wanted));
+    if (kind == FileKind::kStl && !wanted.classes.empty()) {
+      RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
+    }
     if (scan.faces == 0 || arguments.points_only) return scan;
     return absl::InvalidArgumentError(
         absl::StrCat("a mesh of ", Counted(static_cast<int64_t>(scan.faces), "face", "faces"),

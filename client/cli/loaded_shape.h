@@ -32,12 +32,13 @@ void AddFormatOption(CLI::App* app, std::string* format);
 
 // How a scan is read.
 struct ScanArguments {
-  std::string format;        // see AddFormatOption; may be empty
-  bool points_only = false;  // a mesh may stand for its vertices
+  std::string format;             // see AddFormatOption; may be empty
+  bool points_only = false;       // a mesh may stand for its vertices
+  std::vector<int> classes = {};  // see WantedLayers
 };
 
-// --points-only of a command; `arguments` must outlive it.
-void AddPointsOnlyOption(CLI::App* app, ScanArguments* arguments);
+// --points-only and --classes of a command; `arguments` must outlive it.
+void AddScanOptions(CLI::App* app, ScanArguments* arguments);
 
 // All inputs: "-" is the standard input. INVALID_ARGUMENT for a mesh (PLY and OBJ with faces, STL)
 // unless its vertices alone are wanted.

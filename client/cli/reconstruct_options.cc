@@ -57,6 +57,10 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
                   "the same for the side of the normals that the scan gives")
       ->check(CLI::IsMember({"auto", "use", "ignore"}))
       ->capture_default_str();
+  app->add_option("--colors", a->colors,
+                  "auto: the surface has the colours of the scan, where it has any; ignore: none")
+      ->check(CLI::IsMember({"auto", "ignore"}))
+      ->capture_default_str();
   app->add_option("--creases", a->creases,
                   "auto: sharp edges of the scan become creases of the surface; off: none do")
       ->check(CLI::IsMember({"auto", "off"}))
@@ -101,7 +105,9 @@ void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::strin
 }
 
 WantedLayers LayersFor(const ReconstructArguments& arguments) {
-  return {.stations = arguments.stations != "ignore", .normals = arguments.normals != "ignore"};
+  return {.colors = arguments.colors != "ignore",
+          .stations = arguments.stations != "ignore",
+          .normals = arguments.normals != "ignore"};
 }
 
 absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& arguments) {

@@ -16,7 +16,7 @@ namespace rilievo {
 
 struct ReconstructArguments {
   std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", fit;
-  std::string stations = "auto", normals = "auto";
+  std::string stations = "auto", normals = "auto", colors = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed, max_bytes;
   std::string height_step, max_error;  // lengths, see length_words.h; empty: not given

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "core/codec/container/decode_region.h"
 
 namespace rilievo {
 namespace {
@@ -53,6 +55,27 @@ absl::StatusOr<RegionWords> ReadRegionWords(const std::vector<std::string>& word
                      "scan's coordinates (box:X,Y,Z,X,Y,Z)"));
   }
   return region;
+}
+
+absl::StatusOr<std::vector<int>> FacesNamed(const RegionWords& words,
+                                            const DecodedSurface& control) {
+  const ControlMesh& mesh = control.surface.control_mesh;
+  std::set<int> faces;
+  for (const auto& [first, last] : words.faces) {
+    if (last >= mesh.faces.cols()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--region ", last, ": control faces are 0 to ", mesh.faces.cols() - 1));
+    }
+    for (int f = first; f <= last; ++f) faces.insert(f);
+  }
+  for (const Eigen::AlignedBox3d& box : words.boxes) {
+    const std::vector<int> inside = ControlFacesInBox(control.surface.frame, mesh, box);
+    faces.insert(inside.begin(), inside.end());
+  }
+  if (faces.empty()) {
+    return absl::InvalidArgumentError("--region: there are no control faces in the box");
+  }
+  return std::vector<int>(faces.begin(), faces.end());
 }
 
 }  // namespace rilievo

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/codec/container/dss.h"
 
 namespace rilievo {
 
@@ -19,5 +20,10 @@ struct RegionWords {
 // Each word is a number, two with '-' between them (control faces), or "box:" and six numbers with
 // ',' between them: two opposite corners, x, y, z. INVALID_ARGUMENT that names another word.
 absl::StatusOr<RegionWords> ReadRegionWords(const std::vector<std::string>& words);
+
+// The control faces that the words name, of this surface, ascending. INVALID_ARGUMENT for numbers
+// beyond the last one, and when there are none.
+absl::StatusOr<std::vector<int>> FacesNamed(const RegionWords& words,
+                                            const DecodedSurface& control);
 
 }  // namespace rilievo

@@ -153,6 +153,11 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
                    Percent(static_cast<double>(report.heights_smoothed()) / heights), " smoothed, ",
                    Percent(static_cast<double>(report.heights_filled()) / heights), " filled in"));
   if (report.has_error()) add("error", ErrorText(report));
+  if (report.has_colors()) {
+    add("colours",
+        absl::StrCat(Counted(report.colors().bytes(), "byte", "bytes"), " of the size, RMS ",
+                     Percent(report.colors().rms()), " off those of the points"));
+  }
   add("size", SizeText(report, paths.target));
   add("time", TimesText(report));
   for (const std::string& warning : report.warnings()) add("warning", warning);
@@ -223,6 +228,9 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["heights_smoothed"] = report.heights_smoothed();
   json["heights_filled"] = report.heights_filled();
   json["error"] = report.has_error() ? ErrorJson(report) : Json();
+  json["colors"] = report.has_colors()
+                       ? Json{{"bytes", report.colors().bytes()}, {"rms", report.colors().rms()}}
+                       : Json();
   json["max_error_kept"] = report.has_max_error_kept() ? Json(report.max_error_kept()) : Json();
   json["encoded_bytes"] = report.encoded_bytes();
   json["stage_seconds"] = Json::object();

@@ -104,7 +104,6 @@ absl::StatusOr<Alignment> AlignSet(const RunContext& context, ScanSet* set) {
 absl::StatusOr<ScanFile> MergeSet(ScanSet set) {
   ScanFile merged;
   merged.layers.intensity = Joined(set.layers, set.clouds, &PointLayers::intensity);
-  merged.layers.colors = Joined(set.layers, set.clouds, &PointLayers::colors);
   set.layers.clear();
   RILIEVO_ASSIGN_OR_RETURN(merged.cloud, MergeClouds(set.clouds));
   std::sort(set.formats.begin(), set.formats.end());

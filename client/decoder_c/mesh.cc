@@ -15,6 +15,7 @@ struct RilievoMesh {
   Eigen::Matrix3Xi faces;
   Eigen::Matrix3Xf normals;
   std::vector<uint8_t> flags;
+  std::vector<rilievo::Rgb> colors;
   std::vector<int> numbers;
 };
 
@@ -41,8 +42,10 @@ absl::Status TessellateLevel(const DisplacedSurface& surface, int level, const R
                              RilievoMesh** mesh) {
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh triangles, Tessellate(surface, level, context));
   std::vector<uint8_t> flags = Flags(SourcesAtLevel(surface, level));
+  std::vector<Rgb> colors = ColorsAtLevel(surface, level);
   *mesh = WrapMesh(std::move(triangles));
   (*mesh)->flags = std::move(flags);
+  (*mesh)->colors = std::move(colors);
   return absl::OkStatus();
 }
 
@@ -60,6 +63,7 @@ absl::Status Region(std::span<const uint8_t> bytes, std::span<const uint32_t> fa
   std::vector<uint8_t> flags = Flags(part.sources);
   *mesh = WrapMesh(std::move(part.region.mesh));
   (*mesh)->flags = std::move(flags);
+  (*mesh)->colors = std::move(part.colors);
   (*mesh)->numbers = std::move(part.region.vertices);
   return absl::OkStatus();
 }
@@ -68,11 +72,16 @@ absl::Status TessellateSparsely(const DisplacedSurface& surface, const AdaptiveO
                                 const RunContext& context, RilievoMesh** mesh, double* error) {
   RILIEVO_ASSIGN_OR_RETURN(AdaptiveMesh adaptive, TessellateAdaptively(surface, options, context));
   std::vector<HeightSource> sources;
+  std::vector<Rgb> colors;
   sources.reserve(adaptive.vertices.size());
-  for (const int v : adaptive.vertices) sources.push_back(surface.sources[v]);
+  for (const int v : adaptive.vertices) {
+    sources.push_back(surface.sources[v]);
+    if (!surface.colors.empty()) colors.push_back(surface.colors[v]);
+  }
   std::vector<uint8_t> flags = Flags(sources);
   *mesh = WrapMesh(std::move(adaptive.mesh));
   (*mesh)->flags = std::move(flags);
+  (*mesh)->colors = std::move(colors);
   if (error != nullptr) *error = adaptive.error;
   return absl::OkStatus();
 }
@@ -145,6 +154,10 @@ const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count) {
 
 const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count) {
   return Elements(mesh->flags, count);
+}
+
+const uint8_t* rilievo_mesh_colors(const RilievoMesh* mesh, size_t* count) {
+  return rilievo::decoder_c::BytesOf(mesh->colors, count);
 }
 
 const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count) {

@@ -43,7 +43,7 @@ typedef struct RilievoMesh RilievoMesh;
 typedef struct RilievoEvaluator RilievoEvaluator;
 typedef struct RilievoFinder RilievoFinder;
 
-/* 3; grows when functions are added. */
+/* 4; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -92,6 +92,10 @@ RILIEVO_API const double* rilievo_surface_frame(const RilievoSurface* surface, s
  * vertices of a coarser level come first (they nest). */
 RILIEVO_API const float* rilievo_surface_heights(const RilievoSurface* surface, size_t* count);
 
+/* Since 4. Red, green and blue (sRGB) of each of these vertices; none where the file has no
+ * colours. */
+RILIEVO_API const uint8_t* rilievo_surface_colors(const RilievoSurface* surface, size_t* count);
+
 /* The control mesh, scan frame: x, y, z of each control point; three vertex numbers a face,
  * counter-clockwise seen from outside; two vertex numbers a crease with its sharpness (10 and more:
  * sharp at every level, as in OpenSubdiv); the vertices that are corners. Edges on a border are
@@ -132,6 +136,8 @@ RILIEVO_API const uint32_t* rilievo_mesh_faces(const RilievoMesh* mesh, size_t* 
 RILIEVO_API const float* rilievo_mesh_normals(const RilievoMesh* mesh, size_t* count);
 /* RILIEVO_MEASURED, RILIEVO_SMOOTHED or RILIEVO_FILLED for each vertex. */
 RILIEVO_API const uint8_t* rilievo_mesh_flags(const RilievoMesh* mesh, size_t* count);
+/* Since 4. Red, green and blue (sRGB) of each vertex; none where the surface has no colours. */
+RILIEVO_API const uint8_t* rilievo_mesh_colors(const RilievoMesh* mesh, size_t* count);
 /* Since 2. Of a region: the number that each vertex has in the whole mesh of the level, ascending;
  * none for other meshes. */
 RILIEVO_API const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count);

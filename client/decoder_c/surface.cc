@@ -71,6 +71,10 @@ const float* rilievo_surface_heights(const RilievoSurface* surface, size_t* coun
   return Elements(surface->decoded.surface.heights, count);
 }
 
+const uint8_t* rilievo_surface_colors(const RilievoSurface* surface, size_t* count) {
+  return rilievo::decoder_c::BytesOf(surface->decoded.surface.colors, count);
+}
+
 const double* rilievo_control_vertices(const RilievoSurface* surface, size_t* count) {
   return Elements(surface->control_vertices, count);
 }

@@ -26,6 +26,13 @@ std::string InfoJson(const DecodedSurface& decoded);
 // Its "place".
 std::string PlaceJson(const ScanPlace& place);
 
+// Colours as C sees them.
+inline const uint8_t* BytesOf(const std::vector<Rgb>& colors, size_t* count) {
+  static_assert(sizeof(Rgb) == 3);
+  if (count != nullptr) *count = 3 * colors.size();
+  return colors.empty() ? nullptr : colors.front().data();
+}
+
 // The memory of non-negative ints as C sees it.
 inline const uint32_t* AsUnsigned(const int* values) {
   static_assert(sizeof(int) == sizeof(uint32_t));

@@ -47,16 +47,16 @@ absl::StatusOr<std::vector<int>> Nearest(const Eigen::Matrix3Xd& vertices,
 absl::StatusOr<PointLayers> LayersAt(const Eigen::Matrix3Xd& vertices, const ScanFile& scan,
                                      const RunContext& context) {
   const PointLayers& given = scan.layers;
-  if (given.colors.empty() && given.intensity.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat("this scan (", scan.format,
-                                                   ") has neither colours nor intensity; PLY, LAS, "
-                                                   "E57 and PTX can hold them"));
+  const std::vector<Rgb>& colors = scan.cloud.sights.colors;
+  if (colors.empty() && given.intensity.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("this scan (", scan.format, ") has neither colours nor intensity"));
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
                            Nearest(vertices, scan.cloud.points, context));
   PointLayers layers;
   for (const int point : nearest) {
-    if (!given.colors.empty()) layers.colors.push_back(given.colors[static_cast<size_t>(point)]);
+    if (!colors.empty()) layers.colors.push_back(colors[static_cast<size_t>(point)]);
     if (!given.intensity.empty()) {
       layers.intensity.push_back(given.intensity[static_cast<size_t>(point)]);
     }

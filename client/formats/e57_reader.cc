@@ -67,7 +67,9 @@ class E57Reader {
         scans_(std::move(description.scans)),
         crs_(std::move(description.crs)),
         wanted_(wanted),
-        sights_(wanted) {}
+        sights_(wanted) {
+    sights_.set_color_kind(ColorCollector::Kind::kBytes);
+  }
 
   absl::StatusOr<ScanFile> Read() {
     if (scans_.empty()) {
@@ -88,18 +90,22 @@ class E57Reader {
 
  private:
   // The fields that are read of a scan, in the order of their values: place, state, intensity,
-  // colour; the last three only where the scan has them and they are wanted.
+  // colour, class; the last four only where the scan has them and they are wanted.
   std::vector<int> WantedFields(const ScanDescription& scan) const {
     std::vector<int> fields(scan.place.begin(), scan.place.end());
     if (scan.invalid_state >= 0) fields.push_back(scan.invalid_state);
     if (HasIntensity(scan)) fields.push_back(scan.intensity);
     if (HasColors(scan)) fields.insert(fields.end(), scan.color.begin(), scan.color.end());
+    if (HasClasses(scan)) fields.push_back(scan.classification);
     return fields;
   }
   bool HasIntensity(const ScanDescription& scan) const {
     return wanted_.intensity && scan.intensity >= 0;
   }
   bool HasColors(const ScanDescription& scan) const { return wanted_.colors && scan.color[0] >= 0; }
+  bool HasClasses(const ScanDescription& scan) const {
+    return !wanted_.classes.empty() && scan.classification >= 0;
+  }
 
   // Those of the scans with records. Each section bounds the points of its scan; sections that
   // together are no larger than the file bound those of all scans.
@@ -151,11 +157,12 @@ class E57Reader {
     points_.Add(point.x(), point.y(), point.z());
     sights_.AddStation(StationOf(scan));
     if (HasIntensity(scan)) intensity_.push_back(static_cast<float>(values[next++][i]));
-    if (!HasColors(scan)) return;
-    std::array<uint8_t, 3>& color = colors_.emplace_back();
-    for (size_t k = 0; k < 3; ++k) {
-      color[k] = Channel(values[next + k][i], scan.color_limits[k]);
+    if (HasColors(scan)) {
+      std::array<double, 3> color{};
+      for (size_t k = 0; k < 3; ++k) color[k] = Channel(values[next++][i], scan.color_limits[k]);
+      sights_.AddColor(color.data());
     }
+    if (HasClasses(scan)) sights_.AddClass(values[next][i]);
   }
 
   // A scan in spherical coordinates has its sensor at their origin; so has one in cartesian
@@ -183,13 +190,13 @@ class E57Reader {
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
     scan.cloud.sights = sights_.Finish(points_.count());
+    scan.classes = sights_.TakeClasses();
     scan.cloud.points = points_.Finish();
     scan.place.metres_per_unit = 1;
     scan.place.crs = crs_;
     // A layer needs a value for each point. Layers that some scan does not have are left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
-    if (colors_.size() == count) scan.layers.colors = std::move(colors_);
     return scan;
   }
 
@@ -200,7 +207,6 @@ class E57Reader {
   PointCollector points_;
   SightCollector sights_;
   std::vector<float> intensity_;
-  std::vector<std::array<uint8_t, 3>> colors_;
   uint64_t invalid_ = 0;
 };
 

@@ -18,11 +18,14 @@ namespace {
 // Names of the format, glTF 2.0 sections 3.6.2 and 3.6.1.
 constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+constexpr int kLinear = 9729, kClampToEdge = 33071;
 constexpr uint32_t kMagic = 0x46546c67, kJson = 0x4e4f534a, kBinary = 0x004e4942;
 
 struct Layout {
   uint64_t vertices = 0, triangles = 0;
   bool normals = false, sources = false, colors = false, intensity = false;
+  bool texture = false;
+  uint64_t image_bytes = 0;
   Eigen::Vector3d middle;
   Eigen::Vector3f low, high;  // of the positions as floats
 
@@ -33,10 +36,13 @@ struct Layout {
   // With an alpha, for alignment's sake; of 16 bits, for linear bytes would merge dark colours.
   uint64_t color_bytes() const { return colors ? 8 * vertices : 0; }
   uint64_t intensity_bytes() const { return intensity ? 4 * vertices : 0; }
+  uint64_t place_bytes() const { return texture ? 8 * vertices : 0; }
   uint64_t index_bytes() const { return 12 * triangles; }
+  // With the filling that all chunks end with.
+  uint64_t padded_image_bytes() const { return (image_bytes + 3) / 4 * 4; }
   uint64_t bytes() const {
     return position_bytes() + normal_bytes() + source_bytes() + color_bytes() + intensity_bytes() +
-           index_bytes();
+           place_bytes() + index_bytes() + padded_image_bytes();
   }
 };
 
@@ -132,16 +138,33 @@ std::string Describe(const Layout& layout, const ScanPlace& place) {
     add(layout.intensity_bytes(), kArrayBuffer, 4,
         Accessor(count, kFloat, layout.vertices, "SCALAR", ""));
   }
+  if (layout.texture) {
+    absl::StrAppend(&attributes, ",\"TEXCOORD_0\":", count);
+    add(layout.place_bytes(), kArrayBuffer, 8,
+        Accessor(count, kFloat, layout.vertices, "VEC2", ""));
+  }
   const int indices = count;
   add(layout.index_bytes(), kElementArrayBuffer, 0,
       Accessor(indices, kUnsignedInt, 3 * layout.triangles, "SCALAR", ""));
+  std::string material, picture;
+  if (layout.texture) {
+    absl::StrAppend(&views, ",{\"buffer\":0,\"byteOffset\":", offset,
+                    ",\"byteLength\":", layout.image_bytes, "}");
+    material = "\"baseColorTexture\":{\"index\":0},";
+    // Filtered without smaller pictures, in which the faces of an atlas would run together.
+    picture = absl::StrCat(
+        "\"textures\":[{\"sampler\":0,\"source\":0}],\"samplers\":[{\"magFilter\":", kLinear,
+        ",\"minFilter\":", kLinear, ",\"wrapS\":", kClampToEdge, ",\"wrapT\":", kClampToEdge,
+        "}],\"images\":[{\"bufferView\":", count, ",\"mimeType\":\"image/png\"}],");
+  }
+  const bool has_colors = layout.colors || layout.texture;
   return absl::StrCat(
       "{\"asset\":{\"version\":\"2.0\",\"generator\":\"rilievo\"},\"scene\":0,\"scenes\":[{"
       "\"nodes\":[0]}],",
       Nodes(layout, place), ",\"materials\":[{\"doubleSided\":true,\"pbrMetallicRoughness\":{",
-      // COLOR_0 is multiplied by it.
-      "\"baseColorFactor\":", layout.colors ? "[1,1,1,1]" : "[0.8,0.8,0.78,1]",
-      ",\"metallicFactor\":0,\"roughnessFactor\":0.9}}],",
+      // COLOR_0 and the texture are multiplied by it.
+      material, "\"baseColorFactor\":", has_colors ? "[1,1,1,1]" : "[0.8,0.8,0.78,1]",
+      ",\"metallicFactor\":0,\"roughnessFactor\":0.9}}],", picture,
       "\"meshes\":[{\"primitives\":[{\"attributes\":{", attributes, "},\"indices\":", indices,
       ",\"material\":0}]}],\"accessors\":[", accessors, "],\"bufferViews\":[", views,
       "],\"buffers\":[{\"byteLength\":", layout.bytes(), "}]}");
@@ -159,7 +182,8 @@ std::array<uint16_t, 256> LinearFromSrgb() {
 }
 
 void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                 const PointLayers& layers, const Layout& layout, BlockWriter* writer) {
+                 const PointLayers& layers, const GlbTexture* texture, const Layout& layout,
+                 BlockWriter* writer) {
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     const Eigen::Vector3f position = Moved(mesh, layout, v);
     for (int axis = 0; axis < 3; ++axis) writer->Little(position(axis));
@@ -176,15 +200,22 @@ void WriteBinary(const TriangleMesh& mesh, std::span<const HeightSource> sources
     writer->Little(uint16_t{65535});
   }
   for (const float intensity : layers.intensity) writer->Little(intensity);
+  if (texture != nullptr) {
+    for (const float place : texture->places.reshaped()) writer->Little(place);
+  }
   for (Eigen::Index i = 0; i < mesh.triangles.size(); ++i) {
     writer->Little(static_cast<uint32_t>(mesh.triangles.data()[i]));
   }
+  if (texture == nullptr) return;
+  writer->text() += texture->png;
+  writer->text().append(layout.padded_image_bytes() - layout.image_bytes, '\0');
 }
 
 }  // namespace
 
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
-                          std::ostream& out, const PointLayers& layers, const ScanPlace& place) {
+                          std::ostream& out, const PointLayers& layers, const ScanPlace& place,
+                          const GlbTexture* texture) {
   if (!sources.empty() && static_cast<Eigen::Index>(sources.size()) != mesh.vertices.cols()) {
     return absl::InvalidArgumentError(
         absl::StrCat(sources.size(), " height sources for ", mesh.vertices.cols(), " vertices"));
@@ -193,7 +224,11 @@ absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource
     return absl::InvalidArgumentError("GLB holds no mesh without triangles");
   }
   RILIEVO_RETURN_IF_ERROR(CheckLayers(layers, mesh.vertices.cols()));
-  const Layout layout = LayOut(mesh, !sources.empty(), layers);
+  Layout layout = LayOut(mesh, !sources.empty(), layers);
+  if (texture != nullptr) {
+    layout.texture = true;
+    layout.image_bytes = texture->png.size();
+  }
   std::string json = Describe(layout, place);
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const uint64_t total = 12 + 8 + json.size() + 8 + layout.bytes();
@@ -209,7 +244,7 @@ absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource
   writer.text() += json;
   writer.Little(static_cast<uint32_t>(layout.bytes()));
   writer.Little(kBinary);
-  WriteBinary(mesh, sources, layers, layout, &writer);
+  WriteBinary(mesh, sources, layers, texture, layout, &writer);
   return absl::OkStatus();
 }
 

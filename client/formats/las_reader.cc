@@ -29,6 +29,11 @@ bool IsWithheld(const char* record, int point_format) {
   return (flags & (point_format < 6 ? 0x80 : 0x04)) != 0;
 }
 
+uint8_t ClassOf(const char* record, int point_format) {
+  return point_format < 6 ? static_cast<uint8_t>(record[15] & 0x1f)
+                          : static_cast<uint8_t>(record[16]);
+}
+
 class LasReader {
  public:
   LasReader(const LasHeader& header, const WantedLayers& wanted)
@@ -52,13 +57,15 @@ class LasReader {
     scan.place.up = UpDirection::kZ;  // LAS 1.4 R15: Z is the elevation
     scan.place.crs = std::move(records_.crs);
     scan.layers.intensity = std::move(intensity_);
+    scan.classes = std::move(classes_);
     // 16 bits a channel, but many programs write 8.
     const int shift = largest_channel_ > 255 ? 8 : 0;
-    scan.layers.colors.reserve(colors_.size());
+    std::vector<Rgb>& colors = scan.cloud.sights.colors;
+    colors.reserve(colors_.size());
     for (const std::array<uint16_t, 3>& color : colors_) {
-      scan.layers.colors.push_back({static_cast<uint8_t>(color[0] >> shift),
-                                    static_cast<uint8_t>(color[1] >> shift),
-                                    static_cast<uint8_t>(color[2] >> shift)});
+      colors.push_back({static_cast<uint8_t>(color[0] >> shift),
+                        static_cast<uint8_t>(color[1] >> shift),
+                        static_cast<uint8_t>(color[2] >> shift)});
     }
     return scan;
   }
@@ -111,6 +118,7 @@ class LasReader {
     }
     points_.Add(point[0], point[1], point[2]);
     if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
+    if (!wanted_.classes.empty()) classes_.push_back(ClassOf(record, header_.point_format));
     if (color_offset_ == 0) return;
     std::array<uint16_t, 3> color;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -126,6 +134,7 @@ class LasReader {
   LasVariableRecords records_;
   PointCollector points_;
   std::vector<float> intensity_;
+  std::vector<uint8_t> classes_;
   std::vector<std::array<uint16_t, 3>> colors_;
   uint16_t largest_channel_ = 0;
   uint64_t withheld_ = 0;

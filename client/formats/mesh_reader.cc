@@ -124,7 +124,10 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   // first and against the real number at the end.
   constexpr int64_t kMost = std::numeric_limits<int>::max();
   ObjVisitor visitor;
-  visitor.vertex = [&](const Eigen::Vector3d& p) { points.Add(p.x(), p.y(), p.z()); };
+  visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view) {
+    points.Add(p.x(), p.y(), p.z());
+    return absl::OkStatus();
+  };
   visitor.face = [&](std::string_view words) {
     corners.clear();
     for (auto word = NextWord(&words); !word.empty(); word = NextWord(&words)) {

@@ -121,10 +121,12 @@ absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3
   return absl::OkStatus();
 }
 
-absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out) {
+absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out, const PointLayers& layers) {
+  RILIEVO_RETURN_IF_ERROR(CheckLayers(layers, mesh.vertices.cols()));
   const bool normals = HasNormals(mesh.vertices, mesh.normals);
   BlockWriter writer(out);
-  const auto write_rows = [&](const char* keyword, const Eigen::Matrix3Xd& rows, bool as_float) {
+  const auto write_rows = [&](const char* keyword, const Eigen::Matrix3Xd& rows, bool as_float,
+                              std::span<const Rgb> colors) {
     for (Eigen::Index i = 0; i < rows.cols(); ++i) {
       std::string& text = writer.text();
       text += keyword;
@@ -136,11 +138,15 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out) {
           AppendNumber(rows(axis, i), &text);
         }
       }
+      for (size_t channel = 0; channel < 3 && !colors.empty(); ++channel) {
+        text += ' ';
+        AppendNumber(static_cast<float>(colors[static_cast<size_t>(i)][channel]) / 255, &text);
+      }
       text += '\n';
     }
   };
-  write_rows("v", mesh.vertices, false);
-  if (normals) write_rows("vn", mesh.normals, true);
+  write_rows("v", mesh.vertices, false, layers.colors);
+  if (normals) write_rows("vn", mesh.normals, true, {});
   for (Eigen::Index face = 0; face < mesh.triangles.cols(); ++face) {
     std::string& text = writer.text();
     text += 'f';
@@ -195,7 +201,7 @@ absl::Status WriteMesh(const std::string& path, const std::string& extension,
         absl::StrCat(path, ": the extension must be .ply, .obj, .stl or .glb"));
   }
   return WriteFileAtomically(path, [&](std::ostream& out) {
-    if (extension == "obj") return WriteObjMesh(mesh, out);
+    if (extension == "obj") return WriteObjMesh(mesh, out, layers);
     if (extension == "stl") return WriteStlMesh(mesh, out);
     if (extension == "glb") return WriteGlbMesh(mesh, sources, out, layers, place);
     return WritePlyMesh(mesh, sources, out, layers);

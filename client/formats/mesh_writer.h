@@ -26,15 +26,18 @@ absl::Status WritePlyMesh(const TriangleMesh& mesh, std::span<const HeightSource
 absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& normals,
                             std::ostream& out);
 
-// v, vn and f lines; each number is the shortest text that reads back the same.
-absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out);
+// v, vn and f lines; each number is the shortest text that reads back the same. Colours, if any one
+// a vertex, stand behind its position, 0 to 1.
+absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out,
+                          const PointLayers& layers = {});
 
 // Binary STL with face normals. The format holds float coordinates only, and at most 2^32 - 1
 // triangles (INVALID_ARGUMENT beyond).
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 
 // By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Layers are
-// for .ply and .glb, `place` is for .glb. Atomic, see WriteFileAtomically().
+// for .ply and .glb, their colours for .obj too; `place` is for .glb. Atomic, see
+// WriteFileAtomically().
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources, const PointLayers& layers = {},
                        const ScanPlace& place = {});

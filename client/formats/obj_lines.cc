@@ -9,9 +9,10 @@
 namespace rilievo {
 namespace {
 
-absl::Status ParseVertex(std::string_view words, Eigen::Vector3d* position) {
+// Leaves the words behind the position.
+absl::Status ParseVertex(std::string_view* words, Eigen::Vector3d* position) {
   for (int axis = 0; axis < 3; ++axis) {
-    const std::string_view word = NextWord(&words);
+    const std::string_view word = NextWord(words);
     if (word.empty()) {
       return absl::InvalidArgumentError(absl::StrCat("a vertex of ", axis, " coordinates"));
     }
@@ -47,8 +48,8 @@ absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor) {
     const std::string_view keyword = NextWord(&line);
     if (keyword == "v") {
       Eigen::Vector3d position;
-      status = ParseVertex(line, &position);
-      if (status.ok()) visitor.vertex(position);
+      status = ParseVertex(&line, &position);
+      if (status.ok()) status = visitor.vertex(position, line);
     } else if (keyword == "f" && visitor.face) {
       status = visitor.face(line);
     }

@@ -11,7 +11,8 @@
 namespace rilievo {
 
 struct ObjVisitor {
-  std::function<void(const Eigen::Vector3d& position)> vertex;
+  // `words`: those behind the position.
+  std::function<absl::Status(const Eigen::Vector3d& position, std::string_view words)> vertex;
   // The words after 'f'; empty function: faces are passed over.
   std::function<absl::Status(std::string_view words)> face;
 };

@@ -1,17 +1,42 @@
+#include <array>
+#include <string_view>
+
 #include "client/formats/byte_source.h"
+#include "client/formats/number_text.h"
 #include "client/formats/obj_lines.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 
-absl::StatusOr<ScanFile> ReadObjScan(std::istream& in) {
+namespace {
+
+// Red, green and blue behind a position. Nothing behind it, or a weight alone, is no colour.
+absl::Status TakeColor(std::string_view words, SightCollector* sights) {
+  std::array<double, 3> channels{};
+  size_t count = 0;
+  for (auto word = NextWord(&words); !word.empty(); word = NextWord(&words), ++count) {
+    if (count == channels.size()) return absl::OkStatus();
+    RILIEVO_RETURN_IF_ERROR(ParseNumber(word, &channels[count]));
+  }
+  if (count == channels.size()) sights->AddColor(channels.data());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
   PointCollector points;
+  SightCollector sights(wanted);
   uint64_t faces = 0;
   ObjVisitor visitor;
-  visitor.vertex = [&](const Eigen::Vector3d& p) { points.Add(p.x(), p.y(), p.z()); };
+  visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view words) {
+    points.Add(p.x(), p.y(), p.z());
+    return wanted.colors ? TakeColor(words, &sights) : absl::OkStatus();
+  };
   visitor.face = [&](std::string_view) {
     ++faces;
     return absl::OkStatus();
@@ -20,7 +45,12 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in) {
   if (points.count() == 0) {
     return absl::InvalidArgumentError("OBJ: no 'v' line, no points; is this an OBJ file?");
   }
-  return ScanFile{{points.Finish()}, "OBJ", {}, faces};
+  ScanFile scan;
+  scan.cloud.sights = sights.Finish(points.count());
+  scan.cloud.points = points.Finish();
+  scan.format = "OBJ";
+  scan.faces = faces;
+  return scan;
 }
 
 }  // namespace rilievo

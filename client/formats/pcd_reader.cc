@@ -12,6 +12,7 @@
 #include "client/formats/byte_source.h"
 #include "client/formats/lzf.h"
 #include "client/formats/number_text.h"
+#include "client/formats/pcd_words.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
@@ -38,68 +39,10 @@ struct PcdHeader {
   // Fields of one value each that are read: x, y, z, then sights.
   std::vector<int> columns;
   SightColumns sights;
+  size_t packed_color_at = 0;   // in columns; 0: none
+  bool color_is_float = false;  // whose bits are the colour
   Eigen::Vector3d viewpoint = UnknownPlace();
 };
-
-// The words of each header line, as found.
-struct PcdWords {
-  std::vector<std::string> fields, size, type, count, width, height, points, data, viewpoint;
-};
-
-absl::Status HeaderError(absl::string_view entry, absl::string_view what) {
-  return absl::InvalidArgumentError(absl::StrCat("PCD header, ", entry, ": ", what));
-}
-
-std::vector<std::string> Words(std::string_view line) {
-  std::vector<std::string> words;
-  for (std::string_view word = NextWord(&line); !word.empty(); word = NextWord(&line)) {
-    words.emplace_back(word);
-  }
-  return words;
-}
-
-absl::StatusOr<PcdWords> ReadWords(ByteSource* source) {
-  PcdWords words;
-  size_t bytes = 0;
-  std::string_view line;
-  while (words.data.empty()) {
-    const ByteSource::Line result = source->NextLine(&line);
-    if (result == ByteSource::Line::kEnd || !source->line_was_ended()) {
-      return absl::DataLossError("PCD header: the bytes end before the DATA line; truncated file?");
-    }
-    bytes += line.size();
-    if (result == ByteSource::Line::kTooLong || bytes > (size_t{1} << 20)) {
-      return absl::InvalidArgumentError("PCD header: longer than 1 MiB; is this a PCD file?");
-    }
-    const std::string_view text = line.substr(0, line.find('#'));
-    std::string_view rest = text;
-    const std::string_view key = NextWord(&rest);
-    if (key == "FIELDS" || key == "COLUMNS")
-      words.fields = Words(rest);
-    else if (key == "SIZE")
-      words.size = Words(rest);
-    else if (key == "TYPE")
-      words.type = Words(rest);
-    else if (key == "COUNT")
-      words.count = Words(rest);
-    else if (key == "WIDTH")
-      words.width = Words(rest);
-    else if (key == "HEIGHT")
-      words.height = Words(rest);
-    else if (key == "POINTS")
-      words.points = Words(rest);
-    else if (key == "VIEWPOINT")
-      words.viewpoint = Words(rest);
-    else if (key == "DATA") {
-      words.data = Words(rest);
-      if (words.data.empty()) return HeaderError("DATA", "names no format");
-    } else if (!key.empty() && key != "VERSION") {
-      return absl::InvalidArgumentError(absl::StrCat("PCD header, line ", source->line_number(),
-                                                     ": unknown entry ", Quoted(key)));
-    }
-  }
-  return words;
-}
 
 std::optional<ScalarType> PcdType(std::string_view type, std::string_view size) {
   constexpr struct {
@@ -118,17 +61,18 @@ std::optional<ScalarType> PcdType(std::string_view type, std::string_view size) 
 
 absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
   const size_t n = words.fields.size();
-  if (n == 0) return HeaderError("FIELDS", "missing or empty");
+  if (n == 0) return PcdHeaderError("FIELDS", "missing or empty");
   if (words.size.size() != n || words.type.size() != n ||
       (!words.count.empty() && words.count.size() != n)) {
-    return HeaderError("SIZE, TYPE, COUNT", absl::StrCat("each needs ", n, " values, one a field"));
+    return PcdHeaderError("SIZE, TYPE, COUNT",
+                          absl::StrCat("each needs ", n, " values, one a field"));
   }
   for (size_t i = 0; i < n; ++i) {
     PcdField field;
     field.name = words.fields[i];
     const std::optional<ScalarType> type = PcdType(words.type[i], words.size[i]);
     if (!type) {
-      return HeaderError(
+      return PcdHeaderError(
           absl::StrCat("field ", Quoted(field.name)),
           absl::StrCat("TYPE ", Quoted(words.type[i]), " with SIZE ", Quoted(words.size[i]),
                        " is none; known: F 4 8, I and U 1 2 4 8"));
@@ -136,8 +80,8 @@ absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
     field.type = *type;
     if (!words.count.empty() &&
         (!ParseCount(words.count[i], &field.count) || field.count > (1u << 20))) {
-      return HeaderError(absl::StrCat("field ", Quoted(field.name)),
-                         absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
+      return PcdHeaderError(absl::StrCat("field ", Quoted(field.name)),
+                            absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
     }
     field.value_index = header->point_values;
     field.byte_offset = header->point_bytes;
@@ -158,8 +102,8 @@ absl::Status FindAxes(PcdHeader* header) {
       ++found;
     }
     if (found != 1 || header->fields[header->columns.back()].count != 1) {
-      return HeaderError("FIELDS",
-                         absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
+      return PcdHeaderError("FIELDS",
+                            absl::StrCat("needs exactly one field '", kAxes[axis], "' of COUNT 1"));
     }
   }
   return absl::OkStatus();
@@ -173,6 +117,26 @@ int FindField(const PcdHeader& header, std::string_view name) {
   return -1;
 }
 
+// PCL packs a colour into the bits 0xaarrggbb of a field. As a float these may be no number, so
+// binary files are read as integers.
+void FindPackedColor(bool is_ascii, PcdHeader* header) {
+  int number = FindField(*header, "rgb");
+  if (number < 0) number = FindField(*header, "rgba");
+  if (number < 0) return;
+  PcdField& field = header->fields[number];
+  if (ScalarSize(field.type) != 4) return;
+  if (!is_ascii) field.type = ScalarType::kU32;
+  header->color_is_float = field.type == ScalarType::kF32;
+  header->packed_color_at = header->columns.size();
+  header->columns.push_back(number);
+}
+
+std::array<double, 3> UnpackedColor(double value, bool is_float) {
+  const auto bits = is_float ? std::bit_cast<uint32_t>(static_cast<float>(value))
+                             : static_cast<uint32_t>(static_cast<int64_t>(value));
+  return {double(bits >> 16 & 255), double(bits >> 8 & 255), double(bits & 255)};
+}
+
 // The place and the turn (a quaternion) of the sensor. The default is what files without either
 // have.
 absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* header) {
@@ -180,9 +144,9 @@ absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* hea
   constexpr std::array<double, 7> kDefault = {0, 0, 0, 1, 0, 0, 0};
   std::array<double, 7> values{};
   const auto refuse = [&](const std::string& what) {
-    return HeaderError("VIEWPOINT", absl::StrCat(what,
-                                                 "; give the place and the quaternion of the "
-                                                 "sensor, 7 numbers, or leave the line out"));
+    return PcdHeaderError("VIEWPOINT", absl::StrCat(what,
+                                                    "; give the place and the quaternion of the "
+                                                    "sensor, 7 numbers, or leave the line out"));
   };
   if (words.size() != values.size()) return refuse(absl::StrCat(words.size(), " values"));
   for (size_t i = 0; i < values.size(); ++i) {
@@ -197,9 +161,9 @@ absl::Status FindViewpoint(const std::vector<std::string>& words, PcdHeader* hea
 absl::StatusOr<uint64_t> One(absl::string_view entry, const std::vector<std::string>& words) {
   uint64_t value = 0;
   if (words.size() == 1 && ParseCount(words[0], &value)) return value;
-  return HeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
-                                                       : Quoted(words[0]) + " is no count",
-                                         "; it must be a whole number from 0 below 2^64"));
+  return PcdHeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
+                                                          : Quoted(words[0]) + " is no count",
+                                            "; it must be a whole number from 0 below 2^64"));
 }
 
 absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
@@ -211,7 +175,7 @@ absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
       RILIEVO_ASSIGN_OR_RETURN(height, One("HEIGHT", words.height));
     }
     if (height != 0 && width > UINT64_MAX / height) {
-      return HeaderError("WIDTH, HEIGHT", "their product overflows");
+      return PcdHeaderError("WIDTH, HEIGHT", "their product overflows");
     }
     grid = width * height;
   }
@@ -220,16 +184,16 @@ absl::Status CountPoints(const PcdWords& words, PcdHeader* header) {
   } else {
     RILIEVO_ASSIGN_OR_RETURN(header->points, One("POINTS", words.points));
     if (grid && *grid != header->points) {
-      return HeaderError("POINTS",
-                         absl::StrCat(header->points, " differs from WIDTH x HEIGHT = ", *grid));
+      return PcdHeaderError("POINTS",
+                            absl::StrCat(header->points, " differs from WIDTH x HEIGHT = ", *grid));
     }
   }
-  if (header->points == 0) return HeaderError("POINTS", "0, no points");
+  if (header->points == 0) return PcdHeaderError("POINTS", "0, no points");
   return absl::OkStatus();
 }
 
 absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& wanted) {
-  RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadWords(source));
+  RILIEVO_ASSIGN_OR_RETURN(const PcdWords words, ReadPcdWords(source));
   PcdHeader header;
   RILIEVO_RETURN_IF_ERROR(AddFields(words, &header));
   RILIEVO_RETURN_IF_ERROR(FindAxes(&header));
@@ -238,9 +202,12 @@ absl::StatusOr<PcdHeader> ReadPcdHeader(ByteSource* source, const WantedLayers& 
   header.sights = SightColumns(wanted, find, &header.columns);
   RILIEVO_RETURN_IF_ERROR(CountPoints(words, &header));
   header.data = words.data[0];
+  if (wanted.colors && header.sights.color_column(header.columns) < 0) {
+    FindPackedColor(header.data == "ascii", &header);
+  }
   if (header.data != "ascii" && header.data != "binary" && header.data != "binary_compressed") {
-    return HeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
-                                            "; known: ascii, binary, binary_compressed"));
+    return PcdHeaderError("DATA", absl::StrCat("unknown format ", Quoted(header.data),
+                                               "; known: ascii, binary, binary_compressed"));
   }
   return header;
 }
@@ -260,13 +227,19 @@ absl::Status Truncated(const PcdHeader& header, uint64_t read) {
 
 // The points so far, with what is read of them besides.
 struct PcdPoints {
-  explicit PcdPoints(const WantedLayers& wanted) : sights(wanted) {}
+  PcdPoints(const PcdHeader& header, const WantedLayers& wanted) : sights(wanted) {
+    const int red = header.sights.color_column(header.columns);
+    sights.set_color_kind(red < 0 ? ColorCollector::Kind::kBytes
+                                  : ColorCollector::KindOf(header.fields[red].type));
+  }
 
   // `values`: of the header's columns.
   void Add(const PcdHeader& header, const std::vector<double>& values) {
     points.Add(values[0], values[1], values[2]);
     header.sights.Take(values.data(), &sights);
     if (!header.sights.has_sensor()) sights.AddStation(header.viewpoint);
+    if (header.packed_color_at == 0) return;
+    sights.AddColor(UnpackedColor(values[header.packed_color_at], header.color_is_float).data());
   }
 
   PointCollector points;
@@ -373,13 +346,14 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoin
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
   RILIEVO_ASSIGN_OR_RETURN(const PcdHeader header, ReadPcdHeader(&source, wanted));
-  PcdPoints points(wanted);
+  PcdPoints points(header, wanted);
   RILIEVO_RETURN_IF_ERROR(header.data == "ascii"    ? ReadAscii(&source, header, &points)
                           : header.data == "binary" ? ReadBinary(&source, header, &points)
                                                     : ReadCompressed(&source, header, &points));
   ScanFile scan;
   scan.format = absl::StrCat("PCD ", header.data);
   scan.cloud.sights = points.sights.Finish(points.points.count());
+  scan.classes = points.sights.TakeClasses();
   scan.cloud.points = points.points.Finish();
   return scan;
 }

@@ -1,26 +1,27 @@
 // What a scan says of its points beside where they are.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "core/geometry/rgb.h"
 
 namespace rilievo {
 
 // Which of them are wanted; each costs memory.
 struct WantedLayers {
   bool intensity = false;
-  bool colors = false;
-  bool stations = false, normals = false;  // of PointCloud::sights
+  bool colors = false, stations = false, normals = false;  // of PointCloud::sights
+  // The points of these classes alone (LAS: 2 is ground, 6 buildings); empty: all points.
+  std::vector<uint8_t> classes = {};
 };
 
-// One value a point, or empty where the file has none or none was wanted.
+// One value a point or vertex, or empty where there are none or none were wanted.
 struct PointLayers {
-  std::vector<float> intensity;                // as in the file
-  std::vector<std::array<uint8_t, 3>> colors;  // red, green, blue
+  std::vector<float> intensity;  // as in the file
+  std::vector<Rgb> colors;       // of vertices; those of points are in PointCloud::sights
 };
 
 // INVALID_ARGUMENT unless each layer is empty or has `count` values.

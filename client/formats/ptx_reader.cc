@@ -31,7 +31,9 @@ absl::StatusOr<int> Numbers(std::string_view line, int most, double* values) {
 class PtxReader {
  public:
   PtxReader(ByteSource* source, const WantedLayers& wanted)
-      : source_(*source), wanted_(wanted), sights_(wanted) {}
+      : source_(*source), wanted_(wanted), sights_(wanted) {
+    sights_.set_color_kind(ColorCollector::Kind::kBytes);
+  }
 
   absl::StatusOr<ScanFile> Read() {
     for (;;) {
@@ -50,7 +52,6 @@ class PtxReader {
     // A layer that one of the clouds lacks is no layer.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
-    if (colors_.size() == count) scan.layers.colors = std::move(colors_);
     return scan;
   }
 
@@ -178,14 +179,7 @@ class PtxReader {
     points_.Add(point.x(), point.y(), point.z());
     sights_.AddStation(station_);
     if (wanted_.intensity && *count >= 4) intensity_.push_back(static_cast<float>(values[3]));
-    if (wanted_.colors && *count == 7) {
-      std::array<uint8_t, 3> color;
-      for (size_t channel = 0; channel < 3; ++channel) {
-        const double value = values[4 + channel];
-        color[channel] = static_cast<uint8_t>(value >= 255 ? 255 : value > 0 ? value : 0);
-      }
-      colors_.push_back(color);
-    }
+    if (*count == 7) sights_.AddColor(&values[4]);
     return absl::OkStatus();
   }
 
@@ -194,7 +188,6 @@ class PtxReader {
   PointCollector points_;
   SightCollector sights_;
   std::vector<float> intensity_;
-  std::vector<std::array<uint8_t, 3>> colors_;
   Eigen::Matrix3d rotation_;  // scan = rotation * local + translation
   Eigen::Vector3d translation_, station_;
   uint64_t left_ = 0;  // points of this cloud

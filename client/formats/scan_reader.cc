@@ -6,13 +6,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/file_kind.h"
+#include "client/formats/keep_classes.h"
 #include "client/formats/open_input.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 
-absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
-                                        const WantedLayers& wanted) {
+namespace {
+
+absl::StatusOr<ScanFile> ReadAnyScan(std::istream& in, const std::string& name,
+                                     const WantedLayers& wanted) {
   HeadedInput input(in);
   RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
   switch (kind) {
@@ -23,7 +26,7 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
     case FileKind::kXyz:
       return ReadXyzScan(input.stream(), wanted);
     case FileKind::kObj:
-      return ReadObjScan(input.stream());
+      return ReadObjScan(input.stream(), wanted);
     case FileKind::kLas:
       return ReadLasScan(input.stream(), wanted);
     case FileKind::kE57:
@@ -40,6 +43,15 @@ absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& nam
           "LAZ, E57 or PTX");
   }
   return absl::InternalError("unknown kind of file");
+}
+
+}  // namespace
+
+absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
+                                        const WantedLayers& wanted) {
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadAnyScan(in, name, wanted));
+  if (!wanted.classes.empty()) RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
+  return scan;
 }
 
 }  // namespace rilievo

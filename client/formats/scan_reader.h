@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <istream>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client/formats/point_layers.h"
@@ -15,9 +16,10 @@ namespace rilievo {
 struct ScanFile {
   PointCloud cloud;         // as in the file: double, non-finite points kept; sights where wanted
   std::string format;       // for people: "PLY binary_little_endian", "PCD ascii", ...
-  PointLayers layers = {};  // those wanted, of the formats that hold them: PLY, LAS, LAZ, E57, PTX
+  PointLayers layers = {};  // intensity where wanted, of PLY, LAS, LAZ, E57 and PTX
   uint64_t faces = 0;       // that the file says it has besides: its points are a mesh's vertices
   ScanPlace place = {};     // what the format says of it: E57 the unit, LAS and LAZ up and CRS
+  std::vector<uint8_t> classes = {};  // of the points, until ReadScanStream() has chosen
 };
 
 // All readers stream, hold no more than the points and one block, and believe no count of a header
@@ -25,27 +27,31 @@ struct ScanFile {
 // format, DATA_LOSS for what ends too early; the message names the part of the file, the line,
 // element or property, the value found, and what would be right.
 
-// Any property types and order, lists, other elements before and after, either byte order. Layers
-// are the properties red, green and blue (8 bits, the high 8 of longer integers, real numbers from
-// 0 to 1), and intensity or scalar_Intensity. Normals are nx, ny, nz or normal_x, normal_y,
-// normal_z; the sensor's place is sensor_x, sensor_y, sensor_z, or the property station, the number
-// of an element 'station' with x, y, z (-1: not known).
+// Any property types and order, lists, other elements before and after, either byte order. Colours
+// are the properties red, green and blue or r, g and b (8 bits, the high 8 of longer integers, real
+// numbers from 0 to 1), classes classification or scalar_Classification; the intensity is intensity
+// or scalar_Intensity. Normals are nx, ny, nz or normal_x, normal_y, normal_z; the sensor's place
+// is sensor_x, sensor_y, sensor_z, or the property station, the number of an element 'station' with
+// x, y, z (-1: not known).
 absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Point Cloud Library files, version 0.6 and 0.7: ascii, binary, binary_compressed; any fields.
 // Normals are normal_x, normal_y, normal_z; the sensor's place is vp_x, vp_y, vp_z, or that of
-// VIEWPOINT, whose default, 0 0 0 1 0 0 0, says nothing.
+// VIEWPOINT, whose default, 0 0 0 1 0 0 0, says nothing. Colours are the field rgb or rgba, packed
+// as the library does, or r, g, b; classes as in PLY.
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Lines of numbers, x y z first (or where a heading says, see xyz_heading.h), separated by blanks,
-// tabs, commas or semicolons; further columns are passed over, but for the
-// normals and the sensor's place that a heading names, as in PLY. Comments start with # or //. A
-// line with a single whole number gives the count of the points that follow (PTS), several such
-// blocks may follow.
+// tabs, commas or semicolons; further columns are passed over, but for the normals, the sensor's
+// place, colours and classes that a heading names, as in PLY. Without a heading the last three of
+// six or seven columns are colours where all are whole numbers from 0 to 255. Comments start with #
+// or
+// //. A line with a single whole number gives the count of the points that follow (PTS), several
+// such blocks may follow.
 absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in, const WantedLayers& wanted = {});
 
-// The 'v' lines of a Wavefront file.
-absl::StatusOr<ScanFile> ReadObjScan(std::istream& in);
+// The 'v' lines of a Wavefront file; three numbers behind x, y and z are a colour.
+absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wanted = {});
 
 // ASPRS LAS 1.0 to 1.4 and LAZ (M. Isenburg, "LASzip: lossless compression of LiDAR data",
 // Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
@@ -67,7 +73,8 @@ absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wante
 // Rays without a return (0 0 0) are left out.
 absl::StatusOr<ScanFile> ReadPtxScan(std::istream& in, const WantedLayers& wanted = {});
 
-// Chooses by content first, by the extension of `name` second.
+// Chooses by content first, by the extension of `name` second. Keeps the points of wanted.classes
+// alone, where these are given: INVALID_ARGUMENT when the file has no classes or no point of them.
 absl::StatusOr<ScanFile> ReadScanStream(std::istream& in, const std::string& name,
                                         const WantedLayers& wanted = {});
 

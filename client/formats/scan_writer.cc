@@ -21,7 +21,7 @@ std::string Header(const PointCloud& scan, const PointLayers& layers) {
   add("double", {"x", "y", "z"});
   if (scan.sights.normals.cols() > 0) add("float", {"nx", "ny", "nz"});
   if (!scan.sights.station_of.empty()) add("int", {"station"});
-  if (!layers.colors.empty()) add("uchar", {"red", "green", "blue"});
+  if (!scan.sights.colors.empty()) add("uchar", {"red", "green", "blue"});
   if (!layers.intensity.empty()) add("float", {"intensity"});
   if (!scan.sights.station_of.empty()) {
     absl::StrAppend(&header, "element station ", scan.sights.stations.cols(), "\n");
@@ -41,8 +41,8 @@ void WriteVertex(const PointCloud& scan, const PointLayers& layers, size_t i, Bl
     const uint16_t station = sights.station_of[i];
     writer->Little(station == kNoStation ? int32_t{-1} : int32_t{station});
   }
-  if (!layers.colors.empty()) {
-    for (const uint8_t channel : layers.colors[i]) writer->Little(channel);
+  if (!sights.colors.empty()) {
+    for (const uint8_t channel : sights.colors[i]) writer->Little(channel);
   }
   if (!layers.intensity.empty()) writer->Little(layers.intensity[i]);
 }

@@ -1,4 +1,4 @@
-// The stations and normals of a scan's points, as a reader comes by them.
+// The stations, normals, colours and classes of a scan's points, as a reader comes by them.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/formats/color_collector.h"
 #include "client/formats/point_layers.h"
 #include "core/geometry/point_sights.h"
 #include "core/geometry/station_table.h"
@@ -30,6 +31,20 @@ class SightCollector {
     for (int axis = 0; axis < 3; ++axis) normals_.push_back(static_cast<float>(normal[axis]));
   }
 
+  // Red, green and blue.
+  void AddColor(const double* channels) {
+    if (wanted_.colors) colors_.Add(channels);
+  }
+  void set_color_kind(ColorCollector::Kind kind) { colors_.set_kind(kind); }
+  // For columns that nothing calls colours.
+  void KeepCertainColors() {
+    if (!colors_.AreCertain()) colors_ = {};
+  }
+  void AddClass(double number) {
+    if (wanted_.classes.empty()) return;
+    classes_.push_back(number >= 0 && number <= 255 ? static_cast<uint8_t>(number) : 0);
+  }
+
   // Of `points` points; what does not have one for each is left out.
   PointSights Finish(int64_t points) {
     PointSights sights;
@@ -37,14 +52,20 @@ class SightCollector {
     if (normals_.size() == 3 * static_cast<size_t>(points)) {
       sights.normals = Eigen::Map<const Eigen::Matrix3Xf>(normals_.data(), 3, points);
     }
+    sights.colors = colors_.Finish();
+    if (sights.colors.size() != static_cast<size_t>(points)) sights.colors.clear();
     return sights;
   }
+  // Of each point, or of some where the file does not have one for each.
+  std::vector<uint8_t> TakeClasses() { return std::move(classes_); }
 
  private:
   const WantedLayers wanted_;
   StationTable stations_;
   int64_t station_count_ = 0;
   std::vector<float> normals_;
+  ColorCollector colors_;
+  std::vector<uint8_t> classes_;
 };
 
 inline Eigen::Vector3d UnknownPlace() {
@@ -52,7 +73,8 @@ inline Eigen::Vector3d UnknownPlace() {
 }
 
 // The columns of a file that names them: nx, ny, nz or normal_x, normal_y, normal_z, and sensor_x,
-// sensor_y, sensor_z or vp_x, vp_y, vp_z.
+// sensor_y, sensor_z or vp_x, vp_y, vp_z; red, green, blue or r, g, b; classification or
+// scalar_Classification.
 class SightColumns {
  public:
   SightColumns() = default;
@@ -76,6 +98,29 @@ class SightColumns {
       add({"sensor_x", "sensor_y", "sensor_z"}, &sensor_at_);
       add({"vp_x", "vp_y", "vp_z"}, &sensor_at_);
     }
+    if (wanted.colors) {
+      add({"red", "green", "blue"}, &color_at_);
+      add({"r", "g", "b"}, &color_at_);
+    }
+    if (wanted.classes.empty()) return;
+    for (const std::string_view name :
+         {"classification", "scalar_classification", "scalar_Classification"}) {
+      const int column = find(name);
+      if (column < 0 || class_at_ > 0) continue;
+      class_at_ = columns->size();
+      columns->push_back(column);
+    }
+  }
+
+  // Colours in three columns that have no names.
+  void AddColorsAt(int first, std::vector<int>* columns) {
+    color_at_ = columns->size();
+    for (int channel = 0; channel < 3; ++channel) columns->push_back(first + channel);
+  }
+
+  // The column of the red channel; -1: there are no colours.
+  int color_column(const std::vector<int>& columns) const {
+    return color_at_ > 0 ? columns[color_at_] : -1;
   }
 
   bool has_sensor() const { return sensor_at_ > 0; }
@@ -84,10 +129,13 @@ class SightColumns {
   void Take(const double* values, SightCollector* sights) const {
     if (normal_at_ > 0) sights->AddNormal(Eigen::Map<const Eigen::Vector3d>(values + normal_at_));
     if (sensor_at_ > 0) sights->AddStation(Eigen::Map<const Eigen::Vector3d>(values + sensor_at_));
+    if (color_at_ > 0) sights->AddColor(values + color_at_);
+    if (class_at_ > 0) sights->AddClass(values[class_at_]);
   }
 
  private:
-  size_t normal_at_ = 0, sensor_at_ = 0;  // 0, where the coordinates are: none
+  // 0, where the coordinates are: none.
+  size_t normal_at_ = 0, sensor_at_ = 0, color_at_ = 0, class_at_ = 0;
 };
 
 }  // namespace rilievo

@@ -69,7 +69,9 @@ class XyzReader {
     if (points_.count() == 0) return absl::InvalidArgumentError("points: the file holds none");
     ScanFile scan;
     scan.format = axis_names_.empty() ? "text" : absl::StrCat("text, columns ", axis_names_);
+    if (colors_are_guessed_) sights_.KeepCertainColors();
     scan.cloud.sights = sights_.Finish(points_.count());
+    scan.classes = sights_.TakeClasses();
     scan.cloud.points = points_.Finish();
     return scan;
   }
@@ -143,9 +145,7 @@ class XyzReader {
   }
 
   void FollowComment(std::string_view line) {
-    int columns = 0;
-    for (; !line.empty(); ++columns) NextColumn(&line);
-    if (columns == commented_heading_->columns) Follow(*commented_heading_);
+    if (CountColumns(line) == commented_heading_->columns) Follow(*commented_heading_);
     commented_heading_.reset();
   }
 
@@ -172,8 +172,24 @@ class XyzReader {
     return absl::OkStatus();
   }
 
+  static int CountColumns(std::string_view line) {
+    int columns = 0;
+    for (; !line.empty(); ++columns) NextColumn(&line);
+    return columns;
+  }
+
+  // Without a heading three columns behind x y z, or behind x y z and the intensity as in PTS, may
+  // be colours: their numbers tell.
+  void GuessColors(std::string_view line) {
+    const int columns = CountColumns(line);
+    if (!wanted_.colors || !axis_names_.empty() || (columns != 6 && columns != 7)) return;
+    sight_columns_.AddColorsAt(columns - 3, &columns_);
+    colors_are_guessed_ = true;
+  }
+
   absl::Status TakePoint(std::string_view line) {
     if (commented_heading_) FollowComment(line);
+    if (points_.count() == 0) GuessColors(line);
     // What a short line lacks is not known.
     std::vector<double>& values = values_;
     values.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
@@ -216,7 +232,7 @@ class XyzReader {
   std::string axis_names_;                       // of a heading that is followed
   std::vector<int> columns_ = {0, 1, 2};         // x, y, z, then sights
   int columns_needed_ = 3;
-  bool seen_heading_ = false, seen_data_ = false;
+  bool seen_heading_ = false, seen_data_ = false, colors_are_guessed_ = false;
 };
 
 }  // namespace

@@ -13,6 +13,7 @@ v1::ReconstructHeader HeaderOf(const PointCloud& scan, const PointLayout& layout
                                    {.coordinates = CoordinateType::kFloat64}));
   }
   header.set_normals(layout.normals);
+  header.set_colors(layout.colors);
   return header;
 }
 

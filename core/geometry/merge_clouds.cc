@@ -10,7 +10,7 @@ namespace {
 
 struct Sizes {
   Eigen::Index points = 0, stations = 0;
-  bool station_of = false, normals = false;
+  bool station_of = false, normals = false, colors = true;
 };
 
 absl::StatusOr<Sizes> SizesOf(std::span<const PointCloud> clouds) {
@@ -21,6 +21,7 @@ absl::StatusOr<Sizes> SizesOf(std::span<const PointCloud> clouds) {
     sizes.stations += cloud.sights.stations.cols();
     sizes.station_of |= !cloud.sights.station_of.empty();
     sizes.normals |= cloud.sights.normals.cols() > 0;
+    sizes.colors &= !cloud.sights.colors.empty();
   }
   if (sizes.stations <= kMostStations) return sizes;
   return absl::InvalidArgumentError(
@@ -51,6 +52,10 @@ absl::StatusOr<PointCloud> MergeClouds(std::span<const PointCloud> clouds) {
     }
     if (cloud.sights.normals.cols() > 0) {
       sights.normals.middleCols(point, count) = cloud.sights.normals;
+    }
+    if (sizes.colors) {
+      sights.colors.insert(sights.colors.end(), cloud.sights.colors.begin(),
+                           cloud.sights.colors.end());
     }
     point += count;
     station += stations;

@@ -59,14 +59,15 @@ int64_t PointLayout::bytes() const {
   const size_t coordinate_bytes =
       coordinates == CoordinateType::kFloat32 ? 3 * sizeof(float) : 3 * sizeof(double);
   return static_cast<int64_t>(coordinate_bytes + (stations ? sizeof(uint16_t) : 0) +
-                              (normals ? kNormalBytes : 0));
+                              (normals ? kNormalBytes : 0) + (colors ? sizeof(Rgb) : 0));
 }
 
 PointLayout LosslessLayout(const PointCloud& scan) {
   return {.coordinates =
               AllSurviveFloat32(scan.points) ? CoordinateType::kFloat32 : CoordinateType::kFloat64,
           .stations = scan.sights.stations.cols() != 0,
-          .normals = scan.sights.normals.cols() != 0};
+          .normals = scan.sights.normals.cols() != 0,
+          .colors = !scan.sights.colors.empty()};
 }
 
 std::string PackPoints(const PointCloud& scan, int64_t begin, int64_t end,
@@ -83,6 +84,10 @@ std::string PackPoints(const PointCloud& scan, int64_t begin, int64_t end,
       std::memcpy(target, scan.sights.normals.col(i).data(), kNormalBytes);
       target += kNormalBytes;
     }
+    if (layout.colors) {
+      std::memcpy(target, scan.sights.colors[i].data(), sizeof(Rgb));
+      target += sizeof(Rgb);
+    }
   }
   return bytes;
 }
@@ -92,6 +97,7 @@ PointCloud RoomForPoints(int64_t count, const PointLayout& layout) {
   scan.points.resize(3, count);
   if (layout.stations) scan.sights.station_of.resize(static_cast<size_t>(count));
   if (layout.normals) scan.sights.normals.resize(3, count);
+  if (layout.colors) scan.sights.colors.resize(static_cast<size_t>(count));
   return scan;
 }
 
@@ -108,6 +114,10 @@ int64_t UnpackPoints(std::string_view bytes, const PointLayout& layout, int64_t 
     if (layout.normals) {
       std::memcpy(scan->sights.normals.col(at).data(), next, kNormalBytes);
       next += kNormalBytes;
+    }
+    if (layout.colors) {
+      std::memcpy(scan->sights.colors[at].data(), next, sizeof(Rgb));
+      next += sizeof(Rgb);
     }
   }
   return at;

@@ -12,17 +12,18 @@ namespace rilievo {
 enum class CoordinateType { kFloat32, kFloat64 };
 
 // What a record holds, in this order: x, y, z; the number of the point's station, 16 bits; the
-// point's normal, three float32.
+// point's normal, three float32; its red, green and blue, 8 bits each.
 struct PointLayout {
   CoordinateType coordinates = CoordinateType::kFloat32;
   bool stations = false;
   bool normals = false;
+  bool colors = false;
 
   // Of one record: 12 to kMostRecordBytes.
   int64_t bytes() const;
 };
 
-inline constexpr int64_t kMostRecordBytes = 38;
+inline constexpr int64_t kMostRecordBytes = 41;
 
 // All that is known of the points; float32 when every coordinate survives it unchanged (NaN and
 // infinities do), else float64.

@@ -32,6 +32,11 @@ absl::Status CheckSights(const PointSights& sights, int64_t points) {
     return absl::InvalidArgumentError(absl::StrCat("normals: ", normals, " normals for ", points,
                                                    " points; give one for each point"));
   }
+  const size_t colors = sights.colors.size();
+  if (colors != 0 && static_cast<int64_t>(colors) != points) {
+    return absl::InvalidArgumentError(absl::StrCat("colors: ", colors, " colours for ", points,
+                                                   " points; give one for each point"));
+  }
   return absl::OkStatus();
 }
 
@@ -41,6 +46,10 @@ PointSights SightsOf(const PointSights& sights, std::span<const int> columns) {
     chosen.stations = sights.stations;
     chosen.station_of.reserve(columns.size());
     for (const int column : columns) chosen.station_of.push_back(sights.station_of[column]);
+  }
+  if (!sights.colors.empty()) {
+    chosen.colors.reserve(columns.size());
+    for (const int column : columns) chosen.colors.push_back(sights.colors[column]);
   }
   if (sights.normals.cols() == 0) return chosen;
   chosen.normals.resize(3, static_cast<Eigen::Index>(columns.size()));
@@ -58,10 +67,12 @@ void KeepSights(std::span<const uint8_t> keep, PointSights* sights) {
     if (sights->normals.cols() != 0) {
       sights->normals.col(count) = sights->normals.col(static_cast<Eigen::Index>(i));
     }
+    if (!sights->colors.empty()) sights->colors[count] = sights->colors[i];
     ++count;
   }
   if (!sights->station_of.empty()) sights->station_of.resize(static_cast<size_t>(count));
   if (sights->normals.cols() != 0) sights->normals.conservativeResize(3, count);
+  if (!sights->colors.empty()) sights->colors.resize(static_cast<size_t>(count));
 }
 
 }  // namespace rilievo

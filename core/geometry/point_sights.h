@@ -1,4 +1,4 @@
-// Where the points of a scan were seen from, and the normals that came with them.
+// Where the points of a scan were seen from, and the normals and colours that came with them.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/geometry/rgb.h"
 
 namespace rilievo {
 
@@ -23,10 +24,13 @@ struct PointSights {
   // Column = point, as given: of any length, zero or not finite where not known. No columns when no
   // normal is known.
   Eigen::Matrix3Xf normals;
+  // By point. Empty when no colours are known.
+  std::vector<Rgb> colors;
 };
 
 // INVALID_ARGUMENT, with the field and its value, unless the sights are those of `points` points:
-// one station number for each and none beyond the table, one normal for each, finite places.
+// one station number for each and none beyond the table, one normal and one colour for each, finite
+// places.
 absl::Status CheckSights(const PointSights& sights, int64_t points);
 
 // The sights of the points at `columns`, in that order, with all stations.

@@ -14,6 +14,7 @@
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/code_surface.h"
+#include "core/pipeline/color_surface.h"
 #include "core/pipeline/encode_lengths.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/options_text.h"
@@ -166,15 +167,17 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
   RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, asked, context));
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface oriented, Analyze(std::move(input.scan), asked, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ReconstructOptions options,
+  RILIEVO_ASSIGN_OR_RETURN(const ReconstructOptions all_options,
                            WithoutLengths(asked, oriented.frame.diagonal));
+  const std::vector<Rgb> colors = std::move(oriented.colors);
+  const ReconstructOptions options = colors.empty() ? all_options : WithRoomForColors(all_options);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            Control(std::move(oriented.cloud), oriented, options, context));
   oriented.cloud = std::move(control.cloud);
   oriented.graph = NeighborGraph();  // not asked from here on
   const ScanFigures figures = oriented.figures;
   const DssMetadata metadata =
-      MetadataOf(std::move(input.hash), control.topology, options, context);
+      MetadataOf(std::move(input.hash), control.topology, all_options, context);
   OrientedCloud cloud;
   CodedSurface coded;
   if (!AreFacesGiven(options) && (options.encode.max_error || options.encode.max_bytes)) {
@@ -192,6 +195,11 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
                              CodeSurface(cloud, std::move(sampled), metadata, options, context));
     RILIEVO_ASSIGN_OR_RETURN(coded, KeepError(cloud, std::move(coded), options, context));
   }
+  CodedColors coded_colors;
+  if (!colors.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(coded_colors,
+                             ColorSurface(cloud, colors, all_options, context, &coded));
+  }
   std::optional<Shape> points;
   if (options.measure) points = PointsToMeasure(std::move(cloud));
   RILIEVO_ASSIGN_OR_RETURN(
@@ -199,6 +207,9 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
       Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));
 
   ReconstructReport report = ReportOf(figures, control, coded, certified, options);
+  report.color_bytes = coded_colors.bytes;
+  report.color_rms = coded_colors.rms;
+  report.colors_left_out = !colors.empty() && coded_colors.bytes == 0;
   std::copy(seconds.begin(), seconds.end(), report.stage_seconds);
   report.total_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

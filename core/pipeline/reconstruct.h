@@ -69,6 +69,9 @@ struct ReconstructReport {
   int64_t heights_measured = 0, heights_smoothed = 0, heights_filled = 0;
   TwoSidedError error;  // a = decoded surface, b = points; zero when not measured
   int64_t encoded_bytes = 0;
+  int64_t color_bytes = 0;         // of these; 0: no colours
+  double color_rms = 0;            // decoded against given colours of the vertices, see CodedColors
+  bool colors_left_out = false;    // the bytes asked for had no room for them
   double max_error = 0;            // encode.max_error; 0: not asked for
   double uncoded_error = 0;        // error.across_rms before coding; measured where asked for
   bool error_unreachable = false;  // error.across_rms is above it

@@ -107,6 +107,12 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
         "below the noise is smoothed away.",
         100 * report.median_noise, 100 * report.median_spacing));
   }
+  if (report.colors_left_out) {
+    warnings.emplace_back(
+        "The colours of the scan were left out: even coarse ones do not fit beside the surface "
+        "into "
+        "the bytes asked for. Allow more bytes.");
+  }
   if (report.strays > 0) {
     warnings.push_back(
         absl::StrFormat("%d point(s) extremely far from all others were left out.", report.strays));

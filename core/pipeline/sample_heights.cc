@@ -36,16 +36,6 @@ int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
   return level;
 }
 
-// All levels, of the finest, unless it is the control mesh, the vertices alone: heights ask for no
-// more, and its faces follow from the level before.
-absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
-                                                const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
-                           RefineTopology(mesh, std::max(0, level - 1), context));
-  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
-  return refinement;
-}
-
 absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
                                         const ReconstructOptions& options,
                                         const PipelineContext& context) {
@@ -96,6 +86,14 @@ std::vector<float> UnmeasuredShares(const SampledSurface& sampled) {
 }
 
 }  // namespace
+
+absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
+                                                const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
+                           RefineTopology(mesh, std::max(0, level - 1), context));
+  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  return refinement;
+}
 
 // V_l is about control_faces / 2 * 4^l.
 int LevelAsDenseAs(double points, int64_t control_faces) {

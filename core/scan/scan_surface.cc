@@ -163,6 +163,7 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
                            EstimateNormals(std::move(scan.points), graph, replaced, context));
   OrientedCloud cloud = std::move(estimated.cloud);
   context.Report(Stage::kNormals, 0.6);
+  std::vector<Rgb> colors = std::move(scan.sights.colors);
   RILIEVO_ASSIGN_OR_RETURN(
       scan.figures.orientation,
       OrientNormals(graph, std::move(scan.sights), options.sights, &cloud, context));
@@ -175,8 +176,8 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
   }
   RILIEVO_RETURN_IF_ERROR(CorrectThickNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
-  return ScanSurface{std::move(cloud), std::move(graph), *std::move(index), scan.frame,
-                     scan.figures};
+  return ScanSurface{std::move(cloud),  std::move(colors), std::move(graph),
+                     *std::move(index), scan.frame,        scan.figures};
 }
 
 absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
@@ -45,8 +46,9 @@ absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions&
 // is the bounding box of what was kept.
 struct ScanSurface {
   OrientedCloud cloud;
-  NeighborGraph graph;  // of many points packed
-  PointIndex index;     // of many points over cloud.points
+  std::vector<Rgb> colors;  // of the cloud's points, where they are known
+  NeighborGraph graph;      // of many points packed
+  PointIndex index;         // of many points over cloud.points
   SpatialFrame frame;
   ScanFigures figures;
 };

@@ -180,27 +180,51 @@ absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surfa
   return vertices;
 }
 
-std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level) {
-  std::vector<HeightSource> sources = surface.sources;
+namespace {
+
+// What `values` say at `level`; beyond max_level `append` adds the values of new vertices. Empty
+// where Tessellate would fail.
+template <typename T, typename Append>
+std::vector<T> ValuesAtLevel(const DisplacedSurface& surface, std::vector<T> values, int level,
+                             const Append& append) {
   if (!CheckSurface(surface, level).ok()) return {};
   const absl::StatusOr<LoopRefinement> refinement =
       RefineTopology(surface.control_mesh, level, RunContext());
   if (!refinement.ok()) return {};
   if (level >= surface.max_level &&
-      static_cast<int64_t>(sources.size()) != refinement->levels[surface.max_level].vertex_count) {
+      static_cast<int64_t>(values.size()) != refinement->levels[surface.max_level].vertex_count) {
     return {};
   }
-  for (int l = surface.max_level; l < level; ++l) {
-    const MeshTopology& topology = refinement->levels[l];
-    for (int edge = 0; edge < topology.edge_count(); ++edge) {
-      sources.push_back(std::max(sources[topology.edge_vertices(0, edge)],
-                                 sources[topology.edge_vertices(1, edge)]));
-    }
-  }
+  for (int l = surface.max_level; l < level; ++l) append(refinement->levels[l], &values);
   const size_t count = static_cast<size_t>(refinement->levels[level].vertex_count);
-  if (sources.size() < count) return {};
-  sources.resize(count);
-  return sources;
+  if (values.size() < count) return {};
+  values.resize(count);
+  return values;
+}
+
+}  // namespace
+
+std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level) {
+  const auto append = [](const MeshTopology& topology, std::vector<HeightSource>* sources) {
+    for (int edge = 0; edge < topology.edge_count(); ++edge) {
+      sources->push_back(std::max((*sources)[topology.edge_vertices(0, edge)],
+                                  (*sources)[topology.edge_vertices(1, edge)]));
+    }
+  };
+  return ValuesAtLevel(surface, surface.sources, level, append);
+}
+
+std::vector<Rgb> ColorsAtLevel(const DisplacedSurface& surface, int level) {
+  return ValuesAtLevel(surface, surface.colors, level, AppendMeanColors);
+}
+
+void AppendMeanColors(const MeshTopology& topology, std::vector<Rgb>* colors) {
+  for (int edge = 0; edge < topology.edge_count(); ++edge) {
+    const Rgb a = (*colors)[topology.edge_vertices(0, edge)];
+    const Rgb b = (*colors)[topology.edge_vertices(1, edge)];
+    Rgb& mean = colors->emplace_back();
+    for (size_t k = 0; k < mean.size(); ++k) mean[k] = static_cast<uint8_t>((a[k] + b[k] + 1) / 2);
+  }
 }
 
 }  // namespace rilievo

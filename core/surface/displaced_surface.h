@@ -5,6 +5,8 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/geometry/rgb.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
@@ -20,6 +22,7 @@ struct DisplacedSurface {
   int max_level = 0;
   std::vector<float> heights;         // unit frame, one per vertex of max_level
   std::vector<HeightSource> sources;  // same size
+  std::vector<Rgb> colors = {};       // same size, or empty
 };
 
 // The displaced vertices of one level with their triangles and normals, in the scan frame.
@@ -43,5 +46,12 @@ absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surfa
 // Height source of each vertex of that tessellation. An interpolated height has the less trusted
 // source of the two ends of its edge. Empty where Tessellate would fail.
 std::vector<HeightSource> SourcesAtLevel(const DisplacedSurface& surface, int level);
+
+// Colour of each vertex of that tessellation; a new vertex above max_level has the mean of the ends
+// of its edge. Empty where the surface has no colours or Tessellate would fail.
+std::vector<Rgb> ColorsAtLevel(const DisplacedSurface& surface, int level);
+
+// Appends the colours of the new vertices, one an edge of `topology`: the means of the edges' ends.
+void AppendMeanColors(const MeshTopology& topology, std::vector<Rgb>* colors);
 
 }  // namespace rilievo

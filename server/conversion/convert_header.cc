@@ -314,7 +314,8 @@ PointLayout LayoutOf(const v1::ReconstructHeader& header) {
                              ? CoordinateType::kFloat32
                              : CoordinateType::kFloat64,
           .stations = !header.stations().empty(),
-          .normals = header.normals()};
+          .normals = header.normals(),
+          .colors = header.colors()};
 }
 
 std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,

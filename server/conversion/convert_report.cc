@@ -64,6 +64,10 @@ void ConvertSurface(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_heights_measured(from.heights_measured);
   to->set_heights_smoothed(from.heights_smoothed);
   to->set_heights_filled(from.heights_filled);
+  if (from.color_bytes > 0) {
+    to->mutable_colors()->set_bytes(from.color_bytes);
+    to->mutable_colors()->set_rms(from.color_rms);
+  }
 }
 
 }  // namespace

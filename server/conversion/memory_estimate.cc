@@ -26,8 +26,10 @@ constexpr int64_t kFittedPoint = 300, kFurtherFittedPoint = 200, kSample = 1300;
 // where there are more than five for a point, so that most heights are filled in.
 constexpr int64_t kSampledPoint = 60, kFace = 150, kFilledFace = 215;
 // The number of a point's station with its vote and weight, and its normal, while sides are
-// decided.
-constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16;
+// decided; its colour, from the first to the last.
+constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16, kColorOfPoint = 3;
+// The coding of colours, of a face of the finest level.
+constexpr int64_t kColoredFace = 70;
 constexpr int64_t kTelling = 5;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
@@ -72,13 +74,15 @@ int64_t EstimateMemory(const JobRequest& job) {
   const bool implicit = !options.control.user_mesh &&
                         (topology == Topology::kAuto || topology == Topology::kArbitrary);
   const int64_t extra = (job.layout.stations ? kStationOfPoint : 0) +
-                        (job.layout.normals ? kNormalOfPoint : 0) + unusual;
+                        (job.layout.normals ? kNormalOfPoint : 0) + unusual +
+                        (job.layout.colors ? kColorOfPoint : 0);
   const int64_t analysis = OfPoints(points, kAnalyzedPoint + extra, kFurtherAnalyzedPoint + extra) +
                            (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
                       kSample * Samples(control_faces, points, options.fit.sample_level);
-  const int64_t surface =
-      kSampledPoint * points + kFace * telling + kFilledFace * (faces - telling);
+  const int64_t surface = kSampledPoint * points + kFace * telling +
+                          kFilledFace * (faces - telling) +
+                          (job.layout.colors ? kColoredFace * faces : 0);
   return kProgramBytes + std::max({analysis, fit, surface});
 }
 

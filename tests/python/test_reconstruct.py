@@ -140,6 +140,39 @@ class ReconstructTest(WithServer):
                                       normals="ignore")
         np.testing.assert_array_equal(ignored.vertices(), plain.vertices())
 
+    def test_colours_of_the_points_come_to_the_vertices(self):
+        points = sphere(3000)
+        center = points.mean(axis=0)
+
+        def color_at(places):
+            unit = (places - center) / np.linalg.norm(places - center, axis=1)[:, None]
+            return 0.5 + 0.4 * np.column_stack([unit[:, 0], np.sin(2 * unit[:, 1]), -unit[:, 2]])
+
+        shares = color_at(points)
+        structured = np.zeros(3000, [(name, "f8") for name in ("x", "y", "z", "red", "green",
+                                                               "blue")])
+        for name, column in zip(structured.dtype.names, np.column_stack([points, shares]).T):
+            structured[name] = column
+        surfaces = [rilievo.reconstruct(points, server=self.server, point_colors=colors)
+                    for colors in (shares, (255 * shares + 0.5).astype(np.uint8),
+                                   (255 * shares + 0.5).astype(np.uint8).astype(np.uint16) * 257)]
+        surfaces.append(rilievo.reconstruct(structured, server=self.server))
+        for surface in surfaces:
+            self.assertEqual(surface.to_bytes(), surfaces[0].to_bytes())
+            self.assertGreater(surface.report["colors"]["bytes"], 0)
+            np.testing.assert_array_equal(surface.colors, surface.mesh().colors)
+            off = surface.colors / 255 - color_at(surface.vertices())
+            self.assertLess(np.sqrt(np.mean(off ** 2)), 0.012)
+            self.assertEqual(len(surface.mesh(1).colors), len(surface.vertices(1)))
+        plain = rilievo.reconstruct(points, server=self.server)
+        self.assertIsNone(plain.colors)
+        self.assertIsNone(plain.mesh().colors)
+        np.testing.assert_array_equal(plain.heights, surfaces[0].heights)
+        for wrong in (shares[:10], 3 * shares, shares.astype(int)):
+            with self.assertRaises(rilievo.InvalidArgument) as raised:
+                rilievo.reconstruct(points, server=self.server, point_colors=wrong)
+            self.assertEqual(raised.exception.parameter, "point_colors")
+
     def test_a_sensor_that_moves_becomes_places_along_its_way(self):
         way = np.column_stack([np.linspace(0, 4000, 30_000), np.zeros(30_000), np.full(30_000, 9)])
         way[5] = np.nan

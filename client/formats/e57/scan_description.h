@@ -33,7 +33,7 @@ struct ScanDescription {
   std::array<int, 3> place = {-1, -1, -1};  // x, y, z or range, azimuth, elevation
   bool spherical = false;                   // angles in radians
   int invalid_state = -1;                   // 0 for valid records
-  int intensity = -1;
+  int intensity = -1, classification = -1;
   std::array<int, 3> color = {-1, -1, -1};
   std::array<std::array<double, 2>, 3> color_limits{};  // darkest, brightest value a channel
   bool has_pose = false;                                // file = rotation * scan + translation

@@ -9,9 +9,9 @@
 namespace rilievo::laz {
 namespace {
 
-// In the order of the file. Of the point come then classes and, behind the intensity, scan angles,
+// In the order of the file. Of the point come then, behind the intensity, scan angles,
 // user data, sources and times; behind the colours near infrared, waveforms and each extra byte.
-constexpr size_t kPlace = 0, kZ = 1, kFlags = 3, kIntensity = 4, kColors = 9;
+constexpr size_t kPlace = 0, kZ = 1, kClasses = 2, kFlags = 3, kIntensity = 4, kColors = 9;
 
 size_t LayerCount(const LazParameters& parameters) {
   return kColors + (parameters.color_offset > 0 ? 1 : 0) + (parameters.near_infrared ? 1 : 0) +
@@ -46,7 +46,12 @@ absl::StatusOr<std::unique_ptr<LayeredChunk>> LayeredChunk::Read(const LazParame
   const bool has_more = point_count > 1;  // else the coders have nothing to say
   Point14Layers point;
   if (has_more) {
-    point = {.place = layer(kPlace), .z = layer(kZ), .flags = layer(kFlags), .intensity = {}};
+    point = {.place = layer(kPlace),
+             .z = layer(kZ),
+             .classes = {},
+             .flags = layer(kFlags),
+             .intensity = {}};
+    if (!wanted.classes.empty()) point.classes = layer(kClasses);
     if (wanted.intensity) point.intensity = layer(kIntensity);
   }
   std::unique_ptr<LayeredChunk> chunk(new LayeredChunk(point_count, first, point));

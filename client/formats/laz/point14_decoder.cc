@@ -21,7 +21,7 @@ struct Point14Decoder::Channel {
 
   Point last;
   bool time_changed = false;
-  ContextModels changed{8, 128}, counts{16, 16}, numbers{16, 16}, flags{64, 64};
+  ContextModels changed{8, 128}, counts{16, 16}, numbers{16, 16}, classes{64, 256}, flags{64, 64};
   SymbolModel channels{3}, numbers_of_same_time{13};
   PlaceDecoder place;
   IntegerDecoder intensities{16, 4};
@@ -29,28 +29,34 @@ struct Point14Decoder::Channel {
 };
 
 Point14Decoder::Point14Decoder(const char* first, const Point14Layers& layers)
-    : place_(layers.place), z_(layers.z), flags_(layers.flags), intensity_(layers.intensity) {
+    : place_(layers.place),
+      z_(layers.z),
+      classes_(layers.classes),
+      flags_(layers.flags),
+      intensity_(layers.intensity) {
   const uint32_t returns = Load<uint8_t>(first + 14), flags = Load<uint8_t>(first + 15);
   channel_ = (flags >> 4) & 3;
-  channels_[channel_] = std::make_unique<Channel>(Point{.x = Load<uint32_t>(first),
-                                                        .y = Load<uint32_t>(first + 4),
-                                                        .z = Load<uint32_t>(first + 8),
-                                                        .intensity = Load<uint16_t>(first + 12),
-                                                        .number = returns & 15,
-                                                        .count = returns >> 4,
-                                                        .flags = (flags & 15) | (flags >> 2 & 48)});
+  channels_[channel_] =
+      std::make_unique<Channel>(Point{.x = Load<uint32_t>(first),
+                                      .y = Load<uint32_t>(first + 4),
+                                      .z = Load<uint32_t>(first + 8),
+                                      .intensity = Load<uint16_t>(first + 12),
+                                      .number = returns & 15,
+                                      .count = returns >> 4,
+                                      .flags = (flags & 15) | (flags >> 2 & 48),
+                                      .classification = Load<uint8_t>(first + 16)});
 }
 
 Point14Decoder::~Point14Decoder() = default;
 
 bool Point14Decoder::failed() const {
-  return place_.decoder.failed() || z_.decoder.failed() || flags_.decoder.failed() ||
-         intensity_.decoder.failed();
+  return place_.decoder.failed() || z_.decoder.failed() || classes_.decoder.failed() ||
+         flags_.decoder.failed() || intensity_.decoder.failed();
 }
 
 bool Point14Decoder::at_end() const {
-  return place_.decoder.at_end() && z_.decoder.at_end() && flags_.decoder.at_end() &&
-         intensity_.decoder.at_end();
+  return place_.decoder.at_end() && z_.decoder.at_end() && classes_.decoder.at_end() &&
+         flags_.decoder.at_end() && intensity_.decoder.at_end();
 }
 
 void Point14Decoder::DecodeReturn(Channel* channel, uint32_t changed) {
@@ -100,6 +106,11 @@ bool Point14Decoder::Decode(char* record) {
   if (z_.present) {
     point.z = channel->place.DecodeZ(&z_.decoder, kReturnLevels(point.count, point.number), single);
   }
+  if (classes_.present) {
+    const uint32_t only = point.number == 1 && point.number >= point.count ? 1 : 0;
+    point.classification =
+        classes_.decoder.Decode(&channel->classes[(point.classification & 31) << 1 | only]);
+  }
   if (flags_.present) point.flags = flags_.decoder.Decode(&channel->flags[point.flags]);
   if (intensity_.present) {
     const uint32_t first_last = (point.number == 1 ? 2 : 0) | (point.number >= point.count ? 1 : 0);
@@ -114,6 +125,7 @@ bool Point14Decoder::Decode(char* record) {
   Store(static_cast<uint8_t>(point.number | point.count << 4), record + 14);
   Store(static_cast<uint8_t>((point.flags & 15) | channel_ << 4 | (point.flags & 48) << 2),
         record + 15);
+  Store(static_cast<uint8_t>(point.classification), record + 16);
   return channel_changed;
 }
 

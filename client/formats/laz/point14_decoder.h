@@ -13,7 +13,7 @@ namespace rilievo::laz {
 // The layers that are read; one that is empty stays as the first point of the chunk has it.
 struct Point14Layers {
   std::string_view place;  // scanner channel, returns, x and y
-  std::string_view z, flags, intensity;
+  std::string_view z, classes, flags, intensity;
 };
 
 // LASzip's item POINT14, versions 3 and 4: the prediction of POINT10 with four scanner channels
@@ -25,8 +25,8 @@ class Point14Decoder {
   Point14Decoder(const char* first, const Point14Layers& layers);
   ~Point14Decoder();
 
-  // Writes x, y, z, intensity, returns and flags of the next point into `record`, the rest stays.
-  // Returns whether its scanner channel is not that of the point before.
+  // Writes x, y, z, intensity, returns, flags and class of the next point into `record`, the rest
+  // stays. Returns whether its scanner channel is not that of the point before.
   bool Decode(char* record);
 
   uint32_t channel() const { return channel_; }
@@ -40,6 +40,7 @@ class Point14Decoder {
     uint16_t intensity = 0;
     uint32_t number = 0, count = 0;  // of the return; of the returns
     uint32_t flags = 0;              // classification flags, 16 scan direction, 32 edge
+    uint32_t classification = 0;
   };
   struct Channel;
 
@@ -54,7 +55,7 @@ class Point14Decoder {
     ArithmeticDecoder decoder;
   };
 
-  Layer place_, z_, flags_, intensity_;
+  Layer place_, z_, classes_, flags_, intensity_;
   uint32_t channel_;
   std::array<std::unique_ptr<Channel>, 4> channels_;
 };

@@ -21,6 +21,7 @@ _ELEMENTS = {
     "rilievo_control_sharpness": ctypes.c_float, "rilievo_control_corners": ctypes.c_uint32,
     "rilievo_mesh_vertices": ctypes.c_double, "rilievo_mesh_faces": ctypes.c_uint32,
     "rilievo_mesh_normals": ctypes.c_float, "rilievo_mesh_flags": ctypes.c_uint8,
+    "rilievo_surface_colors": ctypes.c_uint8, "rilievo_mesh_colors": ctypes.c_uint8,
 }
 
 
@@ -69,6 +70,8 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
     for name in ("rilievo_surface_max_level", "rilievo_surface_declared_max_level"):
         getattr(library, name).argtypes = [pointer]
     for name in _ELEMENTS:
+        if name.endswith("_colors") and library.rilievo_decoder_abi_version() < 4:
+            continue
         getattr(library, name).argtypes = [pointer, count]
         getattr(library, name).restype = pointer
     return library
@@ -123,6 +126,13 @@ class Handle:
             flat = np.frombuffer(memory, element)
         flat.flags.writeable = False
         return flat if columns == 1 else flat.reshape(-1, columns)
+
+    def colors(self, name: str) -> "Optional[npt.NDArray[np.uint8]]":
+        """(n, 3); None where there are none. Libraries of older versions know of none."""
+        if library().rilievo_decoder_abi_version() < 4:
+            return None
+        colors = self.array(name, 3)
+        return colors if len(colors) > 0 else None
 
     def _elements(self, name: str) -> "tuple[int, int]":
         count = ctypes.c_size_t()

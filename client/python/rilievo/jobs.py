@@ -136,13 +136,14 @@ class Jobs:
         self.close()
 
     def submit(self, points: Any, *, sensor: Any = None, point_normals: Any = None,
+               point_colors: Any = None,
                request_id: Optional[str] = None,
                timeout: Optional[float] = None,
                **options: "Unpack[Options]") -> Job:
         """Uploads what the server does not have, and creates the job. The same `request_id` (1 to
         64 letters, digits, '-' and '_') gives the same job, however often it is called. Arguments
         as of reconstruct()."""
-        message, scan = as_message(options), pack(points, sensor, point_normals)
+        message, scan = as_message(options), pack(points, sensor, point_normals, point_colors)
         digest = hashlib.sha256()
         for piece in scan.pieces():
             digest.update(piece)

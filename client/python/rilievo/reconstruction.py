@@ -36,6 +36,7 @@ LayerCallback = Callable[[Surface], Any]
 
 
 def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
+                point_colors: Any = None,
                 server: Optional[Union[str, Server]] = None,
                 progress: Optional[ProgressCallback] = None,
                 layer: Optional[LayerCallback] = None, timeout: Optional[float] = None,
@@ -43,9 +44,10 @@ def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
     """Makes a surface from a scan.
 
     points    (n, 3) numbers in any unit, at least 20 points; or a structured array with x, y, z
-              and, where known, sensor_x, sensor_y, sensor_z and nx, ny, nz
+              and, where known, sensor_x, sensor_y, sensor_z; nx, ny, nz; red, green, blue
     sensor    where the points were seen from: one place (3,), or (n, 3); NaN: not known
     point_normals  (n, 3), one for each point; zero: not known
+    point_colors  (n, 3), sRGB: uint8, uint16, or real numbers from 0 to 1; the surface has colours
     server    "host:port", several with commas between (the first that answers), or a Server with
               a token and certificates; None: a private rilievod is started for this call (see
               PrivateServer for many calls)
@@ -58,7 +60,7 @@ def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
     InvalidArgument tells the argument at fault. The same points, options and seed give the same
     bytes, whatever the client.
     """
-    message, scan = as_message(options), pack(points, sensor, point_normals)
+    message, scan = as_message(options), pack(points, sensor, point_normals, point_colors)
     receiver = _Receiver(progress, layer)
     with contextlib.ExitStack() as stack:
         where = as_server(server if server is not None else stack.enter_context(PrivateServer()))

@@ -17,7 +17,7 @@ MOST_STATIONS, NO_STATION = 4096, 65535
 
 class Packed(NamedTuple):
     """Points as they travel: a record each, of the field `point` (three float32 where that loses
-    nothing, else float64) and, where they are known, `station` and `normal`."""
+    nothing, else float64) and, where they are known, `station`, `normal` and `color`."""
     points: npt.NDArray[Any]
     format: int
     stations: npt.NDArray[np.float64]
@@ -28,7 +28,8 @@ class Packed(NamedTuple):
             point_count=len(self.points),
             coordinate_format=reconstruction_pb2.CoordinateFormat.Name(self.format),
             stations=self.stations.astype("<f8").tobytes(),
-            normals="normal" in (self.points.dtype.names or ()), options=options)
+            normals="normal" in (self.points.dtype.names or ()),
+            colors="color" in (self.points.dtype.names or ()), options=options)
 
     def pieces(self, begin: int = 0) -> Iterator[bytes]:
         """Whole points a piece, from byte `begin` on."""
@@ -103,15 +104,34 @@ def _stations(sensor: npt.NDArray[np.float64]) -> Tuple[npt.NDArray[np.float64],
     return sensor[known][first], numbers
 
 
-def pack(points: Any, sensor: Any = None, point_normals: Any = None) -> Packed:
+def _colors(colors: Any, count: int) -> npt.NDArray[np.uint8]:
+    """Of bytes as they are, of 16 bits the upper 8, of real numbers from 0 to 1."""
+    array = np.asarray(colors)
+    if array.shape != (count, 3):
+        raise refuse("point_colors", f"the shape is {array.shape}, ({count}, 3) is needed")
+    if array.dtype == np.uint8:
+        return array
+    if array.dtype == np.uint16:
+        return (array >> 8).astype(np.uint8)
+    if array.dtype.kind == "f" and np.all((array >= 0) & (array <= 1)):
+        return (255 * array + 0.5).astype(np.uint8)
+    raise refuse("point_colors", f"the elements are {array.dtype}; give uint8, uint16, or real "
+                 "numbers from 0 to 1")
+
+
+def pack(points: Any, sensor: Any = None, point_normals: Any = None,
+         point_colors: Any = None) -> Packed:
     """`sensor`: (3,) or (n, 3), places in the frame of the points; NaN: not known. `point_normals`:
-    (n, 3); zero: not known. A structured array may have both itself: sensor_x, sensor_y, sensor_z
-    and nx, ny, nz."""
+    (n, 3); zero: not known. `point_colors`: (n, 3), sRGB, uint8, uint16, or real numbers from 0 to
+    1. A structured array may have them itself: sensor_x, sensor_y, sensor_z; nx, ny, nz; red,
+    green, blue."""
     wide = coordinates(points)
     if sensor is None:
         sensor = _fields(points, ("sensor_x", "sensor_y", "sensor_z"))
     if point_normals is None:
         point_normals = _fields(points, ("nx", "ny", "nz"))
+    if point_colors is None:
+        point_colors = _fields(points, ("red", "green", "blue"))
     with np.errstate(over="ignore", invalid="ignore"):
         narrow = wide.astype(np.dtype("<f4"))
         same = (narrow == wide) | ~np.isfinite(wide)
@@ -124,6 +144,8 @@ def pack(points: Any, sensor: Any = None, point_normals: Any = None) -> Packed:
             columns.append(("station", numbers, "<u2"))
     if point_normals is not None:
         columns.append(("normal", _each(point_normals, len(wide), "point_normals"), "<f4"))
+    if point_colors is not None:
+        columns.append(("color", _colors(point_colors, len(wide)), "u1"))
     records = np.empty(len(wide), [(name, kind, values.shape[1:])
                                    for name, values, kind in columns])
     for name, values, _ in columns:

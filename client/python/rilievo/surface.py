@@ -30,6 +30,8 @@ class Mesh:
     """(n, 3), unit."""
     flags: npt.NDArray[np.uint8]
     """(n,) MEASURED, SMOOTHED or FILLED."""
+    colors: Optional[npt.NDArray[np.uint8]] = None
+    """(n, 3) red, green, blue, sRGB; None where the surface has no colours."""
 
 
 @dataclass(frozen=True)
@@ -230,6 +232,12 @@ class Surface:
         return self._handle.array("rilievo_surface_heights")
 
     @property
+    def colors(self) -> Optional[npt.NDArray[np.uint8]]:
+        """(n, 3) red, green and blue (sRGB) of the vertices of max_level, as heights; None where
+        the surface has no colours."""
+        return self._handle.colors("rilievo_surface_colors")
+
+    @property
     def control_mesh(self) -> ControlMesh:
         array = self._handle.array
         return ControlMesh(array("rilievo_control_vertices", 3), array("rilievo_control_faces", 3),
@@ -352,4 +360,5 @@ def _ends(data: bytes, level: int) -> bool:
 
 def _mesh(handle: _library.Handle) -> Mesh:
     return Mesh(handle.array("rilievo_mesh_vertices", 3), handle.array("rilievo_mesh_faces", 3),
-                handle.array("rilievo_mesh_normals", 3), handle.array("rilievo_mesh_flags"))
+                handle.array("rilievo_mesh_normals", 3), handle.array("rilievo_mesh_flags"),
+                handle.colors("rilievo_mesh_colors"))

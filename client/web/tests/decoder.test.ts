@@ -24,7 +24,7 @@ function asBytes(array: ArrayBufferView): Buffer {
 
 function dumped(mesh: Mesh, surface: Surface): Buffer {
   return Buffer.concat(
-    [mesh.vertices, mesh.faces, mesh.normals, mesh.flags, surface.heights()].map(asBytes),
+    [mesh.vertices, mesh.faces, mesh.normals, mesh.flags, mesh.colours, surface.heights()].map(asBytes),
   );
 }
 

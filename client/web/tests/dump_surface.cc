@@ -1,7 +1,7 @@
 // What the decoder makes of a file, as raw bytes, for comparison with other builds of it:
 //   dump_surface IN.dss BYTES LEVEL > OUT
-// decodes the first BYTES and writes the vertices (f64), faces (u32), normals (f32) and flags (u8)
-// of LEVEL, then the heights (f32) of the finest level.
+// decodes the first BYTES and writes the vertices (f64), faces (u32), normals (f32), flags (u8) and
+// colours (u8) of LEVEL, then the heights (f32) of the finest level.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -45,6 +45,8 @@ int main(int argc, char** argv) {
   Write(normals, count);
   const uint8_t* flags = rilievo_mesh_flags(mesh, &count);
   Write(flags, count);
+  const uint8_t* colors = rilievo_mesh_colors(mesh, &count);
+  Write(colors, count);
   const float* heights = rilievo_surface_heights(surface, &count);
   Write(heights, count);
   rilievo_mesh_free(mesh);

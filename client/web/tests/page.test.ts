@@ -134,11 +134,21 @@ test('colours and intensity of a scan are shown, and carried into files when ask
   await withPage(gateway.address, async (page) => {
     await page.setInputFiles('#file', ball);
     await complete(page);
-    const plain = await seen(page);
-    await page.getByLabel('Colour', { exact: true }).selectOption('scan');
-    await page.waitForTimeout(500);
-    const coloured = await seen(page);
-    assert.ok(coloured.green < plain.green / 2 && coloured.red > 50 && coloured.blue > 30, JSON.stringify(coloured));
+    const colour = page.getByLabel('Colour', { exact: true });
+    assert.equal(await colour.inputValue(), 'surface', 'a surface with colours shows them');
+    const own = await seen(page);
+    const after = async (choice: string) => {
+      await colour.selectOption(choice);
+      await page.waitForTimeout(500);
+      return seen(page);
+    };
+    const plain = await after('stone');
+    for (const coloured of [own, await after('scan')]) {
+      assert.ok(coloured.green < plain.green / 2 && coloured.red > 50 && coloured.blue > 30, JSON.stringify(coloured));
+    }
+    const own_ply = join(folder, 'ball_own.ply');
+    rilievo('export', surface, own_ply);
+    assert.ok((await saved(page, 'PLY')).equals(readFileSync(own_ply)), 'the PLY with colours of the surface differs');
     await page.getByLabel('Colours and intensity of the scan').check();
     for (const [button, kind] of [['PLY', 'ply'], ['GLB', 'glb']] as const) {
       const file = join(folder, `ball_mesh.${kind}`);

@@ -95,6 +95,10 @@ absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, const Riliev
                  [](uint8_t flag) { return static_cast<HeightSource>(flag); });
   const TriangleMesh triangles = MeshOf(mesh);
   PointLayers layers;
+  const uint8_t* colors = rilievo_mesh_colors(mesh, &count);
+  for (size_t i = 0; i < count; i += 3) {
+    layers.colors.push_back({colors[i], colors[i + 1], colors[i + 2]});
+  }
   if (carried != nullptr) {
     RILIEVO_ASSIGN_OR_RETURN(layers, LayersAt(triangles.vertices, carried->file, RunContext()));
   }
@@ -172,8 +176,8 @@ RilievoCode rilievo_page_scan_distance(const RilievoScan* scan, const RilievoMes
 }
 
 int rilievo_page_scan_layers(const RilievoScan* scan) {
-  const rilievo::PointLayers& layers = scan->file.layers;
-  return (layers.colors.empty() ? 0 : 1) | (layers.intensity.empty() ? 0 : 2);
+  return (scan->file.cloud.sights.colors.empty() ? 0 : 1) |
+         (scan->file.layers.intensity.empty() ? 0 : 2);
 }
 
 RilievoCode rilievo_page_scan_colors(const RilievoScan* scan, const RilievoMesh* mesh,

@@ -17,6 +17,7 @@ enum ChunkTag : uint8_t {
   kControlTag = 'C',
   kHeightsTag = 'H',
   kSmoothedTag = 's',
+  kColorsTag = 'c',
 };
 
 // One chunk as it stands in the file; the first one brings the signature and the version along.

@@ -3,6 +3,7 @@
 
 #include "absl/status/status.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/colors.h"
 #include "core/codec/container/dss.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/heights/height_decoder.h"
@@ -46,6 +47,7 @@ absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
     surface.heights.push_back(static_cast<float>(height * header.height_unit));
   }
   surface.sources = decoded.Sources(header.metadata.all_smoothed);
+  RILIEVO_ASSIGN_OR_RETURN(surface.colors, DecodeColors(file, refinement, context));
   return absl::OkStatus();
 }
 
@@ -67,6 +69,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
   decoded.format_version = file.version;
   decoded.declared_max_level = file.header.max_level;
   decoded.chunk_bytes = std::move(file.chunk_bytes);
+  for (const Chunk& chunk : file.colors) decoded.color_bytes += chunk.bytes;
   return decoded;
 }
 

@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/colors.h"
 #include "core/codec/container/dss.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/heights/height_decoder.h"
@@ -57,12 +58,12 @@ absl::Status CheckNumbers(const OpenedDss& file) {
                                                    " are more than can be numbered"));
 }
 
-std::vector<HeightSource> SourcesOf(const DisplacedSurface& surface,
-                                    const std::vector<int>& vertices) {
-  std::vector<HeightSource> sources;
-  sources.reserve(vertices.size());
-  for (int v : vertices) sources.push_back(surface.sources[v]);
-  return sources;
+// Sources and colours of the region's vertices.
+void TakeValuesOf(const DisplacedSurface& surface, DecodedRegion& decoded) {
+  for (int v : decoded.region.vertices) {
+    decoded.sources.push_back(surface.sources[v]);
+    if (!surface.colors.empty()) decoded.colors.push_back(surface.colors[v]);
+  }
 }
 
 absl::StatusOr<DecodedRegion> OfWholeDecode(std::span<const uint8_t> bytes,
@@ -73,7 +74,7 @@ absl::StatusOr<DecodedRegion> OfWholeDecode(std::span<const uint8_t> bytes,
   RILIEVO_ASSIGN_OR_RETURN(region.level, CheckedLevel(level, decoded.surface.max_level));
   RILIEVO_ASSIGN_OR_RETURN(region.region,
                            TessellateRegion(decoded.surface, faces, region.level, context));
-  region.sources = SourcesOf(decoded.surface, region.region.vertices);
+  TakeValuesOf(decoded.surface, region);
   return region;
 }
 
@@ -95,11 +96,13 @@ void Renumber(const std::vector<int>& whole_vertex, DecodedRegion& decoded) {
     sorted.region.mesh.normals.col(column) = region.mesh.normals.col(order[i]);
     sorted.region.vertices.push_back(region.vertices[order[i]]);
     sorted.sources.push_back(decoded.sources[order[i]]);
+    if (!decoded.colors.empty()) sorted.colors.push_back(decoded.colors[order[i]]);
     place[order[i]] = static_cast<int>(i);
   }
   sorted.region.mesh.triangles = region.mesh.triangles.unaryExpr([&](int v) { return place[v]; });
   decoded.region = std::move(sorted.region);
   decoded.sources = std::move(sorted.sources);
+  decoded.colors = std::move(sorted.colors);
 }
 
 // The faces and what their heights, limits and normals depend on, as a mesh of its own.
@@ -126,8 +129,10 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                                            const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, false));
   RILIEVO_RETURN_IF_ERROR(CheckFaces(control_faces, file.topology.face_count()));
+  // Of a file that ends between the heights and the colours of a level, coarser colours take part.
+  const bool lacks_colors = !file.colors.empty() && file.colors.size() < file.layers.size();
   if (file.header.group_limit == 0 || file.layers.size() <= kFirstGroupedLevel ||
-      control_faces.empty()) {
+      control_faces.empty() || lacks_colors) {
     return OfWholeDecode(bytes, control_faces, level, context);
   }
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
@@ -152,6 +157,10 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
     part.heights.push_back(static_cast<float>(height * file.header.height_unit));
   }
   part.sources = heights.Sources(file.header.metadata.all_smoothed);
+  if (!file.colors.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(part.colors,
+                             DecodePartOfColors(file, shared, sub.faces, refinement, context));
+  }
   part.control_mesh = std::move(sub.mesh);
   std::vector<int> wanted;
   for (int f : control_faces) {
@@ -159,7 +168,7 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
     wanted.push_back(static_cast<int>(at - sub.faces.begin()));
   }
   RILIEVO_ASSIGN_OR_RETURN(decoded.region, TessellateRegion(part, wanted, decoded.level, context));
-  decoded.sources = SourcesOf(part, decoded.region.vertices);
+  TakeValuesOf(part, decoded);
   Renumber(VerticesThere(FaceVertices(refinement.levels[0], decoded.level),
                          FaceVertices(file.topology, decoded.level), sub.faces),
            decoded);

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/geometry/rgb.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
@@ -18,6 +19,7 @@ namespace rilievo {
 struct DecodedRegion {
   RegionMesh region;                  // see there: vertices are those of the whole, ascending
   std::vector<HeightSource> sources;  // one a vertex
+  std::vector<Rgb> colors;            // same, or empty
   int level = 0;
   int64_t groups_read = 0, groups = 0;  // 0 groups: the file has none, and all of it was decoded
 };

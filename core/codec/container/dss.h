@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/container/color_code.h"
 #include "core/geometry/scan_place.h"
 #include "core/surface/displaced_surface.h"
 
@@ -76,6 +77,8 @@ struct DssMetadata {
   std::string input_hash;  // of the scan's bytes, at most 64 bytes
   std::string options;     // what the surface was asked for
   ScanPlace place;
+  // Set by AddColors alone; not known: no colours.
+  ColorCode colors;
   // Set by EncodeDss alone: every height that is not filled is smoothed; lifting rules of the
   // finest levels, coarse first, that have no coefficients and no chunk.
   bool all_smoothed = false;
@@ -83,7 +86,8 @@ struct DssMetadata {
 };
 
 // Chunk 0 is header + control mesh; chunk 1 + l the heights that level l adds (the finest levels
-// may have none, see DssMetadata::plain_levels); the last may tell which heights are smoothed.
+// may have none, see DssMetadata::plain_levels), with their colours behind them; the last may tell
+// which heights are smoothed.
 // Their concatenation is the file, and any prefix of whole chunks decodes, to a surface with fewer
 // levels.
 struct EncodedSurface {
@@ -115,7 +119,8 @@ struct DecodedSurface {
   // Of the whole file; surface.max_level is smaller when the last chunks are not there yet. When
   // chunk 0 came alone, the surface has level 0, all heights zero and kFilled.
   int declared_max_level = 0;
-  std::vector<int64_t> chunk_bytes;
+  std::vector<int64_t> chunk_bytes;  // a chunk of colours counts to the one before it
+  int64_t color_bytes = 0;           // of all chunks of colours
 };
 
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no

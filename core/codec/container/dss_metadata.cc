@@ -39,6 +39,7 @@ enum Field : uint64_t {
   kUnit = 20,           // figure: metres per unit of the scan
   kUp = 21,             // one byte: place in UpDirection, from 0 for kX
   kCrs = 22,            // text
+  kColors = 23,         // figures, one a channel; nine signed bytes: ColorCode
 };
 constexpr std::array<std::string_view, 4> kTopologies = {"planar", "spherical", "arbitrary",
                                                          "user"};
@@ -48,8 +49,7 @@ constexpr std::array<std::string_view, 9> kOptionNames = {"max_error", "max_byte
                                                           "max_level", "target_faces", "boundary",
                                                           "creases",   "topology",     "method"};
 
-// Figures of a certificate in the order of the format; those at the end that are not known are
-// left off.
+// Figures of a certificate in the order of the format; unknown ones at the end are left off.
 template <typename Metadata>
 auto ListedFigures(Metadata& m) {
   auto &to = m.surface_to_scan, &from = m.scan_to_surface;
@@ -324,6 +324,9 @@ void ReadField(uint64_t field, std::span<const uint8_t> bytes, DssMetadata& meta
     case kCrs:
       if (text.size() <= kMaxCrsBytes) metadata.place.crs = text;
       break;
+    case kColors:
+      metadata.colors = ReadColorCode(value);
+      break;
     case kPlainLevels:
       metadata.plain_levels.assign(bytes.begin(), bytes.end());
       break;
@@ -374,6 +377,7 @@ void WriteMetadata(const DssMetadata& metadata, ByteWriter& writer) {
   }
   WriteOptions(metadata.options, writer);
   WritePlace(metadata.place, writer);
+  if (metadata.colors.is_known()) WriteField(kColors, WriteColorCode(metadata.colors), writer);
   if (!metadata.plain_levels.empty()) WriteField(kPlainLevels, metadata.plain_levels, writer);
   if (metadata.all_smoothed) WriteField(kAllSmoothed, {}, writer);
   writer.Varint(kEnd);

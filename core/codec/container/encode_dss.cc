@@ -137,6 +137,7 @@ DssHeader HeaderOf(const DisplacedSurface& surface, const MeshTopology& topology
   header.metadata = metadata;
   header.metadata.all_smoothed = false;
   header.metadata.plain_levels.clear();
+  header.metadata.colors = {};
   return header;
 }
 
@@ -354,6 +355,7 @@ absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encode
   const DssMetadata before = std::exchange(header.metadata, metadata);
   header.metadata.all_smoothed = before.all_smoothed;
   header.metadata.plain_levels = before.plain_levels;
+  if (!metadata.colors.is_known()) header.metadata.colors = before.colors;
   RILIEVO_ASSIGN_OR_RETURN(encoded.chunks[0],
                            ControlChunk(header, reader.Bytes(reader.remaining())));
   return absl::OkStatus();

@@ -93,6 +93,7 @@ absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control, Ope
     }
     if (chunk.tag >= 'a' && chunk.tag <= 'z' && i > 0) {
       if (!checked) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk));
+      if (chunk.tag == kColorsTag && list.version > 2) file.colors.push_back(chunk);
       continue;
     }
     if ((chunk.tag == kControlTag) != (i == 0)) {
@@ -170,6 +171,10 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   for (size_t level = 0; !check_groups && level < file.layers.size() && level < apart; ++level) {
     RILIEVO_RETURN_IF_ERROR(CheckChunk(file.layers[level]));
   }
+  if (static_cast<int>(file.colors.size()) > header.max_level + 1) {
+    return absl::DataLossError(absl::StrCat("there are ", file.colors.size(),
+                                            " levels of colours, max_level is ", header.max_level));
+  }
   if (file.smoothed && (!file.whole() || file.smoothed->number < file.layers.back().number)) {
     file.smoothed.reset();
   }
@@ -181,7 +186,13 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   RILIEVO_RETURN_IF_ERROR(
       CheckLaw(header.face_count, kControlFacesPerByte, control, "control faces"));
   RILIEVO_RETURN_IF_ERROR(DecodeControl(reader.Bytes(reader.remaining()), file));
-  for (const Chunk& chunk : list.chunks) file.chunk_bytes.push_back(chunk.bytes);
+  for (const Chunk& chunk : list.chunks) {
+    if (chunk.tag == kColorsTag) {
+      file.chunk_bytes.back() += chunk.bytes;
+    } else {
+      file.chunk_bytes.push_back(chunk.bytes);
+    }
+  }
   return file;
 }
 

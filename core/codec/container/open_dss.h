@@ -24,7 +24,8 @@ struct OpenedDss {
   FaceGroups groups;                 // where header.group_limit > 0
   std::vector<Chunk> layers;         // of level 0, 1, ...; they are views of the caller's bytes
   std::optional<Chunk> smoothed;     // only if the heights of all levels are there
-  std::vector<int64_t> chunk_bytes;  // of all chunks
+  std::vector<Chunk> colors;         // of level 0, 1, ...; at most as many as the file has levels
+  std::vector<int64_t> chunk_bytes;  // of all chunks; one of colours counts to the one before it
   std::vector<std::span<const uint8_t>> Payloads() const;
   // Whether all chunks of heights are there.
   bool whole() const { return static_cast<int>(layers.size()) == header.layer_count(); }

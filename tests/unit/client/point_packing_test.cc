@@ -15,14 +15,17 @@ TEST(HeaderOf, SaysWhatTheRecordsHold) {
   EXPECT_EQ(header.coordinate_format(), v1::COORDINATE_FORMAT_FLOAT64_LE);
   EXPECT_TRUE(header.stations().empty());
   EXPECT_FALSE(header.normals());
+  EXPECT_FALSE(header.colors());
 
   scan.sights.stations = Eigen::Matrix3Xd::Random(3, 2);
   scan.sights.station_of.assign(20, 1);
   scan.sights.normals.setOnes(3, 20);
+  scan.sights.colors.resize(20);
   header = HeaderOf(scan, LosslessLayout(scan));
   ASSERT_EQ(header.stations().size(), 48u);
   EXPECT_EQ(std::memcmp(header.stations().data(), scan.sights.stations.data(), 48), 0);
   EXPECT_TRUE(header.normals());
+  EXPECT_TRUE(header.colors());
 }
 
 }  // namespace

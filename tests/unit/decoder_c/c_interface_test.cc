@@ -65,6 +65,12 @@ void ExpectSame(const std::vector<T>& c, const Matrix& cpp) {
   }
 }
 
+void ExpectSameColors(const std::vector<uint8_t>& c, const std::vector<Rgb>& cpp) {
+  std::vector<uint8_t> channels;
+  for (const Rgb& color : cpp) channels.insert(channels.end(), color.begin(), color.end());
+  EXPECT_EQ(c, channels);
+}
+
 class EveryGolden : public testing::TestWithParam<const char*> {};
 
 TEST_P(EveryGolden, GivesTheSameBitsAsTheCppLibrary) {
@@ -74,6 +80,7 @@ TEST_P(EveryGolden, GivesTheSameBitsAsTheCppLibrary) {
   ASSERT_EQ(rilievo_surface_max_level(surface.get()), expected.surface.max_level);
   EXPECT_EQ(rilievo_surface_declared_max_level(surface.get()), expected.declared_max_level);
   ExpectSame(All(rilievo_surface_heights, surface.get()), expected.surface.heights);
+  ExpectSameColors(All(rilievo_surface_colors, surface.get()), expected.surface.colors);
   const ControlMesh& control = expected.surface.control_mesh;
   ExpectSame(All(rilievo_control_faces, surface.get()), control.faces);
   ExpectSame(All(rilievo_control_corners, surface.get()), control.corners);
@@ -100,6 +107,7 @@ TEST_P(EveryGolden, GivesTheSameBitsAsTheCppLibrary) {
     ExpectSame(All(rilievo_mesh_faces, mesh.get()), triangles.triangles);
     ExpectSame(All(rilievo_mesh_normals, mesh.get()), triangles.normals);
     ExpectSame(All(rilievo_mesh_flags, mesh.get()), SourcesAtLevel(expected.surface, level));
+    ExpectSameColors(All(rilievo_mesh_colors, mesh.get()), ColorsAtLevel(expected.surface, level));
   }
 }
 
@@ -107,11 +115,13 @@ INSTANTIATE_TEST_SUITE_P(Golden, EveryGolden,
                          testing::Values("sheet_and_octahedron_v1.dss",
                                          "sheet_and_octahedron_v2.dss",
                                          "torus_and_sheet_smoothed_v3.dss",
-                                         "genus2_plain_levels_v3.dss"));
+                                         "genus2_plain_levels_v3.dss",
+                                         "colored_torus_in_groups_v3.dss"));
 
 TEST(CInterfaceTest, RegionsArePartsOfTheWholeMesh) {
-  for (const char* name : {"sheet_and_octahedron_v2.dss", "torus_in_groups_v3.dss",
-                           "torus_and_sheet_smoothed_in_groups_v3.dss"}) {
+  for (const char* name :
+       {"sheet_and_octahedron_v2.dss", "torus_in_groups_v3.dss",
+        "torus_and_sheet_smoothed_in_groups_v3.dss", "colored_torus_in_groups_v3.dss"}) {
     const std::vector<uint8_t> bytes = Golden(name);
     const SurfacePtr surface = Decode(bytes);
     for (int level : {0, 2, -1}) {
@@ -129,10 +139,15 @@ TEST(CInterfaceTest, RegionsArePartsOfTheWholeMesh) {
       const auto all_points = All(rilievo_mesh_vertices, whole.get());
       const auto flags = All(rilievo_mesh_flags, part);
       const auto all_flags = All(rilievo_mesh_flags, whole.get());
+      const auto colors = All(rilievo_mesh_colors, part);
+      const auto all_colors = All(rilievo_mesh_colors, whole.get());
       EXPECT_EQ(All(rilievo_mesh_faces, part).size(), 9u << (2 * found));
       ASSERT_EQ(points.size(), 3 * numbers.size());
       for (size_t v = 0; v < numbers.size(); ++v) {
         EXPECT_EQ(flags[v], all_flags[numbers[v]]);
+        for (size_t k = 0; k < 3 && !all_colors.empty(); ++k) {
+          EXPECT_EQ(colors[3 * v + k], all_colors[3 * numbers[v] + k]);
+        }
         for (int k = 0; k < 3; ++k) EXPECT_EQ(points[3 * v + k], all_points[3 * numbers[v] + k]);
       }
       EXPECT_TRUE(All(rilievo_mesh_vertex_numbers, whole.get()).empty());
@@ -324,7 +339,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 3);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 4);
 }
 
 }  // namespace

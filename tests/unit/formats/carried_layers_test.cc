@@ -19,7 +19,7 @@ ScanFile RandomScan(int count) {
   for (int i = 0; i < count; ++i) {
     scan.cloud.points.col(i) << 4.6e6 + place(random), place(random), place(random);
     scan.layers.intensity.push_back(static_cast<float>(i));
-    scan.layers.colors.push_back({static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8), 7});
+    scan.cloud.sights.colors.push_back({static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8), 7});
   }
   return scan;
 }
@@ -54,7 +54,7 @@ TEST(CarriedLayersTest, EachVertexTakesItsNearestPoint) {
 TEST(CarriedLayersTest, AScanWithoutLayersOrPointsIsRefused) {
   ScanFile scan = RandomScan(5);
   const Eigen::Matrix3Xd vertices = scan.cloud.points;
-  scan.layers.colors.clear();
+  scan.cloud.sights.colors.clear();
   EXPECT_TRUE(LayersAt(vertices, scan, RunContext())->colors.empty());
   scan.layers.intensity.clear();
   EXPECT_THAT(std::string(LayersAt(vertices, scan, RunContext()).status().message()),

@@ -193,13 +193,13 @@ TEST(E57ReaderTest, ColoursAreScaledByTheirLimits) {
   scan.columns.push_back(E57Integers("intensity", -666, 666, {-666, 0, 666}, "scale=\"0.25\""));
   const auto read = Read(E57File({scan}));
   ASSERT_TRUE(read.ok()) << read.status();
-  ASSERT_EQ(read->layers.colors.size(), 3u);
-  EXPECT_EQ(read->layers.colors[0], (std::array<uint8_t, 3>{0, 1, 0}));
-  EXPECT_EQ(read->layers.colors[1], (std::array<uint8_t, 3>{1, 2, 51}));
-  EXPECT_EQ(read->layers.colors[2], (std::array<uint8_t, 3>{255, 255, 255}));
+  ASSERT_EQ(read->cloud.sights.colors.size(), 3u);
+  EXPECT_EQ(read->cloud.sights.colors[0], (std::array<uint8_t, 3>{0, 1, 0}));
+  EXPECT_EQ(read->cloud.sights.colors[1], (std::array<uint8_t, 3>{1, 2, 51}));
+  EXPECT_EQ(read->cloud.sights.colors[2], (std::array<uint8_t, 3>{255, 255, 255}));
   EXPECT_EQ(read->layers.intensity, (std::vector<float>{-166.5f, 0, 166.5f}));
   // A scan without colours beside it: no layer for all, so none.
-  EXPECT_TRUE(Read(E57File({scan, RealScan(true, 2)}))->layers.colors.empty());
+  EXPECT_TRUE(Read(E57File({scan, RealScan(true, 2)}))->cloud.sights.colors.empty());
 }
 
 TEST(E57ReaderTest, LimitsOfColoursOverruleTheirBounds) {
@@ -212,7 +212,7 @@ TEST(E57ReaderTest, LimitsOfColoursOverruleTheirBounds) {
   scan.more += "</colorLimits>";
   const auto read = Read(E57File({scan}));
   ASSERT_TRUE(read.ok()) << read.status();
-  EXPECT_EQ(read->layers.colors[1], (std::array<uint8_t, 3>{255, 255, 255}));
+  EXPECT_EQ(read->cloud.sights.colors[1], (std::array<uint8_t, 3>{255, 255, 255}));
 }
 
 TEST(E57ReaderTest, FieldsOfExtensionsAndTextAreLeftAlone) {

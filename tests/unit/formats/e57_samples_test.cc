@@ -53,7 +53,7 @@ TEST_F(E57SamplesTest, SingleHoldsThePointsOfDouble) {
   ASSERT_TRUE(singles.ok()) << singles.status();
   ASSERT_EQ(reals->cloud.points.cols(), 7680);
   EXPECT_LE((singles->cloud.points - reals->cloud.points).cwiseAbs().maxCoeff(), 1e-7);
-  EXPECT_EQ(singles->layers.colors, reals->layers.colors);
+  EXPECT_EQ(singles->cloud.sights.colors, reals->cloud.sights.colors);
 }
 
 // A unit sphere, every second point of it invalid.

@@ -49,9 +49,9 @@ TEST(LasReaderTest, EveryPointFormatWithItsLayers) {
     EXPECT_EQ(scan->layers.intensity[59], 59 * 256);
     const bool colors =
         format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
-    ASSERT_EQ(scan->layers.colors.size(), colors ? 60u : 0u);
+    ASSERT_EQ(scan->cloud.sights.colors.size(), colors ? 60u : 0u);
     if (colors) {
-      EXPECT_EQ(scan->layers.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
+      EXPECT_EQ(scan->cloud.sights.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
     }
   }
 }
@@ -111,14 +111,14 @@ TEST(LasReaderTest, LayersAreReadOnlyWhenWanted) {
   const auto scan = Read(LasFile(SpherePoints(9), {.point_format = 3}));
   ASSERT_TRUE(scan.ok());
   EXPECT_TRUE(scan->layers.intensity.empty());
-  EXPECT_TRUE(scan->layers.colors.empty());
+  EXPECT_TRUE(scan->cloud.sights.colors.empty());
 }
 
 TEST(LasReaderTest, ColorsOfSixteenBitsKeepTheirHighBytes) {
   const auto scan =
       Read(LasFile(SpherePoints(60), {.point_format = 2, .color_step = 256}), {.colors = true});
   ASSERT_TRUE(scan.ok());
-  EXPECT_EQ(scan->layers.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
+  EXPECT_EQ(scan->cloud.sights.colors[59], (std::array<uint8_t, 3>{59, 118, 177}));
 }
 
 // A grid of 4.6e6 metres: float would keep half a metre.

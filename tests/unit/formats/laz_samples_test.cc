@@ -9,6 +9,7 @@
 #include <iterator>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "client/formats/scan_reader.h"
 
@@ -41,7 +42,12 @@ TEST_P(LazSamplesTest, HoldsThePointsOfItsUncompressedTwin) {
   ASSERT_GT(plain->cloud.points.cols(), 0);
   EXPECT_TRUE(packed->cloud.points == plain->cloud.points);
   EXPECT_EQ(packed->layers.intensity, plain->layers.intensity);
-  EXPECT_EQ(packed->layers.colors, plain->layers.colors);
+  EXPECT_EQ(packed->cloud.sights.colors, plain->cloud.sights.colors);
+  std::ifstream plain_in(path.string() + ".las"), packed_in(path.string() + ".laz");
+  const WantedLayers classes = {.classes = {2}};
+  const auto plain_classes = ReadLasScan(plain_in, classes)->classes;
+  EXPECT_EQ(plain_classes.size(), static_cast<size_t>(plain->cloud.points.cols()));
+  EXPECT_EQ(ReadLasScan(packed_in, classes)->classes, plain_classes);
 }
 
 INSTANTIATE_TEST_SUITE_P(OtherPrograms, LazSamplesTest,
@@ -80,8 +86,11 @@ TEST_P(LazFormatTest, HoldsThePointsOfTheFormula) {
                               std::to_string(format));
   ASSERT_EQ(scan->cloud.points.cols(), 100);
   ASSERT_EQ(scan->layers.intensity.size(), 100u);
+  std::ifstream in((source / "fuzz/corpus/las" / name).string());
+  const std::vector<uint8_t> classes = ReadLasScan(in, {.classes = {2}})->classes;
+  ASSERT_EQ(classes.size(), 100u);
   const bool colored = format == 2 || format == 3 || format >= 7;
-  ASSERT_EQ(scan->layers.colors.size(), colored ? 100u : 0u);
+  ASSERT_EQ(scan->cloud.sights.colors.size(), colored ? 100u : 0u);
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(i);
     const int x = static_cast<int>(1000 * std::cos(.7 * i));
@@ -91,8 +100,9 @@ TEST_P(LazFormatTest, HoldsThePointsOfTheFormula) {
     EXPECT_EQ(scan->cloud.points(1, i), y * .01 + 2);
     EXPECT_EQ(scan->cloud.points(2, i), z * .01 + 3);
     EXPECT_EQ(scan->layers.intensity[i], 100 + i * 37 % 50);
+    EXPECT_EQ(classes[i], 2 + i % 3);
     for (int k = 0; colored && k < 3; ++k) {
-      EXPECT_EQ(scan->layers.colors[i][k], (1000 * (k + 1) + i * 257 % 3000) >> 8);
+      EXPECT_EQ(scan->cloud.sights.colors[i][k], (1000 * (k + 1) + i * 257 % 3000) >> 8);
     }
   }
 }

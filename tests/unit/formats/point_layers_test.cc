@@ -36,7 +36,7 @@ TEST(PointLayersTest, PlyBringsBackWhatWasWritten) {
   const auto scan = ReadPlyScan(ply, {.intensity = true, .colors = true});
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(scan->layers.intensity, kLayers.intensity);
-  EXPECT_EQ(scan->layers.colors, kLayers.colors);
+  EXPECT_EQ(scan->cloud.sights.colors, kLayers.colors);
   EXPECT_TRUE(scan->cloud.points == Triangle().vertices);
 }
 
@@ -48,22 +48,24 @@ TEST(PointLayersTest, PlyColorsOfEveryType) {
                           " green\nproperty double scalar_Intensity\nend_header\n" + row);
     return *ReadPlyScan(in, {.intensity = true, .colors = true});
   };
-  EXPECT_THAT(read("uchar", "3 7 8 1 9 2 0.25\n").layers.colors, ElementsAre(Color{1, 2, 3}));
-  EXPECT_THAT(read("ushort", "768 7 8 300 9 65535 0.25\n").layers.colors,
+  EXPECT_THAT(read("uchar", "3 7 8 1 9 2 0.25\n").cloud.sights.colors, ElementsAre(Color{1, 2, 3}));
+  EXPECT_THAT(read("ushort", "768 7 8 300 9 65535 0.25\n").cloud.sights.colors,
               ElementsAre(Color{1, 255, 3}));
   // Wide integers: as many bits as the largest value of the file needs, 8, 16 or 32.
-  EXPECT_THAT(read("ushort", "3 7 8 1 9 200 0.25\n").layers.colors, ElementsAre(Color{1, 200, 3}));
-  EXPECT_THAT(read("int", "3 7 8 255 9 -2 0.25\n").layers.colors, ElementsAre(Color{255, 0, 3}));
-  EXPECT_THAT(read("uint", "768 7 8 300 9 65535 0.25\n").layers.colors,
+  EXPECT_THAT(read("ushort", "3 7 8 1 9 200 0.25\n").cloud.sights.colors,
+              ElementsAre(Color{1, 200, 3}));
+  EXPECT_THAT(read("int", "3 7 8 255 9 -2 0.25\n").cloud.sights.colors,
+              ElementsAre(Color{255, 0, 3}));
+  EXPECT_THAT(read("uint", "768 7 8 300 9 65535 0.25\n").cloud.sights.colors,
               ElementsAre(Color{1, 255, 3}));
-  EXPECT_THAT(read("uint", "4294967295 7 8 2147483648 9 16777216 0.25\n").layers.colors,
+  EXPECT_THAT(read("uint", "4294967295 7 8 2147483648 9 16777216 0.25\n").cloud.sights.colors,
               ElementsAre(Color{128, 1, 255}));
-  EXPECT_THAT(read("float", "255 7 8 12 9 127.6 0.25\n").layers.colors,
+  EXPECT_THAT(read("float", "255 7 8 12 9 127.6 0.25\n").cloud.sights.colors,
               ElementsAre(Color{12, 128, 255}));
-  EXPECT_THAT(read("float", "nan 7 8 0.2 9 1 0.25\n").layers.colors,
+  EXPECT_THAT(read("float", "nan 7 8 0.2 9 1 0.25\n").cloud.sights.colors,
               ElementsAre(Color{51, 255, 0}));
   const ScanFile real = read("float", "1 7 8 0.5 9 -4 0.25\n");
-  EXPECT_THAT(real.layers.colors, ElementsAre(Color{128, 0, 255}));
+  EXPECT_THAT(real.cloud.sights.colors, ElementsAre(Color{128, 0, 255}));
   EXPECT_THAT(real.layers.intensity, ElementsAre(0.25f));
   EXPECT_TRUE(real.cloud.points.col(0) == Eigen::Vector3d(7, 8, 9));
 }
@@ -71,11 +73,11 @@ TEST(PointLayersTest, PlyColorsOfEveryType) {
 TEST(PointLayersTest, WhatIsNotWantedOrNotThereIsEmpty) {
   std::stringstream ply;
   ASSERT_TRUE(WritePlyMesh(Triangle(), {}, ply, kLayers).ok());
-  EXPECT_TRUE(ReadPlyScan(ply)->layers.colors.empty());
+  EXPECT_TRUE(ReadPlyScan(ply)->cloud.sights.colors.empty());
   std::stringstream plain;
   ASSERT_TRUE(WritePlyMesh(Triangle(), {}, plain).ok());
   const auto scan = ReadPlyScan(plain, {.intensity = true, .colors = true});
-  EXPECT_TRUE(scan->layers.colors.empty());
+  EXPECT_TRUE(scan->cloud.sights.colors.empty());
   EXPECT_TRUE(scan->layers.intensity.empty());
 }
 

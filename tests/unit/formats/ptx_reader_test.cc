@@ -44,7 +44,7 @@ TEST(PtxReaderTest, CloudsAreMovedIntoOneFrame) {
   ASSERT_EQ(scan->cloud.points.cols(), 4);
   EXPECT_LT((scan->cloud.points - expected).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_THAT(scan->layers.intensity, ::testing::ElementsAre(0.5f, 0.25f, 0.125f, 1.0f));
-  EXPECT_TRUE(scan->layers.colors.empty());
+  EXPECT_TRUE(scan->cloud.sights.colors.empty());
 }
 
 TEST(PtxReaderTest, RaysWithoutReturnAreLeftOutAndColorsKept) {
@@ -54,8 +54,8 @@ TEST(PtxReaderTest, RaysWithoutReturnAreLeftOutAndColorsKept) {
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(scan->format, "PTX, 1 cloud, 2 rays without a return");
   ASSERT_EQ(scan->cloud.points.cols(), 1);
-  ASSERT_EQ(scan->layers.colors.size(), 1u);
-  EXPECT_EQ(scan->layers.colors[0], (std::array<uint8_t, 3>{10, 255, 0}));
+  ASSERT_EQ(scan->cloud.sights.colors.size(), 1u);
+  EXPECT_EQ(scan->cloud.sights.colors[0], (std::array<uint8_t, 3>{10, 255, 0}));
   EXPECT_TRUE(scan->layers.intensity.empty());
 }
 

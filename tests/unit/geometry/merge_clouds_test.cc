@@ -39,6 +39,15 @@ TEST(MergeCloudsTest, NormalsOfACloudWithoutAreNotKnown) {
   EXPECT_TRUE(merged.sights.station_of.empty());
 }
 
+TEST(MergeCloudsTest, ColoursAreThereWhereEveryCloudHasThem) {
+  std::vector<PointCloud> clouds = {Cloud(1, 0), Cloud(2, 0)};
+  clouds[1].sights.colors = {{1, 2, 3}, {4, 5, 6}};
+  EXPECT_TRUE(MergeClouds(clouds)->sights.colors.empty());
+  clouds[0].sights.colors = {{7, 8, 9}};
+  EXPECT_THAT(MergeClouds(clouds)->sights.colors,
+              ElementsAre(Rgb{7, 8, 9}, Rgb{1, 2, 3}, Rgb{4, 5, 6}));
+}
+
 TEST(MergeCloudsTest, MoreStationsThanAreToldApartAreRefused) {
   const std::vector<PointCloud> clouds = {Cloud(1, kMostStations), Cloud(1, 1)};
   EXPECT_THAT(MergeClouds(clouds).status().message(), HasSubstr("4097 places"));

@@ -48,20 +48,23 @@ TEST(PackPointsTest, SightsStandBehindTheirPoint) {
   scan.sights.stations = Eigen::Matrix3Xd::Random(3, 300);
   scan.sights.station_of = {0, 299, kNoStation, 7, 258};
   scan.sights.normals = Eigen::Matrix3Xf::Random(3, 5);
+  scan.sights.colors = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {0, 128, 255}, {13, 14, 15}};
   const PointLayout layout = LosslessLayout(scan);
   EXPECT_EQ(layout.bytes(), kMostRecordBytes);
   const std::string bytes = PackPoints(scan, 0, 5, layout);
-  ASSERT_EQ(bytes.size(), 5 * 38u);
-  EXPECT_EQ(bytes.substr(38 + 24, 2), "\x2b\x01") << "299, the low byte first";
+  ASSERT_EQ(bytes.size(), 5 * 41u);
+  EXPECT_EQ(bytes.substr(41 + 24, 2), "\x2b\x01") << "299, the low byte first";
   float normal[3];
-  std::memcpy(normal, bytes.data() + 4 * 38 + 26, 12);
+  std::memcpy(normal, bytes.data() + 4 * 41 + 26, 12);
   EXPECT_EQ(Eigen::Map<Eigen::Vector3f>(normal), scan.sights.normals.col(4));
+  EXPECT_EQ(bytes.substr(4 * 41 + 38), "\x0d\x0e\x0f");
   PointCloud back = RoomForPoints(5, layout);
-  EXPECT_EQ(UnpackPoints(bytes.substr(0, 76), layout, 0, &back), 2);
-  EXPECT_EQ(UnpackPoints(bytes.substr(76), layout, 2, &back), 5);
+  EXPECT_EQ(UnpackPoints(bytes.substr(0, 82), layout, 0, &back), 2);
+  EXPECT_EQ(UnpackPoints(bytes.substr(82), layout, 2, &back), 5);
   EXPECT_EQ(back.points, scan.points);
   EXPECT_EQ(back.sights.station_of, scan.sights.station_of);
   EXPECT_EQ(back.sights.normals, scan.sights.normals);
+  EXPECT_EQ(back.sights.colors, scan.sights.colors);
 }
 
 }  // namespace

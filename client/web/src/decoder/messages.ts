@@ -10,6 +10,8 @@ export interface Picture {
   faces: Uint32Array;
   /** 0 measured, 1 smoothed, 2 filled. */
   flags: Uint8Array;
+  /** Red, green, blue, 0 to 255; none where the surface has no colours. */
+  colours: Uint8Array;
   /** Displacement, fractions of the diagonal; zero where no level has come yet. */
   heights: Float32Array;
   tessellateMs: number;

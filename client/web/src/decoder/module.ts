@@ -49,6 +49,8 @@ export interface Mesh {
   normals: Float32Array;
   /** 0 measured, 1 smoothed, 2 filled, one a vertex. */
   flags: Uint8Array;
+  /** Red, green, blue of each vertex, sRGB; none where the surface has no colours. */
+  colours: Uint8Array;
 }
 
 export interface ControlMesh {
@@ -117,10 +119,11 @@ export class Surface {
       faces: this.#module.indicesOf('rilievo_mesh_faces', mesh),
       normals: this.#module.floatsOf('rilievo_mesh_normals', mesh),
       flags: this.#module.bytesOf('rilievo_mesh_flags', mesh),
+      colours: this.#module.bytesOf('rilievo_mesh_colors', mesh),
     }));
   }
 
-  /** A file of the mesh, with normals and flags; with the layers of the scan `carried`. */
+  /** A file of the mesh, with normals, flags and colours; with the layers of the scan `carried` instead. */
   file(format: 'ply' | 'glb', level: number, carried?: Scan): Uint8Array<ArrayBuffer> {
     const surface = format === 'glb' ? [this.#pointer] : [];
     return this.withMesh(level, (mesh) =>

@@ -111,7 +111,7 @@ function picture(level: number): Picture {
   shown.set(heights.subarray(0, Math.min(vertices, heights.length)));
   return {
     level, positions: relative(mesh.vertices, frame!), normals: mesh.normals, faces: mesh.faces,
-    flags: mesh.flags, heights: shown, tessellateMs,
+    flags: mesh.flags, colours: mesh.colours, heights: shown, tessellateMs,
   };
 }
 

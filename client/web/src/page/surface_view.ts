@@ -20,6 +20,8 @@ export class SurfaceView {
   #info: SurfaceInfo | undefined;
   #bytes: Uint8Array<ArrayBuffer> | undefined;
   #name = 'surface';
+  /** Whether the surface has shown colours of its own. */
+  #hasColours = false;
   #hasScan = false;
   #scanFrame: Frame | undefined;
   #generation = 0;
@@ -43,6 +45,7 @@ export class SurfaceView {
   begin(name: string, keepsScan: boolean): number {
     this.#name = name;
     this.#picture = this.#info = this.#bytes = undefined;
+    this.#hasColours = false;
     this.#ofScan.clear();
     this.#drawn = 0;
     this.#times.clear();
@@ -95,6 +98,8 @@ export class SurfaceView {
     this.#info = info;
     this.#picture = picture;
     this.#viewer.showControl(control);
+    if (picture.colours.length > 0 && !this.#hasColours && this.#colour.value === 'stone') this.#colour.value = 'surface';
+    this.#hasColours = picture.colours.length > 0;
     this.#place(picture);
     element('welcome').hidden = true;
     element('view').hidden = false;
@@ -249,7 +254,7 @@ export class SurfaceView {
     const scanBox = element<HTMLInputElement>('show-scan');
     const { colours, intensity } = this.#layers;
     scanBox.disabled = !this.#hasScan;
-    for (const [value, usable] of [['error', this.#hasScan], ['scan', colours]] as const) {
+    for (const [value, usable] of [['surface', this.#hasColours], ['error', this.#hasScan], ['scan', colours]] as const) {
       this.#colour.querySelector<HTMLOptionElement>(`option[value=${value}]`)!.disabled = !usable;
       if (!usable && this.#colour.value === value) this.#colour.value = 'stone';
     }

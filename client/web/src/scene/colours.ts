@@ -1,7 +1,7 @@
 // Colours that show a figure of the vertices, and what they mean.
 import type { Distances, Picture } from '../decoder/messages';
 
-export type Colouring = 'stone' | 'displacement' | 'error' | 'source' | 'scan';
+export type Colouring = 'stone' | 'displacement' | 'error' | 'source' | 'scan' | 'surface';
 
 type Rgb = [number, number, number];
 
@@ -98,8 +98,9 @@ export function colourOf(picture: Picture, colouring: Colouring, diagonal: numbe
       },
     };
   }
-  if (colouring === 'scan' && colours) {
-    return { colours: Float32Array.from(colours, (value) => linear(value / 255)), legend: undefined };
+  const given = colouring === 'scan' ? colours : colouring === 'surface' ? picture.colours : undefined;
+  if (given && given.length > 0) {
+    return { colours: Float32Array.from(given, (value) => linear(value / 255)), legend: undefined };
   }
   if (colouring === 'source') {
     const present = SOURCES.filter((_source, flag) => picture.flags.includes(flag));

@@ -44,7 +44,10 @@ export async function submitScan(scan: ReadScan, signal: AbortSignal, listener: 
   const coordinateFormat =
     scan.coordinateBytes === 4 ? CoordinateFormat.FLOAT32_LE : CoordinateFormat.FLOAT64_LE;
   const { stations, normals } = scan;
-  const header = { pointCount: BigInt(scan.points), coordinateFormat, stations, normals, options: optionsOf(scan.place) };
+  const header = {
+    pointCount: BigInt(scan.points), coordinateFormat, stations, normals, colors: scan.layers.colours,
+    options: optionsOf(scan.place),
+  };
   const { job } = await jobs.createJob({ requestId: randomName(), scanId, header }, { signal });
   if (!job) throw new ConnectError('the server has given no job', Code.Internal);
   return job;

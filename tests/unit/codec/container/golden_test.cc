@@ -219,5 +219,21 @@ TEST(GoldenTest, Version3WithSmoothedHeights) {
   }
 }
 
+// A torus whose heights and colours stand in groups from level 2 on.
+TEST(GoldenTest, Colours) {
+  const std::vector<uint8_t> bytes = Golden("colored_torus_in_groups_v3.dss");
+  ASSERT_EQ(bytes.size(), 4364u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->color_bytes, 291);
+  EXPECT_EQ(decoded->chunk_bytes.size(), 5u) << "those of colours count to the levels";
+  ASSERT_EQ(decoded->surface.colors.size(), 5120u);
+  std::vector<uint8_t> channels;
+  for (const Rgb& color : decoded->surface.colors) {
+    channels.insert(channels.end(), color.begin(), color.end());
+  }
+  EXPECT_EQ(Crc32c(channels), 0x4282ba08u);
+}
+
 }  // namespace
 }  // namespace rilievo

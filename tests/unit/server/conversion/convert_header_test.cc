@@ -369,6 +369,8 @@ TEST(ParseHeader, StationsAndNormalsReachTheirTarget) {
   header.mutable_options()->mutable_scan()->set_normals(v1::SIGHT_RULE_IGNORE);
   const JobRequest request = Parse(header);
   EXPECT_EQ(request.layout.bytes(), 12 + 2 + 12);
+  header.set_colors(true);
+  EXPECT_EQ(Parse(header).layout.bytes(), 12 + 2 + 12 + 3);
   ASSERT_EQ(request.stations.cols(), 2);
   EXPECT_EQ(request.stations(2, 1), 1e6);
   EXPECT_EQ(request.options.scan.sights.stations, SightRule::kUse);

@@ -49,6 +49,9 @@ TEST(ScanBytes, SightsComeWithTheirPoints) {
   scan.sights.station_of.assign(70'000, 0);
   scan.sights.station_of[69'999] = kNoStation;
   scan.sights.normals = Eigen::Matrix3Xf::Random(3, 70'000);
+  for (int i = 0; i < 70'000; ++i) {
+    scan.sights.colors.push_back({static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8), 7});
+  }
   const PointLayout layout = LosslessLayout(scan);
   auto file =
       ScanBytes({PackPoints(scan, 0, 30'000, layout), PackPoints(scan, 30'000, 70'000, layout)})
@@ -59,6 +62,7 @@ TEST(ScanBytes, SightsComeWithTheirPoints) {
   EXPECT_EQ(decoded->points, scan.points);
   EXPECT_EQ(decoded->sights.station_of, scan.sights.station_of);
   EXPECT_EQ(decoded->sights.normals, scan.sights.normals);
+  EXPECT_EQ(decoded->sights.colors, scan.sights.colors);
 }
 
 TEST(ScanBytes, ABrokenFileIsNoticed) {

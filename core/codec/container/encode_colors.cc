@@ -1,0 +1,204 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/codec/bytes/byte_stream.h"
+#include "core/codec/bytes/chunk.h"
+#include "core/codec/container/colors.h"
+#include "core/codec/heights/height_encoder.h"
+
+namespace rilievo {
+namespace {
+
+constexpr size_t kChannels = 3;
+// Search for the quantiser step: where it begins, in errors; how far off its end may be; trials.
+constexpr double kFirstStep = 4, kClose = 0.06;
+constexpr double kCoarser = 1.5, kCoarsestStep = 0.25;
+constexpr int kMostTrials = 10;
+// With bytes to keep: how the step grows with the excess; a step at which no coefficient is left.
+constexpr double kStepPower = 1.2, kLeastCoarser = 1.05, kNothingLeft = 2;
+
+using EncodedChannels = std::array<EncodedHeights, kChannels>;
+
+int64_t BytesOf(const EncodedSurface& encoded) {
+  int64_t bytes = 0;
+  for (const auto& chunk : encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
+  return bytes;
+}
+
+Eigen::Vector3d Wide(const Rgb& color) {
+  return Eigen::Vector3d(color[0], color[1], color[2]) / 255;
+}
+
+// The principal axes of the colours, the longest first; an error along one is as large in red,
+// green and blue together.
+std::array<int8_t, 9> AxesOf(const std::vector<Rgb>& colors) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Rgb& color : colors) mean += Wide(color);
+  mean /= static_cast<double>(colors.size());
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Rgb& color : colors) {
+    const Eigen::Vector3d off = Wide(color) - mean;
+    covariance += off * off.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+  std::array<int8_t, 9> axes{};
+  for (int k = 0; k < 3; ++k) {
+    Eigen::Vector3d axis = solver.eigenvectors().col(2 - k);
+    if (axis.sum() < 0) axis = -axis;
+    for (int i = 0; i < 3; ++i) axes[3 * k + i] = static_cast<int8_t>(std::lround(127 * axis[i]));
+  }
+  return axes;
+}
+
+double RmsOf(const EncodedChannels& channels) {
+  double sum = 0;
+  for (const EncodedHeights& channel : channels) sum += channel.rms * channel.rms;
+  return std::sqrt(sum / kChannels);
+}
+
+class ColorEncoder {
+ public:
+  static absl::StatusOr<ColorEncoder> Make(const DisplacedSurface& surface, const OpenedDss& file,
+                                           const LoopRefinement& refinement,
+                                           const RunContext& context) {
+    ColorEncoder encoder;
+    encoder.code_ = {{1, 1, 1}, AxesOf(surface.colors)};
+    const Eigen::Matrix3d numbers_from_rgb = encoder.code_.RgbFromNumbers().inverse();
+    // A channel takes the place of the heights; no vertex is without.
+    DisplacedSurface field;
+    field.control_mesh = surface.control_mesh;
+    field.max_level = surface.max_level;
+    field.sources.assign(surface.colors.size(), HeightSource::kMeasured);
+    field.heights.resize(surface.colors.size());
+    const bool grouped = file.header.group_limit > 0;
+    for (int k = 0; k < 3; ++k) {
+      for (size_t v = 0; v < surface.colors.size(); ++v) {
+        field.heights[v] = static_cast<float>(numbers_from_rgb.row(k).dot(Wide(surface.colors[v])));
+      }
+      RILIEVO_ASSIGN_OR_RETURN(
+          encoder.encoders_[k],
+          grouped ? HeightEncoder::MakeGrouped(field, refinement, 1, file.groups, context)
+                  : std::make_unique<HeightEncoder>(field, refinement, 1));
+    }
+    return encoder;
+  }
+
+  // The same step for all channels: then a bit is worth as much in each.
+  absl::StatusOr<EncodedChannels> Encode(double step, const RunContext& context) const {
+    std::array<absl::StatusOr<EncodedHeights>, kChannels> encoded;
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(kChannels, 1, context, [&](int64_t begin, int64_t end) {
+      for (int64_t k = begin; k < end; ++k) encoded[k] = encoders_[k]->Encode(step, context);
+    }));
+    EncodedChannels channels;
+    for (size_t k = 0; k < kChannels; ++k) {
+      RILIEVO_ASSIGN_OR_RETURN(channels[k], std::move(encoded[k]));
+    }
+    return channels;
+  }
+
+  // The coarsest found that keeps kColorError.
+  absl::StatusOr<EncodedChannels> EncodeWithinError(const RunContext& context, double* step) const {
+    double low = 0, high = 2 * kCoarsestStep, next = kFirstStep * kColorError;
+    std::optional<EncodedChannels> best;
+    for (int trial = 0; trial < kMostTrials || !best; ++trial) {
+      RILIEVO_ASSIGN_OR_RETURN(EncodedChannels channels, Encode(next, context));
+      const double share = RmsOf(channels) / kColorError;
+      if (share <= 1) {
+        low = *step = next;
+        best = std::move(channels);
+        if (share > 1 - kClose || next >= kCoarsestStep) break;
+      } else {
+        high = next;
+      }
+      if (low > 0 && high < (1 + kClose) * low) break;
+      next = low == 0 ? high / kCoarser
+             : high > kCoarsestStep
+                 ? std::min(kCoarsestStep, low * std::max(kCoarser, std::min(4.0, 1 / share)))
+                 : std::sqrt(low * high);
+    }
+    return *std::move(best);
+  }
+
+  const ColorCode& code() const { return code_; }
+
+ private:
+  ColorCode code_;  // units are those of the channels before they are coded
+  std::array<std::unique_ptr<HeightEncoder>, kChannels> encoders_;
+};
+
+// A chunk for each level.
+std::vector<std::vector<uint8_t>> Chunks(const EncodedChannels& channels) {
+  std::vector<std::vector<uint8_t>> chunks;
+  for (size_t level = 0; level < channels[0].layers.size(); ++level) {
+    std::vector<uint8_t> payload;
+    ByteWriter writer(payload);
+    for (const EncodedHeights& channel : channels) {
+      writer.Varint(channel.layers[level].size());
+      writer.Bytes(channel.layers[level]);
+    }
+    chunks.push_back(WrapChunk(kColorsTag, payload, false));
+  }
+  return chunks;
+}
+
+// Each behind the heights of its level, or of the last level that has a chunk of heights.
+absl::Status Add(const EncodedChannels& channels, const ColorCode& code, const OpenedDss& file,
+                 EncodedSurface* encoded) {
+  DssMetadata metadata = file.header.metadata;
+  metadata.colors = code;
+  for (size_t k = 0; k < kChannels; ++k) metadata.colors.units[k] = channels[k].unit;
+  RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(metadata, *encoded));
+  const auto last = static_cast<size_t>(file.header.layer_count());
+  size_t level = 0;
+  for (const std::vector<uint8_t>& chunk : Chunks(channels)) {
+    std::vector<uint8_t>& before = encoded->chunks[std::min(++level, last)];
+    before.insert(before.end(), chunk.begin(), chunk.end());
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<CodedColors> AddColors(const DisplacedSurface& surface,
+                                      std::optional<int64_t> max_bytes, const RunContext& context,
+                                      EncodedSurface* encoded) {
+  if (surface.colors.size() != surface.heights.size() || encoded->chunks.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(surface.colors.size(), " colours for ", surface.heights.size(), " vertices"));
+  }
+  const std::vector<uint8_t> first = encoded->chunks[0];
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(first, true));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LoopRefinement refinement,
+      RefineTopology(surface.control_mesh, std::max(0, surface.max_level - 1), context));
+  RILIEVO_ASSIGN_OR_RETURN(const ColorEncoder encoder,
+                           ColorEncoder::Make(surface, file, refinement, context));
+  const int64_t before = BytesOf(*encoded);
+  double step = 0;
+  RILIEVO_ASSIGN_OR_RETURN(EncodedChannels channels, encoder.EncodeWithinError(context, &step));
+  for (int trial = 0;; ++trial) {
+    EncodedSurface colored = *encoded;
+    RILIEVO_RETURN_IF_ERROR(Add(channels, encoder.code(), file, &colored));
+    const int64_t bytes = BytesOf(colored);
+    if (!max_bytes || bytes <= *max_bytes) {
+      *encoded = std::move(colored);
+      return CodedColors{bytes - before, RmsOf(channels)};
+    }
+    const double room = static_cast<double>(*max_bytes - before);
+    if (room <= 0 || trial == kMostTrials || step > kNothingLeft) return CodedColors();
+    step *=
+        std::max(kLeastCoarser, std::pow(static_cast<double>(bytes - before) / room, kStepPower));
+    RILIEVO_ASSIGN_OR_RETURN(channels, encoder.Encode(step, context));
+  }
+}
+
+}  // namespace rilievo

@@ -1,0 +1,49 @@
+#include "core/pipeline/color_surface.h"
+
+#include <algorithm>
+
+#include "core/base/status_macros.h"
+#include "core/displacement/sample_colors.h"
+#include "core/loop/level_rings.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+namespace {
+
+// Of the bytes asked for, at most.
+constexpr int64_t kColorPart = 3;
+
+absl::StatusOr<std::vector<Rgb>> ColorsOf(const DisplacedSurface& surface,
+                                          const OrientedCloud& cloud, std::span<const Rgb> colors,
+                                          const ReconstructOptions& options,
+                                          const PipelineContext& context) {
+  const StageScope scope(Stage::kDisplacement, context);
+  const ControlMesh& mesh = surface.control_mesh;
+  const int level = surface.max_level;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
+  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+  const LevelRings rings =
+      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
+  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
+                           EvaluateLimit(refinement, mesh.vertices, level, context));
+  return SampleColors(cloud, colors, refinement, rings, limit, options.displacement, context);
+}
+
+}  // namespace
+
+ReconstructOptions WithRoomForColors(ReconstructOptions options) {
+  if (options.encode.max_bytes) *options.encode.max_bytes -= *options.encode.max_bytes / kColorPart;
+  return options;
+}
+
+absl::StatusOr<CodedColors> ColorSurface(const OrientedCloud& cloud, std::span<const Rgb> colors,
+                                         const ReconstructOptions& options,
+                                         const PipelineContext& context, CodedSurface* coded) {
+  const PipelineContext silent = context.Silent();  // its stages are over
+  RILIEVO_ASSIGN_OR_RETURN(coded->surface.colors,
+                           ColorsOf(coded->surface, cloud, colors, options, silent));
+  const StageScope scope(Stage::kEncode, silent);
+  return AddColors(coded->surface, options.encode.max_bytes, silent, &coded->encoded);
+}
+
+}  // namespace rilievo

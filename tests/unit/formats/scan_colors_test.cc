@@ -1,0 +1,226 @@
+// The colours of a scan, whatever its format.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <sstream>
+
+#include "absl/strings/str_cat.h"
+#include "client/formats/number_text.h"
+#include "client/formats/scan_reader.h"
+#include "tests/unit/formats/e57_file.h"
+#include "tests/unit/formats/scan_samples.h"
+
+namespace rilievo::testing {
+namespace {
+
+constexpr int kPoints = 60;
+
+Rgb ColorOf(int i) {
+  return {static_cast<uint8_t>(i), static_cast<uint8_t>(255 - i), static_cast<uint8_t>(3 * i)};
+}
+
+std::vector<Rgb> AllColors() {
+  std::vector<Rgb> colors;
+  for (int i = 0; i < kPoints; ++i) colors.push_back(ColorOf(i));
+  return colors;
+}
+
+// A line a point: x y z, then what `more` gives.
+template <typename More>
+std::string Lines(const More& more) {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  std::string text;
+  for (int i = 0; i < kPoints; ++i) {
+    absl::StrAppend(&text, points(0, i), " ", points(1, i), " ", points(2, i), " ",
+                    more(ColorOf(i)), "\n");
+  }
+  return text;
+}
+
+std::string Words(const Rgb& c) { return absl::StrCat(int{c[0]}, " ", int{c[1]}, " ", int{c[2]}); }
+
+uint32_t Packed(const Rgb& c) {
+  return 0xff000000u | uint32_t{c[0]} << 16 | uint32_t{c[1]} << 8 | c[2];
+}
+
+std::string PcdHead(const std::string& fields, const std::string& size, const std::string& type,
+                    const std::string& data) {
+  return absl::StrCat("VERSION .7\nFIELDS x y z ", fields, "\nSIZE 4 4 4 ", size, "\nTYPE F F F ",
+                      type, "\nWIDTH ", kPoints, "\nHEIGHT 1\nPOINTS ", kPoints, "\nDATA ", data,
+                      "\n");
+}
+
+std::string BinaryPcd(const std::string& type) {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  std::string bytes = PcdHead("rgb", "4", type, "binary");
+  for (int i = 0; i < kPoints; ++i) {
+    bytes += FloatRows(points.col(i)) + Raw(Packed(ColorOf(i)));
+  }
+  return bytes;
+}
+
+std::string LasOf(int step) {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  std::string file = LasFile(points, {.point_format = 2});
+  const size_t begin = file.size() - 26 * kPoints;
+  for (int i = 0; i < kPoints; ++i) {
+    for (size_t k = 0; k < 3; ++k) {
+      const auto value = static_cast<uint16_t>(ColorOf(i)[k] * step);
+      file.replace(begin + 26 * static_cast<size_t>(i) + 20 + 2 * k, 2, Raw(value));
+    }
+  }
+  return file;
+}
+
+std::string E57Of() {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  E57Scan scan;
+  scan.records = kPoints;
+  const char* const axes[] = {"cartesianX", "cartesianY", "cartesianZ"};
+  const char* const names[] = {"colorRed", "colorGreen", "colorBlue"};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::VectorXd row = points.row(axis);
+    scan.columns.push_back(E57Reals(axes[axis], false, {row.begin(), row.end()}));
+  }
+  for (size_t k = 0; k < 3; ++k) {
+    std::vector<int64_t> values;
+    for (int i = 0; i < kPoints; ++i) values.push_back(ColorOf(i)[k]);
+    scan.columns.push_back(E57Integers(names[k], 0, 255, values));
+  }
+  return E57File({scan});
+}
+
+std::vector<NamedBytes> ColoredScans() {
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  const auto ply = [&](const std::string& type, const std::string& names) {
+    std::string properties = xyz;
+    std::istringstream words(names);
+    for (std::string name; words >> name;) {
+      absl::StrAppend(&properties, "property ", type, " ", name, "\n");
+    }
+    return PlyHeaderText("ascii", absl::StrCat(kPoints), properties);
+  };
+  const auto shares = [](const Rgb& c) {
+    return absl::StrCat(c[0] / 255.0, " ", c[1] / 255.0, " ", c[2] / 255.0);
+  };
+  const auto wide = [](const Rgb& c) {
+    return absl::StrCat(256 * c[0] + 7, " ", 256 * c[1] + 99, " ", 256 * c[2] + 200);
+  };
+  return {
+      {"bytes.ply", ply("uchar", "red green blue") + Lines(Words), kPoints},
+      {"wide.ply", ply("ushort", "red green blue") + Lines(wide), kPoints},
+      {"reals.ply", ply("float", "r g b") + Lines(shares), kPoints},
+      {"packed.pcd", BinaryPcd("F"), kPoints},
+      {"unsigned.pcd", BinaryPcd("U"), kPoints},
+      {"fields.pcd", PcdHead("r g b", "1 1 1", "U U U", "ascii") + Lines(Words), kPoints},
+      {"ascii.pcd", PcdHead("rgb", "4", "F", "ascii") + Lines([](const Rgb& c) {
+                      std::string text;
+                      AppendNumber(std::bit_cast<float>(Packed(c) & 0xffffffu), &text);
+                      return text;
+                    }),
+       kPoints},
+      {"six.xyz", Lines(Words), kPoints},
+      {"heading.csv", "x y z r g b\n" + Lines(Words), kPoints},
+      {"wide.csv", "x y z red green blue\n" + Lines(wide), kPoints},
+      {"leica.pts", absl::StrCat(kPoints, "\n") + Lines([](const Rgb& c) {
+                      return absl::StrCat("-1200 ", Words(c));
+                    }),
+       kPoints},
+      {"shares.obj",
+       [&] {
+         std::string text = Lines(shares), lines;
+         std::istringstream in(text);
+         for (std::string line; std::getline(in, line);) absl::StrAppend(&lines, "v ", line, "\n");
+         return lines;
+       }(),
+       kPoints},
+      {"bytes.las", LasOf(1), kPoints},
+      {"wide.las", LasOf(257), kPoints},
+      {"reals.ptx", PtxCloud(kPoints, 1, kIdentity, Lines([](const Rgb& c) {
+                               return absl::StrCat("0.5 ", Words(c));
+                             })),
+       kPoints},
+      {"integers.e57", E57Of(), kPoints},
+  };
+}
+
+TEST(ScanColorsTest, AreEqualInAllFormats) {
+  for (const NamedBytes& file : ColoredScans()) {
+    std::istringstream in(file.bytes);
+    const auto scan = ReadScanStream(in, file.name, {.colors = true});
+    ASSERT_TRUE(scan.ok()) << file.name << ": " << scan.status();
+    EXPECT_EQ(scan->cloud.points.cols(), kPoints) << file.name;
+    EXPECT_EQ(scan->cloud.sights.colors, AllColors()) << file.name;
+    std::istringstream again(file.bytes);
+    EXPECT_TRUE(ReadScanStream(again, file.name)->cloud.sights.colors.empty()) << file.name;
+  }
+}
+
+TEST(ScanColorsTest, NumbersThatAreNoColoursAreNone) {
+  const auto colors = [](const std::string& text) {
+    std::istringstream in(text);
+    return ReadScanStream(in, "a.xyz", {.colors = true})->cloud.sights.colors.size();
+  };
+  EXPECT_EQ(colors("0 0 0 0 0 1\n1 0 0 0 1 0\n"), 0u);        // normals
+  EXPECT_EQ(colors("0 0 0 0.1 0.9 4\n1 0 0 1 2 3\n"), 0u);    // no whole numbers
+  EXPECT_EQ(colors("0 0 0 -1 9 4\n1 0 0 1 2 3\n"), 0u);       // below 0
+  EXPECT_EQ(colors("0 0 0 1 9 400\n1 0 0 1 2 3\n"), 0u);      // above 255
+  EXPECT_EQ(colors("0 0 0 1 9 40\n1 0 0 1 2\n1 1 1\n"), 0u);  // not all points
+  EXPECT_EQ(colors("0 0 0 1 9 40\n1 0 0 1 2 3\n"), 2u);
+}
+
+// ---- classes
+
+std::string ClassedLas(int format) {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  const int minor = format < 6 ? 2 : 4;
+  std::string file = LasFile(points, {.minor = minor, .point_format = format});
+  const size_t size = format < 6 ? 20 : 30, at = format < 6 ? 15 : 16;
+  const size_t begin = file.size() - size * kPoints;
+  for (int i = 0; i < kPoints; ++i) {
+    file[begin + size * static_cast<size_t>(i) + at] = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
+  }
+  return file;
+}
+
+TEST(ScanClassesTest, OnlyPointsOfThemAreRead) {
+  const Eigen::Matrix3Xd points = SpherePoints(kPoints);
+  std::string csv = "x,y,z,classification,r,g,b\n";
+  std::string ply = PlyHeaderText("ascii", absl::StrCat(kPoints),
+                                  "property float x\nproperty float y\nproperty float z\n"
+                                  "property float scalar_Classification\n");
+  for (int i = 0; i < kPoints; ++i) {
+    const int number = i % 3 == 0 ? 2 : i % 3 == 1 ? 5 : 6;
+    absl::StrAppend(&csv, points(0, i), ",", points(1, i), ",", points(2, i), ",", number, ",", i,
+                    ",0,0\n");
+    absl::StrAppend(&ply, points(0, i), " ", points(1, i), " ", points(2, i), " ", number, "\n");
+  }
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.las", ClassedLas(0)}, {"b.las", ClassedLas(6)}, {"c.csv", csv}, {"d.ply", ply}}) {
+    std::istringstream in(bytes);
+    const auto scan =
+        ReadScanStream(in, name, {.intensity = true, .colors = true, .classes = {2, 6}});
+    ASSERT_TRUE(scan.ok()) << name << ": " << scan.status();
+    ASSERT_EQ(scan->cloud.points.cols(), 40) << name;
+    EXPECT_NEAR((scan->cloud.points.col(1) - points.col(2)).norm(), 0, 1e-5) << name;
+    if (name == "c.csv") {
+      EXPECT_EQ(scan->cloud.sights.colors[1], (Rgb{2, 0, 0}));
+    }
+    if (!scan->layers.intensity.empty()) {
+      EXPECT_EQ(scan->layers.intensity[1], 512);
+    }
+  }
+}
+
+TEST(ScanClassesTest, WithoutThemTheErrorSaysWhatThereIs) {
+  std::istringstream las(ClassedLas(0)), xyz(Lines(Words));
+  EXPECT_THAT(ReadScanStream(las, "a.las", {.classes = {9}}).status().message(),
+              ::testing::HasSubstr("there are 2 (20 points), 5 (20 points), 6 (20 points)"));
+  const auto none = ReadScanStream(xyz, "a.xyz", {.classes = {2}}).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(none));
+  EXPECT_THAT(none.message(), ::testing::HasSubstr("does not give each point a class"));
+}
+
+}  // namespace
+}  // namespace rilievo::testing
