@@ -35,7 +35,7 @@ class StagedParts final : public StagedBlob {
   }
 
   absl::Status Adopt(Database* tables) const override {
-    if (tables != nullptr) return PostgresParts(tables).Rename(staged_, name());
+    if (tables != nullptr) return PostgresParts(tables).Adopt(staged_, name(), bytes());
     const auto connection = connections_->Take();
     return connection->TransactBesideOthers([&] { return Adopt(connection.get()); });
   }

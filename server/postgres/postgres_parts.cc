@@ -46,6 +46,16 @@ absl::Status PostgresParts::Rename(const std::string& from, const std::string& t
   return Remove(from);
 }
 
+absl::Status PostgresParts::Adopt(const std::string& from, const std::string& to, int64_t bytes) {
+  RILIEVO_RETURN_IF_ERROR(Rename(from, to));
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query, database_->Prepare("SELECT CAST(coalesce(sum(octet_length(bytes)), 0) AS BIGINT)"
+                                      " FROM parts WHERE name = $1"));
+  RILIEVO_RETURN_IF_ERROR(query.Bind(to).Step().status());
+  if (query.Integer(0) == bytes) return absl::OkStatus();
+  return absl::UnavailableError("the database lost parts of what was written; send it again");
+}
+
 absl::Status PostgresParts::Truncate(const std::string& name, int64_t end) {
   RILIEVO_ASSIGN_OR_RETURN(
       Query beyond, database_->Prepare("DELETE FROM parts WHERE name = $1 AND begins >= $2"));

@@ -37,6 +37,10 @@ class PostgresParts {
   // Within a transaction. Where `to` is there already, `from` goes: the bytes are the same.
   absl::Status Rename(const std::string& from, const std::string& to);
 
+  // The same, and UNAVAILABLE unless `to` then has `bytes` in all: parts that were not on disk yet
+  // go when the database ends uncleanly, and who wrote them does not hear of it.
+  absl::Status Adopt(const std::string& from, const std::string& to, int64_t bytes);
+
   // Within a transaction: what lies beyond is dropped.
   absl::Status Truncate(const std::string& name, int64_t end);
 

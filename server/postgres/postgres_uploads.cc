@@ -46,7 +46,7 @@ class WholeParts final : public StagedBlob {
         Query end, tables->Prepare("DELETE FROM upload_turns WHERE name = $1 AND turn = $2"));
     RILIEVO_RETURN_IF_ERROR(end.Bind(turn_.upload).Bind(turn_.number).Run());
     if (tables->Changes() != 1) return UploadTakenOver();
-    return PostgresParts(tables).Rename(PartsOf(turn_.upload), name());
+    return PostgresParts(tables).Adopt(PartsOf(turn_.upload), name(), bytes());
   }
 
  private:
@@ -80,7 +80,8 @@ class PostgresUploadWriter final : public UploadWriter {
   std::optional<Sha256> hash_;  // of all bytes while they came in one go
 };
 
-// One statement: the turn is looked at and the bytes are written, or neither.
+// One statement: the turn is looked at and the bytes are written, or neither. Bytes that were not on
+// disk yet when the database ended uncleanly leave a gap, which is not written beyond.
 absl::Status PostgresUploadWriter::Append(const std::string& bytes) {
   const auto connection = connections_->Take();
   RILIEVO_ASSIGN_OR_RETURN(
@@ -88,7 +89,8 @@ absl::Status PostgresUploadWriter::Append(const std::string& bytes) {
       connection->Prepare(absl::StrCat(
           "WITH mine AS (UPDATE upload_turns SET busy_until = ", kBusy,
           " WHERE name = $1 AND turn = $2 RETURNING 1) INSERT INTO parts(name, begins, bytes)"
-          " SELECT $3, $4, $5 FROM mine")));
+          " SELECT $3, $4, $5 FROM mine WHERE $4 = coalesce((SELECT begins + octet_length(bytes)"
+          " FROM parts WHERE name = $3 ORDER BY begins DESC LIMIT 1), 0)")));
   query.Bind(turn_.upload).Bind(turn_.number).Bind(PartsOf(turn_.upload)).Bind(size_).Bind(bytes);
   const absl::Status written = connection->TransactUnflushed([&]() -> absl::Status {
     const absl::Status sent = query.Run();

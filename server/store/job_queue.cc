@@ -29,9 +29,12 @@ const std::string& NextInTurn() {
   return sql;
 }
 
-constexpr char kSuspect[] =
-    "SELECT number FROM queue WHERE worker = '' AND suspect = 1 AND $3 = 1"
-    " ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED";
+const std::string& NextSuspect() {
+  static const std::string sql = absl::StrCat(
+      "SELECT number FROM queue WHERE worker = '' AND suspect = 1 AND $3 = 1 AND ",
+      Fits("$2", "$3"), " ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED");
+  return sql;
+}
 
 }  // namespace
 
@@ -61,7 +64,7 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Claim(const ClaimDemand& deman
     const absl::Status done = database_->TransactUnflushed([&]() -> absl::Status {
       RILIEVO_ASSIGN_OR_RETURN(taken, Take(NextInTurn(), demand, heads));
       if (taken || !demand.idle) return absl::OkStatus();
-      RILIEVO_ASSIGN_OR_RETURN(taken, Take(kSuspect, demand, heads));
+      RILIEVO_ASSIGN_OR_RETURN(taken, Take(NextSuspect(), demand, heads));
       return absl::OkStatus();
     });
     if (!done.ok()) return done;
@@ -74,8 +77,8 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Claim(const ClaimDemand& deman
 
 absl::StatusOr<bool> JobQueue::Waits(const ClaimDemand& demand) {
   static const std::string sql =
-      absl::StrCat("SELECT 1 FROM queue WHERE worker = '' AND (suspect = 0 AND ", Fits("$1", "$2"),
-                   " OR suspect = 1 AND $2 = 1) LIMIT 1");
+      absl::StrCat("SELECT 1 FROM queue WHERE worker = '' AND (suspect = 0 OR $2 = 1) AND ",
+                   Fits("$1", "$2"), " LIMIT 1");
   RILIEVO_ASSIGN_OR_RETURN(Query query, database_->Prepare(sql));
   return query.Bind(demand.memory).Bind(int64_t{demand.idle}).Step();
 }

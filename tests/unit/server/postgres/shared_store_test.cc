@@ -166,6 +166,36 @@ TEST_F(SharedStoreTest, ASuspectIsTakenAloneAndLast) {
   EXPECT_THAT(Order(Worker("w", 1'000, /*idle=*/true)), ElementsAre("suspect"));
 }
 
+TEST_F(SharedStoreTest, ASuspectIsTakenByAWorkerWithItsMemory) {
+  Of("c", "suspect", 5'000);
+  ASSERT_TRUE(store_->Renew(Worker("small", 1'000)).ok());
+  ASSERT_TRUE(store_->Renew(Worker("large", 10'000)).ok());
+  StoredJob suspect = **store_->Claim(Worker("large", 10'000));
+  suspect.unclean_ends = 3;
+  ASSERT_TRUE(store_->Release(suspect).ok());
+  EXPECT_THAT(Order(Worker("small", 1'000, /*idle=*/true)), IsEmpty());
+  EXPECT_THAT(Order(Worker("large", 10'000, /*idle=*/true)), ElementsAre("suspect"));
+}
+
+// Bytes are written before they are on disk; a database that ends uncleanly may lose them.
+TEST_F(SharedStoreTest, BytesThatTheDatabaseLostAreNotTakenForWritten) {
+  const std::string piece(1000, 'a');
+  auto writer = *store_->uploads().Continue("u", 0);
+  ASSERT_TRUE(writer->Append(piece).ok());
+  ASSERT_TRUE(writer->Append(piece).ok());
+  ASSERT_TRUE(database_->Execute("DELETE FROM parts WHERE begins = 1000").ok());
+  EXPECT_TRUE(absl::IsAborted(writer->Append(piece))) << "there is a gap";
+  EXPECT_EQ(*store_->uploads().StoredBytes("u"), 1000) << "where it goes on";
+
+  writer = *store_->uploads().Continue("u", 0);
+  ASSERT_TRUE(writer->Append(piece).ok());
+  ASSERT_TRUE(database_->Execute("DELETE FROM parts").ok());
+  const absl::Status finished = writer->Finish(1000, ContentNameOf(piece), [](const auto& blob) {
+    return blob.Adopt(nullptr);
+  });
+  EXPECT_TRUE(absl::IsUnavailable(finished)) << finished;
+}
+
 TEST_F(SharedStoreTest, ALateResultChangesNothing) {
   Of("c", "a");
   StoredJob late = **store_->Claim(Worker("late"));
