@@ -72,11 +72,11 @@ void FleetMember::WorkUntil(const std::stop_token& stop) {
   Clock::time_point next_renewal{};
   bool renewed = false;
   while (!stop.stop_requested()) {
+    const bool due = Clock::now() >= next_renewal;
+    if (due) next_renewal = Clock::now() + kRenewal;
+    if (due) LookAround();
     if (works_) {
-      if (Clock::now() >= next_renewal) {
-        next_renewal = Clock::now() + kRenewal;
-        renewed = Renew();
-      }
+      if (due) renewed = Renew();
       // Or it might take over from itself what it works on.
       if (renewed) Claim();
     }
@@ -87,13 +87,23 @@ void FleetMember::WorkUntil(const std::stop_token& stop) {
   }
 }
 
+void FleetMember::LookAround() {
+  const auto counts = store_->CountUnfinished("");
+  if (!Note(counts.status())) return core_->metrics->SetFleet(std::nullopt);
+  core_->metrics->SetFleet(FleetState{.queued = counts->waiting,
+                                      .running = counts->all - counts->waiting,
+                                      .workers = counts->workers});
+}
+
 bool FleetMember::Renew() {
   if (board_->size() > 0) {
     const std::lock_guard lock(mutex_);
     busy_ = Clock::now();
   }
-  const auto held = store_->Renew(Demand());
+  int64_t freed = 0;
+  const auto held = store_->Renew(Demand(), &freed);
   if (!Note(held.status())) return false;
+  core_->metrics->CountLostLeases(freed);
   board_->Compare(*held);
   board_->TellOthers();
   return true;

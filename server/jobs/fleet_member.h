@@ -31,6 +31,8 @@ class FleetMember {
  private:
   void WorkUntil(const std::stop_token& stop);
   void Claim();
+  // Tells the metrics of all that share the store.
+  void LookAround();
   // Leases go on; what was lost is noticed.
   bool Renew();
   ClaimDemand Demand() const;

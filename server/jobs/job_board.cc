@@ -293,20 +293,27 @@ void JobBoard::Erase(std::map<std::string, LiveJob>::iterator job) {
 }
 
 void JobBoard::TakeOff(const StoredJob& stored) {
-  const absl::StatusOr<StoredJob> held = store_->Get(stored.owner, stored.job.job_id());
+  const std::string& id = stored.job.job_id();
+  const absl::StatusOr<StoredJob> held = store_->Get(stored.owner, id);
   const bool goes_on = held.ok() && stored.claim != 0 && !IsFinished(held->job.state());
+  if (goes_on || (held.ok() && held->job.attempts() > stored.job.attempts())) NoteDropped(stored);
   if (held.ok() && !goes_on) return Publish(held->job);
   const std::lock_guard lock(mutex_);
-  const auto found = jobs_.find(stored.job.job_id());
+  const auto found = jobs_.find(id);
   if (!IsOn(found, stored)) return;
-  if (goes_on) {
-    LogMessage(absl::StrCat("job ", found->first,
-                            ": another worker has taken it; what was done "
-                            "here is dropped"));
-    return HandOver(found);
-  }
+  if (goes_on) return HandOver(found);
   found->second.events->Close(held.status());
   Erase(found);
+}
+
+void JobBoard::NoteDropped(const StoredJob& stored) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!IsOn(jobs_.find(stored.job.job_id()), stored)) return;  // it was noted before
+  }
+  core_->metrics->CountDroppedResult();
+  LogMessage(absl::StrCat("job ", stored.job.job_id(),
+                          ": another worker has taken it; what was done ", "here is dropped"));
 }
 
 bool JobBoard::Requeue(const StoredJob& tried) {

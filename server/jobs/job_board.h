@@ -118,6 +118,8 @@ class JobBoard {
   void Publish(const v1::Job& job);
   // Takes off a job that was finished or removed meanwhile, as the store holds it.
   void TakeOff(const StoredJob& stored);
+  // Another worker has the job, or had it: counted, and told to the log.
+  void NoteDropped(const StoredJob& stored);
   // Puts a job whose worker was killed back into the queue; false after too many unclean ends.
   bool Requeue(const StoredJob& tried);
   // Puts back what this machine could not work on; its attempt does not count. Waits for the disk.

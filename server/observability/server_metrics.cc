@@ -108,6 +108,35 @@ struct ServerMetrics::Registers final : prometheus::Collectable {
                       .Help("Bytes of surfaces that were sent")
                       .Register(registry)
                       .Add({});
+  Family<Gauge>& fleet_jobs = prometheus::BuildGauge()
+                                  .Name("rilievo_fleet_jobs")
+                                  .Help("Kept jobs of all servers that share the store, by state")
+                                  .Register(registry);
+  Gauge& fleet_queued = fleet_jobs.Add({{"state", "queued"}});
+  Gauge& fleet_running = fleet_jobs.Add({{"state", "running"}});
+  Gauge& fleet_workers = prometheus::BuildGauge()
+                             .Name("rilievo_fleet_workers")
+                             .Help("Processes that take jobs of the shared store")
+                             .Register(registry)
+                             .Add({});
+  Gauge& store_up =
+      prometheus::BuildGauge()
+          .Name("rilievo_store_up")
+          .Help("1 while the shared store can be reached; always, where there is none")
+          .Register(registry)
+          .Add({}, 1);
+  Counter& leases_lost =
+      prometheus::BuildCounter()
+          .Name("rilievo_leases_lost_total")
+          .Help("Jobs of workers that were silent for too long, which this process freed")
+          .Register(registry)
+          .Add({});
+  Counter& results_dropped =
+      prometheus::BuildCounter()
+          .Name("rilievo_results_dropped_total")
+          .Help("Jobs worked on here that another worker had taken meanwhile")
+          .Register(registry)
+          .Add({});
   Counter& log_lines_dropped =
       prometheus::BuildCounter()
           .Name("rilievo_log_lines_dropped_total")
@@ -175,6 +204,20 @@ void ServerMetrics::CountKeptJob(absl::StatusCode code) {
 void ServerMetrics::CountRefusedConnection(const std::string& reason) {
   registers_->connections_refused.Add({{"reason", reason}}).Increment();
 }
+
+void ServerMetrics::SetFleet(const std::optional<FleetState>& state) {
+  registers_->store_up.Set(state ? 1 : 0);
+  if (!state) return;
+  registers_->fleet_queued.Set(static_cast<double>(state->queued));
+  registers_->fleet_running.Set(static_cast<double>(state->running));
+  registers_->fleet_workers.Set(static_cast<double>(state->workers));
+}
+
+void ServerMetrics::CountLostLeases(int64_t jobs) {
+  registers_->leases_lost.Increment(static_cast<double>(jobs));
+}
+
+void ServerMetrics::CountDroppedResult() { registers_->results_dropped.Increment(); }
 
 void ServerMetrics::CountReceived(int64_t bytes) {
   registers_->received.Increment(static_cast<double>(bytes));

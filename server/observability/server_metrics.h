@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "grpcpp/support/server_interceptor.h"
@@ -22,6 +23,12 @@ struct ServerState {
   int streams = 0;                 // calls and kept jobs under way
   int64_t foreign_requests = 0;    // so far, for a job of another owner
   int connections = 0;             // that are open
+};
+
+// All servers and workers that share a store, as of one moment.
+struct FleetState {
+  int64_t queued = 0, running = 0;  // kept jobs
+  int64_t workers = 0;              // processes that take jobs
 };
 
 // Thread-safe. Counts from the start of the server; names begin with "rilievo_".
@@ -43,6 +50,13 @@ class ServerMetrics {
 
   // connections_refused_total{reason}.
   void CountRefusedConnection(const std::string& reason);
+
+  // Of a fleet: fleet_jobs{state}, fleet_workers, and store_up, which is 0 without a state.
+  void SetFleet(const std::optional<FleetState>& state);
+  // leases_lost_total: jobs of workers that were silent for too long, which this process freed.
+  void CountLostLeases(int64_t jobs);
+  // results_dropped_total: jobs that were worked on here and that another worker had taken.
+  void CountDroppedResult();
 
   // Of scans, received_bytes_total; of surfaces, sent_bytes_total.
   void CountReceived(int64_t bytes);

@@ -114,7 +114,7 @@ absl::Status JobQueue::Release(const JobClaim& claim, bool suspect) {
   return query.Bind(claim.job_id).Bind(claim.number).Bind(int64_t{suspect}).Post();
 }
 
-absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker) {
+absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker, int64_t* freed) {
   std::vector<JobClaim> claims;
   const absl::Status done = database_->TransactUnflushed([&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
@@ -124,7 +124,8 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker)
                                        " seconds'"));
     RILIEVO_RETURN_IF_ERROR(seen.Bind(worker.worker).Bind(worker.memory).Post());
     RILIEVO_ASSIGN_OR_RETURN(claims, RenewLeases(worker.worker));
-    return FreeLost();
+    RILIEVO_ASSIGN_OR_RETURN(*freed, FreeLost());
+    return absl::OkStatus();
   });
   if (!done.ok()) return done;
   return claims;
@@ -144,7 +145,7 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::RenewLeases(const std::string& w
 }
 
 // In the order of their numbers, as whoever renews several leases locks them.
-absl::Status JobQueue::FreeLost() {
+absl::StatusOr<int64_t> JobQueue::FreeLost() {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
       database_->Prepare(absl::StrCat(
@@ -152,7 +153,8 @@ absl::Status JobQueue::FreeLost() {
           " number FROM queue WHERE worker <> '' AND lease_until < now() AND"
           " pg_postmaster_start_time() < now() - ",
           kLease, " ORDER BY number FOR UPDATE SKIP LOCKED)")));
-  return query.Post();
+  RILIEVO_RETURN_IF_ERROR(query.Run());
+  return database_->Changes();
 }
 
 absl::Status JobQueue::Tell(const JobClaim& claim, const std::string& event) {
@@ -173,10 +175,13 @@ absl::StatusOr<std::string> JobQueue::LatestEvent(const std::string& job_id) {
 
 absl::StatusOr<JobQueue::Counts> JobQueue::Count(const std::string& client) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("SELECT COUNT(*), COUNT(*) FILTER (WHERE client = $1),"
-                                      " COUNT(*) FILTER (WHERE worker = '') FROM queue"));
+      Query query,
+      database_->Prepare(absl::StrCat("SELECT COUNT(*), COUNT(*) FILTER (WHERE client = $1),"
+                                      " COUNT(*) FILTER (WHERE worker = ''), (SELECT COUNT(*) FROM"
+                                      " workers WHERE seen > now() - ",
+                                      kLease, ") FROM queue")));
   RILIEVO_RETURN_IF_ERROR(query.Bind(client).Step().status());
-  return Counts{query.Integer(0), query.Integer(1), query.Integer(2)};
+  return Counts{query.Integer(0), query.Integer(1), query.Integer(2), query.Integer(3)};
 }
 
 absl::Status JobQueue::Clean() {

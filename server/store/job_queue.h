@@ -51,7 +51,8 @@ class JobQueue {
 
   // In a transaction of its own: leases of all claims of a worker go on; these claims. Then jobs
   // whose lease is over are free.
-  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
+  // `freed`: set to their number.
+  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker, int64_t* freed);
 
   // The latest event of a job, for whoever watches it elsewhere; empty when there is none. Tell():
   // in a transaction of its own.
@@ -61,6 +62,7 @@ class JobQueue {
   struct Counts {
     int64_t all = 0, of_client = 0;
     int64_t waiting = 0;  // of all, those that nobody works on
+    int64_t workers = 0;  // that were heard of lately
   };
   absl::StatusOr<Counts> Count(const std::string& client);
 
@@ -74,7 +76,7 @@ class JobQueue {
   // Whether there is one that this worker may take.
   absl::StatusOr<bool> Waits(const ClaimDemand& demand);
   absl::StatusOr<std::vector<JobClaim>> RenewLeases(const std::string& worker);
-  absl::Status FreeLost();
+  absl::StatusOr<int64_t> FreeLost();
 
   Database* const database_;
 };

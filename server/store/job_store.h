@@ -132,7 +132,8 @@ class JobStore {
   // Of a shared store: the next job that this worker is to work on, if there is one.
   absl::StatusOr<std::optional<StoredJob>> Claim(const ClaimDemand& demand);
   // The claims of that worker, which go on.
-  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker);
+  // `freed`: set to the number of other workers' jobs that are anybody's now.
+  absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker, int64_t* freed = nullptr);
   // Gives up one of which nothing is known here.
   absl::Status Release(const JobClaim& claim);
   // For those who watch the job elsewhere.

@@ -23,9 +23,10 @@ absl::StatusOr<std::optional<StoredJob>> JobStore::Claim(const ClaimDemand& dema
   }
 }
 
-absl::StatusOr<std::vector<JobClaim>> JobStore::Renew(const ClaimDemand& worker) {
+absl::StatusOr<std::vector<JobClaim>> JobStore::Renew(const ClaimDemand& worker, int64_t* freed) {
   const auto tables = tables_->Take();
-  return JobQueue(&tables->database()).Renew(worker);
+  int64_t count = 0;
+  return JobQueue(&tables->database()).Renew(worker, freed == nullptr ? &count : freed);
 }
 
 absl::Status JobStore::Release(const StoredJob& stored) {

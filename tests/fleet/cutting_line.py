@@ -5,8 +5,8 @@ import threading
 
 
 class CuttingLine:
-    """Listens on a port of its own; each connection goes to `target` and ends after so many bytes of
-    both directions as chance says, at most `most`."""
+    """Listens on a port of its own; each connection goes to `target` and ends after so many bytes
+    of both directions as chance says, at most `most`."""
 
     def __init__(self, target, most, seed):
         self._target, self._most, self._random = target, most, random.Random(seed)

@@ -30,13 +30,14 @@ class Process:
         return self.process is not None and self.process.poll() is None
 
     def children(self):
-        """Those of the program itself."""
-        path = f"/proc/{self.process.pid}/task/{self.process.pid}/children"
-        try:
-            with open(path, encoding="ascii") as file:
-                return [int(child) for child in file.read().split()]
-        except FileNotFoundError:
-            return []
+        """Those of the program itself, whichever thread has started them."""
+        found = []
+        for path in pathlib.Path(f"/proc/{self.process.pid}/task").glob("*/children"):
+            try:
+                found += [int(child) for child in path.read_text(encoding="ascii").split()]
+            except (FileNotFoundError, ProcessLookupError):
+                pass
+        return found
 
     def kill(self, number=signal.SIGKILL):
         self.process.send_signal(number)
@@ -124,17 +125,19 @@ class Fleet:
         self.tokens = {name: subprocess.run(
             [program, "--make-token", name, "--tokens", str(folder / "tokens")], check=True,
             capture_output=True, text=True).stdout.split()[-1] for name in ("ann", "bob")}
-        self.servers = [Process(
-            network, f"s{number}", [program, "--listen", f"{network.address(f's{number}')}:{port}",
-                                    "--serve-only", "--allow-plaintext", "--max-waiting-jobs", 10000,
-                                    "--tokens", folder / "tokens"] + store,
-            folder / f"s{number}.log") for number, port in enumerate(self.ports)]
-        self.workers = [Process(
-            network, f"w{number}", [program, "--work-only", "--max-concurrent-jobs", 1, "--threads", 1]
-            + store, folder / f"w{number}.log") for number in range(workers)]
+        serve = [program, "--serve-only", "--allow-plaintext", "--max-waiting-jobs", 10000,
+                 "--tokens", folder / "tokens"] + store
+        work = [program, "--work-only", "--max-concurrent-jobs", 1, "--threads", 1] + store
+        self.servers = [
+            Process(network, f"s{number}", serve + ["--listen", f"{address}:{port}"],
+                    folder / f"s{number}.log")
+            for number, (address, port) in enumerate(self.addresses())]
+        self.workers = [Process(network, f"w{number}", work, folder / f"w{number}.log")
+                        for number in range(workers)]
 
     def addresses(self):
-        return [(self.network.address(f"s{number}"), port) for number, port in enumerate(self.ports)]
+        return [(self.network.address(f"s{number}"), port)
+                for number, port in enumerate(self.ports)]
 
     def start(self):
         for process in self.servers + self.workers:

@@ -23,12 +23,19 @@ from hosts import Namespaces, OneMachine
 
 SERVERS, WORKERS, CLIENTS = 3, 6, 16
 SHAPES = 6
+LARGE = -1
+
+
+def shape_of(number):
+    """Of those in Test.right."""
+    return SHAPES if number == LARGE else number % SHAPES
 
 
 def scan(number):
-    """A bumpy sphere of some hundred points; six of them differ."""
-    rng = np.random.default_rng(number % SHAPES)
-    points = rng.normal(size=(700 + 100 * (number % SHAPES), 3))
+    """A bumpy sphere of some hundred points; six of them differ. LARGE: one that takes a second."""
+    shape = shape_of(number)
+    rng = np.random.default_rng(shape)
+    points = rng.normal(size=(6000 if number == LARGE else 700 + 100 * shape, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     return points * (1 + 0.05 * np.sin(5 * points[:, :1]))
 
@@ -38,7 +45,7 @@ class Test:
         self.fleet, self.short, self.faults = fleet, short, []
         with rilievo.PrivateServer() as server:
             self.right = [rilievo.reconstruct(scan(i), server=server).to_bytes()
-                          for i in range(SHAPES)]
+                          for i in (*range(SHAPES), LARGE)]
 
     def say(self, part, asked, seen, right):
         print(f"{'ok  ' if right else 'FAIL'} {part}: asked {asked}; seen {seen}", flush=True)
@@ -59,7 +66,7 @@ class Test:
                 try:
                     job = client.get(job_id).wait(timeout=max(1.0, end - time.monotonic()))
                     attempts += job._message.attempts
-                    if job.fetch(timeout=30).to_bytes() != self.right[number % SHAPES]:
+                    if job.fetch(timeout=30).to_bytes() != self.right[shape_of(number)]:
                         wrong.append(f"{job_id}: other bytes")
                 except rilievo.RilievoError as error:
                     wrong.append(f"{job_id}: {error}")
@@ -93,7 +100,7 @@ class Test:
                         job = mine.submit(scan(number), request_id=f"any-{number}")
                         with lock:
                             jobs.append((job.job_id, number))
-                        if job.fetch(timeout=120).to_bytes() != self.right[number % SHAPES]:
+                        if job.fetch(timeout=120).to_bytes() != self.right[shape_of(number)]:
                             troubles.append(f"job {number}: other bytes")
                     except rilievo.RilievoError as error:
                         troubles.append(f"job {number}: {error}")
@@ -128,8 +135,9 @@ class Test:
         ahead = sum(message.create_time.ToNanoseconds() < t < message.start_time.ToNanoseconds()
                     for t in begun)
         behind = sum(t > message.start_time.ToNanoseconds() for t in begun)
-        self.say("turns", f"of {count} jobs that another client has sent before, at most {WORKERS} more "
-                 "begin before it", f"{ahead}; {behind} after it", ahead <= WORKERS and behind > 0)
+        self.say("turns", f"of {count} jobs that another client has sent before, at most {WORKERS} "
+                 "more begin before it", f"{ahead}; {behind} after it",
+                 ahead <= WORKERS and behind > 0)
         self.audit("turns", many, 300, one_attempt=True)
 
     def fault(self, kind, chance):
@@ -138,7 +146,11 @@ class Test:
         if kind != "database":
             victim = chance.choice(self.fleet.servers if kind == "server" else self.fleet.workers)
         if kind == "job":
-            for child in victim.children():
+            end = time.monotonic() + 5
+            children = []
+            while not children and time.monotonic() < end:
+                children = [child for worker in self.fleet.workers for child in worker.children()]
+            for child in children[:1]:
                 try:
                     os.kill(child, signal.SIGKILL)
                 except ProcessLookupError:
@@ -182,9 +194,10 @@ class Test:
         while self.fleet.waiting() > 0 and time.monotonic() < last + 60:
             time.sleep(0.1)
         seconds = time.monotonic() - last
+        counts = ", ".join(f"{faults.count(kind)} {kind}" for kind in sorted(kinds))
         self.say("kills", "queue empty 30 s after the last fault",
-                 f"{len(faults)} faults ({', '.join(f'{faults.count(kind)} {kind}' for kind in kinds)})"
-                 f", {seconds:.0f} s, {len(troubles)} calls that a client gave up" +
+                 f"{len(faults)} faults ({counts}), {seconds:.0f} s, {len(troubles)} calls that a "
+                 "client gave up" +
                  "".join(f"\n     {words}" for words in troubles[:3]),
                  self.fleet.waiting() == 0 and seconds < 30)
         self.audit("kills", jobs, 60, one_attempt=False)
@@ -192,10 +205,12 @@ class Test:
     def frozen(self):
         """A worker's host stands still for longer than a lease, in the middle of a job."""
         with rilievo.Jobs(self.server()) as client:
-            jobs = [(client.submit(scan(i), request_id=f"frozen-{i}").job_id, i) for i in range(40)]
-            victim = None
-            while victim is None:
-                victim = next((w for w in self.fleet.workers if w.children()), None)
+            jobs = [(client.submit(scan(LARGE), request_id=f"frozen-{i}").job_id, LARGE)
+                    for i in range(20)]
+            while not any(worker.children() for worker in self.fleet.workers):
+                time.sleep(0.01)
+            victim = next(worker for worker in self.fleet.workers if worker.children())
+            time.sleep(0.2)  # so that it has told the store
             victim.signal_all(signal.SIGSTOP)
             begin = time.monotonic()
             for job_id, _ in jobs:
@@ -204,10 +219,10 @@ class Test:
             time.sleep(max(0.0, 60 - seconds))
             victim.signal_all(signal.SIGCONT)
             time.sleep(3)
-        self.say("frozen", "all jobs done within 30 s though a host stands still; its late result is "
-                 "dropped", f"{seconds:.0f} s; the worker says so: "
-                 f"{'another worker has taken it' in victim.words()}",
-                 seconds < 30 and "another worker has taken it" in victim.words())
+        said = "another worker has taken it" in victim.words()
+        self.say("frozen", "all jobs done within 30 s though a host stands still; its late result "
+                 "is dropped, and its log says so", f"{seconds:.0f} s; {said}",
+                 seconds < 30 and said)
         self.audit("frozen", jobs, 30, one_attempt=False)
 
     def links(self):
@@ -229,6 +244,7 @@ class Test:
 
 
 def main():
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     options = argparse.ArgumentParser(prog="./dev fleet-test", description=__doc__)
     options.add_argument("--short", action="store_true", help="a minute, for every day")
     options.add_argument("--only", default="", help="parts, with commas between")

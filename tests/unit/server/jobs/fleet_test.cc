@@ -140,6 +140,9 @@ TEST_F(FleetTest, AJobOfOneServerIsWorkedOnByAnotherAndReadAtAThird) {
   const auto front = Join(/*serve_only=*/true), reader = Join(/*serve_only=*/true);
   const std::string id = Created(front.get(), "r");
   EXPECT_EQ(Get(reader.get(), id).state(), v1::JOB_STATE_QUEUED) << "nobody works";
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  EXPECT_THAT(reader->core->metrics->Text(),
+              ::testing::HasSubstr("rilievo_fleet_jobs{state=\"queued\"} 1\n"));
   const auto worker = Join(/*serve_only=*/false);
   const v1::Job done = WaitForState(reader.get(), id, v1::JOB_STATE_SUCCEEDED);
   EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);

@@ -201,7 +201,9 @@ TEST_F(SharedStoreTest, ALateResultChangesNothing) {
   StoredJob late = **store_->Claim(Worker("late"));
   EXPECT_THAT(Order(Worker("other")), IsEmpty()) << "its lease is not over";
   LetLeasesRunOut();
-  ASSERT_TRUE(other_->Renew(Worker("other")).ok());
+  int64_t freed = 0;
+  ASSERT_TRUE(other_->Renew(Worker("other"), &freed).ok());
+  EXPECT_EQ(freed, 1);
   StoredJob second = **other_->Claim(Worker("other"));
   EXPECT_GT(second.claim, late.claim);
   late = Finished(late);
