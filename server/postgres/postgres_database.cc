@@ -22,8 +22,8 @@ constexpr int kBinary = 1;
 // Of this project's stores; any number will do.
 constexpr char kLock[] = "SELECT pg_advisory_xact_lock(7269396576)";
 constexpr char kUnflushed[] = "SET LOCAL synchronous_commit = off";
-// A transaction of its own, which is on disk, as all before it, when it is answered; where there are
-// synchronous standbys, there too.
+// A transaction of its own, which is on disk, as all before it, when it is answered; where there
+// are synchronous standbys, there too.
 constexpr char kFlush[] = "SELECT pg_logical_emit_message(true, 'rilievo', '')";
 // A connection that failed is not tried again for so long: whoever waits for one waits no longer.
 constexpr std::chrono::milliseconds kPause{250};
@@ -241,7 +241,8 @@ absl::Status PostgresDatabase::Execute(const std::string& sql) {
   if (PQexitPipelineMode(connection) != 1) return Note(absl::InternalError(WordsOf(connection)));
   const Result result(PQexec(connection, sql.c_str()));
   absl::Status done = StatusOfResult(connection, result.get());
-  if (PQenterPipelineMode(connection) != 1) done.Update(absl::UnavailableError(WordsOf(connection)));
+  if (PQenterPipelineMode(connection) != 1)
+    done.Update(absl::UnavailableError(WordsOf(connection)));
   return Note(std::move(done));
 }
 

@@ -17,11 +17,11 @@ struct pg_result;
 
 namespace rilievo {
 
-// One connection, made when it is first needed, and again when it broke. Nothing is sent twice: what
-// broke under a statement is UNAVAILABLE, though it may have been done.
+// One connection, made when it is first needed, and again when it broke. Nothing is sent twice:
+// what broke under a statement is UNAVAILABLE, though it may have been done.
 //
-// Statements are prepared when they are first used. Those of a transaction whose answer nobody waits
-// for are sent together (libpq's pipeline): a transaction costs few journeys to the database.
+// Statements are prepared when they are first used. Those of a transaction whose answer nobody
+// waits for are sent together (libpq's pipeline): a transaction costs few journeys to the database.
 class PostgresDatabase final : public Database {
  public:
   // `url`: as libpq reads it (CheckPostgresUrl()).

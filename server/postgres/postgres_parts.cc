@@ -40,8 +40,9 @@ absl::StatusOr<std::string> PostgresParts::PartAt(const std::string& name, int64
 
 absl::Status PostgresParts::Rename(const std::string& from, const std::string& to) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("UPDATE parts SET name = $2, since = now() WHERE name = $1 AND"
-                                      " NOT EXISTS(SELECT 1 FROM parts WHERE name = $2)"));
+      Query query,
+      database_->Prepare("UPDATE parts SET name = $2, since = now() WHERE name = $1 AND"
+                         " NOT EXISTS(SELECT 1 FROM parts WHERE name = $2)"));
   RILIEVO_RETURN_IF_ERROR(query.Bind(from).Bind(to).Post());
   return Remove(from);
 }

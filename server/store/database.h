@@ -48,8 +48,8 @@ class Query {
   // To its end; rows are dropped.
   absl::Status Run() { return binding_.ok() ? statement_->Run(/*behind=*/false) : binding_; }
 
-  // The same within a transaction, without waiting for an answer where the database is far away. What
-  // goes wrong is told by a later statement or by the end of the transaction.
+  // The same within a transaction, without waiting for an answer where the database is far away.
+  // What goes wrong is told by a later statement or by the end of the transaction.
   absl::Status Post() { return binding_.ok() ? statement_->Run(/*behind=*/true) : binding_; }
 
   // Of the row, columns from 0.

@@ -41,8 +41,8 @@ TEST(Connect, SeveralAddressesAreSeveralChannels) {
   for (const char* addresses : {"", "a:1,", ",a:1", "a:1,,b:2"}) {
     EXPECT_TRUE(absl::IsInvalidArgument(ConnectToEach(addresses, {}).status())) << addresses;
   }
-  EXPECT_TRUE(absl::IsInvalidArgument(
-      ConnectToEach("127.0.0.1:1,10.0.0.1:1", {.token = "a.b"}).status()))
+  EXPECT_TRUE(
+      absl::IsInvalidArgument(ConnectToEach("127.0.0.1:1,10.0.0.1:1", {.token = "a.b"}).status()))
       << "one of them is on another machine";
 }
 

@@ -98,7 +98,8 @@ TEST_F(PostgresDatabaseTest, WhatIsPostedIsDoneInOrderOrFailsTheWhole) {
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(insert(i).ok());
     EXPECT_EQ(*database.Number("SELECT COUNT(*) FROM t"), 3);
     EXPECT_TRUE(insert(3).ok());
-    EXPECT_TRUE(database.Execute("INSERT INTO t VALUES(4, 'four'); DELETE FROM t WHERE a = 0").ok());
+    EXPECT_TRUE(
+        database.Execute("INSERT INTO t VALUES(4, 'four'); DELETE FROM t WHERE a = 0").ok());
     return insert(5);
   });
   EXPECT_TRUE(kept.ok()) << kept;
@@ -124,10 +125,11 @@ TEST_F(PostgresDatabaseTest, NothingIsSentTwice) {
   EXPECT_TRUE(absl::IsUnavailable(cut.status())) << cut.status();
   EXPECT_EQ(*other.Number("SELECT last_value FROM done"), 1);
   EXPECT_EQ(*database.Number("SELECT 5"), 5) << "over a new connection";
-  ASSERT_TRUE(other
-                  .Execute("SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity WHERE pid <>"
-                           " pg_backend_pid() AND datname = current_database()")
-                  .ok());
+  ASSERT_TRUE(
+      other
+          .Execute("SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity WHERE pid <>"
+                   " pg_backend_pid() AND datname = current_database()")
+          .ok());
   EXPECT_TRUE(database.Execute("INSERT INTO t VALUES(1, 'x')").ok())
       << "a connection that broke while nobody used it is noticed";
 }
