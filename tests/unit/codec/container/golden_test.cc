@@ -226,7 +226,7 @@ TEST(GoldenTest, Colours) {
   const auto decoded = DecodeDss(bytes, RunContext());
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(decoded->color_bytes, 291);
-  EXPECT_EQ(decoded->chunk_bytes.size(), 5u) << "those of colours count to the levels";
+  EXPECT_EQ(decoded->chunk_bytes.size(), 6u) << "control mesh, levels with their colours, flags";
   ASSERT_EQ(decoded->surface.colors.size(), 5120u);
   std::vector<uint8_t> channels;
   for (const Rgb& color : decoded->surface.colors) {
