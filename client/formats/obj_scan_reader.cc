@@ -13,7 +13,7 @@ namespace rilievo {
 
 namespace {
 
-// Red, green and blue behind a position. Nothing behind it, or a weight alone, is no colour.
+// Red, green and blue after a position. Without them, or with a weight alone, there is no colour.
 absl::Status TakeColor(std::string_view words, SightCollector* sights) {
   std::array<double, 3> channels{};
   size_t count = 0;

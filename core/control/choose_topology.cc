@@ -10,8 +10,8 @@ namespace rilievo {
 namespace {
 
 // A height field makes a wall of every step, be it a roof's edge or a border in depth. Terrain has
-// none; the airborne block of docs/accuracy.md a quarter of its area, its RMS thrice what it is on
-// an arbitrary mesh.
+// none; on the airborne block of docs/accuracy.md they come to 8 % of the area, and the RMS of a
+// height field was 2.6 to 7 times that of an arbitrary mesh.
 constexpr double kMostUnseenWalls = 0.01;
 // A closed surface faces any plane with at most about half its area.
 constexpr double kPlanarFacing = 0.8;

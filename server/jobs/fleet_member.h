@@ -1,5 +1,5 @@
-// What makes a server one of a fleet: it takes jobs of the store that all share, and says that it
-// still works on them.
+// A server as part of a fleet: it claims jobs of the store that all servers share, and renews its
+// leases on them while it works.
 #pragma once
 
 #include <chrono>

@@ -236,7 +236,7 @@ absl::Status PostgresDatabase::Execute(const std::string& sql) {
   if (!in_transaction_) RILIEVO_RETURN_IF_ERROR(Connect());
   if (!sent_.empty()) RILIEVO_RETURN_IF_ERROR(Collect().status());
   RILIEVO_RETURN_IF_ERROR(Note(absl::OkStatus()));
-  // Several statements in one go are none of a pipeline.
+  // A pipeline takes one statement at a time.
   PGconn* const connection = connection_.get();
   if (PQexitPipelineMode(connection) != 1) return Note(absl::InternalError(WordsOf(connection)));
   const Result result(PQexec(connection, sql.c_str()));

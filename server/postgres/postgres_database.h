@@ -30,7 +30,7 @@ class PostgresDatabase final : public Database {
   absl::StatusOr<Query> Prepare(const std::string& sql) override;
   absl::Status Execute(const std::string& sql) override;
   // One at a time of all who have the database, by an advisory lock that ends with the transaction,
-  // before that is on disk: what is waited for there is waited for by all of them together.
+  // given up before the flush to disk, so that transactions that come together share one.
   absl::Status Transact(const std::function<absl::Status()>& body) override;
   absl::Status TransactBesideOthers(const std::function<absl::Status()>& body) override;
   absl::Status TransactUnflushed(const std::function<absl::Status()>& body) override;

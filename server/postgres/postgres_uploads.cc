@@ -80,8 +80,8 @@ class PostgresUploadWriter final : public UploadWriter {
   std::optional<Sha256> hash_;  // of all bytes while they came in one go
 };
 
-// One statement: the turn is looked at and the bytes are written, or neither. Bytes that were not on
-// disk yet when the database ended uncleanly leave a gap, which is not written beyond.
+// One statement: the turn is looked at and the bytes are written, or neither. Bytes that were not
+// on disk yet when the database ended uncleanly leave a gap, which is not written beyond.
 absl::Status PostgresUploadWriter::Append(const std::string& bytes) {
   const auto connection = connections_->Take();
   RILIEVO_ASSIGN_OR_RETURN(
@@ -176,7 +176,7 @@ absl::StatusOr<std::unique_ptr<UploadWriter>> PostgresUploads::Continue(const st
     RILIEVO_RETURN_IF_ERROR(
         connection->TransactBesideOthers([&] { return begin(connection.get()); }));
   }
-  // It also says when nobody writes any more.
+  // Its destructor gives the turn back, also where it is not returned.
   auto writer = std::make_unique<PostgresUploadWriter>(connections_, in_parts_ ? nullptr : blobs_,
                                                        turn, std::min(offset, stored));
   if (offset > stored) return OffsetBeyondStored(offset, stored);

@@ -28,8 +28,9 @@ struct ClaimDemand {
 };
 
 // Rows of the table `queue` of PostgreSQL. A claim ends when its lease is over, by the database's
-// clock, and a worker that renews its own notices; no lease is over while the database has run for
-// less than one. Turns go round the clients: first comes whose latest job was taken longest ago.
+// clock, and a worker that renews its own notices; no lease is over for a lease's length after
+// the postmaster started. Turns go round the clients: first comes whose latest job was taken
+// longest ago.
 class JobQueue {
  public:
   explicit JobQueue(Database* database) : database_(database) {}
@@ -38,10 +39,10 @@ class JobQueue {
   // Finished, removed or damaged.
   absl::Status Remove(const std::string& job_id);
 
-  // In a transaction of its own, beside others: nothing only when nothing waits that nobody else is
-  // just taking. Jobs that may take their machine along (`suspect`)
-  // come when nothing else waits, to a worker that is idle. One that needs more memory than any
-  // worker has goes to an idle one of those that have most.
+  // In a transaction of its own, beside others. Nothing only when every job that waits and fits is
+  // being claimed by somebody else. Jobs that may take their machine along (`suspect`) come when
+  // nothing else waits, to a worker that is idle and has the memory. One that needs more memory
+  // than any worker has goes to an idle one of those that have most.
   absl::StatusOr<std::optional<JobClaim>> Claim(const ClaimDemand& demand);
 
   // Within a transaction: nobody else changes the job, or takes it, until the end of that.

@@ -82,8 +82,8 @@ class JobStore {
   // The scan of that name, whose blob is there, is `owner`'s too from now on.
   absl::Status AddScan(const std::string& owner, const std::string& scan);
 
-  // Its bytes. NOT_FOUND when there is none, or it is none of `owner`'s: to others it is as if it
-  // were not. One that is lost or has another size is forgotten.
+  // Its bytes. NOT_FOUND when there is none, and when it belongs to others, who thus stay
+  // unknown. One that is lost or has another size is forgotten.
   absl::StatusOr<int64_t> BytesOfScan(const std::string& owner, const std::string& scan);
 
   // It is no longer the owner's; NOT_FOUND when it was not. Its bytes go when no other owner and no

@@ -8,7 +8,7 @@
 namespace rilievo {
 
 // The widest gap at which `sorted` (ascending) breaks into two groups, each of at least two values
-// and a tenth of all: a stray point is no sheet. 0 where there are too few.
+// and a tenth of all: a single stray point does not count. 0 for fewer than four values.
 inline double SheetGap(std::span<const double> sorted) {
   const size_t least = std::max<size_t>(2, sorted.size() / 10);
   double widest = 0;

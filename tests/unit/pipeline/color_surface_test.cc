@@ -17,7 +17,7 @@ Rgb ColorAt(const Eigen::Vector3d& p) {
   return {wave(2 * p[0]), wave(3 * p[1] + 1), wave(2 * p[2] + 2)};
 }
 
-// A torus with, among its points, some far off it, which are removed, and one that is no number.
+// A torus; among its points are some far away, which are removed, and one that is not finite.
 PointCloud ColoredScan() {
   ScannerOptions options;
   options.points = 8000;
