@@ -1,5 +1,6 @@
 #include "server/observability/line_writer.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -10,8 +11,11 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <utility>
+
+#include "server/os/file_descriptor.h"
 
 namespace rilievo {
 namespace {
@@ -21,7 +25,7 @@ constexpr int kLookAgainMilliseconds = 100;
 }  // namespace
 
 struct LineWriter::State {
-  int file;
+  FileDescriptor file;
   size_t most_bytes;
   std::mutex mutex;
   std::condition_variable changed;
@@ -54,13 +58,13 @@ std::pair<std::string, uint64_t> LineWriter::State::TakeLines() {
 // O_NONBLOCK would be that of whoever shares the file, such as the shell.
 bool LineWriter::State::WriteAll(const std::string& text) const {
   for (size_t at = 0; at < text.size();) {
-    pollfd ready{file, POLLOUT, 0};
+    pollfd ready{file.number(), POLLOUT, 0};
     if (poll(&ready, 1, kLookAgainMilliseconds) <= 0) {
       if (abandoned) return false;
       continue;
     }
     const ssize_t written =
-        write(file, text.data() + at, std::min<size_t>(text.size() - at, PIPE_BUF));
+        write(file.number(), text.data() + at, std::min<size_t>(text.size() - at, PIPE_BUF));
     if (written > 0) {
       at += static_cast<size_t>(written);
     } else if (errno == EAGAIN) {
@@ -90,7 +94,8 @@ void LineWriter::State::Run() {
 }
 
 LineWriter::LineWriter(int file, size_t most_bytes) : state_(std::make_shared<State>()) {
-  state_->file = file;
+  state_->file = FileDescriptor(fcntl(file, F_DUPFD_CLOEXEC, 0));
+  if (!state_->file.valid()) throw std::system_error(errno, std::generic_category(), "log");
   state_->most_bytes = most_bytes;
   std::thread([state = state_] { state->Run(); }).detach();
 }

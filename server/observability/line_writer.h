@@ -14,8 +14,8 @@ class LineWriter {
  public:
   static constexpr size_t kMostBytes = 1 << 20;
 
-  // To `file`, which stays open for longer than this object. Lines beyond `most_bytes` that wait
-  // are dropped.
+  // To a duplicate of `file`: its number may belong to another file by the time that a stuck thread
+  // goes on. Lines beyond `most_bytes` that wait are dropped. Throws std::system_error.
   explicit LineWriter(int file, size_t most_bytes = kMostBytes);
 
   // Gives the reader kLastTime for what still waits.

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -94,6 +95,20 @@ TEST(LineWriter, NeverWaitsForAReader) {
     closing = std::chrono::steady_clock::now();
   }
   EXPECT_LT(std::chrono::steady_clock::now() - closing, LineWriter::kLastTime + seconds(2));
+}
+
+// Its thread may still look for room when the file is closed and the number given away.
+TEST(LineWriter, NeverWritesToAnotherFileOfTheSameNumber) {
+  Pipe stalled;
+  {
+    LineWriter writer(stalled.ends[1]);
+    while (writer.Flush(milliseconds(20))) writer.Write(std::string(10'000, 'x'));
+  }
+  Pipe other;
+  ASSERT_GE(dup3(other.ends[1], stalled.ends[1], O_CLOEXEC), 0);
+  std::this_thread::sleep_for(milliseconds(300));
+  pollfd anything{other.ends[0], POLLIN, 0};
+  EXPECT_EQ(poll(&anything, 1, 0), 0);
 }
 
 TEST(LineWriter, LinesForNobodyAreCounted) {
