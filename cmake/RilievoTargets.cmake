@@ -37,10 +37,10 @@ if(RILIEVO_PRECOMPILED_HEADERS)
   endif()
 endif()
 
-# Sources of server, clients and tests are compiled eight in one go: each alone, most of the time goes into the
-# headers of gRPC, CLI11 and Eigen and into what their templates become. What is private to a source has a
+# Sources are compiled eight in one go: each alone, most of the time goes into the headers of gRPC, CLI11 and
+# Eigen and into what their templates become. What is private to a source has a
 # name that no other of its folder has. A build without (the sanitizers') compiles each by itself.
-option(RILIEVO_UNITY_BUILD "Compile sources of server, clients and tests several in one go" OFF)
+option(RILIEVO_UNITY_BUILD "Compile sources several in one go" OFF)
 
 # rilievo_library(NAME [WINGS] DEPENDS public-libraries... PRIVATE private-libraries...): a room, every .cc of
 # its folder (WINGS: and of the folders in it; ONLY: those that match this regular expression; EXCLUDE:

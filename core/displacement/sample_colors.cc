@@ -14,7 +14,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 4096;
 constexpr int kSteps = 4;
 // Median distances of the points' colours from those at their feet at which a point counts a
 // quarter, but of a channel's 256 values no fewer than `kLeastScale`.
@@ -82,7 +81,7 @@ class ColorSampler {
 
   absl::Status FindScale() {
     std::vector<float> misses(feet_.size(), -1);
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kBlock, context_,
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kLightBlock, context_,
                                         [&](int64_t begin, int64_t end) {
                                           for (int64_t p = begin; p < end; ++p) {
                                             if (feet_[p].found())
@@ -109,7 +108,7 @@ class ColorSampler {
     const auto add = [](int64_t& sum, double value) {
       std::atomic_ref(sum).fetch_add(std::llround(kUnits * value), std::memory_order_relaxed);
     };
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kBlock, context_,
+    RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(feet_.size()), kLightBlock, context_,
                                         [&](int64_t begin, int64_t end) {
                                           for (int64_t p = begin; p < end; ++p) {
                                             if (!feet_[p].found()) continue;

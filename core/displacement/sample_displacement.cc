@@ -39,9 +39,8 @@ absl::Status CheckInput(const OrientedCloud& cloud, const LoopRefinement& refine
 
 absl::Status KeepWithinBounds(const LevelRings& rings, const LimitSurface& limit, double max_height,
                               const RunContext& context, std::vector<float>* heights) {
-  constexpr int64_t kBlock = 4096;
   return ParallelFor(
-      static_cast<int64_t>(heights->size()), kBlock, context, [&](int64_t begin, int64_t end) {
+      static_cast<int64_t>(heights->size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t v = begin; v < end; ++v) {
           float& height = (*heights)[v];
           const HeightBounds bounds = BoundsOf(static_cast<int>(v), rings, limit, max_height);

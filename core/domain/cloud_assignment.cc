@@ -15,7 +15,6 @@ namespace {
 // More points than this a sample tell the fit nothing new.
 constexpr int64_t kPointsPerSample = 8;
 constexpr int64_t kSmallCloud = 150'000;
-constexpr int64_t kPointsPerTask = 4096;
 // Nearest samples among which one with an agreeing normal is looked for.
 constexpr int kCandidates = 12;
 
@@ -73,20 +72,19 @@ absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunCon
   if (nearest_.empty()) RILIEVO_RETURN_IF_ERROR(SearchTree(surface, context));
   const int64_t count = subset_size_;
   agrees_.resize(nearest_.size());
-  block_squares_.assign(static_cast<size_t>(count / kPointsPerTask + 1), 0.0);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
-        double squares = 0;
-        for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
-          const int point = PointOf(i);
-          nearest_[i] = Walk(surface, point, nearest_[i]);
-          const bool agree = Agree(cloud_, surface, point, nearest_[i]);
-          agrees_[i] = agree;
-          const double offset = Offset(cloud_, samples_, surface, point, nearest_[i], agree);
-          squares += offset * offset;
-        }
-        block_squares_[static_cast<size_t>(begin / kPointsPerTask)] = squares;
-      }));
+  block_squares_.assign(static_cast<size_t>(count / kLightBlock + 1), 0.0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
+    double squares = 0;
+    for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {
+      const int point = PointOf(i);
+      nearest_[i] = Walk(surface, point, nearest_[i]);
+      const bool agree = Agree(cloud_, surface, point, nearest_[i]);
+      agrees_[i] = agree;
+      const double offset = Offset(cloud_, samples_, surface, point, nearest_[i], agree);
+      squares += offset * offset;
+    }
+    block_squares_[static_cast<size_t>(begin / kLightBlock)] = squares;
+  }));
   double squares = 0;
   for (double block : block_squares_) squares += block;
   rms_ = std::sqrt(squares / static_cast<double>(count));
@@ -97,7 +95,7 @@ absl::Status CloudAssignment::Update(const SampledSurface& surface, const RunCon
 absl::Status CloudAssignment::SearchTree(const SampledSurface& surface, const RunContext& context) {
   const PointIndex tree(surface.positions);
   nearest_.resize(static_cast<size_t>(subset_size_));
-  return ParallelFor(subset_size_, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(subset_size_, kLightBlock, context, [&](int64_t begin, int64_t end) {
     int found[kCandidates];
     double squared[kCandidates];
     for (auto i = static_cast<size_t>(begin); i < static_cast<size_t>(end); ++i) {

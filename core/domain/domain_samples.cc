@@ -10,8 +10,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kSamplesPerTask = 2048;
-
 void AssignOwners(const FaceSamples& face_samples, int sample_count, DomainSamples* samples) {
   std::vector<uint8_t> taken(static_cast<size_t>(sample_count), 0);
   samples->owned.reserve(static_cast<size_t>(sample_count));
@@ -115,7 +113,7 @@ absl::Status SampleSurface(const DomainSamples& samples, const Eigen::Matrix3Xd&
   surface->positions.resize(3, samples.size());
   surface->normals.resize(3, samples.size());
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(samples.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           Eigen::Vector3d position = Eigen::Vector3d::Zero();
           Eigen::Vector3d tangent_u = Eigen::Vector3d::Zero();

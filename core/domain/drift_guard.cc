@@ -11,7 +11,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kVerticesPerTask = 256;
 // In spacings: of a limit by the points, and how much farther off it may come to lie; and by what
 // factor where it lay far off, as over a hole.
 constexpr float kByPoints = 1.0f, kFarther = 0.5f, kTimes = 1.5f;
@@ -24,17 +23,16 @@ absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, cons
                                                 const RunContext& context) {
   const auto count = static_cast<int64_t>(samples.control_vertex_count());
   std::vector<float> gaps(static_cast<size_t>(count));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kVerticesPerTask, context, [&](int64_t begin, int64_t end) {
-        for (int64_t v = begin; v < end; ++v) {
-          int nearest = 0;
-          double squared = 0;
-          index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
-          const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
-          const float spacing = cloud.spacing[nearest];
-          gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
-        }
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t v = begin; v < end; ++v) {
+      int nearest = 0;
+      double squared = 0;
+      index.Nearest(surface.positions.col(v), 1, &nearest, &squared);
+      const float gap = static_cast<float>(std::sqrt(squared)) - cloud.noise[nearest];
+      const float spacing = cloud.spacing[nearest];
+      gaps[v] = spacing > 0 ? gap / spacing : 0.0f;
+    }
+  }));
   return gaps;
 }
 

@@ -7,13 +7,6 @@
 #include "core/domain/fairness.h"
 
 namespace rilievo {
-namespace {
-
-constexpr int64_t kRowsPerTask = 1024;
-constexpr int64_t kPointsPerTask = 128;
-
-}  // namespace
-
 absl::StatusOr<FitEnergy> FitEnergy::Build(const DomainSamples& samples, const AreaShares& areas,
                                            const SampleTargets& targets,
                                            const RunContext& context) {
@@ -93,35 +86,34 @@ absl::Status FitEnergy::Evaluate(const Eigen::Matrix3Xd& control_points, const R
   points.row(3).setZero();
   const int rows = samples_.size() + samples_.control_vertex_count();
   Eigen::Matrix4Xd pulls(4, rows);
-  std::vector<double> parts(static_cast<size_t>((rows + kRowsPerTask - 1) / kRowsPerTask), 0);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(rows, kRowsPerTask, context, [&](int64_t begin, int64_t end) {
+  std::vector<double> parts(static_cast<size_t>((rows + kSearchBlock - 1) / kSearchBlock), 0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(rows, kSearchBlock, context, [&](int64_t begin, int64_t end) {
     double part = 0;
     Eigen::Vector4d pull;
     for (int64_t row = begin; row < end; ++row) {
       part += Pull(static_cast<int>(row), points, &pull);
       pulls.col(row) = pull;
     }
-    parts[static_cast<size_t>(begin / kRowsPerTask)] = part;
+    parts[static_cast<size_t>(begin / kSearchBlock)] = part;
   }));
   *energy = std::accumulate(parts.begin(), parts.end(), 0.0);
   if (gradient == nullptr) return absl::OkStatus();
   gradient->resize(3, control_points.cols());
-  return ParallelFor(control_points.cols(), kPointsPerTask, context,
-                     [&](int64_t begin, int64_t end) {
-                       for (int64_t v = begin; v < end; ++v) {
-                         Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-                         for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
-                           sum += uses_[k].weight * pulls.col(uses_[k].row);
-                         }
-                         gradient->col(v) = sum.head<3>();
-                       }
-                     });
+  return ParallelFor(control_points.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t v = begin; v < end; ++v) {
+      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+      for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {
+        sum += uses_[k].weight * pulls.col(uses_[k].row);
+      }
+      gradient->col(v) = sum.head<3>();
+    }
+  });
 }
 
 absl::Status FitEnergy::DiagonalBlocks(const RunContext& context, Eigen::Matrix3Xd* blocks) const {
   const int count = samples_.control_vertex_count();
   blocks->resize(3, 3 * count);
-  return ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t v = begin; v < end; ++v) {
       Eigen::Matrix3d block = Eigen::Matrix3d::Zero();
       for (int k = use_begin_[v]; k < use_begin_[v + 1]; ++k) {

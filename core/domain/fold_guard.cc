@@ -12,7 +12,6 @@ namespace rilievo {
 namespace {
 
 constexpr int kPasses = 5;
-constexpr int64_t kFacesPerTask = 256;
 // An old fold may grow by so much in a move, as it passes from face to face, and up to this share
 // of its face: scans with many folds would hardly be fitted otherwise.
 constexpr double kMostGrowth = 1.5;
@@ -67,16 +66,13 @@ FoldedAreas FindFolds(const DomainSamples& samples, const SampledSurface& surfac
     areas.whole[control_face] += area;
     if (turned) areas.folded[control_face] += area;
   };
-  ParallelFor(samples.control_face_count(), kFacesPerTask, context,
-              [&](int64_t begin, int64_t end) {
-                for (int64_t control_face = begin; control_face < end; ++control_face) {
-                  for (int k = 0; k < descendants; ++k) {
-                    add(static_cast<int>(control_face * descendants + k),
-                        static_cast<size_t>(control_face));
-                  }
-                }
-              })
-      .IgnoreError();
+  ParallelFor(samples.control_face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+    for (int64_t control_face = begin; control_face < end; ++control_face) {
+      for (int k = 0; k < descendants; ++k) {
+        add(static_cast<int>(control_face * descendants + k), static_cast<size_t>(control_face));
+      }
+    }
+  }).IgnoreError();
   return areas;
 }
 

@@ -14,7 +14,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kSamplesPerTask = 128;
 // With fewer assigned points than this, a sample asks for its nearest ones too.
 constexpr size_t kEnoughAssigned = 3;
 // So many; and again so many where all the first lie on the other sheet of a thin wall.
@@ -135,7 +134,7 @@ absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunCon
   Resize(samples_.size(), foot_points);
   foot_points->sharp_moves.setZero(3, static_cast<Eigen::Index>(samples_.sharp.size()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(samples_.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(samples_.size(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) FindFoot(surface, static_cast<int>(i), foot_points);
       }));
   WeighRobustly(foot_points);

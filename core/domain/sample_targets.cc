@@ -11,7 +11,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kSamplesPerTask = 2048;
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
 constexpr double kBorderWeight = 0.3;
 // Holds a control vertex without data where it is, just enough to keep the system regular where
@@ -121,7 +120,7 @@ absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surf
                         const std::vector<double>& stiffness, double tangential_weight,
                         const RunContext& context, SampleTargets* targets) {
   const Aim aim{samples, foot_points, surface, areas, stiffness, tangential_weight};
-  return ParallelFor(samples.size(), kSamplesPerTask, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(samples.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) aim.At(static_cast<int>(i), targets);
   });
 }

@@ -22,12 +22,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int64_t kPlacesPerBlock = 1024;
 constexpr int kMostSteps = 32;
 // A step shorter than this, of a side of a finest triangle, is the last.
 constexpr double kShortStep = 1e-7;
-
-constexpr int kNext[3] = {1, 2, 0};
 
 // By how much the weight of each corner grows along a step in those of the second and third.
 Vector3d WeightsOf(const Vector2d& step) { return {-step.sum(), step[0], step[1]}; }
@@ -96,7 +93,7 @@ absl::StatusOr<std::vector<uint64_t>> OrderByCell(const Eigen::Matrix3Xd& places
   constexpr double kCells = 64;
   std::vector<uint64_t> order(static_cast<size_t>(places.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(places.cols(), kPlacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(places.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           const Vector3d unit = frame.UnitFromScan(places.col(i));
           uint64_t cell = 0;
@@ -171,12 +168,13 @@ bool ClosestPointFinder::Cross(int* opposite, Foot* foot) const {
   if (corner == 2) at.j += step;
   at.turned = !at.turned;
   // The corners opposite the edge have the same number in both.
-  std::swap(foot->weights[kNext[corner]], foot->weights[kNext[kNext[corner]]]);
+  std::swap(foot->weights[kNextCorner[corner]], foot->weights[kNextCorner[kNextCorner[corner]]]);
   return true;
 }
 
 bool ClosestPointFinder::CrossControlEdge(int* opposite, Foot* foot) const {
-  const int from = kNext[*opposite], face = foot->at.face;  // the edge runs from here to the next
+  const int from = kNextCorner[*opposite],
+            face = foot->at.face;  // the edge runs from here to the next
   const int across = control_.face_neighbors(from, face);
   if (across < 0) return false;
   const int edge = control_.face_edges(from, face);
@@ -187,8 +185,8 @@ bool ClosestPointFinder::CrossControlEdge(int* opposite, Foot* foot) const {
   const int here = from == 0 ? foot->at.i : from == 1 ? foot->at.j : n - 1 - foot->at.j;
   const int there = n - 1 - here;
   Vector3d weights = Vector3d::Zero();
-  weights[side] = foot->weights[kNext[from]];
-  weights[kNext[side]] = foot->weights[from];
+  weights[side] = foot->weights[kNextCorner[from]];
+  weights[kNextCorner[side]] = foot->weights[from];
   foot->weights = weights;
   foot->at = {across,
               side == 0   ? there
@@ -273,7 +271,7 @@ absl::StatusOr<std::vector<ClosestPoint>> ClosestPointFinder::Find(
                            OrderByCell(places, evaluator_.frame(), context));
   std::vector<ClosestPoint> found(static_cast<size_t>(places.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(places.cols(), kPlacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(places.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t rank = begin; rank < end; ++rank) {
           const auto i = static_cast<Eigen::Index>(order[static_cast<size_t>(rank)]);

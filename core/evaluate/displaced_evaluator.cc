@@ -15,8 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int64_t kFacesPerBlock = 64;
-
 }  // namespace
 
 absl::StatusOr<DisplacedEvaluator> DisplacedEvaluator::Build(const DisplacedSurface& surface,
@@ -40,7 +38,7 @@ absl::StatusOr<DisplacedEvaluator> DisplacedEvaluator::Build(const DisplacedSurf
   const FaceVertices vertices_of(control, surface.max_level);
   made.displacements_.resize(static_cast<size_t>(control.face_count()) * made.per_face_);
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(control.face_count(), kFacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(control.face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         std::vector<int> vertices;
         for (int64_t f = begin; f < end; ++f) {
           vertices_of.Of(static_cast<int>(f), vertices);

@@ -9,7 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int kNext[3] = {1, 2, 0}, kPrevious[3] = {2, 0, 1};
 constexpr int kFacesOfRegularSide = 3;
 
 int CornerAt(const MeshTopology& topology, int face, int vertex) {
@@ -62,10 +61,10 @@ FaceStar StarOf(const TaggedLevel& level, int face, int corner) {
   };
   FaceStar star;
   star.closed = level.one_side[vertex] != 0;
-  star.ring.push_back(topology.faces(kNext[corner], face));
+  star.ring.push_back(topology.faces(kNextCorner[corner], face));
   if (star.closed && edge_sharp(corner, face)) star.sharp_spoke = 0;
   for (int at = face, k = corner;;) {
-    const int side = kPrevious[k];  // the edge to the face's third vertex
+    const int side = kPreviousCorner[k];  // the edge to the face's third vertex
     const bool sharp = edge_sharp(side, at);
     const int neighbor = topology.face_neighbors(side, at);
     if (star.closed && neighbor == face) break;
@@ -80,7 +79,7 @@ FaceStar StarOf(const TaggedLevel& level, int face, int corner) {
   for (int at = face, k = corner; !edge_sharp(k, at);) {
     at = topology.face_neighbors(k, at);
     k = CornerAt(topology, at, vertex);
-    before.push_back(topology.faces(kNext[k], at));
+    before.push_back(topology.faces(kNextCorner[k], at));
   }
   star.place = static_cast<int>(before.size());
   star.ring.insert(star.ring.begin(), before.rbegin(), before.rend());
@@ -101,8 +100,8 @@ std::array<Eigen::Vector3d, 6> RegularStar(const TaggedLevel& level, int face, i
   std::array<Eigen::Vector3d, 6> around;
   if (level.one_side[vertex] != 0) {
     for (int i = 0, at = face, k = corner; i < 6; ++i) {
-      around[i] = level.points.col(topology.faces(kNext[k], at));
-      at = topology.face_neighbors(kPrevious[k], at);
+      around[i] = level.points.col(topology.faces(kNextCorner[k], at));
+      at = topology.face_neighbors(kPreviousCorner[k], at);
       k = CornerAt(topology, at, vertex);
     }
     return around;

@@ -10,6 +10,9 @@
 
 namespace rilievo {
 
+// The corners after and before corner k of a face.
+inline constexpr std::array<int, 3> kNextCorner = {1, 2, 0}, kPreviousCorner = {2, 0, 1};
+
 // Corner k of face f is faces(k, f); the half-edge of corner k runs from corner k to corner
 // (k + 1) % 3. Edges are numbered in the order in which the half-edges (f = 0.., k = 0..2) first
 // meet them, so the numbering depends on the face list alone.
@@ -26,6 +29,11 @@ struct MeshTopology {
   int face_count() const { return static_cast<int>(faces.cols()); }
   int edge_count() const { return static_cast<int>(edge_vertices.cols()); }
 };
+
+// Corner of `face` whose half-edge lies on `edge`, one of its three.
+inline int CornerOfEdge(const MeshTopology& topology, int face, int edge) {
+  return (topology.face_edges(1, face) == edge) + 2 * (topology.face_edges(2, face) == edge);
+}
 
 // INVALID_ARGUMENT that names the first offending face, edge or vertex unless `faces` is an
 // orientable 2-manifold with or without boundary: at least one face, indices in range and distinct

@@ -1,8 +1,6 @@
 // What surrounds an edge, and so the vertex that Loop subdivision puts on it.
 #pragma once
 
-#include <array>
-
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
@@ -17,27 +15,21 @@ struct EdgeStar {
   bool boundary() const { return opposite_second < 0; }
 };
 
-// Corner of `face` whose half-edge lies on `edge`.
-inline int CornerOfEdge(const MeshTopology& topology, int face, int edge) {
-  return (topology.face_edges(1, face) == edge) + 2 * (topology.face_edges(2, face) == edge);
-}
-
 inline EdgeStar StarOfEdge(const MeshTopology& topology, int edge) {
-  constexpr std::array<int, 3> kNext = {1, 2, 0}, kPrevious = {2, 0, 1};
   EdgeStar star;
   const int first = topology.edge_faces(0, edge), second = topology.edge_faces(1, edge);
   const int k = CornerOfEdge(topology, first, edge);
   star.from = topology.faces(k, first);
-  star.to = topology.faces(kNext[k], first);
-  star.opposite_first = topology.faces(kPrevious[k], first);
-  star.after_first = topology.face_edges(kNext[k], first);
-  star.before_first = topology.face_edges(kPrevious[k], first);
+  star.to = topology.faces(kNextCorner[k], first);
+  star.opposite_first = topology.faces(kPreviousCorner[k], first);
+  star.after_first = topology.face_edges(kNextCorner[k], first);
+  star.before_first = topology.face_edges(kPreviousCorner[k], first);
   star.opposite_second = star.after_second = star.before_second = -1;
   if (second >= 0) {
     const int j = CornerOfEdge(topology, second, edge);
-    star.opposite_second = topology.faces(kPrevious[j], second);
-    star.after_second = topology.face_edges(kNext[j], second);
-    star.before_second = topology.face_edges(kPrevious[j], second);
+    star.opposite_second = topology.faces(kPreviousCorner[j], second);
+    star.after_second = topology.face_edges(kNextCorner[j], second);
+    star.before_second = topology.face_edges(kPreviousCorner[j], second);
   }
   return star;
 }

@@ -18,8 +18,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kVerticesPerBlock = 2048;
-
 // The same recurrence as in limit_surface.cc, on rows instead of points. `vertices_` rows hold the
 // weights of a vertex and of its ring sum at the level reached so far; what only the ring sum
 // reaches has a zero for the vertex.
@@ -50,12 +48,12 @@ class StencilPropagation {
   // blocks.
   template <int Width, typename Result, typename Make>
   absl::StatusOr<std::vector<Result>> InBlocks(int count, const Make& make) const {
-    std::vector<Result> results((count + kVerticesPerBlock - 1) / kVerticesPerBlock);
+    std::vector<Result> results((count + kLightBlock - 1) / kLightBlock);
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(count, kVerticesPerBlock, context_, [&](int64_t begin, int64_t end) {
+        ParallelFor(count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
           RowAccumulator<Width> accumulator(ControlVertexCount());
           make(accumulator, static_cast<int>(begin), static_cast<int>(end),
-               results[begin / kVerticesPerBlock]);
+               results[begin / kLightBlock]);
         }));
     return results;
   }
@@ -129,8 +127,8 @@ class StencilPropagation {
   absl::Status MoveOldVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
     const SparseRows<1> sharp_rows = MovedSharpVertices(level);
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(
-        parent.vertex_count, kVerticesPerBlock, context_, [&](int64_t begin, int64_t end) {
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(parent.vertex_count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {
             const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
             for (int i = vertices_.begin[v]; i < vertices_.begin[v + 1]; ++i) {

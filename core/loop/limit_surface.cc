@@ -13,8 +13,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 8192;
-
 // Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
 // degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
 template <typename Neighbor>
@@ -62,7 +60,7 @@ class LimitEvaluation {
     positions_.leftCols(control.vertex_count) = control_points;
     squared_noise_ = SquaredTangentNoise(control_points);
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(control.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+        ParallelFor(control.vertex_count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {
             LimitOfControlVertex(control, static_cast<int>(v),
                                  rings.neighbors.data() + rings.neighbor_begin[v]);
@@ -101,7 +99,7 @@ class LimitEvaluation {
   absl::Status AddEdgeVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+        ParallelFor(parent.edge_count(), kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t e = begin; e < end; ++e) {
             positions_.col(parent.vertex_count + e) =
                 EdgePoint(StarOfEdge(parent, static_cast<int>(e)), positions_);
@@ -118,7 +116,7 @@ class LimitEvaluation {
     const MeshTopology& parent = refinement_.levels[level];
     const Eigen::Matrix3Xd sharp_points = MovedSharpVertices(level);
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(parent.vertex_count, kBlock, context_, [&](int64_t begin, int64_t end) {
+        ParallelFor(parent.vertex_count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {
             const VertexRule rule = RuleOfVertex(parent, static_cast<int>(v));
             const Eigen::Vector3d position = positions_.col(v), sum = ring_sums_.col(v);
@@ -145,7 +143,7 @@ class LimitEvaluation {
   absl::Status LimitsOfEdgeVertices(int level) {
     const MeshTopology& parent = refinement_.levels[level];
     RILIEVO_RETURN_IF_ERROR(
-        ParallelFor(parent.edge_count(), kBlock, context_, [&](int64_t begin, int64_t end) {
+        ParallelFor(parent.edge_count(), kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t e = begin; e < end; ++e) {
             const EdgeStar star = StarOfEdge(parent, static_cast<int>(e));
             const int vertex = parent.vertex_count + static_cast<int>(e);

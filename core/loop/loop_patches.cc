@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kMostSteps = 4;     // a table of 153 points
 constexpr int kMostValence = 32;  // tables grow with it
-constexpr int64_t kFacesPerBlock = 256;
 
 // The vertices that each step adds on a face are one run. `points`: those of all steps.
 void SinkRuns(const PatchNumbering& numbering, int face, std::span<const LimitPoint> points,
@@ -142,7 +141,7 @@ absl::Status LoopPatches::Evaluate(const RunContext& context, const LimitRun& si
   }
   std::vector<uint8_t> left = irregular_;
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(base().face_count(), kFacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(base().face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         std::vector<int> ring;
         std::vector<std::array<double, 3>> points;
         std::vector<PatchSample> samples(lattice_->point_count());
@@ -167,7 +166,7 @@ absl::Status LoopPatches::EvaluateCommonWay(const std::vector<uint8_t>& faces,
                                                                    lattice_->steps(), context));
   const PatchNumbering numbering(refinement.levels.front(), *lattice_);
   return ParallelFor(
-      static_cast<int64_t>(sub.faces.size()), kFacesPerBlock, context,
+      static_cast<int64_t>(sub.faces.size()), kHeavyBlock, context,
       [&](int64_t begin, int64_t end) {
         std::vector<int> vertices;
         std::vector<LimitPoint> run;

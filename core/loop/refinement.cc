@@ -15,8 +15,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kFacesPerBlock = 8192;
-
 // The edges of the next level, numbered as MeshTopology demands.
 struct ChildEdges {
   Eigen::Matrix2Xi halves;  // (i, e): the half of edge e at edge_vertices(i, e)
@@ -47,7 +45,6 @@ struct SplitSide {
 };
 
 SplitSide SplitSideOfFace(const MeshTopology& parent, const ChildEdges& child_edges, int f, int k) {
-  constexpr std::array<int, 3> kNext = {1, 2, 0};
   const int edge = parent.face_edges(k, f), neighbor = parent.face_neighbors(k, f);
   const int start = parent.edge_vertices(0, edge) != parent.faces(k, f);
   SplitSide side;
@@ -58,7 +55,7 @@ SplitSide SplitSideOfFace(const MeshTopology& parent, const ChildEdges& child_ed
   side.across_start = side.across_end = -1;
   if (neighbor >= 0) {
     const int j = CornerOfEdge(parent, neighbor, edge);  // the neighbour runs along it backwards
-    side.across_start = 4 * neighbor + kNext[j];
+    side.across_start = 4 * neighbor + kNextCorner[j];
     side.across_end = 4 * neighbor + j;
   }
   return side;
@@ -111,7 +108,7 @@ absl::StatusOr<MeshTopology> RefineOnce(const MeshTopology& parent, const RunCon
   fine.edge_vertices.resize(2, fine_edges);
   fine.edge_faces.resize(2, fine_edges);
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(parent.face_count(), kFacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(parent.face_count(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t f = begin; f < end; ++f) {
           RefineFace(parent, child_edges, static_cast<int>(f), fine);
         }

@@ -11,8 +11,6 @@
 namespace rilievo {
 namespace {
 
-constexpr std::array<int, 3> kNext = {1, 2, 0};
-
 // The edges around sharp vertices of one level, counter-clockwise, one vertex after the other.
 struct SharpRings {
   std::vector<int> vertices;
@@ -93,12 +91,12 @@ std::vector<uint32_t> WalkAround(const MeshTopology& control, uint32_t first, co
 int HalfAt(const MeshTopology& parent, const MeshTopology& fine, int edge, int vertex) {
   const int f = parent.edge_faces(0, edge), k = CornerOfEdge(parent, f, edge);
   return parent.faces(k, f) == vertex ? fine.face_edges(k, 4 * f + k)
-                                      : fine.face_edges(k, 4 * f + kNext[k]);
+                                      : fine.face_edges(k, 4 * f + kNextCorner[k]);
 }
 
 // The edge that cuts corner c off face f.
 int InnerEdge(const MeshTopology& fine, int f, int c) {
-  return fine.face_edges(kNext[c], 4 * f + c);
+  return fine.face_edges(kNextCorner[c], 4 * f + c);
 }
 
 // Ends the ring of the vertex on a sharp interior edge, in the order of RingOfEdgeVertex.
@@ -108,11 +106,11 @@ void PushEdgeVertex(const MeshTopology& parent, const MeshTopology& fine, const 
   const float halves = SharpnessOfHalves(sharp.sharpness);
   const int first = parent.edge_faces(0, e), second = parent.edge_faces(1, e);
   const int k = CornerOfEdge(parent, first, e), j = CornerOfEdge(parent, second, e);
-  rings.Push(HalfAt(parent, fine, e, parent.faces(kNext[k], first)), halves);
-  rings.Push(InnerEdge(fine, first, kNext[k]), 0.0f);
+  rings.Push(HalfAt(parent, fine, e, parent.faces(kNextCorner[k], first)), halves);
+  rings.Push(InnerEdge(fine, first, kNextCorner[k]), 0.0f);
   rings.Push(InnerEdge(fine, first, k), 0.0f);
   rings.Push(HalfAt(parent, fine, e, parent.faces(k, first)), halves);
-  rings.Push(InnerEdge(fine, second, kNext[j]), 0.0f);
+  rings.Push(InnerEdge(fine, second, kNextCorner[j]), 0.0f);
   rings.Push(InnerEdge(fine, second, j), 0.0f);
   rings.EndRing(parent.vertex_count + e, false, false);
 }

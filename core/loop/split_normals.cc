@@ -9,8 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr std::array<int, 3> kNext = {1, 2, 0}, kPrevious = {2, 0, 1};
-
 // The face corners around the new vertex of an interior edge, on the next level, from neighbour
 // `to` of RingOfEdgeVertex on. Children are numbered as refinement.h says.
 std::array<uint32_t, 6> CornersOfEdgeVertex(const MeshTopology& parent, int edge) {
@@ -21,9 +19,9 @@ std::array<uint32_t, 6> CornersOfEdgeVertex(const MeshTopology& parent, int edge
     const auto corner = [&](int child, int at) {
       return 3u * (first_child + static_cast<uint32_t>(child)) + static_cast<uint32_t>(at);
     };
-    corners[3 * side] = corner(kNext[k], k);
-    corners[3 * side + 1] = corner(3, kPrevious[k]);
-    corners[3 * side + 2] = corner(k, kNext[k]);
+    corners[3 * side] = corner(kNextCorner[k], k);
+    corners[3 * side + 1] = corner(3, kPreviousCorner[k]);
+    corners[3 * side + 2] = corner(k, kNextCorner[k]);
   }
   return corners;
 }

@@ -23,7 +23,7 @@ constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
 
 // Of position steps.
-constexpr double kFinest = 4e-4, kCoarsest = 5e-3;
+constexpr double kFinestStep = 4e-4, kCoarsestStep = 5e-3;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4, kUsualCodingError = 1e-4;
@@ -51,10 +51,10 @@ bool IsMachined(const ControlMesh& mesh) {
 }
 
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
-  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kFinest, kCoarsest);
+  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kFinestStep, kCoarsestStep);
   if (!IsMachined(mesh)) return smooth;
   const double flat = kOfCodingError * coding_error.value_or(kUsualCodingError);
-  return std::clamp(flat, kFinest, smooth);
+  return std::clamp(flat, kFinestStep, smooth);
 }
 
 absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,

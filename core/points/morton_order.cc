@@ -9,8 +9,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 8192;
-
 // Puts two zero bits between any two of the 21 low bits.
 uint64_t Spread(uint64_t bits) {
   bits &= 0x1fffffull;
@@ -41,7 +39,7 @@ absl::StatusOr<MortonOrder> ComputeMortonOrder(const Eigen::Matrix3Xd& points,
   };
   std::vector<Entry> entries(static_cast<size_t>(points.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(points.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           entries[i] = {MortonCode(MortonCell(points(0, i)), MortonCell(points(1, i)),
                                    MortonCell(points(2, i))),

@@ -16,8 +16,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kQueryBlock = 1024;
-
 // The first `k` of the `nearest` but the point itself.
 void CopyOthers(const int* nearest, int point, int k, int* neighbors) {
   for (int from = 0, to = 0; to < k; ++from) {
@@ -98,7 +96,7 @@ absl::StatusOr<NeighborGraph> BuildNeighborGraph(const PointIndex& index,
   const int k = graph.k;
   graph.indices.resize(static_cast<size_t>(points.cols()) * k);
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         BatchedNearest nearby(index, points, k + 1);
         nearby.OfEach(points, begin, end, [&](int64_t i, const int* nearest, const double*) {
           CopyOthers(nearest, static_cast<int>(i), k, &graph.indices[i * k]);

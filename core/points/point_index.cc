@@ -21,7 +21,6 @@ namespace {
 // Measured at 100 000 and 1 000 000 points: 8 to 16 are alike. The nodes of the larger ones take 9
 // bytes a point, of the smaller ones 12.
 constexpr int kLeafSize = 12, kLeafSizeOver = 16;
-constexpr int64_t kQueryBlock = 1024;
 // Points of a tree: nothing can stop FLANN while it builds one, 0.3 s for so many.
 constexpr int64_t kMostTreePoints = 1 << 19;
 
@@ -147,24 +146,24 @@ class BallSet final : public flann::ResultSet<double> {
   std::vector<int>& points_;
 };
 
-// A tree over a stretch of points.
-class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
-  using Base = flann::NNIndex<flann::L2_Simple<double>>;
-
- public:
-  // `copy`: the tree keeps its points, in the order of its leaves, and reads `stretch` not later.
-  LeafTree(const double* stretch, int64_t size, bool copy)
-      : KDTreeSingleIndex(
-            flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
-            flann::KDTreeSingleIndexParams(copy ? kLeafSize : kLeafSizeOver, copy)) {
-    buildIndex();
-    if (copy) std::vector<double*>().swap(this->Base::points_);  // where each point was
-  }
-};
-
 }  // namespace
 
 struct PointIndex::Impl {
+  // A tree over a stretch of points.
+  class LeafTree final : public flann::KDTreeSingleIndex<flann::L2_Simple<double>> {
+    using Base = flann::NNIndex<flann::L2_Simple<double>>;
+
+   public:
+    // `copy`: the tree keeps its points, in the order of its leaves, and reads `stretch` not later.
+    LeafTree(const double* stretch, int64_t size, bool copy)
+        : KDTreeSingleIndex(
+              flann::Matrix<double>(const_cast<double*>(stretch), static_cast<size_t>(size), 3),
+              flann::KDTreeSingleIndexParams(copy ? kLeafSize : kLeafSizeOver, copy)) {
+      buildIndex();
+      if (copy) std::vector<double*>().swap(this->Base::points_);  // where each point was
+    }
+  };
+
   // Trees over stretches of equal length: points along a Morton curve keep them apart, but any
   // order is answered exactly.
   absl::Status Build(const Eigen::Matrix3Xd& points, bool copy, const RunContext& context) {
@@ -300,7 +299,7 @@ absl::StatusOr<std::vector<int>> PointIndex::NearestOfEach(const Eigen::Matrix3X
                                                            const RunContext& context) const {
   std::vector<int> nearest(static_cast<size_t>(positions.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(positions.cols(), kQueryBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(positions.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         double distance = 0;
         for (int64_t i = begin; i < end; ++i) {
           impl_->Query(positions.col(i), 1, &nearest[i], &distance);

@@ -17,8 +17,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1024;
-
 // The kept points and the way from the old numbering to theirs.
 struct KeptPoints {
   Eigen::Matrix3Xd points;  // rescaled so that their bounding box has diagonal 1
@@ -60,8 +58,8 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
   NeighborGraph* const graph = &kept.graph;
   const int k = graph->k;
   std::vector<int>& indices = graph->indices;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(indices.size()), kBlock * k, context,
-                                      [&](int64_t begin, int64_t end) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(indices.size()), kSearchBlock * k,
+                                      context, [&](int64_t begin, int64_t end) {
                                         for (int64_t i = begin; i < end; ++i) {
                                           indices[i] = kept.new_index[indices[i]];
                                         }
@@ -72,7 +70,7 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
                 indices.begin() + static_cast<int64_t>(kept.new_index[old]) * k);
   }
   indices.resize(static_cast<size_t>(kept.points.cols()) * k);
-  return ParallelFor(kept.points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(kept.points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const auto list = graph->neighbors(static_cast<int>(i));
       if (std::find(list.begin(), list.end(), -1) == list.end()) continue;

@@ -19,8 +19,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kFacesPerBlock = 64;
-
 using Triangles = std::vector<std::array<int, 3>>;
 
 class AdaptiveTessellation {
@@ -51,7 +49,7 @@ class AdaptiveTessellation {
     for (size_t level = 0; level < levels_.size(); ++level) {
       errors_[level].resize(levels_[level].face_count());
       RILIEVO_RETURN_IF_ERROR(ParallelFor(
-          levels_[level].face_count(), kFacesPerBlock, context, [&](int64_t begin, int64_t end) {
+          levels_[level].face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
             Triangles triangles(1);
             for (int f = static_cast<int>(begin); f < static_cast<int>(end); ++f) {
               const auto face = levels_[level].faces.col(f);

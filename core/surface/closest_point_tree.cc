@@ -276,9 +276,8 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
   tree.run_bits_ = count > std::numeric_limits<int>::max() >> kRunBits ? 0 : kRunBits;
   if (count % children_per_face != 0) children_per_face = 1;
   std::vector<Center> centers(count / children_per_face);
-  constexpr int64_t kBlock = 8192;
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(static_cast<int64_t>(centers.size()), kBlock / children_per_face, context,
+      ParallelFor(static_cast<int64_t>(centers.size()), kLightBlock / children_per_face, context,
                   [&](int64_t begin, int64_t end) {
                     for (int i = static_cast<int>(begin); i < end; ++i) {
                       // Of a children_per_face, one of each quarter tells the middle well
@@ -305,7 +304,7 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
     tree.corners_.resize(3, count);
     tree.vertices_ = vertices.colwise() - tree.origin_;
   }
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       const int item = tree.items_[i];
       if (tree.points_) {

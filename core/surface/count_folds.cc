@@ -45,9 +45,8 @@ absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
       const LimitSurface limit,
       EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
   std::atomic<int64_t> folds = 0;
-  constexpr int64_t kFacesPerTask = 16384;
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(triangles.cols(), kFacesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(triangles.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         int64_t here = 0;
         for (int64_t f = begin; f < end; ++f) {
           here += IsTurnedOver(triangles.col(f), vertices, limit);

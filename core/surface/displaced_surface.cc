@@ -18,7 +18,6 @@ namespace rilievo {
 namespace {
 
 constexpr int kLevelsBeyond = 2;
-constexpr int64_t kVertexBlock = 16384;
 
 absl::Status CheckSurface(const DisplacedSurface& surface, int level) {
   if (surface.max_level < 0 || surface.max_level > kMaxLoopLevel) {
@@ -135,7 +134,7 @@ absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int lev
                                                   : TessellateTopology(surface, level, context));
   // Normals were taken in the unit frame, where the scan's own offset has not yet cost any digits.
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh.vertices.cols(), kVertexBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(mesh.vertices.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t v = begin; v < end; ++v) {
           mesh.vertices.col(v) = surface.frame.ScanFromUnit(mesh.vertices.col(v));
         }

@@ -20,12 +20,6 @@ struct EdgeStencil {
   }
 };
 
-// Corner of `face` whose half-edge runs along `edge`, which must be one of its three.
-inline int CornerOfEdge(const MeshTopology& topology, int face, int edge) {
-  if (topology.face_edges(0, face) == edge) return 0;
-  return topology.face_edges(1, face) == edge ? 1 : 2;
-}
-
 // The vertex of `face` opposite `edge`.
 inline int OppositeVertex(const MeshTopology& topology, int face, int edge) {
   return topology.faces((CornerOfEdge(topology, face, edge) + 2) % 3, face);

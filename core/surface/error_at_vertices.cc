@@ -17,10 +17,9 @@ absl::StatusOr<VertexErrors> ErrorAtVertices(const TriangleMesh& mesh,
   }
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
                            ClosestPointTree::Build(mesh.vertices, mesh.triangles, context));
-  constexpr int64_t kBlock = 1024;
   std::vector<ClosestPointTree::Hit> hits(static_cast<size_t>(points.cols()), {0, -1});
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t i = begin; i < end; ++i) {
           if (!points.col(i).allFinite()) continue;

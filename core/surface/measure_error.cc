@@ -25,7 +25,6 @@ using Eigen::Vector3d;
 
 constexpr int kMinSamples = 1000;
 constexpr int kMaxSamples = 10'000'000;
-constexpr int64_t kQueryBlock = 1024;
 constexpr size_t kPointsOfSides = 4;  // nearest to a place, that tell the sides around it
 
 absl::Status CheckShape(const Shape& shape, const char* name) {
@@ -82,14 +81,15 @@ absl::StatusOr<std::vector<double>> SquaredDistances(int64_t count, const PointA
                                                      const ClosestPointTree& tree,
                                                      const RunContext& context) {
   std::vector<double> squared(static_cast<size_t>(count));
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
-    int hint = -1;
-    for (int64_t i = begin; i < end; ++i) {
-      const ClosestPointTree::Hit hit = tree.Closest(at(i), hint);
-      squared[i] = hit.squared_distance;
-      hint = hit.item;
-    }
-  }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        int hint = -1;
+        for (int64_t i = begin; i < end; ++i) {
+          const ClosestPointTree::Hit hit = tree.Closest(at(i), hint);
+          squared[i] = hit.squared_distance;
+          hint = hit.item;
+        }
+      }));
   return squared;
 }
 
@@ -99,18 +99,20 @@ template <typename PointAt>
 absl::StatusOr<double> LargestSquaredDistance(int64_t count, const PointAt& at,
                                               const ClosestPointTree& tree, double least,
                                               const RunContext& context) {
-  std::vector<double> largest(static_cast<size_t>((count + kQueryBlock - 1) / kQueryBlock), least);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
-    double& block = largest[begin / kQueryBlock];
-    int hint = -1;
-    for (int64_t i = begin; i < end; ++i) {
-      const Vector3d point = at(i);
-      if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= block) continue;
-      const ClosestPointTree::Hit hit = tree.Closest(point, hint);
-      block = std::max(block, hit.squared_distance);
-      hint = hit.item;
-    }
-  }));
+  std::vector<double> largest(static_cast<size_t>((count + kSearchBlock - 1) / kSearchBlock),
+                              least);
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        double& block = largest[begin / kSearchBlock];
+        int hint = -1;
+        for (int64_t i = begin; i < end; ++i) {
+          const Vector3d point = at(i);
+          if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= block) continue;
+          const ClosestPointTree::Hit hit = tree.Closest(point, hint);
+          block = std::max(block, hit.squared_distance);
+          hint = hit.item;
+        }
+      }));
   return largest.empty() ? least : *std::max_element(largest.begin(), largest.end());
 }
 
@@ -173,23 +175,26 @@ absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
   const int64_t count = samples.places.cols();
   const size_t wanted = to.normals.cols() == 0 ? 1 : kPointsOfSides;
   std::vector<double> squared(static_cast<size_t>(count)), across(squared.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kQueryBlock, context, [&](int64_t begin, int64_t end) {
-    std::array<ClosestPointTree::Hit, kPointsOfSides> hits;
-    size_t found = 0;
-    for (int64_t i = begin; i < end; ++i) {
-      const auto triangle = from.triangles.col(samples.faces[i]);
-      const Vector3d a = from.vertices.col(triangle[0]), place = samples.places.col(i);
-      const Vector3d normal =
-          (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
-      found = static_cast<size_t>(to_tree.Nearest(place, {hits.data(), wanted}, found == wanted));
-      if (found == 0) hits[0] = to_tree.Closest(place);
-      squared[i] = hits[0].squared_distance;
-      const int nearest = to_tree.source()[hits[0].item];
-      across[i] = SquaredAcross(to, nearest, normal.normalized(), to.gaps[nearest], place);
-      if (wanted == 1) continue;
-      across[i] = std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
-    }
-  }));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        std::array<ClosestPointTree::Hit, kPointsOfSides> hits;
+        size_t found = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          const auto triangle = from.triangles.col(samples.faces[i]);
+          const Vector3d a = from.vertices.col(triangle[0]), place = samples.places.col(i);
+          const Vector3d normal =
+              (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
+          found =
+              static_cast<size_t>(to_tree.Nearest(place, {hits.data(), wanted}, found == wanted));
+          if (found == 0) hits[0] = to_tree.Closest(place);
+          squared[i] = hits[0].squared_distance;
+          const int nearest = to_tree.source()[hits[0].item];
+          across[i] = SquaredAcross(to, nearest, normal.normalized(), to.gaps[nearest], place);
+          if (wanted == 1) continue;
+          across[i] =
+              std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
+        }
+      }));
   *across_rms =
       std::sqrt(std::accumulate(across.begin(), across.end(), 0.0) / static_cast<double>(count));
   return squared;

@@ -13,8 +13,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kFacesPerBlock = 256;
-
 Eigen::Vector3d Normalized(const Eigen::Vector3d& sum) {
   const double length = sum.norm();
   return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
@@ -38,19 +36,19 @@ class PatchMesher {
   }
 
   absl::StatusOr<TriangleMesh> Run(const RunContext& context) {
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(topology_.face_count(), kFacesPerBlock, context,
-                                        [&](int64_t begin, int64_t end) {
-                                          Patch patch;
-                                          for (int64_t f = begin; f < end; ++f) {
-                                            MeshFace(static_cast<int>(f), patch);
-                                          }
-                                        }));
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(topology_.edge_count(), kFacesPerBlock, context,
-                                        [&](int64_t begin, int64_t end) {
-                                          for (int64_t e = begin; e < end; ++e) {
-                                            JoinEdge(static_cast<int>(e));
-                                          }
-                                        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(topology_.face_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+          Patch patch;
+          for (int64_t f = begin; f < end; ++f) {
+            MeshFace(static_cast<int>(f), patch);
+          }
+        }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(topology_.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+          for (int64_t e = begin; e < end; ++e) {
+            JoinEdge(static_cast<int>(e));
+          }
+        }));
     JoinCorners();
     return std::move(mesh_);
   }

@@ -17,8 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kPlacesPerBlock = 1024;
-
 }  // namespace
 
 absl::StatusOr<SignedDistance> SignedDistance::Build(TriangleMesh mesh, int children_per_face,
@@ -77,7 +75,7 @@ absl::StatusOr<std::vector<double>> SignedDistance::Of(const Eigen::Matrix3Xd& p
                                                        const RunContext& context) const {
   std::vector<double> distances(static_cast<size_t>(places.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(places.cols(), kPlacesPerBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(places.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t i = begin; i < end; ++i) {
           const Vector3d place = places.col(i);

@@ -10,14 +10,6 @@
 #include "core/codec/heights/height_range.h"
 
 namespace rilievo {
-namespace {
-
-absl::Status OutOfRange() {
-  return absl::DataLossError("a height lies outside the range of the format");
-}
-
-}  // namespace
-
 HeightState StateOfGroup(const HeightState& whole, const std::vector<int>& members,
                          const std::vector<int>& whole_vertex) {
   HeightState state;
@@ -63,18 +55,18 @@ absl::StatusOr<GroupHeights> DecodeGroup(const GroupMesh& mesh,
       LevelCoder<RangeDecoder, NoChoice> coded(coder, chooser, mesh.refinement, level,
                                                levels[i].step, has_filled, models, state,
                                                mesh.foreign.data());
-      if (!coded.Run(layout.empty)) return OutOfRange();
+      if (!coded.Run(layout.empty)) return HeightOutOfRange();
       if (coder.overrun()) {
         return absl::DataLossError(absl::StrCat("the heights of group ", mesh.group, " of level ",
                                                 level, " end before their last one"));
       }
     }
     const auto known = static_cast<std::ptrdiff_t>(decoded.values.size());
-    if (!AddValues(dequantizer, state.coefficients, decoded.values)) return OutOfRange();
+    if (!AddValues(dequantizer, state.coefficients, decoded.values)) return HeightOutOfRange();
     state.heights.insert(state.heights.end(), decoded.values.begin() + known, decoded.values.end());
     if (i + 1 == levels.size()) break;
     SynthesizeLevel(mesh.refinement.levels[level - 1], levels[i].lifting, state.heights);
-    if (!InHeightRange(state.heights)) return OutOfRange();
+    if (!InHeightRange(state.heights)) return HeightOutOfRange();
   }
   decoded.filled = std::move(state.filled);
   return decoded;

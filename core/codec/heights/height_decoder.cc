@@ -20,10 +20,6 @@
 namespace rilievo {
 namespace {
 
-absl::Status OutOfRange() {
-  return absl::DataLossError("a height lies outside the range of the format");
-}
-
 // Levels [0, count), each for the whole surface.
 absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
                                const LoopRefinement& refinement, bool has_filled,
@@ -38,7 +34,7 @@ absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
                                              layout.dequantizer.step, has_filled, models, state);
     if (!coded.Run(layout.empty) ||
         !AddValues(layout.dequantizer, state.coefficients, state.heights)) {
-      return OutOfRange();
+      return HeightOutOfRange();
     }
     if (coder.overrun()) {
       return absl::DataLossError(
@@ -46,7 +42,7 @@ absl::Status DecodeWholeLevels(std::span<const std::span<const uint8_t>> layers,
     }
     if (level > 0) {
       SynthesizeLevel(refinement.levels[level - 1], layout.lifting, state.heights);
-      if (!InHeightRange(state.heights)) return OutOfRange();
+      if (!InHeightRange(state.heights)) return HeightOutOfRange();
     }
   }
   return absl::OkStatus();
@@ -140,7 +136,7 @@ absl::Status SynthesizeLevels(const LoopRefinement& refinement,
         height = std::clamp(height, -kMaxHeightUnits, kMaxHeightUnits);
       }
     } else if (!InHeightRange(reached)) {
-      return OutOfRange();
+      return HeightOutOfRange();
     }
   }
   return absl::OkStatus();
@@ -229,7 +225,7 @@ absl::StatusOr<DecodedHeights> DecodeHeightLayers(
   for (size_t i = 0; i < plain.size(); ++i) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     AddPlainLevel(refinement.levels[layers.size() + i - 1], plain[i], state);
-    if (!InHeightRange(state.heights)) return OutOfRange();
+    if (!InHeightRange(state.heights)) return HeightOutOfRange();
   }
   const int level_count = static_cast<int>(layers.size() + plain.size());
   RILIEVO_ASSIGN_OR_RETURN(

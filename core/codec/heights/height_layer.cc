@@ -10,6 +10,7 @@
 #include "core/codec/bytes/range_coder.h"
 #include "core/codec/bytes/residual_model.h"
 #include "core/codec/heights/edge_rules.h"
+#include "core/codec/heights/height_range.h"
 
 namespace rilievo {
 namespace {
@@ -58,7 +59,7 @@ class LayerCoder {
         coder_, given, {near * 9 + source * 3 + lean, coarse * 24 + near, rough * 3 + lean});
     const int64_t height = int64_t{around.predicted} + residual;
     if (height < -kMaxHeightSteps || height > kMaxHeightSteps) {
-      return absl::DataLossError("a height lies outside the range of the format");
+      return HeightOutOfRange();
     }
     if (decodes) {
       field_.heights.push_back(static_cast<int32_t>(height));

@@ -6,12 +6,18 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "core/codec/heights/height_layout.h"
 
 namespace rilievo {
 
 // Largest |height|, and |value| of a coefficient, in units.
 inline constexpr int32_t kMaxHeightUnits = 1 << 24;
+
+// What a decoder says of the others.
+inline absl::Status HeightOutOfRange() {
+  return absl::DataLossError("a height lies outside the range of the format");
+}
 
 inline bool InHeightRange(std::span<const int32_t> heights) {
   return std::all_of(heights.begin(), heights.end(), [](int32_t height) {

@@ -12,7 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kEdgesPerTask = 64;
 // Faces that meet flatter than this are not looked at; the iso-surface rounds sharp edges.
 constexpr double kLeastFold = 0.985;  // cos 10 degrees
 // Sides that meet flatter are no crease: cos 30 degrees.
@@ -89,7 +88,7 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
                                                               const RunContext& context) {
   std::vector<EdgeClassification> judgements(static_cast<size_t>(topology.edge_count()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(topology.edge_count(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(topology.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t e = begin; e < end; ++e) {
           if (topology.edge_faces(1, e) < 0) continue;
           const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);

@@ -17,7 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kFacesPerTask = 256;
 // Faces are looked at whose corners' normals differ more: cos 10 degrees.
 constexpr double kFlat = 0.985;
 constexpr int kFewestPoints = 32, kMostPoints = 128;
@@ -116,7 +115,7 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   }
   const int first = FirstAsked(cloud);
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh.faces.cols(), kFacesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(mesh.faces.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t f = begin; f < end; ++f) {
           if (!bent[mesh.faces(0, f)] && !bent[mesh.faces(1, f)] && !bent[mesh.faces(2, f)])
             continue;

@@ -168,7 +168,6 @@ bool CrossesCrease(const OrientedCloud& cloud, const PointIndex& index, const Co
 absl::StatusOr<int> FlipAcross(const OrientedCloud& cloud, const PointIndex& index,
                                const MeshTopology& topology, const std::vector<uint8_t>& tags,
                                const RunContext& context, ControlMesh* mesh) {
-  constexpr int64_t kEdgesPerTask = 64;
   std::vector<uint8_t> sharp(topology.vertex_count, 0), touched(topology.face_count(), 0);
   std::vector<int> valence = topology.valence;
   std::set<std::pair<int, int>> edges;
@@ -179,7 +178,7 @@ absl::StatusOr<int> FlipAcross(const OrientedCloud& cloud, const PointIndex& ind
   }
   std::vector<uint8_t> crosses(static_cast<size_t>(topology.edge_count()), 0);
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(topology.edge_count(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(topology.edge_count(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         for (int e = static_cast<int>(begin); e < end; ++e) {
           const Flip flip = FlipOf(mesh->faces, topology, e);
           crosses[e] = flip.g >= 0 && CrossesCrease(cloud, index, *mesh, sharp, tags[e] != 0, flip);

@@ -10,8 +10,6 @@ namespace {
 
 using Eigen::Vector3i;
 
-constexpr int64_t kBlock = 1 << 14;  // nodes a task
-
 // Value of the coarser level at a node of the finer one: the mean of its 1, 2, 4 or 8 parents.
 float Prolong(const GridLevel& coarse, const Vector3i& node) {
   const Vector3i low(node.x() >> 1, node.y() >> 1, node.z() >> 1);
@@ -88,7 +86,7 @@ absl::StatusOr<GridLevel> RefineCells(const GridLevel& coarse, const SparseGrid&
   fine.grid.Seal();
   const std::vector<Vector3i> nodes = fine.grid.Nodes();
   fine.values.resize(nodes.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context,
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(nodes.size()), kLightBlock, context,
                                       [&](int64_t begin, int64_t end) {
                                         for (int64_t i = begin; i < end; ++i)
                                           fine.values[i] = Prolong(coarse, nodes[i]);
@@ -98,7 +96,7 @@ absl::StatusOr<GridLevel> RefineCells(const GridLevel& coarse, const SparseGrid&
 
 absl::Status InjectValues(const GridLevel& fine, const RunContext& context, GridLevel* coarse) {
   const std::vector<Vector3i> nodes = coarse->grid.Nodes();
-  return ParallelFor(static_cast<int64_t>(nodes.size()), kBlock, context,
+  return ParallelFor(static_cast<int64_t>(nodes.size()), kLightBlock, context,
                      [&](int64_t begin, int64_t end) {
                        for (int64_t i = begin; i < end; ++i) {
                          const int node = fine.grid.Find(2 * nodes[i]);

@@ -116,7 +116,7 @@ absl::StatusOr<std::vector<int>> FlipInconsistentNormals(const OrientedCloud& cl
   std::vector<int8_t>& sides = function->sides;
   const auto count = static_cast<int64_t>(sides.size());
   std::vector<uint8_t> changed(static_cast<size_t>(count), 0);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 4096, context, [&](int64_t begin, int64_t end) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       if (plan.of_point[i] + 1 != static_cast<int>(function->levels.size())) continue;
       const Eigen::Vector3d point = cloud.points.col(i);
@@ -168,7 +168,7 @@ absl::StatusOr<ActiveSamples> ActiveSamplesOf(const OrientedCloud& cloud, const 
     return i % stride == 0 ? stride : 0;
   };
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(cloud.points.cols(), 4096, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(cloud.points.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         // Points are in Morton order: the one before often lies in the same cell.
         std::optional<Eigen::Vector3i> cell_before;
         SparseGridReader grid(level.grid);

@@ -19,7 +19,6 @@ using Eigen::Vector3i;
 using Fields = std::array<std::vector<float>, 4>;
 
 constexpr size_t kSamplesAtOnce = 4096;  // whose discs are held at a time
-constexpr int64_t kRowsPerTask = 1024;
 constexpr int kNoNode = -1;
 // How far around a place, in cells, its value and its flux touch nodes, with room for rounding.
 constexpr double kTouched = 2;
@@ -247,7 +246,7 @@ absl::Status PoissonOperator::MakeScreeningRows(const ScreenedPoisson& system, s
     for (float& weight : row.weights) weight *= root;
     return row;
   };
-  return ParallelFor(static_cast<int64_t>(rows->size()), kRowsPerTask, context_,
+  return ParallelFor(static_cast<int64_t>(rows->size()), kSearchBlock, context_,
                      [&](int64_t first, int64_t last) {
                        SparseGridReader grid(system.grid);
                        NodesAround around;

@@ -34,7 +34,6 @@ constexpr double kLeastSingleSheet = 0.75;
 constexpr double kHoleSpacings = 3;
 // ...and holds this many control faces.
 constexpr double kHoleFaces = 2;
-constexpr int64_t kBlock = 256;
 constexpr int kFewestPoints = 3;  // for a height
 
 // Points by square of the plane, for sums over a neighbourhood. Only squares with points take
@@ -147,7 +146,7 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud,
   std::vector<uint8_t> known(static_cast<size_t>(mesh.vertices.cols()), 0);
   Eigen::VectorXd heights = Eigen::VectorXd::Zero(mesh.vertices.cols());
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh.vertices.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(mesh.vertices.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t v = begin; v < end; ++v) {
           known[v] = LocalHeight(cloud, plane_points, buckets, mesh.vertices.col(v).head<2>(), edge,
                                  &heights[v])

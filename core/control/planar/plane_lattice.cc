@@ -26,7 +26,7 @@ using SlotFace = std::array<int64_t, 3>;
 constexpr int kSmallestIsland = 6;     // faces
 constexpr double kFarthestDraw = 0.6;  // edges a vertex moves to reach the border
 constexpr double kMinRoundness = 0.3;  // of a face whose vertex was drawn to the border
-constexpr int kRelaxRounds = 4;
+constexpr int kLatticeRounds = 4;
 
 // Vertices in rows, every other one shifted by half an edge.
 struct Lattice {
@@ -267,11 +267,11 @@ absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edg
   ControlMesh mesh = Compact(whole, faces);
   if (faces.empty()) return mesh;
   DrawToBorder(area, edge, &mesh);
-  RelaxTangentially(&mesh, kRelaxRounds);
+  RelaxTangentially(&mesh, kLatticeRounds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   ImproveValence(&mesh, 30);
   DrawToBorder(area, edge, &mesh);
-  RelaxTangentially(&mesh, kRelaxRounds);
+  RelaxTangentially(&mesh, kLatticeRounds);
   return mesh;
 }
 

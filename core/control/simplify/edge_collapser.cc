@@ -22,7 +22,6 @@ constexpr int kOpenFloor = 8;     // faces an open component keeps
 constexpr int kLastGrade = 2;
 constexpr float kGradeCost = 4;
 constexpr int kCollapsesPerStopCheck = 4096;
-constexpr int kEdgesPerTask = 4096;
 
 // A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
 // grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
@@ -147,7 +146,7 @@ void EdgeCollapser::FindReferenceNormals(const RunContext& context, std::vector<
       reference_normal_[f] = mean.normalized().cast<float>();
     }
   };
-  ParallelFor(mesh_.face_slots(), kEdgesPerTask, context, find).IgnoreError();
+  ParallelFor(mesh_.face_slots(), kLightBlock, context, find).IgnoreError();
 }
 
 // A boundary edge counts as a wall of the height of a final edge, upright on its face: then the
@@ -206,7 +205,7 @@ absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
   whole_.coarse = coarse;
   whole_.queue.Clear();
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(mesh_.edge_slots(), kEdgesPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(mesh_.edge_slots(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int edge = static_cast<int>(begin); edge < end; ++edge) {
           edges_[edge].queued = mesh_.HalfOfEdge(edge) >= 0;
           if (edges_[edge].queued) Evaluate(edge, whole_);

@@ -10,17 +10,15 @@ namespace rilievo {
 
 namespace {
 
-constexpr int64_t kBlock = 8192;
-
 // The first index in [0, count) that `is_fault` holds for, -1 where none is. What else it does must
 // concern its index alone.
 template <typename IsFault>
 absl::StatusOr<int64_t> FirstFault(int64_t count, const RunContext& context,
                                    const IsFault& is_fault) {
-  std::vector<int64_t> first(static_cast<size_t>((count + kBlock - 1) / kBlock), -1);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+  std::vector<int64_t> first(static_cast<size_t>((count + kLightBlock - 1) / kLightBlock), -1);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
-      int64_t& found = first[begin / kBlock];
+      int64_t& found = first[begin / kLightBlock];
       if (is_fault(static_cast<int>(i)) && found < 0) found = i;
     }
   }));

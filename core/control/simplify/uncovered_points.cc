@@ -101,7 +101,7 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
   constexpr int kReached = -1;
   std::vector<int> face_of(static_cast<size_t>((cloud.points.cols() + stride - 1) / stride));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(face_of.size()), 4096, context, [&](int64_t begin, int64_t end) {
+      static_cast<int64_t>(face_of.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t k = begin; k < end; ++k) {
           face_of[k] = kReached;

@@ -27,7 +27,6 @@ constexpr int kCenterSamples = 4000;
 constexpr int kCenterSteps = 100;
 constexpr double kMargin = 0.3;        // wanted cosine between normal and ray
 constexpr double kRadialCosine = 0.6;  // 53 degrees
-constexpr int64_t kPointsPerTask = 8192;
 constexpr double kPointsPerCell = 20;  // of a direction cell, on average
 constexpr double kSheetGap = 2.0;      // cell widths between two sheets along a ray
 
@@ -80,20 +79,19 @@ absl::StatusOr<StarCheck> CheckStarShape(const OrientedCloud& cloud, const Vecto
   const Octahedron grid(levels);
   std::vector<std::pair<int, double>> by_cell(static_cast<size_t>(count));  // cell, log radius
   std::atomic<int64_t> outward = 0, radial = 0;
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kPointsPerTask, context, [&](int64_t begin, int64_t end) {
-        int64_t outward_here = 0, radial_here = 0;
-        for (int64_t i = begin; i < end; ++i) {
-          const Vector3d ray = cloud.points.col(i) - center;
-          const double radius = std::max(ray.norm(), 1e-9);
-          by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
-          const double cosine = cloud.normals.col(i).dot(ray) / radius;
-          outward_here += cosine > 0 ? 1 : 0;
-          radial_here += cosine > kRadialCosine ? 1 : 0;
-        }
-        outward += outward_here;
-        radial += radial_here;
-      }));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
+    int64_t outward_here = 0, radial_here = 0;
+    for (int64_t i = begin; i < end; ++i) {
+      const Vector3d ray = cloud.points.col(i) - center;
+      const double radius = std::max(ray.norm(), 1e-9);
+      by_cell[i] = {grid.FaceOf(ray), std::log(radius)};
+      const double cosine = cloud.normals.col(i).dot(ray) / radius;
+      outward_here += cosine > 0 ? 1 : 0;
+      radial_here += cosine > kRadialCosine ? 1 : 0;
+    }
+    outward += outward_here;
+    radial += radial_here;
+  }));
   check.outward = static_cast<double>(outward.load()) / count;
   check.radial = static_cast<double>(radial.load()) / count;
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &by_cell));

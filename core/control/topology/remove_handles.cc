@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kMaxSweeps = 16;
 constexpr int kTightenings = 3;
-constexpr int64_t kSeedBlock = 16;
 
 // Roots the search at the loop's own vertices until it gets no shorter.
 std::vector<int> Tighten(std::vector<int> loop, double radius, NonseparatingLoopFinder* finder) {
@@ -74,7 +73,7 @@ absl::Status ClearWhereFlat(double radius, const RunContext& context,
                             std::vector<uint8_t>* flagged) {
   const Seeds seeds = SpreadSeeds(*flagged, radius, finder);
   std::vector<uint8_t> flat(seeds.at.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.at.size()), kSeedBlock, context,
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.at.size()), kHeavyBlock, context,
                                       [&](int64_t begin, int64_t end) {
                                         const auto own = finders->Take();
                                         for (int64_t i = begin; i < end; ++i) {
@@ -138,7 +137,7 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
     // tightening yet.
     found.resize(seeds.size());
     RILIEVO_RETURN_IF_ERROR(ParallelFor(
-        static_cast<int64_t>(seeds.size()), kSeedBlock, context, [&](int64_t begin, int64_t end) {
+        static_cast<int64_t>(seeds.size()), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
           const auto own = finders.Take();
           for (int64_t i = begin; i < end; ++i) {
             found[i] = ShortLoop(seeds[i], max_length, step, own.get());

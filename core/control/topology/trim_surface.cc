@@ -113,7 +113,7 @@ absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud
   const int64_t count = mesh.vertices.cols();
   Support support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
   const int n = std::min(kSupportNeighbors, index.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, 2048, context, [&](int64_t begin, int64_t end) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     BatchedNearest nearby(index, cloud.points, n);
     const auto judge = [&](int64_t v, const int* found, const double* squared) {
       support.spacing[v] = cloud.spacing[found[0]];

@@ -18,8 +18,6 @@ namespace {
 using Eigen::Vector3d;
 using Corners = std::array<int, 3>;
 
-constexpr int64_t kBlock = 2048;
-
 // What is nearest is looked for on the level before the finest, which has a quarter of the
 // triangles.
 int SearchLevel(const LoopRefinement& refinement) {
@@ -258,7 +256,7 @@ absl::StatusOr<std::vector<PointFoot>> FindFeet(const OrientedCloud& cloud,
   const double farthest2 = options.max_height * options.max_height;
   std::vector<PointFoot> feet(cloud.points.cols());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(feet.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+      static_cast<int64_t>(feet.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t p = begin; p < end; ++p) {
           const Vector3d point = cloud.points.col(p);
@@ -290,7 +288,7 @@ absl::Status ReachPoints(const OrientedCloud& cloud, const LoopRefinement& refin
   Eigen::Matrix3Xd places(3, refinement.levels[SearchLevel(refinement)].vertex_count);
   for (int v = 0; v < places.cols(); ++v) places.col(v) = reacher.PlaceOf(v);
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, SearchTree(refinement, places, context));
-  return ParallelFor(static_cast<int64_t>(feet->size()), kBlock, context,
+  return ParallelFor(static_cast<int64_t>(feet->size()), kLightBlock, context,
                      [&](int64_t begin, int64_t end) {
                        for (int64_t p = begin; p < end; ++p) {
                          if ((*feet)[p].found()) continue;

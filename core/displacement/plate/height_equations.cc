@@ -13,10 +13,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 8192;
-
-double Square(double x) { return x * x; }
-
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
                    const std::vector<PointFoot>& feet, const std::vector<float>& weights,
                    const RunContext& context) {
@@ -50,9 +46,9 @@ PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& l
 // Sums by blocks of a fixed length, so that the result does not depend on the threads.
 absl::StatusOr<double> SumOver(int64_t count, const RunContext& context,
                                const std::function<double(int64_t, int64_t)>& sum_of) {
-  std::vector<double> sums((count + kBlock - 1) / kBlock, 0.0);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-    sums[begin / kBlock] = sum_of(begin, end);
+  std::vector<double> sums((count + kLightBlock - 1) / kLightBlock, 0.0);
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
+    sums[begin / kLightBlock] = sum_of(begin, end);
   }));
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
@@ -80,13 +76,14 @@ class System {
   // Multiplies by the matrix; returns the product's dot with `x`.
   absl::StatusOr<double> Multiply(const std::vector<float>& x, std::vector<float>* product) {
     const int64_t count = level_.vertex_count();
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context_, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) {
-        share_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) /
-                                            level_.row_size[v]
-                                      : 0.0f;
-      }
-    }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
+          for (int64_t v = begin; v < end; ++v) {
+            share_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) /
+                                                level_.row_size[v]
+                                          : 0.0f;
+          }
+        }));
     return SumOver(count, context_, [&](int64_t begin, int64_t end) {
       double dot = 0;
       for (int64_t v = begin; v < end; ++v) {
@@ -162,11 +159,12 @@ absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
                                return sum;
                              }));
     const auto keep = static_cast<float>(next / square);
-    RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-      for (int64_t v = begin; v < end; ++v) {
-        direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];
-      }
-    }));
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
+          for (int64_t v = begin; v < end; ++v) {
+            direction[v] = residual[v] / system.diagonal(v) + keep * direction[v];
+          }
+        }));
     square = next;
   }
   return absl::OkStatus();

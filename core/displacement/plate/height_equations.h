@@ -13,6 +13,8 @@
 
 namespace rilievo {
 
+inline double Square(double x) { return x * x; }
+
 // What the points say on one level, sum over points of
 //   a (sum weight[k] height[corner[k]] - offset)^2,
 // as the matrix and the right side of its gradient. Only corners of one triangle meet in a point,

@@ -13,10 +13,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 8192;
-
-double Square(double x) { return x * x; }
-
 // 1 at 0, a quarter at `scale` (Geman and McClure).
 double RobustWeight(double distance, double scale) {
   return scale > 0 ? 1 / Square(1 + Square(distance / scale)) : 1;
@@ -109,7 +105,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::SolveUpTo(int level,
 absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<float>& heights,
                                                             const RunContext& context) const {
   std::vector<float> residuals(feet_->size(), 0.0f);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(residuals.size()), kBlock, context,
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(residuals.size()), kLightBlock, context,
                                       [&](int64_t begin, int64_t end) {
                                         for (int64_t p = begin; p < end; ++p) {
                                           const PointFoot& foot = (*feet_)[p];
@@ -162,7 +158,7 @@ absl::StatusOr<std::vector<int>> HeightProblem::RegionOfPoints(int level,
                                                                const RunContext& context) const {
   std::vector<int> region(feet_->size(), -1);
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(region.size()), kBlock, context, [&](int64_t begin, int64_t end) {
+      static_cast<int64_t>(region.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t p = begin; p < end; ++p) {
           const PointFoot& foot = (*feet_)[p];
           if (foot.found()) region[p] = CoarseFoot(foot, *refinement_, level).NearestCorner();

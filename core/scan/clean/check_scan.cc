@@ -18,7 +18,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 4096;
 // The robust box spans these quantiles of each axis ...
 constexpr double kStrayQuantile = 0.02;
 // ... and a point this many of its diagonals away from its centre is a stray. Rooms seen through a
@@ -178,7 +177,7 @@ absl::StatusOr<std::vector<uint8_t>> PlacesWithCompany(const Eigen::Matrix3Xd& p
       return false;
     });
   };
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t place = begin; place < end; ++place) company[place] = has_company(place);
   }));
   return company;

@@ -23,7 +23,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 4096;
 // No island with so many points is dropped, however large the scan.
 constexpr int kLargestIsland = 200;
 // How fast the spacing of a real scan grows from one place to the next: a scanner at 30 times its
@@ -66,7 +65,7 @@ absl::StatusOr<Reaches> MeasureReaches(const Eigen::Matrix3Xd& points, const Nei
       reaches.middle[i] = reaches.distances[i * graph.k + graph.k / 2];
     }
   };
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), kBlock, context, measure));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(graph.size(), kLightBlock, context, measure));
   return reaches;
 }
 
@@ -167,7 +166,7 @@ absl::StatusOr<std::vector<PlaneResidual>> AllPlaneResiduals(const Eigen::Matrix
                            ComputePatchMoments(points, graph, context));
   std::vector<PlaneResidual> residuals(patches.size());
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) residuals[i] = StandingOf(patches[i], graph.k);
       }));
   return residuals;
@@ -212,7 +211,7 @@ absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reache
                    reaches.mean[i] > kSparse * usual[i];
   }
   const std::vector<uint8_t> kept = *keep;
-  return ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       if (!in_volume[i]) continue;
       const auto neighbors = graph.neighbors(static_cast<int>(i));

@@ -11,7 +11,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1024;
 constexpr double kNormalError = 0.05;
 constexpr int kMaxRounds = 6;
 // Noise against spacing from which rounds run on a thinned set: below, one round reaches clearly
@@ -66,21 +65,23 @@ struct Widener {
     std::vector<PatchMoments> wider(patches->size());
     std::vector<uint8_t> widened(patches->size());
     for (int round = 0; round < kMaxRounds; ++round) {
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t at = begin; at < end; ++at) {
-          const int i = static_cast<int>(at);
-          const double error = NormalError(i);
-          widened[i] = NeedsWidening(i, error);
-          wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
-        }
-      }));
+      RILIEVO_RETURN_IF_ERROR(
+          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
+            for (int64_t at = begin; at < end; ++at) {
+              const int i = static_cast<int>(at);
+              const double error = NormalError(i);
+              widened[i] = NeedsWidening(i, error);
+              wider[i] = widened[i] ? Widened(i, *patches, error) : (*patches)[i];
+            }
+          }));
       if (std::find(widened.begin(), widened.end(), 1) == widened.end()) break;
       patches->swap(wider);
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          if (widened[i]) planes[i] = FitPlane((*patches)[i]);
-        }
-      }));
+      RILIEVO_RETURN_IF_ERROR(
+          ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) {
+              if (widened[i]) planes[i] = FitPlane((*patches)[i]);
+            }
+          }));
     }
     return absl::OkStatus();
   }
@@ -105,7 +106,7 @@ absl::Status SpreadToAll(const Eigen::Matrix3Xd& points, const NeighborGraph& gr
                          const PointIndex& thinned, const std::vector<PatchMoments>& wide,
                          const RunContext& context, std::vector<PatchMoments>* patches,
                          std::vector<PatchPlane>* planes) {
-  return ParallelFor(points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+  return ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) {
       PatchSum sum;
       const auto add = [&](int thin) {

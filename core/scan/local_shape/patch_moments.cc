@@ -13,8 +13,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1024;
-
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 Vector6d OuterProduct(const Eigen::Vector3d& v) {
@@ -57,7 +55,7 @@ absl::StatusOr<std::vector<PatchMoments>> ComputePatchMoments(const Eigen::Matri
   const pcl::PointCloud<pcl::PointXYZ> cloud = PclCloud(points);
   std::vector<PatchMoments> result(static_cast<size_t>(points.cols()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(points.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         pcl::Indices patch;
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
         Eigen::Vector4d mean = Eigen::Vector4d::Zero();

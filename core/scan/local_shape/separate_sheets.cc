@@ -18,7 +18,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 64;
 // One of so many points is looked at first: a wall of any size holds more.
 constexpr int kStride = 16;
 // How clearly sheets must stand apart: the first is 0.36 of Gaussian heights, 0.25 of uniform ones,
@@ -105,7 +104,8 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
     };
     pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
   };
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(named.size()), kBlock, context, look));
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(static_cast<int64_t>(named.size()), kHeavyBlock, context, look));
   for (size_t i = 0; i < named.size(); ++i) {
     if (across[i] < 0) continue;
     layered->pairs.push_back({named[i], across[i]});

@@ -19,7 +19,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int64_t kBlock = 128;
 constexpr int kPoints = 48;
 constexpr int kFewestPoints = 16;
 constexpr double kBeyond = 9;    // squared noises from which a point counts no more
@@ -28,16 +27,18 @@ constexpr double kClearly = 20;  // squared noises that two planes must save
 using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, kPoints, 1>;
 
 // Points as seen from the first of them, in its noise.
-struct Patch {
+struct ScaledPatch {
   Values x, y, z;
   Values Along(const Vector3d& axis) const { return axis.x() * x + axis.y() * y + axis.z() * z; }
-  Patch First(Eigen::Index count) const { return {x.head(count), y.head(count), z.head(count)}; }
+  ScaledPatch First(Eigen::Index count) const {
+    return {x.head(count), y.head(count), z.head(count)};
+  }
 };
 
 // Weighted sums of the points' coordinates and of their products.
 class Moments {
  public:
-  Moments(const Patch& patch, const Values& weights) {
+  Moments(const ScaledPatch& patch, const Values& weights) {
     const Values x = weights * patch.x, y = weights * patch.y, z = weights * patch.z;
     count_ = weights.sum();
     sum_ = {x.sum(), y.sum(), z.sum()};
@@ -66,7 +67,7 @@ class Moments {
 struct Plane {
   Vector3d normal = Vector3d::UnitZ();
   double offset = 0;
-  Values Off(const Patch& patch) const { return patch.Along(normal) - offset; }
+  Values Off(const ScaledPatch& patch) const { return patch.Along(normal) - offset; }
 };
 
 // Total least squares; its normal on the side of `up`.
@@ -88,7 +89,7 @@ struct Quadric {
   bool bends_up = false;
 };
 
-std::optional<Quadric> FitQuadric(const Patch& patch) {
+std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
   constexpr double kRidge = 1e-6;  // points on one line leave the quadric undetermined
   const double radius =
       std::sqrt((patch.x.square() + patch.y.square() + patch.z.square()).maxCoeff());
@@ -124,7 +125,7 @@ struct Sides {
 };
 
 // From the points beyond `start` across the bend and those before it.
-std::optional<Sides> FitSides(const Patch& patch, const Quadric& quadric, double start) {
+std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, double start) {
   constexpr int kRounds = 3;
   constexpr double kFar = 0.02;  // weight of a point off both planes
   constexpr double kFewestOfSide = 4;
@@ -166,7 +167,7 @@ struct Crease {
 };
 
 // None where no two planes save more than `least`: they save no more than the quadric costs.
-std::optional<Crease> FindCrease(const Patch& patch, double least) {
+std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
   if (patch.x.size() < kFewestPoints) return std::nullopt;
   const auto quadric = FitQuadric(patch);
   if (!quadric || quadric->cost <= least) return std::nullopt;
@@ -185,8 +186,8 @@ std::optional<Crease> FindCrease(const Patch& patch, double least) {
 class Neighborhood {
  public:
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
-  Patch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
-               double unit) {
+  ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
+                     double unit) {
     constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
     constexpr size_t kMostRings = 3;
     ++round_;
@@ -204,7 +205,7 @@ class Neighborhood {
     const size_t count = std::min<size_t>(kPoints, nearest_.size());
     std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<int64_t>(count),
                       nearest_.end());
-    Patch patch{Values(count), Values(count), Values(count)};
+    ScaledPatch patch{Values(count), Values(count), Values(count)};
     for (size_t i = 0; i < count; ++i) {
       const Vector3d offset = (points.col(nearest_[i].second) - at) / unit;
       patch.x[i] = offset.x();
@@ -257,11 +258,11 @@ absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEd
   // Zero: as it was. The old ones are read until all are found.
   Eigen::Matrix3Xd sharp = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(near_edge.size()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(sharp.cols(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(sharp.cols(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
         const auto neighborhood = pool.Take();
         for (int64_t i = begin; i < end; ++i) {
           const auto [point, noise] = near_edge[i];
-          const Patch patch = neighborhood->Around(cloud->points, graph, point, noise);
+          const ScaledPatch patch = neighborhood->Around(cloud->points, graph, point, noise);
           const Eigen::Index count = patch.x.size();
           auto best = FindCrease(patch, kClearly);
           const auto narrow = FindCrease(patch.First(count / 2), best ? best->saved : kClearly);

@@ -10,8 +10,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 1024;
-
 // How two points with their planes lie to each other.
 struct Pair {
   double cosine = 0;  // of the normals
@@ -116,14 +114,14 @@ absl::StatusOr<std::vector<float>> EdgeSignVotes(const NeighborGraph& graph,
                                                  const RunContext& context) {
   std::vector<float> overlap(static_cast<size_t>(graph.size()));
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           overlap[i] = Overlap(cloud, static_cast<int>(i), graph.neighbors(static_cast<int>(i)));
         }
       }));
   std::vector<float> relations(graph.indices.size());
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t edge = begin * graph.k; edge < end * graph.k; ++edge) {
           relations[edge] = static_cast<float>(std::clamp(
               Relation(cloud, overlap, static_cast<int>(edge / graph.k), graph.indices[edge]), -1.0,

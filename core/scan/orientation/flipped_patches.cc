@@ -19,11 +19,10 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 64;
 // A turned face may show the next one.
 constexpr int kMostRounds = 2;
 // Fewer points than these do not tell by themselves.
-constexpr size_t kFewestPoints = 6;
+constexpr size_t kFewPoints = 6;
 // What a face gains by turning at least, per area and its radius, and the least share of the votes
 // on its rim that are for it. A flat one that is right would lose about one half; those that were
 // flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
@@ -84,7 +83,7 @@ class FaceSearch {
     double weight;  // > 0 where the normals that were given agree
   };
 
-  bool IsFew(int patch) const { return members_[patch].size() < kFewestPoints; }
+  bool IsFew(int patch) const { return members_[patch].size() < kFewPoints; }
 
   double PresentWeight(int patch, const Link& link) const {
     return sign_[patch] * sign_[link.to] * link.weight;
@@ -133,9 +132,10 @@ class FaceSearch {
     while (!next.empty()) {
       std::vector<uint8_t> disagrees(next.size());
       const auto count = static_cast<int64_t>(next.size());
-      RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) disagrees[i] = Disagrees(next[i], field);
-      }));
+      RILIEVO_RETURN_IF_ERROR(
+          ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
+            for (int64_t i = begin; i < end; ++i) disagrees[i] = Disagrees(next[i], field);
+          }));
       std::vector<int> further;
       for (size_t i = 0; i < next.size(); ++i) {
         if (disagrees[i] == 0) continue;

@@ -123,10 +123,9 @@ std::vector<uint8_t> WantOpposite(const std::vector<float>& relations) {
 absl::StatusOr<double> Disagreement(const NeighborGraph& graph,
                                     const std::vector<uint8_t>& want_opposite,
                                     const std::vector<uint8_t>& turned, const RunContext& context) {
-  constexpr int64_t kPointsPerTask = 8192;
   std::atomic<int64_t> disagree = 0;
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kPointsPerTask, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         int64_t here = 0;
         for (int64_t i = begin; i < end; ++i) {
           for (int64_t edge = i * graph.k; edge < (i + 1) * graph.k; ++edge) {

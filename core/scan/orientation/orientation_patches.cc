@@ -15,9 +15,6 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlock = 4096;  // points a task
-constexpr int64_t kPatchesPerTask = 512;
-
 // A patch as a disc; the normal is that of its first point's side.
 struct Disc {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
@@ -154,7 +151,7 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
     return static_cast<int>(std::max(doubt, 0.0) * kLevels);
   };
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kBlock, context, [&](int64_t begin, int64_t end) {
+      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t a = begin; a < end; ++a) {
           for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
             levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
@@ -237,10 +234,10 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
     return links;
   };
   std::vector<std::vector<SignedLink>> parts(
-      static_cast<size_t>((patches.count + kPatchesPerTask - 1) / kPatchesPerTask));
+      static_cast<size_t>((patches.count + kHeavyBlock - 1) / kHeavyBlock));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      patches.count, kPatchesPerTask, context,
-      [&](int64_t begin, int64_t end) { parts[begin / kPatchesPerTask] = link(begin, end); }));
+      patches.count, kHeavyBlock, context,
+      [&](int64_t begin, int64_t end) { parts[begin / kHeavyBlock] = link(begin, end); }));
   size_t count = 0;
   for (const auto& part : parts) count += part.size();
   std::vector<SignedLink> links;
