@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing;
 
-constexpr double kRadius = 0.3;
+constexpr double kPaintedRadius = 0.3;
 
 using Paint = std::function<Rgb(const Eigen::Vector3d& direction)>;
 
@@ -58,14 +58,14 @@ double Rms(const std::vector<Rgb>& colors, const Domain& domain, const Paint& pa
 bool All(const Eigen::Vector3d& /*d*/) { return true; }
 
 TEST(SampleColorsTest, ColoursOfThePointsComeToTheVertices) {
-  const Scan scan = SphereScan(kRadius, 40000);
+  const Scan scan = SphereScan(kPaintedRadius, 40000);
   const Domain domain = MakeDomain(Octahedron(0.29, 2), 4);
   EXPECT_LT(Rms(Sampled(scan, Painted(scan, Gradient), domain), domain, Gradient, All), 0.6);
   EXPECT_LT(Rms(Sampled(scan, Painted(scan, Waves), domain), domain, Waves, All), 4);
 }
 
 TEST(SampleColorsTest, WrongColoursOfAFewPointsHardlyShow) {
-  const Scan scan = SphereScan(kRadius, 160000);
+  const Scan scan = SphereScan(kPaintedRadius, 160000);
   const Domain domain = MakeDomain(Octahedron(0.29, 2), 4);
   std::vector<Rgb> colors = Painted(scan, Gradient);
   Random random(3);
@@ -78,7 +78,7 @@ TEST(SampleColorsTest, WrongColoursOfAFewPointsHardlyShow) {
 }
 
 TEST(SampleColorsTest, WhereNoPointsAreColoursGoOver) {
-  const Scan whole = SphereScan(kRadius, 40000);
+  const Scan whole = SphereScan(kPaintedRadius, 40000);
   Points points;
   for (const auto& p : whole.cloud.points.colwise()) {
     if (p[2] < 0.2) points.Add(p, p);
@@ -106,7 +106,7 @@ TEST(SampleColorsTest, WhereNoPointsAreColoursGoOver) {
 }
 
 TEST(SampleColorsTest, TheSameForAnyNumberOfThreadsAndOnACoarsestLevelAlone) {
-  const Scan scan = SphereScan(kRadius, 20000);
+  const Scan scan = SphereScan(kPaintedRadius, 20000);
   const std::vector<Rgb> colors = Painted(scan, Waves);
   const Domain domain = MakeDomain(Octahedron(0.29, 2), 3),
                coarse = MakeDomain(Octahedron(0.29, 4), 0);

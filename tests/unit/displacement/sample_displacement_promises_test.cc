@@ -16,10 +16,10 @@ namespace {
 
 using namespace testing;
 
-constexpr double kRadius = 0.3;
+constexpr double kSphereRadius = 0.3;
 
 TEST(SampleDisplacementTest, TheOrderOfThePointsDoesNotMatter) {
-  const Points points = SpherePoints(kRadius, 6000);
+  const Points points = SpherePoints(kSphereRadius, 6000);
   std::vector<int> order(points.at.size());
   std::iota(order.begin(), order.end(), 0);
   Random random(7);
@@ -35,7 +35,7 @@ TEST(SampleDisplacementTest, TheOrderOfThePointsDoesNotMatter) {
 
 TEST(SampleDisplacementTest, SameBytesForAnyNumberOfThreads) {
   Random random(8);
-  Points points = SpherePoints(kRadius, 8000);
+  Points points = SpherePoints(kSphereRadius, 8000);
   for (Eigen::Vector3d& p : points.at) p += 0.002 * Gauss(&random) * p.normalized();
   const Scan scan = MakeScan(points.Positions(), points.Normals(), 0.002);
   const Domain domain = MakeDomain(Octahedron(0.295, 2), 4);
@@ -72,7 +72,7 @@ TEST(SampleDisplacementTest, HeightsStayFiniteAndBoundedOnAnyCloud) {
 }
 
 TEST(SampleDisplacementTest, ReportsProgressFromTheCallingThreadAndEndsAtOne) {
-  const Scan scan = SphereScan(kRadius, 3000);
+  const Scan scan = SphereScan(kSphereRadius, 3000);
   const Domain domain = MakeDomain(Octahedron(0.295, 2), 3);
   RunContext context = Threads(2);
   std::vector<double> fractions;
@@ -92,7 +92,7 @@ TEST(SampleDisplacementTest, ReportsProgressFromTheCallingThreadAndEndsAtOne) {
 }
 
 TEST(SampleDisplacementTest, StopsWhenAsked) {
-  const Scan scan = SphereScan(kRadius, 3000);
+  const Scan scan = SphereScan(kSphereRadius, 3000);
   const Domain domain = MakeDomain(Octahedron(0.295, 2), 3);
   std::stop_source stop;
   RunContext context = Threads(2);
@@ -109,7 +109,7 @@ TEST(SampleDisplacementTest, StopsWhenAsked) {
 }
 
 TEST(SampleDisplacementTest, RefusesInputsThatDoNotBelongTogether) {
-  const Scan scan = SphereScan(kRadius, 500);
+  const Scan scan = SphereScan(kSphereRadius, 500);
   const Domain domain = MakeDomain(Octahedron(0.295, 1), 2);
   const auto code = [&](const OrientedCloud& cloud, const LimitSurface& limit,
                         const DisplacementOptions& options) {

@@ -77,7 +77,7 @@ TEST(XyzHeadingTest, AHeadingNamesAllThree) {
 
 TEST(XyzHeadingTest, AHeadingWithoutTheAxesSaysWhatIsWanted) {
   const auto scan = Read("a,b,c\n1,2,3\n", "scan.csv");
-  EXPECT_THAT(std::string(scan.status().message()), testing::HasSubstr("easting, northing"));
+  EXPECT_THAT(std::string(scan.status().message()), ::testing::HasSubstr("easting, northing"));
 }
 
 }  // namespace

@@ -14,11 +14,7 @@
 namespace rilievo {
 namespace {
 
-LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
-  auto refinement = RefineTopology(mesh, max_level, RunContext());
-  EXPECT_TRUE(refinement.ok()) << refinement.status();
-  return *std::move(refinement);
-}
+using testing::Refine;
 
 LimitStencils Build(const LoopRefinement& refinement, int level, int threads = 1) {
   RunContext context;

@@ -15,13 +15,9 @@
 namespace rilievo {
 namespace {
 
-constexpr int kLevel = 3;
+using testing::Refine;
 
-LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
-  auto refinement = RefineTopology(mesh, max_level, RunContext());
-  EXPECT_TRUE(refinement.ok()) << refinement.status();
-  return *std::move(refinement);
-}
+constexpr int kLevel = 3;
 
 LimitSurface Evaluate(const LoopRefinement& refinement, const Eigen::Matrix3Xd& control_points,
                       int level, int threads = 1) {
@@ -32,7 +28,7 @@ LimitSurface Evaluate(const LoopRefinement& refinement, const Eigen::Matrix3Xd& 
   return *std::move(limit);
 }
 
-double MaxDifference(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
+double LargestDifference(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return (a - b).cwiseAbs().maxCoeff();
 }
 
@@ -49,7 +45,7 @@ TEST_P(LimitSurfaceTest, AgreesWithOpenSubdivOnEveryLevel) {
     const MeshTopology& topology = refinement.levels[level];
     ASSERT_EQ(limit.positions.cols(), topology.vertex_count);
     ASSERT_EQ(limit.normals.cols(), topology.vertex_count);
-    EXPECT_LT(MaxDifference(limit.positions, oracle[level].limit_positions), 1e-13) << level;
+    EXPECT_LT(LargestDifference(limit.positions, oracle[level].limit_positions), 1e-13) << level;
     for (int v = 0; v < topology.vertex_count; ++v) {
       // At irregular boundary vertices OpenSubdiv uses the tangent of another edge rule, see
       // loop_masks.h; IrregularBoundaryNormalsAreThoseOfTheSurface covers them.
@@ -75,8 +71,9 @@ TEST_P(LimitSurfaceTest, AVertexHasOneLimit) {
   }
   const LoopRefinement from_level_2 = Refine({subdivided, refinement.levels[2].faces}, 0);
   const LimitSurface limit = Evaluate(from_level_2, subdivided, 0);
-  EXPECT_LT(MaxDifference(limit.positions, fine.positions.leftCols(limit.positions.cols())), 1e-13);
-  EXPECT_LT(MaxDifference(limit.normals, fine.normals.leftCols(limit.normals.cols())), 1e-9);
+  EXPECT_LT(LargestDifference(limit.positions, fine.positions.leftCols(limit.positions.cols())),
+            1e-13);
+  EXPECT_LT(LargestDifference(limit.normals, fine.normals.leftCols(limit.normals.cols())), 1e-9);
 }
 
 TEST_P(LimitSurfaceTest, NeedsNoTopologyOfItsOwnLevel) {
@@ -96,8 +93,8 @@ TEST_P(LimitSurfaceTest, TurnsAndScalesWithTheControlPoints) {
   const Eigen::Matrix3Xd moved = (rotation * (0.3 * mesh().vertices)).colwise() + offset;
   const LimitSurface moved_limit = Evaluate(refinement, moved, 2);
   const Eigen::Matrix3Xd expected = (rotation * (0.3 * limit.positions)).colwise() + offset;
-  EXPECT_LT(MaxDifference(moved_limit.positions, expected), 1e-14);
-  EXPECT_LT(MaxDifference(moved_limit.normals, rotation * limit.normals), 1e-9);
+  EXPECT_LT(LargestDifference(moved_limit.positions, expected), 1e-14);
+  EXPECT_LT(LargestDifference(moved_limit.normals, rotation * limit.normals), 1e-9);
 }
 
 TEST_P(LimitSurfaceTest, NormalsAreUnitAndSameForAnyThreadCount) {
@@ -157,8 +154,8 @@ TEST(LimitSurfaceValueTest, IcosahedronIsASphereByItsSymmetry) {
   // The ring of a vertex of the unit icosahedron lies at the height 1/sqrt(5).
   const double ring_weight = 5.0 * LoopLimitWeight(5);
   const double radius = 1.0 - ring_weight + ring_weight / std::sqrt(5.0);
-  EXPECT_LT(MaxDifference(limit.positions, radius * mesh.vertices), 1e-15);
-  EXPECT_LT(MaxDifference(limit.normals, mesh.vertices), 1e-14);
+  EXPECT_LT(LargestDifference(limit.positions, radius * mesh.vertices), 1e-15);
+  EXPECT_LT(LargestDifference(limit.normals, mesh.vertices), 1e-14);
 }
 
 TEST(LimitSurfaceValueTest, RegularGridReproducesQuadratics) {

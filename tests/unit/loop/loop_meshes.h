@@ -1,9 +1,13 @@
 // The control meshes all loop tests run over.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/loop/refinement.h"
 #include "tests/unit/geometry/test_meshes.h"
 
 namespace rilievo::testing {
@@ -38,6 +42,12 @@ inline std::vector<NamedMesh> LoopMeshes() {
           {"OneFace", bent(HalfFan(1), 0.1)},
           {"SplitSphere", bent(SplitRandomFaces(Icosahedron(), 30, random), 0.05)},
           {"SplitGrid", bent(SplitRandomFaces(Grid(5, 5), 40, random), 0.03)}};
+}
+
+inline LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
+  auto refinement = RefineTopology(mesh, max_level, RunContext());
+  EXPECT_TRUE(refinement.ok()) << refinement.status();
+  return *std::move(refinement);
 }
 
 }  // namespace rilievo::testing

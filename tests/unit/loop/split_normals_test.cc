@@ -13,11 +13,7 @@
 namespace rilievo {
 namespace {
 
-LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
-  auto refinement = RefineTopology(mesh, max_level, RunContext());
-  EXPECT_TRUE(refinement.ok()) << refinement.status();
-  return *std::move(refinement);
-}
+using testing::Refine;
 
 class SplitNormalsTest : public ::testing::TestWithParam<testing::NamedMesh> {
  protected:

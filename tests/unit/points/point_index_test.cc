@@ -76,15 +76,15 @@ TEST(PointIndexTest, EquallyFarPointsComeByIndex) {
 
 // So many points stand in several trees; shuffled, every tree holds points of every place.
 TEST(PointIndexTest, LargeSetsMatchBruteForce) {
-  constexpr int kPoints = 1100000;
-  const Eigen::Matrix3Xd ordered = SphereCloud(kPoints, 11).cloud.points;
-  std::vector<int> order(kPoints);
+  constexpr int kManyPoints = 1100000;
+  const Eigen::Matrix3Xd ordered = SphereCloud(kManyPoints, 11).cloud.points;
+  std::vector<int> order(kManyPoints);
   std::iota(order.begin(), order.end(), 0);
   std::shuffle(order.begin(), order.end(), std::mt19937(3));
   for (const Eigen::Matrix3Xd& points : {ordered, Eigen::Matrix3Xd(ordered(Eigen::all, order))}) {
     const PointIndex index = PointIndex::Build(points, RunContext{}).value();
     for (const Eigen::Vector3d& position :
-         {Eigen::Vector3d(points.col(7)), Eigen::Vector3d(points.col(kPoints - 1)),
+         {Eigen::Vector3d(points.col(7)), Eigen::Vector3d(points.col(kManyPoints - 1)),
           Eigen::Vector3d(0.01, 0, 0), Eigen::Vector3d(0.2, -0.3, 9)}) {
       const auto expected = BruteForce(points, position);
       int indices[20];

@@ -143,13 +143,13 @@ TEST(TessellateTest, RefusesWhatDoesNotFit) {
   for (int level : {-1, 5}) {
     const absl::Status status = Tessellate(surface, level, RunContext()).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_THAT(status.message(), testing::HasSubstr("level is"));
+    EXPECT_THAT(status.message(), ::testing::HasSubstr("level is"));
     EXPECT_TRUE(SourcesAtLevel(surface, level).empty());
   }
   surface.heights.pop_back();
   surface.sources.pop_back();
   EXPECT_THAT(Tessellate(surface, 1, RunContext()).status().message(),
-              testing::HasSubstr("heights has 65 entries"));
+              ::testing::HasSubstr("heights has 65 entries"));
 }
 
 TEST(SourcesAtLevelTest, NestAndPassOnTheLessTrusted) {

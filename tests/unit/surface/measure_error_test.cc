@@ -206,14 +206,14 @@ TEST(MeasureTwoSidedTest, NamesWhatIsWrong) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     return std::string(status.message());
   };
-  EXPECT_THAT(message(Shape(), good, 1000), testing::HasSubstr("shape a is empty"));
+  EXPECT_THAT(message(Shape(), good, 1000), ::testing::HasSubstr("shape a is empty"));
   Shape bad = good;
   bad.vertices(1, 3) = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(message(good, bad, 1000), testing::HasSubstr("shape b has a coordinate"));
+  EXPECT_THAT(message(good, bad, 1000), ::testing::HasSubstr("shape b has a coordinate"));
   bad = good;
   bad.triangles(2, 1) = 25;
-  EXPECT_THAT(message(good, bad, 1000), testing::HasSubstr("outside 0 to 24"));
-  EXPECT_THAT(message(good, good, 999), testing::HasSubstr("measure.samples is 999"));
+  EXPECT_THAT(message(good, bad, 1000), ::testing::HasSubstr("outside 0 to 24"));
+  EXPECT_THAT(message(good, good, 999), ::testing::HasSubstr("measure.samples is 999"));
 }
 
 TEST(MeasureTwoSidedTest, StopsWhenAsked) {

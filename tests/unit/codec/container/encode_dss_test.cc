@@ -229,12 +229,12 @@ TEST(EncodeDssTest, SmoothedHeightsComeBackAsSuch) {
 
 // Finest levels without coefficients take a byte each, and the surface has them all the same.
 TEST(EncodeDssTest, PlainLevelsNeedNoChunk) {
-  constexpr int kLevel = 5;
+  constexpr int kFinest = 5;
   EncodeOptions options;
   options.height_step = 1e-3;
   for (const bool smoothed : {false, true}) {
     SCOPED_TRACE(smoothed);
-    DisplacedSurface surface = SurfaceOver(Torus(8, 6), kLevel, kPositionStep, 0);
+    DisplacedSurface surface = SurfaceOver(Torus(8, 6), kFinest, kPositionStep, 0);
     for (HeightSource& source : surface.sources) {
       if (!smoothed && source == HeightSource::kSmoothed) source = HeightSource::kMeasured;
     }
@@ -242,24 +242,24 @@ TEST(EncodeDssTest, PlainLevelsNeedNoChunk) {
     const auto tag = [&](size_t chunk) { return static_cast<char>(encoded.chunks[chunk][0]); };
     size_t layers = encoded.chunks.size() - 1;
     if (tag(layers) == 's') --layers;
-    ASSERT_LT(layers, kLevel + 1u);
+    ASSERT_LT(layers, kFinest + 1u);
     const auto decoded = DecodeDss(encoded.Concatenate(), RunContext());
     ASSERT_TRUE(decoded.ok()) << decoded.status();
-    EXPECT_EQ(decoded->declared_max_level, kLevel);
-    EXPECT_EQ(decoded->surface.max_level, kLevel);
-    EXPECT_EQ(decoded->metadata.plain_levels.size(), kLevel + 1 - layers);
+    EXPECT_EQ(decoded->declared_max_level, kFinest);
+    EXPECT_EQ(decoded->surface.max_level, kFinest);
+    EXPECT_EQ(decoded->metadata.plain_levels.size(), kFinest + 1 - layers);
     const auto [rms, largest] = HeightErrors(decoded->surface, surface);
     EXPECT_LT(rms, 0.5 * options.height_step);
     EXPECT_LT(largest, 6 * options.height_step);
     // Levels with a chunk tell what is filled; then a new vertex is where both ends of its edge
     // are.
-    const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kLevel, RunContext());
+    const LoopRefinement refinement = *RefineTopology(surface.control_mesh, kFinest, RunContext());
     const std::vector<HeightSource>& sources = decoded->surface.sources;
     const auto is_filled = [&](int v) { return sources[v] == HeightSource::kFilled; };
     for (int v = 0; v < refinement.vertex_count(static_cast<int>(layers) - 1); ++v) {
       EXPECT_EQ(is_filled(v), surface.sources[v] == HeightSource::kFilled);
     }
-    for (int level = static_cast<int>(layers); level <= kLevel; ++level) {
+    for (int level = static_cast<int>(layers); level <= kFinest; ++level) {
       const MeshTopology& topology = refinement.levels[level - 1];
       for (int e = 0; e < topology.edge_count(); ++e) {
         EXPECT_EQ(is_filled(topology.vertex_count + e),

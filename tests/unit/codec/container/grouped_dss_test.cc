@@ -32,7 +32,7 @@ RunContext OneThread() {
   return context;
 }
 
-void ExpectValid(const DecodedSurface& decoded) {
+void ExpectSound(const DecodedSurface& decoded) {
   const DisplacedSurface& surface = decoded.surface;
   EXPECT_TRUE(BuildMeshTopology(surface.control_mesh.faces,
                                 static_cast<int>(surface.control_mesh.vertices.cols()))
@@ -41,7 +41,7 @@ void ExpectValid(const DecodedSurface& decoded) {
   EXPECT_TRUE(Tessellate(surface, surface.max_level, OneThread()).ok());
 }
 
-void ExpectValid(const DecodedRegion& part) {
+void ExpectSound(const DecodedRegion& part) {
   const RegionMesh& region = part.region;
   EXPECT_EQ(region.vertices.size(), part.sources.size());
   EXPECT_EQ(static_cast<Eigen::Index>(region.vertices.size()), region.mesh.vertices.cols());
@@ -72,8 +72,8 @@ Outcome Decode(std::span<const uint8_t> bytes, bool thorough) {
   // A region asks for less of the bytes than the whole does.
   EXPECT_TRUE(part.ok() || !whole.ok() || whole->surface.control_mesh.faces.cols() != kFaces)
       << part.status();
-  if (thorough && whole.ok()) ExpectValid(*whole);
-  if (thorough && part.ok()) ExpectValid(*part);
+  if (thorough && whole.ok()) ExpectSound(*whole);
+  if (thorough && part.ok()) ExpectSound(*part);
   if (thorough && whole.ok() && part.ok()) {
     const auto mesh = Tessellate(whole->surface, part->level, OneThread());
     EXPECT_TRUE(mesh.ok());

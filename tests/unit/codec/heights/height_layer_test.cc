@@ -6,16 +6,16 @@
 namespace rilievo {
 namespace {
 
-constexpr int kLevels = 3;
+constexpr int kLayerLevels = 3;
 
 LoopRefinement Refinement(const ControlMesh& mesh) {
-  return *RefineTopology(*CanonicalControlMesh(mesh), kLevels, RunContext());
+  return *RefineTopology(*CanonicalControlMesh(mesh), kLayerLevels, RunContext());
 }
 
 // Heights of all levels, vertex by vertex.
 GridHeights Field(const LoopRefinement& refinement, int32_t amplitude) {
   GridHeights field;
-  for (int v = 0; v < refinement.levels[kLevels].vertex_count; ++v) {
+  for (int v = 0; v < refinement.levels[kLayerLevels].vertex_count; ++v) {
     field.heights.push_back(static_cast<int32_t>(amplitude * MixedUnit(v)));
     field.sources.push_back(static_cast<HeightSource>(MixedBits(v + 1000000) % 3));
   }
@@ -25,7 +25,7 @@ GridHeights Field(const LoopRefinement& refinement, int32_t amplitude) {
 std::vector<std::vector<uint8_t>> EncodeLevels(const LoopRefinement& refinement,
                                                GridHeights& field) {
   std::vector<std::vector<uint8_t>> layers;
-  for (int level = 0; level <= kLevels; ++level) {
+  for (int level = 0; level <= kLayerLevels; ++level) {
     layers.push_back(
         EncodeHeightLayer(refinement.levels[std::max(0, level - 1)], level == 0, field));
   }
@@ -39,7 +39,7 @@ TEST(HeightLayerTest, RoundTripsEveryAmplitude) {
       GridHeights field = Field(refinement, amplitude);
       const auto layers = EncodeLevels(refinement, field);
       GridHeights decoded;
-      for (int level = 0; level <= kLevels; ++level) {
+      for (int level = 0; level <= kLayerLevels; ++level) {
         const absl::Status status = DecodeHeightLayer(
             layers[level], refinement.levels[std::max(0, level - 1)], level == 0, decoded);
         ASSERT_TRUE(status.ok()) << status;
@@ -59,8 +59,8 @@ TEST(HeightLayerTest, NoiseCostsLittleMoreThanItsEntropy) {
   const LoopRefinement refinement = Refinement(Torus(16, 12));
   GridHeights field = Field(refinement, 50);
   const auto layers = EncodeLevels(refinement, field);
-  const double heights = refinement.levels[kLevels - 1].edge_count();
-  const double bits = 8.0 * layers[kLevels].size() / heights;
+  const double heights = refinement.levels[kLayerLevels - 1].edge_count();
+  const double bits = 8.0 * layers[kLayerLevels].size() / heights;
   EXPECT_LT(bits, std::log2(101) + std::log2(3) + 0.65);
   EXPECT_GT(bits, std::log2(101) + std::log2(3) - 0.05);
 }
@@ -68,8 +68,8 @@ TEST(HeightLayerTest, NoiseCostsLittleMoreThanItsEntropy) {
 // The butterfly foresees a smooth field but for a step or so; linear prediction does not.
 TEST(HeightLayerTest, SmoothFieldsCostLittle) {
   const ControlMesh mesh = *CanonicalControlMesh(Torus(16, 12));
-  const LoopRefinement refinement = *RefineTopology(mesh, kLevels, RunContext());
-  const LimitSurface limit = *EvaluateLimit(refinement, mesh.vertices, kLevels, RunContext());
+  const LoopRefinement refinement = *RefineTopology(mesh, kLayerLevels, RunContext());
+  const LimitSurface limit = *EvaluateLimit(refinement, mesh.vertices, kLayerLevels, RunContext());
   GridHeights field;
   for (Eigen::Index v = 0; v < limit.positions.cols(); ++v) {
     field.heights.push_back(static_cast<int32_t>(1000 * std::sin(4 * limit.positions(0, v)) *
@@ -77,8 +77,9 @@ TEST(HeightLayerTest, SmoothFieldsCostLittle) {
     field.sources.push_back(HeightSource::kMeasured);
   }
   const auto layers = EncodeLevels(refinement, field);
-  EXPECT_EQ(layers[kLevels][0], 1);  // the butterfly
-  EXPECT_LT(8.0 * layers[kLevels].size() / refinement.levels[kLevels - 1].edge_count(), 1.7);
+  EXPECT_EQ(layers[kLayerLevels][0], 1);  // the butterfly
+  EXPECT_LT(8.0 * layers[kLayerLevels].size() / refinement.levels[kLayerLevels - 1].edge_count(),
+            1.7);
 }
 
 TEST(HeightLayerTest, RefusesWhatIsCutOrUnknown) {

@@ -9,10 +9,10 @@
 namespace rilievo {
 namespace {
 
-constexpr int kLevels = 4;
+constexpr int kLiftingLevels = 4;
 
 LoopRefinement Refined(const ControlMesh& mesh) {
-  return *RefineTopology(mesh, kLevels - 1, RunContext());
+  return *RefineTopology(mesh, kLiftingLevels - 1, RunContext());
 }
 
 std::vector<double> Noise(int count, uint64_t seed) {
@@ -28,8 +28,8 @@ double Dot(const std::vector<double>& a, const std::vector<double>& b) {
 TEST(HeightLiftingTest, SynthesisUndoesAnalysis) {
   for (const ControlMesh& mesh : {Octahedron(), Sheet(5, 6, true), Torus(7, 5)}) {
     const LoopRefinement refinement = Refined(mesh);
-    HeightLifting lifting(refinement, kLevels);
-    const std::vector<double> heights = Noise(refinement.vertex_count(kLevels), 1);
+    HeightLifting lifting(refinement, kLiftingLevels);
+    const std::vector<double> heights = Noise(refinement.vertex_count(kLiftingLevels), 1);
     std::vector<double> values = heights;
     lifting.AnalyzeAndChoose(std::vector<double>(heights.size(), 1.0), values);
     std::vector<double> again = heights;
@@ -44,8 +44,8 @@ TEST(HeightLiftingTest, SynthesisUndoesAnalysis) {
 TEST(HeightLiftingTest, AdjointIsTheTranspose) {
   for (const ControlMesh& mesh : {Sheet(5, 6, true), Torus(7, 5)}) {
     const LoopRefinement refinement = Refined(mesh);
-    HeightLifting lifting(refinement, kLevels);
-    const int count = refinement.vertex_count(kLevels);
+    HeightLifting lifting(refinement, kLiftingLevels);
+    const int count = refinement.vertex_count(kLiftingLevels);
     std::vector<double> chosen = Noise(count, 2);
     lifting.AnalyzeAndChoose(std::vector<double>(count, 1.0), chosen);
     const std::vector<double> x = Noise(count, 3), y = Noise(count, 4);
@@ -64,20 +64,20 @@ TEST(HeightLiftingTest, IntegersFollowTheReals) {
     for (int rule = 0; rule < static_cast<int>(kEdgeRules.size()); ++rule) {
       // Heights that this rule foretells are those for which it is chosen.
       std::vector<int32_t> foretold;
-      for (int l = 0; l <= kLevels; ++l) {
+      for (int l = 0; l <= kLiftingLevels; ++l) {
         foretold.resize(refinement.vertex_count(l), 0);
         for (int v = 0; l == 0 && v < refinement.vertex_count(0); ++v) {
           foretold[v] = static_cast<int32_t>(1000000 * MixedUnit(v));
         }
         if (l > 0) SynthesizeLevel(refinement.levels[l - 1], {rule, 0}, foretold);
       }
-      HeightLifting lifting(refinement, kLevels);
+      HeightLifting lifting(refinement, kLiftingLevels);
       lifting.set_strength(0);
       std::vector<double> reals(foretold.begin(), foretold.end());
       lifting.AnalyzeAndChoose(std::vector<double>(reals.size(), 1.0), reals);
       lifting.set_strength(8);
       std::vector<int32_t> integers;
-      for (int l = 0; l <= kLevels; ++l) {
+      for (int l = 0; l <= kLiftingLevels; ++l) {
         integers.resize(lifting.end(l));
         for (int v = lifting.begin(l); v < lifting.end(l); ++v) {
           integers[v] = static_cast<int32_t>(MixedBits(v) % 20001) - 10000;
@@ -95,10 +95,10 @@ TEST(HeightLiftingTest, IntegersFollowTheReals) {
 
 TEST(HeightLiftingTest, ConstantsHaveNoDetails) {
   const LoopRefinement refinement = Refined(Sheet(5, 6, true));
-  HeightLifting lifting(refinement, kLevels);
-  std::vector<double> values(refinement.vertex_count(kLevels), 0.75);
+  HeightLifting lifting(refinement, kLiftingLevels);
+  std::vector<double> values(refinement.vertex_count(kLiftingLevels), 0.75);
   lifting.Analyze(values);
-  for (int v = 0; v < lifting.end(kLevels); ++v) {
+  for (int v = 0; v < lifting.end(kLiftingLevels); ++v) {
     EXPECT_NEAR(values[v], v < lifting.end(0) ? 0.75 : 0, 1e-12);
   }
 }
@@ -107,9 +107,9 @@ TEST(HeightLiftingTest, ConstantsHaveNoDetails) {
 // mean at any level, and the averages keep it.
 TEST(HeightLiftingTest, DetailsHaveNoMean) {
   const LoopRefinement refinement = Refined(Torus(8, 6));
-  HeightLifting lifting(refinement, kLevels);
-  const int count = refinement.vertex_count(kLevels);
-  for (int l = 1; l <= kLevels; ++l) {
+  HeightLifting lifting(refinement, kLiftingLevels);
+  const int count = refinement.vertex_count(kLiftingLevels);
+  for (int l = 1; l <= kLiftingLevels; ++l) {
     std::vector<double> values(count, 0.0);
     for (int v = lifting.begin(l); v < lifting.end(l); ++v) values[v] = 1 + MixedUnit(v);
     lifting.Synthesize(values);
@@ -127,8 +127,8 @@ TEST(HeightLiftingTest, ChoosesTheRuleThatFits) {
   const LoopRefinement refinement = Refined(Torus(10, 8));
   for (int rule : {0, 3}) {
     std::vector<int32_t> heights;
-    HeightLifting lifting(refinement, kLevels);
-    for (int l = 0; l <= kLevels; ++l) {
+    HeightLifting lifting(refinement, kLiftingLevels);
+    for (int l = 0; l <= kLiftingLevels; ++l) {
       heights.resize(lifting.end(l), 0);
       if (l == 0) {
         for (int v = 0; v < lifting.end(0); ++v) heights[v] = MixedBits(v) % 100000;
@@ -139,7 +139,7 @@ TEST(HeightLiftingTest, ChoosesTheRuleThatFits) {
     std::vector<double> values(heights.begin(), heights.end());
     lifting.set_strength(0);
     lifting.AnalyzeAndChoose(std::vector<double>(values.size(), 1.0), values);
-    for (int l = 1; l <= kLevels; ++l) EXPECT_EQ(lifting.step(l).rule, rule) << l;
+    for (int l = 1; l <= kLiftingLevels; ++l) EXPECT_EQ(lifting.step(l).rule, rule) << l;
   }
 }
 

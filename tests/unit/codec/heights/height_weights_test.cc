@@ -10,30 +10,30 @@
 namespace rilievo {
 namespace {
 
-constexpr int kLevels = 4;
+constexpr int kWeightLevels = 4;
 
 TEST(HeightWeightsTest, ShareTheArea) {
   const ControlMesh mesh = Sheet(5, 6, false);
-  const LoopRefinement refinement = *RefineTopology(mesh, kLevels - 1, RunContext());
-  const int count = refinement.vertex_count(kLevels);
+  const LoopRefinement refinement = *RefineTopology(mesh, kWeightLevels - 1, RunContext());
+  const int count = refinement.vertex_count(kWeightLevels);
   const std::vector<uint8_t> none(count, 0);
-  const std::vector<double> weights = HeightWeights(mesh, refinement, kLevels, none);
+  const std::vector<double> weights = HeightWeights(mesh, refinement, kWeightLevels, none);
   ASSERT_EQ(static_cast<int>(weights.size()), count);
   EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1, 1e-12);
   EXPECT_GT(*std::min_element(weights.begin(), weights.end()), 0);
   std::vector<uint8_t> half(count, 0);
   for (int v = 0; v < count; v += 2) half[v] = kRimRings + 1;
-  const std::vector<double> left = HeightWeights(mesh, refinement, kLevels, half);
+  const std::vector<double> left = HeightWeights(mesh, refinement, kWeightLevels, half);
   EXPECT_NEAR(std::accumulate(left.begin(), left.end(), 0.0), 1, 1e-12);
   for (int v = 0; v < count; ++v) EXPECT_EQ(left[v] == 0, v % 2 == 0);
   const std::vector<double> nothing =
-      HeightWeights(mesh, refinement, kLevels, std::vector<uint8_t>(count, kRimRings + 1));
+      HeightWeights(mesh, refinement, kWeightLevels, std::vector<uint8_t>(count, kRimRings + 1));
   EXPECT_EQ(*std::max_element(nothing.begin(), nothing.end()), 0);
   // Rims of holes count less.
   std::vector<uint8_t> rim(count, 0);
   rim[0] = 1;
   rim[1] = kRimRings;
-  const std::vector<double> less = HeightWeights(mesh, refinement, kLevels, rim);
+  const std::vector<double> less = HeightWeights(mesh, refinement, kWeightLevels, rim);
   for (int v : {0, 1}) {
     EXPECT_NEAR(less[v] / less[2], kRimShare * weights[v] / weights[2], 1e-12);
   }
@@ -62,12 +62,12 @@ TEST(HeightWeightsTest, LevelZeroIsAThirdOfTheFaces) {
 // The gain of a level is the mean squared norm of its basis functions, here counted one by one.
 TEST(HeightWeightsTest, GainsAreNormsOfBasisFunctions) {
   const ControlMesh mesh = Torus(12, 10);
-  const LoopRefinement refinement = *RefineTopology(mesh, kLevels - 1, RunContext());
-  HeightLifting lifting(refinement, kLevels);
-  const int count = refinement.vertex_count(kLevels);
+  const LoopRefinement refinement = *RefineTopology(mesh, kWeightLevels - 1, RunContext());
+  HeightLifting lifting(refinement, kWeightLevels);
+  const int count = refinement.vertex_count(kWeightLevels);
   const std::vector<double> even(count, 1.0 / count);
   const CoefficientGains gains = GainsOf(lifting, refinement, even);
-  for (int l = 0; l <= kLevels; ++l) {
+  for (int l = 0; l <= kWeightLevels; ++l) {
     double sum = 0;
     const int step = std::max(1, (lifting.end(l) - lifting.begin(l)) / 40);
     int functions = 0;
@@ -82,7 +82,7 @@ TEST(HeightWeightsTest, GainsAreNormsOfBasisFunctions) {
     EXPECT_NEAR(gains.of_vertex[lifting.begin(l)] / expected, 1, 0.12) << l;
     // Each level's functions have four times the vertices of the next one's. Not so at the finest,
     // where one vertex is all there is of a detail.
-    if (l > 1 && l < kLevels) {
+    if (l > 1 && l < kWeightLevels) {
       EXPECT_NEAR(gains.of_level[l - 1] / gains.of_level[l], 4, 0.8);
     }
   }
@@ -91,11 +91,11 @@ TEST(HeightWeightsTest, GainsAreNormsOfBasisFunctions) {
 // What the gains are for: errors of all coefficients at once add up to the sum of theirs.
 TEST(HeightWeightsTest, ErrorsAddUpAsPredicted) {
   const ControlMesh mesh = Torus(16, 12);
-  const LoopRefinement refinement = *RefineTopology(mesh, kLevels - 1, RunContext());
-  HeightLifting lifting(refinement, kLevels);
-  const int count = refinement.vertex_count(kLevels);
+  const LoopRefinement refinement = *RefineTopology(mesh, kWeightLevels - 1, RunContext());
+  HeightLifting lifting(refinement, kWeightLevels);
+  const int count = refinement.vertex_count(kWeightLevels);
   const std::vector<uint8_t> none(count, 0);
-  const std::vector<double> weights = HeightWeights(mesh, refinement, kLevels, none);
+  const std::vector<double> weights = HeightWeights(mesh, refinement, kWeightLevels, none);
   const CoefficientGains gains = GainsOf(lifting, refinement, weights);
   std::vector<double> error(count);
   double predicted = 0;

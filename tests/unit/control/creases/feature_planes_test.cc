@@ -12,13 +12,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kHalf = 0.3;
+constexpr double kHalfCube = 0.3;
 
 // The right and the upper side of a box, and the bevel that an iso-surface makes of their edge.
 ControlMesh Bevel(double width) {
   ControlMesh mesh;
   mesh.vertices.resize(3, 8);
-  const double h = kHalf, w = width;
+  const double h = kHalfCube, w = width;
   mesh.vertices << h, h, h, h, h - w, h - w, -h, -h,  //
       -0.1, 0.1, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1,     //
       -h, -h, h - w, h - w, h, h, h, h;
@@ -30,7 +30,7 @@ ControlMesh Bevel(double width) {
 }
 
 TEST(FeaturePlanesTest, ABevelTakesTheSidesOfItsEdge) {
-  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalf), 20'000);
+  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalfCube), 20'000);
   const PointIndex index(cloud.points);
   const ControlMesh mesh = Bevel(2 * cloud.median_spacing);
   const auto planes = FeaturePlanes(cloud, index, mesh, RunContext());
@@ -38,7 +38,7 @@ TEST(FeaturePlanesTest, ABevelTakesTheSidesOfItsEdge) {
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     const Vector3d normal = planes->normals.col(f), point = planes->points.col(f);
     EXPECT_NEAR(std::max(normal.x(), normal.z()), 1, 1e-9) << f;
-    EXPECT_NEAR(normal.dot(point), kHalf, 1e-9) << f;
+    EXPECT_NEAR(normal.dot(point), kHalfCube, 1e-9) << f;
   }
   // Each face of the bevel its nearer side.
   EXPECT_NEAR(planes->normals(0, 2), 1, 1e-9);
@@ -46,7 +46,7 @@ TEST(FeaturePlanesTest, ABevelTakesTheSidesOfItsEdge) {
 }
 
 TEST(FeaturePlanesTest, FlatFacesKeepTheirOwn) {
-  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalf), 20'000);
+  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalfCube), 20'000);
   const PointIndex index(cloud.points);
   // Beside the scan, flat: nothing bends, nothing is asked of the points.
   ControlMesh mesh;
@@ -63,7 +63,7 @@ TEST(FeaturePlanesTest, FlatFacesKeepTheirOwn) {
 }
 
 TEST(FeaturePlanesTest, StopsWhenAsked) {
-  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalf), 2'000);
+  const OrientedCloud cloud = BoxCloud(Vector3d::Constant(kHalfCube), 2'000);
   const PointIndex index(cloud.points);
   std::stop_source source;
   source.request_stop();

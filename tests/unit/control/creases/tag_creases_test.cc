@@ -16,20 +16,20 @@ namespace {
 
 using Eigen::Vector3d;
 
-const Vector3d kHalf(0.32, 0.28, 0.24);
+const Vector3d kHalfBox(0.32, 0.28, 0.24);
 
 // On how many sides of the box a point lies.
 int SidesAt(const Vector3d& point, double tolerance) {
   int sides = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    sides += std::abs(std::abs(point[axis]) - kHalf[axis]) < tolerance;
+    sides += std::abs(std::abs(point[axis]) - kHalfBox[axis]) < tolerance;
   }
   return sides;
 }
 
 // A box mesh of some 30 points a face, all its vertices moved at random by `shake`.
 ControlMesh ShakenBox(double shake) {
-  ControlMesh mesh = BoxMesh(kHalf, 0.08);
+  ControlMesh mesh = BoxMesh(kHalfBox, 0.08);
   Random random(5);
   for (Eigen::Index v = 0; v < mesh.vertices.cols(); ++v) {
     mesh.vertices.col(v) += shake * Vector3d(random.Normal(), random.Normal(), random.Normal());
@@ -49,9 +49,9 @@ int EdgesOfTheBox(const ControlMesh& mesh) {
 }
 
 TEST(TagCreasesTest, ABoxGetsItsEdgesAndCorners) {
-  const OrientedCloud cloud = BoxCloud(kHalf, 20'000);
+  const OrientedCloud cloud = BoxCloud(kHalfBox, 20'000);
   const PointIndex index(cloud.points);
-  const int wanted = EdgesOfTheBox(BoxMesh(kHalf, 0.08));
+  const int wanted = EdgesOfTheBox(BoxMesh(kHalfBox, 0.08));
   ControlMesh mesh = ShakenBox(0.004);
   const ControlMesh given = mesh;
   ASSERT_TRUE(TagCreases(cloud, index, RunContext(), &mesh).ok());
@@ -61,7 +61,7 @@ TEST(TagCreasesTest, ABoxGetsItsEdgesAndCorners) {
   for (const Crease& crease : mesh.creases) {
     for (int v : {crease.a, crease.b}) {
       const auto off = [&](const ControlMesh& of) {
-        Eigen::Array3d away = (of.vertices.col(v).cwiseAbs() - kHalf).cwiseAbs().array();
+        Eigen::Array3d away = (of.vertices.col(v).cwiseAbs() - kHalfBox).cwiseAbs().array();
         std::sort(away.begin(), away.end());
         return away[1];  // from the second of the two nearest sides
       };
@@ -91,9 +91,9 @@ TEST(TagCreasesTest, SmoothSurfacesKeepTheirMesh) {
 }
 
 TEST(TagCreasesTest, FlipsEdgesThatCrossASharpEdge) {
-  const OrientedCloud cloud = BoxCloud(kHalf, 20'000);
+  const OrientedCloud cloud = BoxCloud(kHalfBox, 20'000);
   const PointIndex index(cloud.points);
-  ControlMesh mesh = BoxMesh(kHalf, 0.08);
+  ControlMesh mesh = BoxMesh(kHalfBox, 0.08);
   const int wanted = EdgesOfTheBox(mesh);
   MeshTopology topology = *BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
   // Turn one edge in the middle of a side of the box across it.
@@ -118,7 +118,7 @@ TEST(TagCreasesTest, FlipsEdgesThatCrossASharpEdge) {
 }
 
 TEST(TagCreasesTest, TheNumberOfThreadsDoesNotChangeABit) {
-  const OrientedCloud cloud = BoxCloud(kHalf, 20'000);
+  const OrientedCloud cloud = BoxCloud(kHalfBox, 20'000);
   const PointIndex index(cloud.points);
   ControlMesh one = ShakenBox(0.004), three = one;
   RunContext context;

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-Eigen::Isometry3d Pose() {
+Eigen::Isometry3d TurnedAndMoved() {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.rotate(Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()));
   pose.pretranslate(Vector3d(0.1, -0.05, 0.02));
@@ -21,8 +21,8 @@ Eigen::Isometry3d Pose() {
 }
 
 TEST(FitPlaneFrame, FindsTheTurnedPlaneWithItsUpperSide) {
-  const PlaneFrame frame = FitPlaneFrame(TerrainCloud(5000, 0, Pose()));
-  EXPECT_GT(frame.axes.col(2).dot(Pose().linear().col(2)), 0.99);
+  const PlaneFrame frame = FitPlaneFrame(TerrainCloud(5000, 0, TurnedAndMoved()));
+  EXPECT_GT(frame.axes.col(2).dot(TurnedAndMoved().linear().col(2)), 0.99);
   EXPECT_NEAR(frame.axes.determinant(), 1, 1e-12);
   const Vector3d x(0.3, -0.2, 0.1);
   EXPECT_LT((frame.UnitFromPlane(frame.PlaneFromUnit(x)) - x).norm(), 1e-14);
@@ -48,7 +48,7 @@ TEST(FitPlaneFrame, LooksAtTwoWallsOfACornerFromBetween) {
 }
 
 TEST(CheckHeightField, TellsATerrainFromASphereAndFromTwoFloors) {
-  const OrientedCloud terrain = TerrainCloud(8000, 0.1, Pose());
+  const OrientedCloud terrain = TerrainCloud(8000, 0.1, TurnedAndMoved());
   const HeightFieldCheck field =
       CheckHeightField(terrain, FitPlaneFrame(terrain), RunContext{}).value();
   EXPECT_EQ(field.single_sheet, 1);

@@ -33,17 +33,17 @@ ControlMesh WallWithHole(double radius, double half_thickness = 0.06) {
 
 using Searches = std::vector<HandleLengths>;
 
-TopologySummary Topology(const ControlMesh& mesh) {
+TopologySummary Summary(const ControlMesh& mesh) {
   return SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
 }
 
 TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
   const ControlMesh wall = WallWithHole(0.05);
-  ASSERT_EQ(Topology(wall).genus, 1);
+  ASSERT_EQ(Summary(wall).genus, 1);
   const auto result = RemoveHandles(wall, Searches{{.longest = 0.6}}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 1);
-  const TopologySummary topology = Topology(result->mesh);
+  const TopologySummary topology = Summary(result->mesh);
   EXPECT_EQ(topology.genus, 0);
   EXPECT_EQ(topology.components, 1);
   EXPECT_TRUE(topology.closed());
@@ -53,7 +53,7 @@ TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
 
 TEST(SmallHandlesTest, AWideHoleStays) {
   const ControlMesh wall = WallWithHole(0.2);
-  ASSERT_EQ(Topology(wall).genus, 1);
+  ASSERT_EQ(Summary(wall).genus, 1);
   const auto result = RemoveHandles(wall, Searches{{.longest = 0.35}}, nullptr, RunContext{});
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->removed, 0);
@@ -81,7 +81,7 @@ int RemovedWith(const ControlMesh& wall, const OrientedCloud& cloud, const Handl
   const LoopSupport support(cloud, index);
   const auto result = RemoveHandles(wall, Searches{lengths}, &support, RunContext{});
   EXPECT_TRUE(result.ok());
-  EXPECT_EQ(Topology(result->mesh).genus, 1 - result->removed);
+  EXPECT_EQ(Summary(result->mesh).genus, 1 - result->removed);
   return result->removed;
 }
 

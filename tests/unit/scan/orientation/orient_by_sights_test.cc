@@ -12,7 +12,7 @@
 namespace rilievo {
 namespace {
 
-ScanSurface Analyze(const PointCloud& scan, const SightOptions& sights = {}, int threads = 2) {
+ScanSurface AnalyzeSeen(const PointCloud& scan, const SightOptions& sights = {}, int threads = 2) {
   RunContext context;
   context.threads = threads;
   ScanOptions options;
@@ -42,11 +42,11 @@ PointCloud Rooms(double noise) {
 TEST(OrientBySightsTest, RoomsScannedFromInsideFaceIn) {
   for (const double noise : {0.0, 0.001}) {
     const PointCloud rooms = Rooms(noise);
-    const ScanSurface surface = Analyze(rooms);
+    const ScanSurface surface = AnalyzeSeen(rooms);
     EXPECT_TRUE(surface.figures.orientation.stations.used);
     EXPECT_LT(AwayFromStations(rooms, surface), noise > 0 ? 0.01 : 0.002) << noise;
     const SightOptions ignore = {.stations = SightRule::kIgnore};
-    EXPECT_GT(AwayFromStations(rooms, Analyze(rooms, ignore)), 0.2) << "what there is to gain";
+    EXPECT_GT(AwayFromStations(rooms, AnalyzeSeen(rooms, ignore)), 0.2) << "what there is to gain";
   }
 }
 
@@ -60,7 +60,7 @@ KnownCloud SphereSeenFrom(const Eigen::Vector3d& place) {
 
 TEST(OrientBySightsTest, AClosedSurfaceSeenFromInsideFacesIn) {
   const KnownCloud sphere = SphereSeenFrom({0.2, 0.1, 0});
-  const ScanSurface surface = Analyze(sphere.cloud);
+  const ScanSurface surface = AnalyzeSeen(sphere.cloud);
   EXPECT_GT(surface.figures.orientation.stations.consistency, 0.99);
   EXPECT_EQ(AwayFromStations(sphere.cloud, surface), 0);
 }
@@ -68,12 +68,12 @@ TEST(OrientBySightsTest, AClosedSurfaceSeenFromInsideFacesIn) {
 TEST(OrientBySightsTest, AStationThatCannotHaveSeenTheScanIsNotBelieved) {
   for (const double distance : {1.2, 3.0, 1000.0}) {
     const KnownCloud sphere = SphereSeenFrom({0, 0, distance});
-    const ScanSurface surface = Analyze(sphere.cloud);
+    const ScanSurface surface = AnalyzeSeen(sphere.cloud);
     const SightFigures& stations = surface.figures.orientation.stations;
     EXPECT_EQ(stations.points, 6000);
     EXPECT_LT(stations.consistency, 0.1) << distance;
     EXPECT_FALSE(stations.used);
-    EXPECT_TRUE(surface.cloud.normals == Analyze(SphereCloud(6000, 1).cloud).cloud.normals);
+    EXPECT_TRUE(surface.cloud.normals == AnalyzeSeen(SphereCloud(6000, 1).cloud).cloud.normals);
   }
 }
 
@@ -97,7 +97,7 @@ TEST(OrientBySightsTest, GivenNormalsGiveTheSide) {
 }
 
 TEST(OrientBySightsTest, NormalsThatAreNoneAreNotBelieved) {
-  const ScanSurface plain = Analyze(TorusCloud(8000, 2).cloud);
+  const ScanSurface plain = AnalyzeSeen(TorusCloud(8000, 2).cloud);
   Random random(7);
   KnownCloud other = TorusWithNormals(1), either = other, longer = TorusWithNormals(3);
   for (int i = 0; i < 8000; ++i) {
@@ -105,7 +105,7 @@ TEST(OrientBySightsTest, NormalsThatAreNoneAreNotBelieved) {
     if (random.Uniform() < 0.5) either.cloud.sights.normals.col(i) *= -1;
   }
   for (const KnownCloud& torus : {other, either, longer}) {
-    const ScanSurface surface = Analyze(torus.cloud);
+    const ScanSurface surface = AnalyzeSeen(torus.cloud);
     EXPECT_EQ(surface.figures.orientation.normals.points, 8000);
     EXPECT_FALSE(surface.figures.orientation.normals.used);
     EXPECT_TRUE(surface.cloud.normals == plain.cloud.normals);
@@ -128,7 +128,7 @@ TEST(OrientBySightsTest, NeighboursOutvoteAFewWrongNormals) {
 
 TEST(OrientBySightsTest, TheNumberOfThreadsDoesNotChangeABit) {
   const PointCloud rooms = Rooms(0.001);
-  EXPECT_TRUE(Analyze(rooms, {}, 1).cloud.normals == Analyze(rooms, {}, 3).cloud.normals);
+  EXPECT_TRUE(AnalyzeSeen(rooms, {}, 1).cloud.normals == AnalyzeSeen(rooms, {}, 3).cloud.normals);
 }
 
 }  // namespace

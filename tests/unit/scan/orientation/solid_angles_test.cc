@@ -10,12 +10,12 @@ namespace rilievo {
 namespace {
 
 // So many that the arrays grow, and no multiple of a stretch.
-constexpr int kCount = 3001;
+constexpr int kPlaces = 3001;
 
 std::vector<Dipole> ManyDipoles(const Eigen::Vector3d& center) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
-  std::vector<Dipole> dipoles(kCount);
+  std::vector<Dipole> dipoles(kPlaces);
   for (Dipole& dipole : dipoles) {
     for (int k = 0; k < 3; ++k) {
       dipole.position[k] = center[k] + 0.1 * normal(random);

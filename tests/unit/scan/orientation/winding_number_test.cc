@@ -11,26 +11,26 @@
 namespace rilievo {
 namespace {
 
-constexpr int kCount = 5000;
+constexpr int kSpherePoints = 5000;
 
 Eigen::Vector3d SpherePoint(int i) {
-  const double z = 1 - 2 * (i + 0.5) / kCount;
+  const double z = 1 - 2 * (i + 0.5) / kSpherePoints;
   const double turn = 2 * M_PI * i * 0.6180339887498949;
   return {std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z};
 }
 
 OrientedCloud Sphere() {
   OrientedCloud cloud;
-  cloud.points.resize(3, kCount);
-  for (int i = 0; i < kCount; ++i) cloud.points.col(i) = SpherePoint(i);
+  cloud.points.resize(3, kSpherePoints);
+  for (int i = 0; i < kSpherePoints; ++i) cloud.points.col(i) = SpherePoint(i);
   cloud.normals = cloud.points;
-  cloud.spacing.assign(kCount, static_cast<float>(4 / std::sqrt(kCount)));
-  cloud.noise.assign(kCount, 0.0f);
+  cloud.spacing.assign(kSpherePoints, static_cast<float>(4 / std::sqrt(kSpherePoints)));
+  cloud.noise.assign(kSpherePoints, 0.0f);
   return cloud;
 }
 
 std::vector<int> All() {
-  std::vector<int> members(kCount);
+  std::vector<int> members(kSpherePoints);
   std::iota(members.begin(), members.end(), 0);
   return members;
 }
@@ -46,7 +46,7 @@ TEST(WindingNumberTest, OneInsideASphereAndNoneOutside) {
 TEST(WindingNumberTest, OneHalfOnASphere) {
   const OrientedCloud cloud = Sphere();
   const WindingField field(cloud, All());
-  for (int i = 0; i < kCount; i += 97) EXPECT_NEAR(field.At(cloud.points.col(i)), 0.5, 0.05);
+  for (int i = 0; i < kSpherePoints; i += 97) EXPECT_NEAR(field.At(cloud.points.col(i)), 0.5, 0.05);
 }
 
 TEST(WindingNumberTest, MeanOfPlacesCloseTogether) {
@@ -62,7 +62,7 @@ TEST(WindingNumberTest, MeanOfPlacesCloseTogether) {
 TEST(WindingNumberTest, DescentIsTheGradientAwayFromPoints) {
   const OrientedCloud cloud = Sphere();
   std::vector<int> cap;
-  for (int i = 0; i < kCount; ++i) {
+  for (int i = 0; i < kSpherePoints; ++i) {
     if (cloud.points(2, i) > 0.3) cap.push_back(i);
   }
   const WindingField field(cloud, cap);
@@ -80,7 +80,7 @@ TEST(WindingNumberTest, DescentIsTheGradientAwayFromPoints) {
 TEST(WindingNumberTest, FallsAlongTheNormalsThatAreMissing) {
   const OrientedCloud cloud = Sphere();
   std::vector<int> rest;
-  for (int i = 0; i < kCount; ++i) {
+  for (int i = 0; i < kSpherePoints; ++i) {
     if (cloud.points(2, i) < 0.95) rest.push_back(i);
   }
   // At the centre of a hole of radius r in a plane it falls by 1 / 2r.
@@ -94,7 +94,7 @@ TEST(WindingNumberTest, FarPointsTogetherAreAsEachAlone) {
   const WindingField field(cloud, All());
   const Eigen::Vector3d at(0.3, -0.5, 0.55);
   double sum = 0;
-  for (int i = 0; i < kCount; ++i) sum += WindingField(cloud, {i}).At(at);
+  for (int i = 0; i < kSpherePoints; ++i) sum += WindingField(cloud, {i}).At(at);
   EXPECT_NEAR(field.At(at), sum, 0.02);
 }
 
