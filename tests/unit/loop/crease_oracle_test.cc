@@ -14,14 +14,10 @@
 namespace rilievo {
 namespace {
 
+using testing::Refine;
+
 // From this level on all semi-sharp edges of the meshes are smooth.
 constexpr int kSettled = 3;
-
-LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
-  auto refinement = RefineTopology(mesh, max_level, RunContext());
-  EXPECT_TRUE(refinement.ok()) << refinement.status();
-  return *std::move(refinement);
-}
 
 LimitSurface Limit(const LoopRefinement& refinement, const Eigen::Matrix3Xd& points, int level) {
   auto limit = EvaluateLimit(refinement, points, level, RunContext());

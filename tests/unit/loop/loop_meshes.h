@@ -44,8 +44,10 @@ inline std::vector<NamedMesh> LoopMeshes() {
           {"SplitGrid", bent(SplitRandomFaces(Grid(5, 5), 40, random), 0.03)}};
 }
 
-inline LoopRefinement Refine(const ControlMesh& mesh, int max_level) {
-  auto refinement = RefineTopology(mesh, max_level, RunContext());
+inline LoopRefinement Refine(const ControlMesh& mesh, int max_level, int threads = 1) {
+  RunContext context;
+  context.threads = threads;
+  auto refinement = RefineTopology(mesh, max_level, context);
   EXPECT_TRUE(refinement.ok()) << refinement.status();
   return *std::move(refinement);
 }

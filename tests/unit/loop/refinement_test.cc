@@ -10,13 +10,7 @@
 namespace rilievo {
 namespace {
 
-LoopRefinement Refine(const ControlMesh& mesh, int max_level, int threads = 1) {
-  RunContext context;
-  context.threads = threads;
-  auto refinement = RefineTopology(mesh, max_level, context);
-  EXPECT_TRUE(refinement.ok()) << refinement.status();
-  return *std::move(refinement);
-}
+using testing::Refine;
 
 void ExpectEqual(const MeshTopology& a, const MeshTopology& b) {
   EXPECT_EQ(a.vertex_count, b.vertex_count);

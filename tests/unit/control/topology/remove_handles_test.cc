@@ -8,6 +8,7 @@
 #include "core/control/topology/nonseparating_loop.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/vertex_normals.h"
+#include "tests/unit/control/control_test_meshes.h"
 
 namespace rilievo {
 namespace {
@@ -32,10 +33,6 @@ ControlMesh WallWithHole(double radius, double half_thickness = 0.06) {
 }
 
 using Searches = std::vector<HandleLengths>;
-
-TopologySummary Summary(const ControlMesh& mesh) {
-  return SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
-}
 
 TEST(SmallHandlesTest, ANarrowHoleIsClosedAndTheMeshStaysAManifold) {
   const ControlMesh wall = WallWithHole(0.05);

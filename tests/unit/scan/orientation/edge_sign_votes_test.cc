@@ -124,10 +124,10 @@ TEST(EdgeSignVotesTest, NoiseIsNoStep) {
 
 // Of a plate, about two in five edges run to the other face.
 TEST(EdgeSignVotesTest, TheFacesOfAThinPlateAreToldByTheirSurroundings) {
-  constexpr int kCount = 12000;
-  const double spacing = std::sqrt(4 / std::numbers::pi * 2 / kCount);
+  constexpr int kPoints = 12000;
+  const double spacing = std::sqrt(4 / std::numbers::pi * 2 / kPoints);
   for (const double thickness : {0.6, 1.2, 1.8}) {
-    const Judgement judgement = Judge(Scene(BoxCloud(kCount, 3, {1, 1, thickness * spacing}), 2));
+    const Judgement judgement = Judge(Scene(BoxCloud(kPoints, 3, {1, 1, thickness * spacing}), 2));
     EXPECT_GT(judgement.said, 0.7) << thickness;
     EXPECT_LT(judgement.wrong, 0.03) << thickness;
   }
