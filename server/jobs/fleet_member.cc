@@ -80,7 +80,8 @@ void FleetMember::WorkUntil(const std::stop_token& stop) {
       // Or it might take over from itself what it works on.
       if (renewed) Claim();
     }
-    board_->FollowOthers();
+    // Leases must not run out over those who only watch.
+    board_->FollowOthers(next_renewal);
     std::unique_lock lock(mutex_);
     wake_.wait_for(lock, stop, kPause, [this] { return woken_; });
     woken_ = false;

@@ -57,9 +57,10 @@ class JobBoard {
   std::shared_ptr<JobEvents> EventsOf(const std::string& job_id) const;
 
   // Of a shared store: those of a job of `owner`'s that is not worked on here. FollowOthers() asks
-  // the store what became of it.
+  // the store what became of it: of all of them in turn, of one at least, and no more from `until`
+  // on. One thread calls it.
   std::shared_ptr<JobEvents> EventsElsewhere(const std::string& owner, const v1::Job& job);
-  void FollowOthers();
+  void FollowOthers(std::chrono::steady_clock::time_point until);
   // Tells the store how far the jobs here have got.
   void TellOthers();
   // Takes off what is no longer this worker's: a client cancelled it elsewhere, or its lease ran
@@ -139,6 +140,7 @@ class JobBoard {
   int64_t unkept_bytes_ = 0;  // of surfaces that wait for the store
   std::map<std::string, LiveJob> jobs_;
   std::map<std::string, Elsewhere> elsewhere_;
+  std::string followed_;  // the job elsewhere that the store was asked about last
 };
 
 }  // namespace rilievo

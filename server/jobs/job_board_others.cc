@@ -8,6 +8,14 @@
 #include "server/rpc/job_error.h"
 
 namespace rilievo {
+namespace {
+
+// The store is away, or has no room or connection left just now.
+bool IsTemporary(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+}
+
+}  // namespace
 
 void JobBoard::TakeUp(StoredJob stored) {
   const int before = stored.unclean_ends;
@@ -47,18 +55,21 @@ std::shared_ptr<JobEvents> JobBoard::EventsElsewhere(const std::string& owner, c
   return events;
 }
 
-void JobBoard::FollowOthers() {
-  std::map<std::string, Elsewhere> others;
+void JobBoard::FollowOthers(std::chrono::steady_clock::time_point until) {
+  std::vector<std::pair<std::string, Elsewhere>> others;
   {
     const std::lock_guard lock(mutex_);
     std::erase_if(elsewhere_, [](const auto& other) { return other.second.events.expired(); });
-    others = elsewhere_;
+    const auto next = elsewhere_.upper_bound(followed_);
+    others.assign(next, elsewhere_.end());
+    others.insert(others.end(), elsewhere_.begin(), next);
   }
   for (const auto& [id, other] : others) {
     const auto events = other.events.lock();
     if (!events) continue;
     const auto glance = store_->Look(other.owner, id);
-    if (absl::IsUnavailable(glance.status())) return;  // the next time
+    followed_ = id;
+    if (IsTemporary(glance.status())) return;
     if (!glance.ok()) {
       events->Close(glance.status());
       continue;
@@ -69,6 +80,7 @@ void JobBoard::FollowOthers() {
     const std::lock_guard lock(mutex_);
     const auto found = elsewhere_.find(id);
     if (found != elsewhere_.end()) found->second.state = state;
+    if (std::chrono::steady_clock::now() >= until) return;
   }
 }
 

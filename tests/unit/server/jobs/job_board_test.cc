@@ -43,6 +43,23 @@ TEST_F(JobBoardTest, AJobIsWorkedOnAndLeavesTheBoard) {
   EXPECT_EQ(done.surface().total_bytes(), 7u);
 }
 
+// Leases are renewed by the same thread.
+TEST_F(JobBoardTest, FollowsOthersInTurnWhereTheTimeIsShort) {
+  Open();
+  std::vector<std::shared_ptr<JobEvents>> watched;
+  for (const char* id : {"a", "b", "c"}) {
+    const StoredJob stored = Stored(id);
+    watched.push_back(board().EventsElsewhere("", stored.job));
+    ASSERT_TRUE(core_->store->Update(Cancelled(stored)).ok());
+  }
+  for (int round = 1; round <= 3; ++round) {
+    board().FollowOthers(std::chrono::steady_clock::now());
+    int told = 0;
+    for (const auto& events : watched) told += events->EndAfter(kLast).has_value() ? 1 : 0;
+    EXPECT_EQ(told, round);
+  }
+}
+
 TEST_F(JobBoardTest, CountsThoseOfEachClient) {
   work_.wait = true;
   Open();
