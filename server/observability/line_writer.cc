@@ -59,10 +59,9 @@ std::pair<std::string, uint64_t> LineWriter::State::TakeLines() {
 bool LineWriter::State::WriteAll(const std::string& text) const {
   for (size_t at = 0; at < text.size();) {
     pollfd ready{file.number(), POLLOUT, 0};
-    if (poll(&ready, 1, kLookAgainMilliseconds) <= 0) {
-      if (abandoned) return false;
-      continue;
-    }
+    const int found = poll(&ready, 1, kLookAgainMilliseconds);
+    if (abandoned) return false;
+    if (found <= 0) continue;
     const ssize_t written =
         write(file.number(), text.data() + at, std::min<size_t>(text.size() - at, PIPE_BUF));
     if (written > 0) {
