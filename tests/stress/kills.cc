@@ -61,24 +61,7 @@ class Submitters {
   std::vector<std::jthread> threads_;
 };
 
-void KillServers(const Scale& scale, Report* report) {
-  StressServer server;
-  server.Start({"--threads", "1"});
-  std::mt19937 random(1);
-  Submitters submitters(server, "s", 3);
-  for (int kill = 0; kill < scale.kills; ++kill) {
-    std::this_thread::sleep_for(milliseconds(random() % 400));
-    server.Kill();
-    server.Start({"--threads", "1"});
-  }
-  const Audit audit = submitters.Finish();
-  report->Expect(
-      "kills",
-      absl::StrFormat("kill -9 of the server %d times: every job ends, same bytes", scale.kills),
-      audit.clean() && submitters.refused() == 0, audit.Words());
-}
-
-// A job whose worker is killed ten times fails, as it should; these are to succeed.
+// A job whose worker or server is killed ten times fails, as it should; these are to succeed.
 bool SomeJobHasHadEnough(const JobsClient& jobs) {
   constexpr uint32_t kAttempts = 7;
   const auto listed = jobs.List(20, Within(seconds(10)));
@@ -87,6 +70,27 @@ bool SomeJobHasHadEnough(const JobsClient& jobs) {
                job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING;
            return unfinished && job.attempts() >= kAttempts;
          });
+}
+
+void KillServers(const Scale& scale, Report* report) {
+  StressServer server;
+  server.Start({"--threads", "1"});
+  std::mt19937 random(1);
+  Submitters submitters(server, "s", 3);
+  for (int kill = 0; kill < scale.kills; ++kill) {
+    std::this_thread::sleep_for(milliseconds(random() % 400));
+    const auto patience = std::chrono::steady_clock::now() + seconds(30);
+    while (SomeJobHasHadEnough(server.Jobs()) && std::chrono::steady_clock::now() < patience) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    server.Kill();
+    server.Start({"--threads", "1"});
+  }
+  const Audit audit = submitters.Finish();
+  report->Expect(
+      "kills",
+      absl::StrFormat("kill -9 of the server %d times: every job ends, same bytes", scale.kills),
+      audit.clean() && submitters.refused() == 0, audit.Words());
 }
 
 void KillWorkers(const Scale& scale, Report* report) {
