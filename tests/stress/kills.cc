@@ -65,8 +65,8 @@ class Submitters {
 bool SomeJobHasHadEnough(const JobsClient& jobs) {
   constexpr uint32_t kAttempts = 7;
   // All: one that was met with kills waits until nothing else does, and grows old.
-  constexpr size_t kAll = 100'000;
-  const auto listed = jobs.List(kAll, Within(seconds(10)));
+  constexpr size_t kMostJobs = 100'000;
+  const auto listed = jobs.List(kMostJobs, Within(seconds(10)));
   return listed.ok() && std::any_of(listed->begin(), listed->end(), [](const v1::Job& job) {
            const bool unfinished =
                job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING;
