@@ -8,6 +8,16 @@ namespace {
 
 constexpr std::chrono::seconds kPatience{120};
 
+// Why the job has not the right bytes: its own error when it failed.
+std::string FaultOf(const absl::StatusOr<v1::Job>& job, const absl::Status& fetched) {
+  if (!job.ok()) return job.status().ToString();
+  if (job->state() == v1::JOB_STATE_FAILED) {
+    return absl::StrFormat("%s failed after %d attempts: %s", job->job_id(), job->attempts(),
+                           job->error().message());
+  }
+  return fetched.ok() ? "other bytes" : fetched.ToString();
+}
+
 }  // namespace
 
 std::string Audit::Words() const {
@@ -46,9 +56,7 @@ Audit Ledger::Check(const StressServer& server) const {
       continue;
     }
     ++audit.wrong;
-    if (audit.first_fault.empty()) {
-      audit.first_fault = surface.ok() ? "other bytes" : surface.status().ToString();
-    }
+    if (audit.first_fault.empty()) audit.first_fault = FaultOf(done, surface.status());
   }
   const auto listed = jobs.List(1'000'000, Within(kPatience));
   if (!listed.ok()) {
