@@ -84,6 +84,11 @@ for change in 's/read_only: true/readonly: true/' 's/retries: 3/retries: often/'
     not node tests/schemas/check_compose.mjs "$modules" "$work/changed/wrong.yaml"
 done
 
+# What the image is built with comes to it past .dockerignore.
+for script in $(grep -o 'docker/[a-z_]*\.sh' docker/Dockerfile | sort -u); do
+  check "the image is built with $script" grep -qx "!$script" .dockerignore
+done
+
 # The server's own judgement of the options it would be started with; it makes a token instead.
 arguments() {
   node tests/schemas/container_arguments.mjs "$modules" "$1"
