@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/conversion/memory_estimate.h"
+#include "server/conversion/scan_size.h"
 #include "server/rpc/grpc_status.h"
 #include "server/rpc/job_error.h"
 #include "server/rpc/unread_message.h"
@@ -72,7 +73,7 @@ void ReconstructCall::OnReadDone(bool ok) {
   if (phase_ == Phase::kHeader) {
     TakeHeader();
   } else {
-    TakePoints();
+    TakeChunk();
   }
   if (phase_ == Phase::kUpload) ReadNext();
 }
@@ -169,7 +170,7 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
-  charge_ = core_->pool.TryCharge(job_.point_count * job_.layout.bytes());
+  charge_ = core_->pool.TryCharge(ScanBytesOf(job_.header));
   if (!charge_) {
     Fail(CallError(ErrorCause::kJobsLimit,
                    "scans and surfaces that are on their way take the memory of this server; try "
@@ -178,16 +179,20 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   record_.points_announced = job_.point_count;
-  upload_.emplace(job_.point_count, job_.layout);
+  upload_.emplace(job_.layout, job_.point_count, job_.triangle_count);
   phase_ = Phase::kUpload;
 }
 
-void ReconstructCall::TakePoints() {
-  if (!request_.has_points()) {
-    Fail(OrderError("points", "every message after the first must hold points"));
-    return;
+void ReconstructCall::TakeChunk() {
+  std::optional<CallError> error;
+  if (request_.has_points()) {
+    error = upload_->AppendPoints(std::move(*request_.mutable_points()->mutable_data()));
+  } else if (request_.has_triangles()) {
+    error = upload_->AppendTriangles(std::move(*request_.mutable_triangles()->mutable_data()));
+  } else {
+    error = OrderError("points",
+                       "every message after the first must hold points or, of a mesh, triangles");
   }
-  auto error = upload_->Append(std::move(*request_.mutable_points()->mutable_data()));
   core_->upload_bytes += upload_->bytes() - record_.bytes_in;
   record_.bytes_in = upload_->bytes();
   if (error) Fail(*error);
@@ -222,12 +227,12 @@ void ReconstructCall::Work() {
   }
   absl::StatusOr<JobResult> result = absl::CancelledError();
   // Nobody else touches the upload any more.
-  if (!stop_.stop_requested()) result = DoWork(upload_->TakePoints());
+  if (!stop_.stop_requested()) result = DoWork(upload_->Take());
   const std::lock_guard lock(mutex_);
   EndWork(std::move(result));
 }
 
-absl::StatusOr<JobResult> ReconstructCall::DoWork(ScanBytes points) {
+absl::StatusOr<JobResult> ReconstructCall::DoWork(ScanBytes scan) {
   RunContext context;
   context.stop = stop_.get_token();
   context.threads = job_.threads;
@@ -237,7 +242,7 @@ absl::StatusOr<JobResult> ReconstructCall::DoWork(ScanBytes points) {
     progress_.Report(progress, Clock::now());
     PumpWrites();
   };
-  return core_->work(job_, std::move(points), context);
+  return core_->work(job_, std::move(scan), context);
 }
 
 void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
@@ -258,7 +263,7 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
     error_ = StopError(stop_reason_, core_->options);
   } else {
     const std::string& trace = caller_.trace_id;
-    error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_),
+    error_ = ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), job_, result.status()),
                         trace.empty() ? "" : absl::StrCat("trace ", trace));
     record_.detail = DetailOf(result.status());
   }

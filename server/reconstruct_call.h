@@ -11,8 +11,8 @@
 #include "rilievo/v1/reconstruction.grpc.pb.h"
 #include "server/auth/caller.h"
 #include "server/conversion/call_error.h"
+#include "server/conversion/incoming_scan.h"
 #include "server/conversion/job_request.h"
-#include "server/conversion/point_upload.h"
 #include "server/observability/job_log.h"
 #include "server/rpc/job_pool.h"
 #include "server/rpc/live_calls.h"
@@ -51,7 +51,7 @@ class ReconstructCall final
   // All of these with mutex_ held.
   void ReadNext();
   void TakeHeader();
-  void TakePoints();
+  void TakeChunk();
   void EndUpload();
   void PumpWrites();
   bool UploadIsSlow(Clock::time_point now) const;
@@ -61,7 +61,7 @@ class ReconstructCall final
 
   // On a thread of the pool, mutex_ free.
   void Work();
-  absl::StatusOr<JobResult> DoWork(ScanBytes points);
+  absl::StatusOr<JobResult> DoWork(ScanBytes scan);
 
   ServiceCore* const core_;
   grpc::CallbackServerContext* const context_;
@@ -77,10 +77,10 @@ class ReconstructCall final
   bool write_in_flight_ = false;
   std::optional<CallError> error_;  // sent once no write is in flight
   std::optional<JobPool::Ticket> ticket_;
-  std::optional<JobPool::Charge> charge_;  // of the points, then of the surface
+  std::optional<JobPool::Charge> charge_;  // of the scan, then of the surface
   uint64_t work_number_ = 0;
   JobRequest job_;
-  std::optional<PointUpload> upload_;
+  std::optional<IncomingScan> upload_;
   ProgressQueue progress_;
   std::optional<SurfaceDownload> download_;
   JobRecord record_;

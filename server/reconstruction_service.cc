@@ -11,6 +11,7 @@ namespace {
 
 void FillLimits(const ServerOptions& options, v1::Limits* limits) {
   limits->set_max_points(static_cast<uint64_t>(options.max_points));
+  limits->set_max_triangles(static_cast<uint64_t>(options.MaxTriangles()));
   limits->set_max_scan_bytes(static_cast<uint64_t>(options.max_scan_bytes));
   limits->set_max_message_bytes(kMaxMessageBytes);
   limits->set_max_chunk_bytes(kMaxChunkBytes);

@@ -90,6 +90,7 @@ PackedScan PackScan(const PointCloud& scan) {
   const PointLayout layout = LosslessLayout(scan);
   packed.header = HeaderOf(scan, layout);
   packed.bytes = PackPoints(scan, 0, scan.points.cols(), layout);
+  packed.bytes += PackTriangles(scan, 0, scan.triangles.cols());
   packed.scan_id = absl::BytesToHexString(Digest(packed.bytes));
   return packed;
 }

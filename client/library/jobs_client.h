@@ -25,7 +25,8 @@ struct PackedScan {
   std::string scan_id;  // SHA-256 of the bytes, hexadecimal
 };
 
-// With its sights; coordinates as float32 when that loses nothing, else as float64.
+// With its sights, of a mesh with its triangles; coordinates as float32 when that loses nothing,
+// else as float64.
 PackedScan PackScan(const PointCloud& scan);
 
 // Every function repeats its call after a pause while the server is away or asks for it, and goes

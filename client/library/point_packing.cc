@@ -14,6 +14,7 @@ v1::ReconstructHeader HeaderOf(const PointCloud& scan, const PointLayout& layout
   }
   header.set_normals(layout.normals);
   header.set_colors(layout.colors);
+  header.set_triangle_count(static_cast<uint64_t>(scan.triangles.cols()));
   return header;
 }
 

@@ -1,4 +1,4 @@
-// Points as the protocol carries them.
+// Points and meshes as the protocol carries them.
 #pragma once
 
 #include "core/geometry/point_records.h"
@@ -6,8 +6,8 @@
 
 namespace rilievo {
 
-// What the protocol says of the points before they come: their number, layout and stations; all
-// that is known of them.
+// What the protocol says of the points before they come: their number, layout and stations, all
+// that is known of them; and the number of triangles.
 v1::ReconstructHeader HeaderOf(const PointCloud& scan, const PointLayout& layout);
 
 }  // namespace rilievo

@@ -37,6 +37,12 @@ void SendScan(const PointCloud& scan, const v1::ReconstructOptions& options,
     if (!stream->Write(request)) return;
     if (sent) sent(end);
   }
+  constexpr int64_t kTriangles = kMessageBytes / kTriangleBytes;
+  for (int64_t begin = 0; begin < scan.triangles.cols(); begin += kTriangles) {
+    const int64_t end = std::min<int64_t>(begin + kTriangles, scan.triangles.cols());
+    request.mutable_triangles()->set_data(PackTriangles(scan, begin, end));
+    if (!stream->Write(request)) return;
+  }
   stream->WritesDone();
 }
 

@@ -49,10 +49,10 @@ class ReconstructionClient {
   explicit ReconstructionClient(const std::shared_ptr<grpc::ChannelInterface>& channel);
 
   // Sends the points with their sights (coordinates as float32 when that loses nothing, else as
-  // float64) and blocks until the
-  // surface is here. Status codes are those of the proto's comment; the message holds each field
-  // violation as "field: description", and RetryDelay() reads the retry time. DATA_LOSS also when
-  // the answer is not whole. Many threads may call at the same time.
+  // float64), then the triangles of a mesh, and blocks until the surface is here. Status codes are
+  // those of the proto's comment; the message holds each field violation as "field: description",
+  // and RetryDelay() reads the retry time. DATA_LOSS also when the answer is not whole. Many
+  // threads may call at the same time.
   absl::StatusOr<ReconstructResult> Reconstruct(const PointCloud& scan,
                                                 const v1::ReconstructOptions& options,
                                                 const ReconstructCallbacks& callbacks = {},

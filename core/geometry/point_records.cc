@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -121,6 +122,25 @@ int64_t UnpackPoints(std::string_view bytes, const PointLayout& layout, int64_t 
     }
   }
   return at;
+}
+
+std::string PackTriangles(const PointCloud& mesh, int64_t begin, int64_t end) {
+  return {reinterpret_cast<const char*>(mesh.triangles.data() + 3 * begin),
+          static_cast<size_t>((end - begin) * kTriangleBytes)};
+}
+
+int64_t UnpackTriangles(std::string_view bytes, int64_t at, PointCloud* mesh) {
+  int* corner = mesh->triangles.data() + 3 * at;
+  for (size_t next = 0; next < bytes.size(); next += sizeof(uint32_t), ++corner) {
+    uint32_t value;
+    std::memcpy(&value, bytes.data() + next, sizeof(value));
+    *corner = value > uint32_t{std::numeric_limits<int>::max()} ? -1 : static_cast<int>(value);
+  }
+  return at + static_cast<int64_t>(bytes.size()) / kTriangleBytes;
+}
+
+int64_t BytesOfRecords(const PointLayout& layout, int64_t points, int64_t triangles) {
+  return points * layout.bytes() + triangles * kTriangleBytes;
 }
 
 }  // namespace rilievo

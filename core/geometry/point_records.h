@@ -1,4 +1,5 @@
-// Points as they travel and are stored: one record after another, little-endian, without padding.
+// Points and triangles as they travel and are stored: one record after another, little-endian,
+// without padding.
 #pragma once
 
 #include <cstdint>
@@ -40,5 +41,18 @@ PointCloud RoomForPoints(int64_t count, const PointLayout& layout);
 // RoomForPoints of the same layout.
 int64_t UnpackPoints(std::string_view bytes, const PointLayout& layout, int64_t at,
                      PointCloud* scan);
+
+// A triangle: the columns of its three corners, 32 bits each, without a sign.
+inline constexpr int64_t kTriangleBytes = 12;
+
+// The records of the triangles [begin, end).
+std::string PackTriangles(const PointCloud& mesh, int64_t begin, int64_t end);
+
+// Writes whole records to the triangles from `at` on, for which there is room; returns the one
+// behind them. Corners are not compared with the points; -1 stands for one that no int holds.
+int64_t UnpackTriangles(std::string_view bytes, int64_t at, PointCloud* mesh);
+
+// Bytes of a scan, or of a mesh: its triangles come after its points.
+int64_t BytesOfRecords(const PointLayout& layout, int64_t points, int64_t triangles);
 
 }  // namespace rilievo

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/scan/clean/check_scan.h"
 #include "server/conversion/convert_place.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
+#include "server/conversion/scan_size.h"
 
 namespace rilievo {
 namespace {
@@ -18,13 +18,9 @@ static_assert(std::endian::native == std::endian::little, "coordinates travel li
 
 using Violations = std::vector<FieldViolation>;
 
-// Over a limit of this server.
-struct Excess {
-  int64_t limit;
-  uint64_t value;
-};
-
 constexpr int64_t kVertexBytes = 3 * sizeof(double);
+// About how many points are sampled on a mesh.
+constexpr int64_t kSamplesOfTriangle = 2, kFewestSamples = 60'000, kMostSamples = 200'000;
 
 // `given`: whether the scan has what the rule is of, the `things`.
 void ReadSightRule(v1::SightRule from, bool given, const char* field, const char* things,
@@ -156,6 +152,36 @@ void ReadStations(const v1::ReconstructHeader& header, JobRequest* request,
   }
 }
 
+// What a mesh does not have or settles itself, each a violation of its own.
+void RefuseWhatIsOfScans(const v1::ReconstructHeader& header, Violations* violations) {
+  OptionReader reader("header", violations);
+  if (!header.stations().empty()) {
+    reader.Violate("stations",
+                   "a mesh has no stations, its triangles say which side is out; leave "
+                   "them out");
+  }
+  if (header.normals()) {
+    reader.Violate("normals",
+                   "true, but the normals of a mesh are those of its triangles; leave "
+                   "them out");
+  }
+  const v1::ReconstructOptions& options = header.options();
+  if (options.has_scan()) {
+    reader.Violate("options.scan", "they are options of a scan, and a mesh comes; leave them out");
+  }
+  const v1::Topology topology = options.control().topology();
+  if (topology != v1::TOPOLOGY_UNSPECIFIED && topology != v1::TOPOLOGY_AUTO) {
+    reader.Violate("options.control.topology",
+                   absl::StrCat(v1::Topology_IsValid(topology) ? v1::Topology_Name(topology)
+                                                               : absl::StrCat(topology),
+                                ", but a mesh keeps its own; leave it out"));
+  }
+  if (options.control().has_control_mesh()) {
+    reader.Violate("options.control.control_mesh",
+                   "the control mesh of a mesh is made of it; leave this one out");
+  }
+}
+
 // Sizes, indices and finiteness; whether it is a manifold is found out by the control stage.
 void ReadControlMesh(const v1::ControlMesh& from, ControlOptions* control, Violations* violations) {
   OptionReader reader("header.options.control.control_mesh", violations);
@@ -225,7 +251,6 @@ void ReadTopology(const v1::ControlOptions& from, OptionReader* reader, Topology
 
 void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violations* violations) {
   OptionReader reader("header.options.control", violations);
-  ReadTopology(from, &reader, &control->topology);
   switch (from.boundary()) {
     case v1::BOUNDARY_UNSPECIFIED:
       break;
@@ -252,36 +277,19 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violat
   }
   reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
               &control->target_faces);
-  if (from.has_control_mesh()) ReadControlMesh(from.control_mesh(), control, violations);
 }
 
-// The header's own fields.
-std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
-                                   JobRequest* request, Violations* violations) {
-  OptionReader reader("header", violations);
-  request->layout = LayoutOf(header);
-  if (header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT32_LE &&
-      header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT64_LE) {
-    reader.Violate("coordinate_format",
-                   absl::StrCat(header.coordinate_format(),
-                                " is no CoordinateFormat; give FLOAT32_LE or FLOAT64_LE"));
+// What a scan has or may ask for, and a mesh does not.
+void ReadWhatIsOfScans(const v1::ReconstructHeader& header, JobRequest* request,
+                       Violations* violations) {
+  const v1::ControlOptions& control = header.options().control();
+  OptionReader reader("header.options.control", violations);
+  ReadStations(header, request, violations);
+  ReadScan(header, &request->options.check, &request->options.scan, violations);
+  ReadTopology(control, &reader, &request->options.control.topology);
+  if (control.has_control_mesh()) {
+    ReadControlMesh(control.control_mesh(), &request->options.control, violations);
   }
-  const uint64_t count = header.point_count();
-  if (count < kMinScanPoints) {
-    reader.Violate("point_count",
-                   absl::StrCat(count, " points; a surface needs at least ", kMinScanPoints));
-    return std::nullopt;
-  }
-  // Compared without a product that could overflow.
-  const int64_t most = std::min(limits.max_points, limits.max_scan_bytes / request->layout.bytes());
-  if (count > static_cast<uint64_t>(most)) {
-    reader.Violate("point_count",
-                   absl::StrCat(count, " points in this format; this server takes at most ", most,
-                                " in one scan, send fewer"));
-    return Excess{most, count};
-  }
-  request->point_count = static_cast<int64_t>(count);
-  return std::nullopt;
 }
 
 // Control faces times 4^level, where that is more than the server may build.
@@ -300,22 +308,18 @@ std::optional<Excess> CheckSurfaceSize(const JobRequest& request, const ServerOp
 
 }  // namespace
 
+int64_t WorkedPoints(const JobRequest& request) {
+  if (request.triangle_count == 0) return request.point_count;
+  return std::clamp(kSamplesOfTriangle * request.triangle_count, kFewestSamples, kMostSamples);
+}
+
 int64_t ExpectedControlFaces(const JobRequest& request) {
   const ControlOptions& control = request.options.control;
   if (control.user_mesh) return control.user_mesh->faces.cols();
   if (control.target_faces > 0) {
-    return UsefulControlFaces(control.target_faces, request.point_count);
+    return UsefulControlFaces(control.target_faces, WorkedPoints(request));
   }
-  return std::clamp<int64_t>(request.point_count / 30, 200, 12000);
-}
-
-PointLayout LayoutOf(const v1::ReconstructHeader& header) {
-  return {.coordinates = header.coordinate_format() == v1::COORDINATE_FORMAT_FLOAT32_LE
-                             ? CoordinateType::kFloat32
-                             : CoordinateType::kFloat64,
-          .stations = !header.stations().empty(),
-          .normals = header.normals(),
-          .colors = header.colors()};
+  return std::clamp<int64_t>(WorkedPoints(request) / 30, 200, 12000);
 }
 
 std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& header,
@@ -323,7 +327,11 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   JobRequest request;
   Violations violations;
   std::optional<Excess> over_limit = ReadScanSize(header, limits, &request, &violations);
-  ReadStations(header, &request, &violations);
+  if (header.triangle_count() == 0) {
+    ReadWhatIsOfScans(header, &request, &violations);
+  } else {
+    RefuseWhatIsOfScans(header, &violations);
+  }
 
   const v1::ReconstructOptions& from = header.options();
   OptionReader reader("header.options", &violations);
@@ -335,7 +343,6 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   request.seed = from.seed();
   if (from.has_measure()) request.options.measure = from.measure();
 
-  ReadScan(header, &request.options.check, &request.options.scan, &violations);
   ReadControl(from.control(), &request.options.control, &violations);
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);

@@ -30,6 +30,15 @@ void Convert(const SightFigures& from, v1::SightReport* to) {
   to->set_used(from.used);
 }
 
+void Convert(const MeshFigures& from, v1::MeshReport* to) {
+  to->set_triangles(from.triangles);
+  to->set_welded_vertices(from.welded_vertices);
+  to->set_dropped(from.dropped);
+  to->set_flipped(from.flipped);
+  to->set_opened_edges(from.opened_edges);
+  to->set_triangles_used(from.triangles_used);
+}
+
 void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_points_in(from.points_in);
   to->set_non_finite(from.non_finite);
@@ -38,6 +47,7 @@ void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_outliers(from.outliers);
   to->set_island_points(from.island_points);
   to->set_points_used(from.points_used);
+  if (from.mesh.triangles > 0) Convert(from.mesh, to->mutable_mesh());
   to->set_diagonal(from.diagonal);
   if (from.place != ScanPlace()) *to->mutable_place() = ProtoPlace(from.place);
   to->set_median_spacing_ratio(from.median_spacing);

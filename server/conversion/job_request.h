@@ -15,6 +15,7 @@ namespace rilievo {
 struct JobRequest {
   v1::ReconstructHeader header;  // as the client sent it
   int64_t point_count = 0;
+  int64_t triangle_count = 0;  // 0: a scan, else a mesh whose vertices are the points
   PointLayout layout;
   Eigen::Matrix3Xd stations;  // the places that points name by number; scan frame
   ReconstructOptions options;
@@ -22,8 +23,8 @@ struct JobRequest {
   uint64_t seed = 0;
 };
 
-// How the points of a header travel; of a format that is none as float64.
-PointLayout LayoutOf(const v1::ReconstructHeader& header);
+// Points that the stages work on: those of a scan, or as many as are sampled on a mesh.
+int64_t WorkedPoints(const JobRequest& request);
 
 // Faces of the control mesh: as many as asked for, or as the control stage chooses when it is left
 // to it (see DefaultControlFaces(), which knows the points that remain after cleaning).

@@ -31,6 +31,9 @@ constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16, kColorOfPoint = 3;
 // The coding of colours, of a face of the finest level.
 constexpr int64_t kColoredFace = 70;
 constexpr int64_t kTelling = 5;
+// Of a mesh beside the points that are sampled on it: of a vertex and of a triangle, with its
+// edges.
+constexpr int64_t kMeshVertex = 60, kMeshTriangle = 200;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
 // See FitOptions::sample_level.
@@ -55,13 +58,14 @@ int64_t Samples(int64_t control_faces, int64_t points, int asked_level) {
 
 int64_t EstimateMemory(const JobRequest& job) {
   const ReconstructOptions& options = job.options;
-  const int64_t points = std::min(job.point_count, kMostPoints);
+  const bool mesh = job.triangle_count > 0;
+  const int64_t points = std::min(WorkedPoints(job), kMostPoints);
   const int64_t wanted = ExpectedControlFaces(job);
   int64_t control_faces =
       options.control.user_mesh ? wanted : std::max<int64_t>(wanted, kFewestMade);
   const Topology topology = options.control.topology;
-  if (!options.control.user_mesh &&
-      (topology == Topology::kAuto || topology == Topology::kSpherical)) {
+  const bool made_of_points = !mesh && !options.control.user_mesh;
+  if (made_of_points && (topology == Topology::kAuto || topology == Topology::kSpherical)) {
     control_faces =
         std::max<int64_t>(control_faces, SphericalControlFaces(static_cast<int>(wanted)));
   }
@@ -71,10 +75,10 @@ int64_t EstimateMemory(const JobRequest& job) {
   const int neighbors = options.scan.neighbors.k;
   const int64_t unusual = kNeighbor * std::max(0, neighbors - kUsualNeighbors) +
                           kMissingNeighbor * std::max(0, kFewNeighbors - neighbors);
-  const bool implicit = !options.control.user_mesh &&
-                        (topology == Topology::kAuto || topology == Topology::kArbitrary);
+  const bool implicit =
+      made_of_points && (topology == Topology::kAuto || topology == Topology::kArbitrary);
   const int64_t extra = (job.layout.stations ? kStationOfPoint : 0) +
-                        (job.layout.normals ? kNormalOfPoint : 0) + unusual +
+                        (job.layout.normals || mesh ? kNormalOfPoint : 0) + unusual +
                         (job.layout.colors ? kColorOfPoint : 0);
   const int64_t analysis = OfPoints(points, kAnalyzedPoint + extra, kFurtherAnalyzedPoint + extra) +
                            (implicit ? kNode * MostImplicitNodes(points) : 0);
@@ -83,7 +87,9 @@ int64_t EstimateMemory(const JobRequest& job) {
   const int64_t surface = kSampledPoint * points + kFace * telling +
                           kFilledFace * (faces - telling) +
                           (job.layout.colors ? kColoredFace * faces : 0);
-  return kProgramBytes + std::max({analysis, fit, surface});
+  const int64_t given =
+      mesh ? kMeshVertex * job.point_count + kMeshTriangle * job.triangle_count : 0;
+  return kProgramBytes + given + std::max({analysis, fit, surface});
 }
 
 }  // namespace rilievo

@@ -1,6 +1,7 @@
 #include "server/conversion/server_options.h"
 
 #include <algorithm>
+#include <limits>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
@@ -64,6 +65,10 @@ absl::Status ServerOptions::Validate() const {
     return Outside("keepalive_timeout", keepalive_timeout.count(), "[1, 86400000] ms");
   }
   return absl::OkStatus();
+}
+
+int64_t ServerOptions::MaxTriangles() const {
+  return 2 * std::min<int64_t>(max_points, std::numeric_limits<int32_t>::max() / 2);
 }
 
 int ServerOptions::ThreadLimit() const {

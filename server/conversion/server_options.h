@@ -20,7 +20,7 @@ struct ServerOptions {
   // "host:port"; port 0: any free one; or "unix:PATH".
   std::string listen = "127.0.0.1:50051";
   int64_t max_points = 5'000'000;          // of one scan, >= 20
-  int64_t max_scan_bytes = 205'000'000;    // of one scan on the wire: all points at most. > 0
+  int64_t max_scan_bytes = 205'000'000;    // of one scan or mesh on the wire. > 0
   int64_t max_surface_faces = 16'000'000;  // control faces times 4^max_level, > 0
   int max_concurrent_jobs = 2;             // worked on at a time, [1, 1024]
   int max_queued_jobs = 8;                 // admitted beside them, uploading or waiting, [0, 65536]
@@ -69,6 +69,9 @@ struct ServerOptions {
 
   // INVALID_ARGUMENT that names the field.
   absl::Status Validate() const;
+
+  // Of one mesh; a closed one has about two for each vertex.
+  int64_t MaxTriangles() const;
 
   // `threads`, or what the machine has.
   int ThreadLimit() const;

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "server/conversion/scan_size.h"
 #include "server/jobs/job_run.h"
 #include "server/jobs/request_checks.h"
 #include "server/rpc/grpc_status.h"
@@ -45,10 +46,12 @@ std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
                                    const v1::CreateJobRequest& request) {
   const auto size = core.store->BytesOfScan(caller.owner, request.scan_id());
   if (!size.ok()) return ErrorOfStore(size.status());
-  if (*size == ScanBytesOf(request.header())) return std::nullopt;
+  const v1::ReconstructHeader& header = request.header();
+  if (*size == ScanBytesOf(header)) return std::nullopt;
   return BadRequestError(
-      {{"header.point_count", absl::StrCat("these points take ", ScanBytesOf(request.header()),
-                                           " bytes; the scan has another size")}});
+      {{"header.point_count",
+        absl::StrCat("these points", header.triangle_count() > 0 ? " and triangles" : "", " take ",
+                     ScanBytesOf(header), " bytes; the scan has another size")}});
 }
 
 std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {

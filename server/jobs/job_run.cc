@@ -107,9 +107,10 @@ JobOutcome JobRun::Work() {
   } else {
     if (absl::IsAborted(result.status())) outcome.kind = JobOutcome::Kind::kKilled;
     if (absl::IsUnavailable(result.status())) outcome.kind = JobOutcome::Kind::kUntried;
-    job = FailedRun(std::move(job),
-                    ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request),
-                               absl::StrCat("job ", job.job_id())));
+    job = FailedRun(
+        std::move(job),
+        ErrorOfJob(result.status(), FieldAtFault(progress_.stage(), request, result.status()),
+                   absl::StrCat("job ", job.job_id())));
   }
   SetTime(job.mutable_end_time());
   job.set_sequence(SequenceOfState(job.state(), job.attempts()));

@@ -8,7 +8,6 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "server/conversion/job_request.h"
 #include "server/observability/server_log.h"
 
 namespace rilievo {
@@ -78,11 +77,6 @@ std::optional<CallError> ReadPage(const v1::ListJobsRequest& request, int* limit
 }
 
 std::string PageToken(int64_t before) { return before > 0 ? absl::StrCat(before) : ""; }
-
-int64_t ScanBytesOf(const v1::ReconstructHeader& header) {
-  if (header.point_count() > uint64_t{1} << 40) return 0;
-  return static_cast<int64_t>(header.point_count()) * LayoutOf(header).bytes();
-}
 
 CallError ErrorOfStore(const absl::Status& status) {
   if (auto stated = StatedError(status)) return *std::move(stated);

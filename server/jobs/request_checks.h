@@ -24,9 +24,6 @@ std::optional<CallError> ReadEnd(const v1::UploadEnd& end, std::string* sha256);
 std::optional<CallError> ReadPage(const v1::ListJobsRequest& request, int* limit, int64_t* before);
 std::string PageToken(int64_t before);
 
-// Bytes of the scan that the header speaks of; 0 when that makes no sense.
-int64_t ScanBytesOf(const v1::ReconstructHeader& header);
-
 // What the store's status means to a client: what it states (see StatusOf()), else STORE_FULL or
 // STORE_FAILED. The text of a failure names files; it stays with the operator.
 CallError ErrorOfStore(const absl::Status& status);

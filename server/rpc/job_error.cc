@@ -1,5 +1,6 @@
 #include "server/rpc/job_error.h"
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/conversion/memory_estimate.h"
 
@@ -50,7 +51,8 @@ std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions&
       .Limit(budget, needed);
 }
 
-std::string FieldAtFault(Stage stage, const JobRequest& job) {
+std::string FieldAtFault(Stage stage, const JobRequest& job, const absl::Status& status) {
+  if (job.triangle_count > 0 && absl::StartsWith(status.message(), "triangles")) return "triangles";
   const bool own_mesh = job.options.control.user_mesh.has_value();
   if (stage == Stage::kDomainFit && own_mesh) return "header.options.control.control_mesh";
   if (stage != Stage::kControlMesh) return "points";

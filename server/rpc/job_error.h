@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "server/conversion/call_error.h"
 #include "server/conversion/job_request.h"
@@ -21,7 +22,7 @@ CallError StopError(StopReason reason, const ServerOptions& options);
 // RESOURCE_EXHAUSTED, MEMORY_LIMIT, when the job alone needs more memory than the server has.
 std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions& options);
 
-// What of the request a stage that failed was about, as a path within it.
-std::string FieldAtFault(Stage stage, const JobRequest& job);
+// What of the request a stage that failed with `status` was about, as a path within it.
+std::string FieldAtFault(Stage stage, const JobRequest& job, const absl::Status& status);
 
 }  // namespace rilievo

@@ -12,7 +12,8 @@ namespace {
 
 absl::StatusOr<JobResult> RunHere(const ReconstructFunction& reconstruct, const JobRequest& job,
                                   ScanBytes points, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(PointCloud scan, std::move(points).Decode(job.layout));
+  RILIEVO_ASSIGN_OR_RETURN(
+      PointCloud scan, std::move(points).Decode(job.layout, job.point_count, job.triangle_count));
   scan.sights.stations = job.stations;
   absl::StatusOr<Reconstruction> result = reconstruct(std::move(scan), job.options, context);
   // DATA_LOSS is said of the points; what came of them is to decode.

@@ -61,7 +61,7 @@ absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
   // The server has checked the header; its own limits of points are no concern here.
   ServerOptions limits;
   limits.max_points = std::numeric_limits<int32_t>::max();
-  limits.max_scan_bytes = kMostRecordBytes * limits.max_points;
+  limits.max_scan_bytes = std::numeric_limits<int64_t>::max();
   limits.max_surface_faces = order.max_surface_faces();
   limits.threads = order.threads();
   auto parsed = ParseHeader(order.header(), limits);

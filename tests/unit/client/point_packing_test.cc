@@ -26,6 +26,14 @@ TEST(HeaderOf, SaysWhatTheRecordsHold) {
   EXPECT_EQ(std::memcmp(header.stations().data(), scan.sights.stations.data(), 48), 0);
   EXPECT_TRUE(header.normals());
   EXPECT_TRUE(header.colors());
+  EXPECT_EQ(header.triangle_count(), 0u);
+}
+
+TEST(HeaderOf, OfAMeshSaysHowManyTriangles) {
+  PointCloud mesh;
+  mesh.points = Eigen::Matrix3Xd::Random(3, 4);
+  mesh.triangles.setZero(3, 7);
+  EXPECT_EQ(HeaderOf(mesh, LosslessLayout(mesh)).triangle_count(), 7u);
 }
 
 }  // namespace

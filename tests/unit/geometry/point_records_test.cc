@@ -67,5 +67,25 @@ TEST(PackPointsTest, SightsStandBehindTheirPoint) {
   EXPECT_EQ(back.sights.colors, scan.sights.colors);
 }
 
+TEST(PackTrianglesTest, CornersAreNumbersWithoutASign) {
+  PointCloud mesh;
+  mesh.triangles.resize(3, 3);
+  mesh.triangles << 0, 1, 2, 258, 4, 5, std::numeric_limits<int>::max(), 7, 8;
+  std::string bytes = PackTriangles(mesh, 0, 3);
+  ASSERT_EQ(bytes.size(), 3 * 12u);
+  EXPECT_EQ(bytes.substr(4, 4), std::string("\x02\x01\0\0", 4)) << "258, the low byte first";
+  EXPECT_EQ(PackTriangles(mesh, 1, 2), bytes.substr(12, 12));
+  EXPECT_EQ(PackTriangles(PointCloud(), 0, 0), "");
+  PointCloud back;
+  back.triangles.resize(3, 3);
+  EXPECT_EQ(UnpackTriangles(bytes.substr(0, 12), 0, &back), 1);
+  EXPECT_EQ(UnpackTriangles(bytes.substr(12), 1, &back), 3);
+  EXPECT_EQ(back.triangles, mesh.triangles);
+  // 2^31 and more are no column of any matrix.
+  bytes.replace(0, 8, std::string("\0\0\0\x80\xff\xff\xff\xff", 8));
+  UnpackTriangles(bytes, 0, &back);
+  EXPECT_EQ(back.triangles.col(0), Eigen::Vector3i(-1, -1, std::numeric_limits<int>::max()));
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -42,12 +42,20 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   for (int i = 0; i < kStageCount; ++i) report.stage_seconds[i] = 100 + i;
   report.total_seconds = 61;
   report.warnings = {"one", "two"};
+  report.mesh = {71, 72, 73, 74, 75, 76};
 
   const v1::ReconstructReport proto = ProtoReport(report, /*measured=*/true);
   EXPECT_EQ(proto.place().metres_per_unit(), 0.3048);
   EXPECT_EQ(proto.place().up(), v1::UP_DIRECTION_Z);
   EXPECT_EQ(proto.place().crs(), "EPSG:2992");
   EXPECT_FALSE(ProtoReport({}, true).has_place());
+  EXPECT_EQ(proto.mesh().triangles(), 71);
+  EXPECT_EQ(proto.mesh().welded_vertices(), 72);
+  EXPECT_EQ(proto.mesh().dropped(), 73);
+  EXPECT_EQ(proto.mesh().flipped(), 74);
+  EXPECT_EQ(proto.mesh().opened_edges(), 75);
+  EXPECT_EQ(proto.mesh().triangles_used(), 76);
+  EXPECT_FALSE(ProtoReport({}, true).has_mesh()) << "of a scan";
   EXPECT_EQ(proto.points_in(), 1);
   EXPECT_EQ(proto.non_finite(), 2);
   EXPECT_EQ(proto.duplicates(), 3);

@@ -103,6 +103,24 @@ TEST(MemoryEstimate, FacesThatAreNotMadeAreNotReserved) {
   EXPECT_EQ(EstimateMemory(job), before);
 }
 
+// So many points are sampled on a mesh, and the mesh itself takes its part.
+TEST(MemoryEstimate, OfAMeshGrowsWithItsTriangles) {
+  JobRequest mesh, scan;
+  mesh.point_count = 500;
+  mesh.triangle_count = 996;
+  scan.point_count = 60'000;
+  EXPECT_NEAR(static_cast<double>(EstimateMemory(mesh)), static_cast<double>(EstimateMemory(scan)),
+              0.5 * static_cast<double>(EstimateMemory(scan)));
+  int64_t before = EstimateMemory(mesh);
+  for (const int64_t triangles : {100'000, 1'000'000, 10'000'000}) {
+    mesh.triangle_count = triangles;
+    mesh.point_count = triangles / 2;
+    EXPECT_GT(EstimateMemory(mesh), before);
+    before = EstimateMemory(mesh);
+  }
+  EXPECT_LT(before, 3'000'000'000) << "the samples do not grow any more";
+}
+
 TEST(MemoryEstimate, NeverOfMoreFacesThanTheServerBuilds) {
   JobRequest job;
   job.point_count = 100'000;

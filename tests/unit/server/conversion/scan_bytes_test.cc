@@ -22,10 +22,10 @@ void ExpectSamePoints(CoordinateType type, int points) {
   const std::string bytes = Bytes<Real>(points);
   const size_t half = bytes.size() / 24 / 2 * 24;
   std::vector<std::string> blocks = {bytes.substr(0, half), bytes.substr(half)};
-  const auto from_memory = ScanBytes(blocks).Decode({type});
+  const auto from_memory = ScanBytes(blocks).Decode({type}, points, 0);
   auto file = ScanBytes(blocks).TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto from_file = ScanBytes(*std::move(file)).Decode({type});
+  const auto from_file = ScanBytes(*std::move(file)).Decode({type}, points, 0);
   ASSERT_TRUE(from_memory.ok() && from_file.ok());
   ASSERT_EQ(from_memory->points.cols(), points);
   for (int i = 0; i < 3 * points; ++i) {
@@ -57,7 +57,7 @@ TEST(ScanBytes, SightsComeWithTheirPoints) {
       ScanBytes({PackPoints(scan, 0, 30'000, layout), PackPoints(scan, 30'000, 70'000, layout)})
           .TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto decoded = ScanBytes(*std::move(file)).Decode(layout);
+  const auto decoded = ScanBytes(*std::move(file)).Decode(layout, 70'000, 0);
   ASSERT_TRUE(decoded.ok()) << decoded.status();
   EXPECT_EQ(decoded->points, scan.points);
   EXPECT_EQ(decoded->sights.station_of, scan.sights.station_of);
@@ -68,8 +68,43 @@ TEST(ScanBytes, SightsComeWithTheirPoints) {
 TEST(ScanBytes, ABrokenFileIsNoticed) {
   auto file = ScanBytes({Bytes<float>(3) + "x"}).TakeFile();
   ASSERT_TRUE(file.ok());
-  EXPECT_EQ(ScanBytes(*std::move(file)).Decode({CoordinateType::kFloat32}).status().code(),
+  EXPECT_EQ(ScanBytes(*std::move(file)).Decode({CoordinateType::kFloat32}, 3, 0).status().code(),
             absl::StatusCode::kDataLoss);
+}
+
+TEST(ScanBytes, TrianglesComeBehindThePoints) {
+  PointCloud mesh;
+  mesh.points = Eigen::Matrix3Xd::Random(3, 40'000);  // several blocks of the file
+  mesh.triangles.resize(3, 70'000);
+  for (int i = 0; i < 3 * 70'000; ++i) mesh.triangles.data()[i] = 7 * i % 40'000;
+  mesh.triangles(1, 69'999) = -1;
+  const PointLayout layout = LosslessLayout(mesh);
+  const std::string points = PackPoints(mesh, 0, 40'000, layout);
+  const std::string triangles = PackTriangles(mesh, 0, 70'000);
+  ASSERT_EQ(static_cast<int64_t>(points.size() + triangles.size()),
+            BytesOfRecords(layout, 40'000, 70'000));
+  // A block may hold both.
+  const std::vector<std::string> blocks = {points + triangles.substr(0, 12), triangles.substr(12)};
+  const auto from_memory = ScanBytes(blocks).Decode(layout, 40'000, 70'000);
+  auto file = ScanBytes(blocks).TakeFile();
+  ASSERT_TRUE(file.ok()) << file.status();
+  const auto from_file = ScanBytes(*std::move(file)).Decode(layout, 40'000, 70'000);
+  for (const auto* decoded : {&from_memory, &from_file}) {
+    ASSERT_TRUE(decoded->ok()) << decoded->status();
+    EXPECT_EQ((*decoded)->points, mesh.points);
+    EXPECT_EQ((*decoded)->triangles, mesh.triangles);
+  }
+}
+
+// Points of one header are not the triangles of another.
+TEST(ScanBytes, OtherCountsThanThoseThatCameAreNoticed) {
+  const PointLayout layout{CoordinateType::kFloat32};
+  const auto decode = [&](int64_t points, int64_t triangles) {
+    return ScanBytes({std::string(72, '\0')}).Decode(layout, points, triangles).status().code();
+  };
+  EXPECT_EQ(decode(4, 2), absl::StatusCode::kOk);
+  EXPECT_EQ(decode(4, 1), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(decode(5, 2), absl::StatusCode::kDataLoss);
 }
 
 }  // namespace

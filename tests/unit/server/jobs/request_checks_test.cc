@@ -64,17 +64,6 @@ TEST(RequestChecks, PagesFollowEachOther) {
   EXPECT_TRUE(ReadPage(request, &limit, &before).has_value());
 }
 
-TEST(RequestChecks, BytesOfAScanNeverOverflow) {
-  v1::ReconstructHeader header;
-  header.set_point_count(10);
-  header.set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT32_LE);
-  EXPECT_EQ(ScanBytesOf(header), 120);
-  header.set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT64_LE);
-  EXPECT_EQ(ScanBytesOf(header), 240);
-  header.set_point_count(~uint64_t{0});
-  EXPECT_EQ(ScanBytesOf(header), 0);
-}
-
 TEST(RequestChecks, TheStoresErrorsSayNothingOfTheMachine) {
   const CallError full = ErrorOfStore(absl::ResourceExhaustedError("/var/x: no space"));
   EXPECT_EQ(full.reason, ErrorCause::kStoreFull);

@@ -37,12 +37,23 @@ TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
 
 TEST(JobError, AMeshOfTheClientsIsNamed) {
   JobRequest job;
-  EXPECT_EQ(FieldAtFault(Stage::kNormals, job), "points");
-  EXPECT_EQ(FieldAtFault(Stage::kControlMesh, job), "header.options.control");
-  EXPECT_EQ(FieldAtFault(Stage::kDomainFit, job), "points");
+  const absl::Status status = absl::InvalidArgumentError("it is not a surface");
+  EXPECT_EQ(FieldAtFault(Stage::kNormals, job, status), "points");
+  EXPECT_EQ(FieldAtFault(Stage::kControlMesh, job, status), "header.options.control");
+  EXPECT_EQ(FieldAtFault(Stage::kDomainFit, job, status), "points");
   job.options.control.user_mesh.emplace();
-  EXPECT_EQ(FieldAtFault(Stage::kControlMesh, job), "header.options.control.control_mesh");
-  EXPECT_EQ(FieldAtFault(Stage::kDomainFit, job), "header.options.control.control_mesh");
+  EXPECT_EQ(FieldAtFault(Stage::kControlMesh, job, status), "header.options.control.control_mesh");
+  EXPECT_EQ(FieldAtFault(Stage::kDomainFit, job, status), "header.options.control.control_mesh");
+}
+
+TEST(JobError, TrianglesAtFaultAreNamed) {
+  JobRequest job;
+  job.triangle_count = 8;
+  const auto field = [&job](const char* text) {
+    return FieldAtFault(Stage::kCheck, job, absl::InvalidArgumentError(text));
+  };
+  EXPECT_EQ(field("triangles: triangle 3 names vertex 9 of 4"), "triangles");
+  EXPECT_EQ(field("points: all of them are the same"), "points");
 }
 
 }  // namespace

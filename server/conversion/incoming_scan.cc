@@ -1,0 +1,97 @@
+#include "server/conversion/incoming_scan.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace rilievo {
+namespace {
+
+// Chunks smaller than this are gathered, so that many tiny ones cost no more than their bytes.
+constexpr size_t kSmallChunkBytes = 64 << 10;
+
+CallError TurnError(const char* field, const std::string& description) {
+  return BadRequestError({{field, description}}, ErrorCause::kMessageOrder);
+}
+
+}  // namespace
+
+std::optional<CallError> IncomingScan::Records::CheckChunk(int64_t size) const {
+  const auto error = [&](const std::string& description,
+                         ErrorCause reason = ErrorCause::kInvalidField) {
+    return BadRequestError({{absl::StrCat(name, ".data"), description}}, reason);
+  };
+  if (size == 0) return error(absl::StrCat("the chunk is empty; send at least one ", one));
+  if (size > kMaxChunkBytes) {
+    return error(absl::StrCat("the chunk has ", size, " bytes; send at most ", kMaxChunkBytes),
+                 ErrorCause::kLimitExceeded)
+        .Limit(kMaxChunkBytes, size);
+  }
+  if (size % record_bytes != 0) {
+    return error(absl::StrCat("the chunk has ", size, " bytes; whole ", name, " take ",
+                              record_bytes, " each"));
+  }
+  if (size > announced * record_bytes - bytes) {
+    return error(absl::StrCat("more ", name, " came than ", count_field, " announced (", announced,
+                              "); announce as many as are sent"));
+  }
+  return std::nullopt;
+}
+
+std::optional<CallError> IncomingScan::Records::CheckComplete() const {
+  if (count() == announced) return std::nullopt;
+  return CallError(ErrorCause::kScanIncomplete,
+                   absl::StrCat("the stream was closed after ", count(), " of ", announced,
+                                " announced ", name, "; send all of them"))
+      .Limit(announced, count());
+}
+
+IncomingScan::IncomingScan(const PointLayout& layout, int64_t point_count, int64_t triangle_count)
+    : points_{"points", "point", "header.point_count", layout.bytes(), point_count},
+      triangles_{"triangles", "triangle", "header.triangle_count", kTriangleBytes, triangle_count} {
+}
+
+std::optional<CallError> IncomingScan::AppendPoints(std::string&& data) {
+  if (triangles_.bytes > 0) {
+    return TurnError("points", "they came after triangles; send all points first");
+  }
+  return Append(std::move(data), &points_);
+}
+
+std::optional<CallError> IncomingScan::AppendTriangles(std::string&& data) {
+  if (triangles_.announced == 0) {
+    return TurnError("triangles",
+                     "header.triangle_count announced none; announce them, or send points alone");
+  }
+  if (points_.count() < points_.announced) {
+    return TurnError("triangles",
+                     absl::StrCat("they came after ", points_.count(), " of ", points_.announced,
+                                  " announced points; send all points first"));
+  }
+  return Append(std::move(data), &triangles_);
+}
+
+std::optional<CallError> IncomingScan::Append(std::string&& data, Records* records) {
+  const auto size = static_cast<int64_t>(data.size());
+  if (auto error = records->CheckChunk(size)) return error;
+  records->bytes += size;
+  if (data.size() < kSmallChunkBytes && !blocks_.empty() &&
+      blocks_.back().size() + data.size() <= static_cast<size_t>(kMaxChunkBytes)) {
+    blocks_.back().append(data);
+  } else {
+    blocks_.push_back(std::move(data));
+  }
+  return std::nullopt;
+}
+
+std::optional<CallError> IncomingScan::CheckComplete() const {
+  if (auto error = points_.CheckComplete()) return error;
+  return triangles_.CheckComplete();
+}
+
+ScanBytes IncomingScan::Take() {
+  points_.bytes = triangles_.bytes = 0;
+  return ScanBytes(std::exchange(blocks_, {}));
+}
+
+}  // namespace rilievo

@@ -1,0 +1,56 @@
+// The points of one call on their way in, and of a mesh its triangles.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/conversion/call_error.h"
+#include "server/conversion/job_request.h"
+#include "server/conversion/scan_bytes.h"
+
+namespace rilievo {
+
+// Holds the bytes as they came: memory grows with what arrived, never with what was announced.
+class IncomingScan {
+ public:
+  // What the header announced. `point_count`: >= 1. `triangle_count`: 0 of a scan.
+  IncomingScan(const PointLayout& layout, int64_t point_count, int64_t triangle_count);
+
+  // INVALID_ARGUMENT when `data` is empty, larger than kMaxChunkBytes, holds a broken record or
+  // brings more than announced; or when triangles come before the last point, points after the
+  // first triangle, or triangles where none were announced.
+  std::optional<CallError> AppendPoints(std::string&& data);
+  std::optional<CallError> AppendTriangles(std::string&& data);
+
+  // DATA_LOSS when points or triangles are missing.
+  std::optional<CallError> CheckComplete() const;
+
+  int64_t bytes() const { return points_.bytes + triangles_.bytes; }
+
+  // All that came; nothing is left here.
+  ScanBytes Take();
+
+ private:
+  // Records of one kind, as announced and as they came.
+  struct Records {
+    const char* name;  // of their message, and of several
+    const char* one;
+    const char* count_field;
+    int64_t record_bytes;
+    int64_t announced;
+    int64_t bytes = 0;
+
+    int64_t count() const { return bytes / record_bytes; }
+    std::optional<CallError> CheckChunk(int64_t size) const;
+    std::optional<CallError> CheckComplete() const;
+  };
+
+  std::optional<CallError> Append(std::string&& data, Records* records);
+
+  Records points_, triangles_;
+  std::vector<std::string> blocks_;  // whole records each
+};
+
+}  // namespace rilievo
