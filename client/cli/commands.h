@@ -35,6 +35,7 @@ Command AddMeasure(CLI::App& program);
 Command AddCompare(CLI::App& program);
 Command AddSimulate(CLI::App& program);
 Command AddVerify(CLI::App& program);
+Command AddVoxelize(CLI::App& program);
 Command AddView(CLI::App& program);
 
 }  // namespace rilievo
