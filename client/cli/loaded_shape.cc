@@ -42,10 +42,17 @@ std::vector<uint8_t> AllBytes(std::istream& in) {
   return bytes;
 }
 
-absl::StatusOr<ScanFile> ReadStlVertices(std::istream& in) {
-  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadStlMesh(in));
-  const auto faces = static_cast<uint64_t>(file.mesh.triangles.cols());
-  return ScanFile{{std::move(file.mesh.vertices)}, std::move(file.format), {}, faces};
+// Of the formats that hold nothing but meshes.
+absl::StatusOr<ScanFile> ReadMeshVertices(std::istream& in, const std::string& name,
+                                          const WantedLayers& wanted) {
+  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(in, name));
+  ScanFile scan;
+  scan.cloud.points = std::move(file.mesh.vertices);
+  if (wanted.colors) scan.cloud.sights.colors = std::move(file.colors);
+  scan.format = std::move(file.format);
+  scan.faces = static_cast<uint64_t>(file.mesh.triangles.cols());
+  scan.place = std::move(file.place);
+  return scan;
 }
 
 LoadedShape ControlMeshOf(const DecodedSurface& decoded) {
@@ -104,14 +111,14 @@ LoadedShape ShapeOf(MeshFile file) {
 void AddFormatOption(CLI::App* app, std::string* format) {
   app->add_option("--format", *format,
                   "format of an input that is not recognised by its content or extension")
-      ->check(CLI::IsMember(
-          {"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "e57", "ptx", "stl", "dss"}));
+      ->check(CLI::IsMember({"ply", "pcd", "xyz", "pts", "txt", "obj", "las", "laz", "e57", "ptx",
+                             "stl", "glb", "dss"}));
 }
 
 void AddScanOptions(CLI::App* app, ScanArguments* arguments) {
   app->add_flag(
       "--points-only", arguments->points_only,
-      "take the vertices of a mesh (PLY and OBJ with faces, STL) as a scan; its faces are "
+      "take the vertices of a mesh (PLY and OBJ with faces, STL, GLB) as a scan; its faces are "
       "not used");
   app->add_option("--classes", arguments->classes,
                   "take the points of these classes alone, such as 2,6 (LAS: ground, buildings)")
@@ -127,18 +134,38 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     const std::string name = NameOf(path, arguments.format);
     HeadedInput input(in);
     RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
-    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, kind == FileKind::kStl
-                                                ? ReadStlVertices(input.stream())
-                                                : ReadScanStream(input.stream(), name, wanted));
-    if (kind == FileKind::kStl && !wanted.classes.empty()) {
+    const bool is_mesh = kind == FileKind::kStl || kind == FileKind::kGlb;
+    RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
+                                                    : ReadScanStream(input.stream(), name, wanted));
+    if (is_mesh && !wanted.classes.empty()) {
       RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
     }
     if (scan.faces == 0 || arguments.points_only) return scan;
     return absl::InvalidArgumentError(
         absl::StrCat("a mesh of ", Counted(static_cast<int64_t>(scan.faces), "face", "faces"),
-                     ", not a scan; add --points-only to take its ",
+                     ", not a scan; 'rilievo convert' makes a surface of it; or add --points-only "
+                     "to take its ",
                      Counted(scan.cloud.points.cols(), "vertex", "vertices"),
                      " as the points of a scan and leave its faces out"));
+  });
+}
+
+absl::StatusOr<ScanFile> LoadMesh(const std::string& path, const std::string& format,
+                                  bool with_colors) {
+  return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
+    RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(in, NameOf(path, format)));
+    if (file.mesh.triangles.cols() == 0) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          Counted(file.mesh.vertices.cols(), "point", "points"),
+          " without a face, not a mesh; 'rilievo reconstruct' makes a surface of them"));
+    }
+    ScanFile mesh;
+    mesh.cloud.points = std::move(file.mesh.vertices);
+    mesh.cloud.triangles = std::move(file.mesh.triangles);
+    if (with_colors) mesh.cloud.sights.colors = std::move(file.colors);
+    mesh.format = std::move(file.format);
+    mesh.place = std::move(file.place);
+    return mesh;
   });
 }
 

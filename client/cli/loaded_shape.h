@@ -40,10 +40,15 @@ struct ScanArguments {
 // --points-only and --classes of a command; `arguments` must outlive it.
 void AddScanOptions(CLI::App* app, ScanArguments* arguments);
 
-// All inputs: "-" is the standard input. INVALID_ARGUMENT for a mesh (PLY and OBJ with faces, STL)
-// unless its vertices alone are wanted.
+// All inputs: "-" is the standard input. INVALID_ARGUMENT for a mesh (PLY and OBJ with faces, STL,
+// GLB) unless its vertices alone are wanted.
 absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
                                   const WantedLayers& wanted = {});
+
+// A mesh with its triangles, and its colours where wanted; `format` as in AddFormatOption.
+// INVALID_ARGUMENT for a file without triangles.
+absl::StatusOr<ScanFile> LoadMesh(const std::string& path, const std::string& format,
+                                  bool with_colors);
 
 // The whole file, or the status of what prevents it, with the path.
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);

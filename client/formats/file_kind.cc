@@ -28,7 +28,6 @@ constexpr Foreign kForeign[] = {
     {"PK\x03\x04", "a ZIP archive; unpack it first"},
     {kGzipMagic, "gzip-compressed; unpack it first (gunzip)"},
     {kZstdMagic, "zstd-compressed; unpack it first (unzstd)"},
-    {"glTF", "a GLB file, which is not supported; convert it to PLY"},
     {"OFF", "an OFF file, which is not supported; convert it to PLY"},
     {"\x7f"
      "ELF",
@@ -72,6 +71,7 @@ std::optional<FileKind> ByExtension(const std::string& extension) {
   if (extension == "pcd") return FileKind::kPcd;
   if (extension == "obj") return FileKind::kObj;
   if (extension == "stl") return FileKind::kStl;
+  if (extension == "glb") return FileKind::kGlb;
   if (extension == "las" || extension == "laz") return FileKind::kLas;
   if (extension == "e57") return FileKind::kE57;
   if (extension == "ptx") return FileKind::kPtx;
@@ -140,6 +140,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
                  "\x89"
                  "DSS\r\n"))
     return FileKind::kDss;
+  if (StartsWith(head, "glTF")) return FileKind::kGlb;
   if (StartsWith(head, "LASF")) return FileKind::kLas;
   if (StartsWith(head, "ASTM-E57")) return FileKind::kE57;
   head = WithoutByteOrderMark(head);

@@ -10,7 +10,7 @@
 
 namespace rilievo {
 
-enum class FileKind { kPly, kPcd, kXyz, kObj, kStl, kLas, kE57, kPtx, kDss };
+enum class FileKind { kPly, kPcd, kXyz, kObj, kStl, kGlb, kLas, kE57, kPtx, kDss };
 
 // How much of the start RecognizeFile wants to see.
 inline constexpr size_t kHeadBytes = 4096;

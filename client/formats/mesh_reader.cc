@@ -1,10 +1,13 @@
 #include "client/formats/mesh_reader.h"
 
+#include <array>
+#include <initializer_list>
 #include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
+#include "client/formats/color_collector.h"
 #include "client/formats/face_collector.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/number_text.h"
@@ -30,15 +33,28 @@ absl::Status ReadPlyVertices(ByteSource* source, const PlyHeader& header,
     return absl::ResourceExhaustedError(absl::StrCat("PLY mesh of ", element.count, " vertices"));
   }
   std::vector<int> wanted(layout.position.begin(), layout.position.end());
-  const auto want = [&](const char* name) {
-    const int property = element.Find(name);
-    if (property < 0 || element.properties[static_cast<size_t>(property)].is_list) return false;
-    wanted.push_back(property);
-    return true;
+  // Where the element has all of them, as scalars: the slot of the first; 0: none.
+  const auto want = [&](std::initializer_list<const char*> names) -> size_t {
+    const size_t slot = wanted.size();
+    for (const char* name : names) {
+      const int property = element.Find(name);
+      if (property < 0 || element.properties[static_cast<size_t>(property)].is_list) {
+        wanted.resize(slot);
+        return 0;
+      }
+      wanted.push_back(property);
+    }
+    return slot;
   };
-  const bool has_normals = want("nx") && want("ny") && want("nz");
-  const size_t source_slot = wanted.size();
-  const bool has_source = want("source");
+  const size_t normal_slot = want({"nx", "ny", "nz"});
+  const size_t source_slot = want({"source"});
+  size_t color_slot = want({"red", "green", "blue"});
+  if (color_slot == 0) color_slot = want({"r", "g", "b"});
+  ColorCollector colors;
+  if (color_slot > 0) {
+    const auto red = static_cast<size_t>(wanted[color_slot]);
+    colors.set_kind(ColorCollector::KindOf(element.properties[red].type));
+  }
   PlyElementReader reader(source, header, element, wanted, -1);
   PointCollector points, normals;
   if (source->remaining()) points.Reserve(element.count);
@@ -46,14 +62,16 @@ absl::Status ReadPlyVertices(ByteSource* source, const PlyHeader& header,
     RILIEVO_RETURN_IF_ERROR(reader.Next());
     const double* value = reader.scalars();
     points.Add(value[0], value[1], value[2]);
-    if (has_normals) normals.Add(value[3], value[4], value[5]);
-    if (has_source)
+    if (normal_slot > 0) normals.Add(value[3], value[4], value[5]);
+    if (color_slot > 0) colors.Add(value + color_slot);
+    if (source_slot > 0)
       file->source.push_back(value[source_slot] >= 0 && value[source_slot] < 256
                                  ? static_cast<uint8_t>(value[source_slot])
                                  : 255);
   }
   file->mesh.vertices = points.Finish();
   file->mesh.normals = normals.Finish();
+  file->colors = colors.Finish();
   return absl::OkStatus();
 }
 
@@ -118,14 +136,20 @@ absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
 absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   ByteSource source(in);
   PointCollector points;
+  ColorCollector colors;
+  int64_t color_count = 0;
   FaceCollector faces;
   std::vector<double> corners;
   // Faces may name vertices that come later, so ranges are checked against the most an int holds
   // first and against the real number at the end.
   constexpr int64_t kMost = std::numeric_limits<int>::max();
   ObjVisitor visitor;
-  visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view) {
+  visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view words) {
     points.Add(p.x(), p.y(), p.z());
+    if (const auto color = ParseObjColor(words)) {
+      colors.Add(color->data());
+      ++color_count;
+    }
     return absl::OkStatus();
   };
   visitor.face = [&](std::string_view words) {
@@ -140,6 +164,7 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   if (points.count() == 0) return absl::InvalidArgumentError("OBJ: no 'v' line, no vertices");
   MeshFile file;
   file.format = "OBJ";
+  if (color_count == points.count()) file.colors = colors.Finish();
   file.mesh.vertices = points.Finish();
   file.mesh.triangles = faces.Finish();
   if (file.mesh.triangles.size() > 0 &&
@@ -157,6 +182,7 @@ absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& nam
   if (kind == FileKind::kPly) return ReadPlyMesh(input.stream());
   if (kind == FileKind::kObj) return ReadObjMesh(input.stream());
   if (kind == FileKind::kStl) return ReadStlMesh(input.stream());
+  if (kind == FileKind::kGlb) return ReadGlbMesh(input.stream());
   RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), name));
   MeshFile file;
   file.mesh.vertices = std::move(scan.cloud.points);

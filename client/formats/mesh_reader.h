@@ -1,4 +1,4 @@
-// Triangle meshes from OBJ, PLY and STL.
+// Triangle meshes from GLB, OBJ, PLY and STL.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/geometry/rgb.h"
 #include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
 
@@ -17,8 +18,9 @@ struct MeshFile {
   // only when each vertex has one.
   TriangleMesh mesh;
   std::vector<uint8_t> source;  // vertex property 'source' of a PLY (see HeightSource), or empty
+  std::vector<Rgb> colors;      // of PLY, OBJ and GLB, where each vertex has one, or empty
   std::string format;           // for people
-  ScanPlace place = {};         // of formats of scans, see ScanFile
+  ScanPlace place = {};         // of formats of scans, see ScanFile; of GLB metres, y up
 };
 
 // As the scan readers: streaming, no count believed before the bytes allow it. INVALID_ARGUMENT
@@ -28,11 +30,20 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in);
 // Binary or ascii; equal corners become one vertex.
 absl::StatusOr<MeshFile> ReadStlMesh(std::istream& in);
 
+// Binary glTF 2.0: all triangles, strips and fans of the default scene (of all root nodes where the
+// file names none), moved by their nodes into its frame, which is y up and in metres; they keep
+// that. A node that mirrors turns them over. Corners at the same place become one vertex, for the
+// format splits vertices by normals and texture places; triangles without three are left out. Of a
+// vertex with several colours the first is taken. Points, lines, morph targets and textures are
+// passed over; INVALID_ARGUMENT for skins, sparse accessors, other buffers than the file's own, and
+// required extensions that store the geometry otherwise (Draco, meshopt, quantization).
+absl::StatusOr<MeshFile> ReadGlbMesh(std::istream& in);
+
 // By content first, by the extension of `name` second.
 absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& name);
 
-// PLY, OBJ or STL by content first, extension second; other formats of points (PCD, XYZ) come back
-// without triangles. "-" reads the standard input. Errors as ReadScan().
+// PLY, OBJ, STL or GLB by content first, extension second; other formats of points (PCD, XYZ) come
+// back without triangles. "-" reads the standard input. Errors as ReadScan().
 absl::StatusOr<MeshFile> ReadMesh(const std::string& path);
 
 }  // namespace rilievo

@@ -61,4 +61,15 @@ absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor) {
   }
 }
 
+std::optional<std::array<double, 3>> ParseObjColor(std::string_view words) {
+  words = words.substr(0, words.find('#'));
+  std::array<double, 3> channels{};
+  size_t count = 0;
+  for (auto word = NextWord(&words); !word.empty(); word = NextWord(&words), ++count) {
+    if (count == channels.size() || !ParseNumber(word, &channels[count]).ok()) return std::nullopt;
+  }
+  if (count < channels.size()) return std::nullopt;
+  return channels;
+}
+
 }  // namespace rilievo

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
+#include <optional>
 #include <string_view>
 
 #include "absl/status/status.h"
@@ -20,5 +22,8 @@ struct ObjVisitor {
 // Calls the visitor for each 'v' and 'f' line; joins lines that end in a backslash; passes over all
 // other keywords. INVALID_ARGUMENT names the line.
 absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor);
+
+// Red, green and blue behind a position: three numbers, up to a comment. A weight alone is none.
+std::optional<std::array<double, 3>> ParseObjColor(std::string_view words);
 
 }  // namespace rilievo

@@ -2,7 +2,6 @@
 #include <string_view>
 
 #include "client/formats/byte_source.h"
-#include "client/formats/number_text.h"
 #include "client/formats/obj_lines.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
@@ -10,22 +9,6 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo {
-
-namespace {
-
-// Red, green and blue after a position. Without them, or with a weight alone, there is no colour.
-absl::Status TakeColor(std::string_view words, SightCollector* sights) {
-  std::array<double, 3> channels{};
-  size_t count = 0;
-  for (auto word = NextWord(&words); !word.empty(); word = NextWord(&words), ++count) {
-    if (count == channels.size()) return absl::OkStatus();
-    RILIEVO_RETURN_IF_ERROR(ParseNumber(word, &channels[count]));
-  }
-  if (count == channels.size()) sights->AddColor(channels.data());
-  return absl::OkStatus();
-}
-
-}  // namespace
 
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
@@ -35,7 +18,8 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wante
   ObjVisitor visitor;
   visitor.vertex = [&](const Eigen::Vector3d& p, std::string_view words) {
     points.Add(p.x(), p.y(), p.z());
-    return wanted.colors ? TakeColor(words, &sights) : absl::OkStatus();
+    if (const auto color = ParseObjColor(words)) sights.AddColor(color->data());
+    return absl::OkStatus();
   };
   visitor.face = [&](std::string_view) {
     ++faces;

@@ -37,6 +37,10 @@ absl::StatusOr<ScanFile> ReadAnyScan(std::istream& in, const std::string& name,
       return absl::InvalidArgumentError(
           "an STL file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
           "LAZ, E57 or PTX");
+    case FileKind::kGlb:
+      return absl::InvalidArgumentError(
+          "a GLB file holds a mesh, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
+          "LAZ, E57 or PTX");
     case FileKind::kDss:
       return absl::InvalidArgumentError(
           "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "

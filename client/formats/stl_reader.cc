@@ -1,17 +1,15 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
-#include "absl/hash/hash.h"
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/number_text.h"
-#include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
+#include "client/formats/vertex_welder.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -20,28 +18,21 @@ namespace {
 // STL repeats each corner; equal ones are one vertex.
 class CornerWelder {
  public:
-  void Add(double x, double y, double z) {
-    // Adding zero turns -0 into 0, which is the same place.
-    const std::array<double, 3> corner = {x + 0.0, y + 0.0, z + 0.0};
-    const auto [entry, added] = vertex_of_.try_emplace(corner, static_cast<int>(points_.count()));
-    if (added) points_.Add(corner[0], corner[1], corner[2]);
-    indices_.push_back(entry->second);
-  }
+  void Add(double x, double y, double z) { indices_.push_back(vertices_.Add(x, y, z)); }
 
   size_t corners() const { return indices_.size(); }
 
   TriangleMesh Finish() {
     TriangleMesh mesh;
-    mesh.vertices = points_.Finish();
+    mesh.vertices = vertices_.Finish();
     mesh.triangles = Eigen::Map<const Eigen::Matrix3Xi>(
         indices_.data(), 3, static_cast<Eigen::Index>(indices_.size() / 3));
     return mesh;
   }
 
  private:
-  PointCollector points_;
+  VertexWelder vertices_;
   std::vector<int> indices_;
-  std::unordered_map<std::array<double, 3>, int, absl::Hash<std::array<double, 3>>> vertex_of_;
 };
 
 constexpr bool kSwap = std::endian::native == std::endian::big;  // STL is little-endian

@@ -7,6 +7,7 @@ Not made here: unpacked/rows.zst, which zstd 1.5 wrote of the rows of unpacked/r
 las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
 """
 import gzip
+import json
 import pathlib
 import struct
 import subprocess
@@ -96,6 +97,39 @@ def text_formats():
     body = b"".join(struct.pack("<3f", 0, 0, 1) +
                     b"".join(struct.pack("<3f", *POINTS[k]) for k in f) + b"\0\0" for f in FACES)
     put("stl/binary.stl", b"seed".ljust(80) + struct.pack("<I", 2) + body)
+
+
+def glb(name, nodes, primitives, accessors):
+    """`accessors`: (component type, type, code of struct, values) each."""
+    binary, views, described = b"", [], []
+    for component, kind, code, values in accessors:
+        data = struct.pack(f"<{len(values)}{code}", *values)
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[kind]
+        views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+        described.append({"bufferView": len(views) - 1, "componentType": component, "type": kind,
+                          "count": len(values) // width, "normalized": code == "H"})
+        binary += data
+    root = {"scene": 0, "scenes": [{"nodes": [0]}], "nodes": nodes, "accessors": described,
+            "meshes": [{"primitives": primitives}], "bufferViews": views,
+            "buffers": [{"byteLength": len(binary)}]}
+    text = json.dumps(root, separators=(",", ":")).encode()
+    chunks = b""
+    for kind, data in ((b"JSON", text + b" " * (-len(text) % 4)),
+                       (b"BIN\0", binary + bytes(-len(binary) % 4))):
+        chunks += struct.pack("<I", len(data)) + kind + data
+    put(f"glb/{name}.glb", b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks)
+
+
+def glb_files():
+    points = (5126, "VEC3", "f", [c for p in POINTS for c in p])
+    faces = [corner for face in FACES for corner in face]
+    glb("indexed", [{"mesh": 0, "scale": [1, -2, 3]}],
+        [{"attributes": {"POSITION": 0}, "indices": 1}], [points, (5125, "SCALAR", "I", faces)])
+    glb("strips", [{"children": [1], "rotation": [0, 0, 0.6, 0.8]}, {"mesh": 0}],
+        [{"attributes": {"POSITION": 0, "COLOR_0": 1}, "indices": 2, "mode": 5},
+         {"attributes": {"POSITION": 0, "COLOR_0": 1}, "mode": 6}],
+        [points, (5123, "VEC4", "H", list(range(0, 64000, 4000))),
+         (5121, "SCALAR", "B", [0, 1, 3, 2])])
 
 
 def packed():
@@ -225,6 +259,7 @@ if __name__ == "__main__":
     ply()
     pcd()
     text_formats()
+    glb_files()
     packed()
     las()
     e57_files()

@@ -17,6 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   rilievo::Require(mesh.normals.cols() == 0 || mesh.normals.cols() == mesh.vertices.cols());
   rilievo::Require(file->source.empty() ||
                    static_cast<int64_t>(file->source.size()) == mesh.vertices.cols());
+  rilievo::Require(file->colors.empty() ||
+                   static_cast<int64_t>(file->colors.size()) == mesh.vertices.cols());
   if (mesh.triangles.cols() > 0) {
     rilievo::Require(mesh.triangles.minCoeff() >= 0);
     rilievo::Require(mesh.triangles.maxCoeff() < mesh.vertices.cols());
