@@ -58,12 +58,15 @@ void DocumentedErrorsTest::WrongRequests() {
   Expect("Reconstruct", "MESSAGE_ORDER", Reconstruct({PointsRequest(20)}));
   Expect("Reconstruct", "MESSAGE_ORDER", Reconstruct({}));
   Expect("Reconstruct", "MESSAGE_ORDER", Reconstruct({HeaderRequest(20), HeaderRequest(20)}));
+  Expect("Reconstruct", "MESSAGE_ORDER", Reconstruct({HeaderRequest(20), TrianglesRequest(1)}));
   Expect("Reconstruct", "SCAN_INCOMPLETE", Reconstruct({HeaderRequest(50), PointsRequest(20)}));
 
   const std::string scan = UploadedScan();
   Expect("CreateJob", "INVALID_FIELD", Create("a/b", scan));
   Expect("CreateJob", "INVALID_FIELD", Create("a", "no scan"));
   Expect("CreateJob", "INVALID_FIELD", Create("a", scan, [](auto* h) { h->set_point_count(21); }));
+  Expect("CreateJob", "INVALID_FIELD",
+         Create("a", scan, [](auto* h) { h->set_triangle_count(1); }));
   Expect("CreateJob", "LIMIT_EXCEEDED",
          Create("a", scan, [](auto* h) { h->set_point_count(2000); }));
   Expect("CreateJob", "SCAN_NOT_FOUND", Create("a", std::string(64, 'a')));

@@ -53,6 +53,7 @@ TEST_F(ReconstructionServerTest, CapabilitiesAreTheLimits) {
   ASSERT_TRUE(NewStub()->GetCapabilities(&context, {}, &response).ok());
   EXPECT_EQ(response.server_version(), RILIEVO_VERSION);
   EXPECT_EQ(response.limits().max_points(), 12345u);
+  EXPECT_EQ(response.limits().max_triangles(), 24690u);
   EXPECT_EQ(response.limits().max_scan_bytes(), 67890u);
   EXPECT_EQ(response.limits().max_message_bytes(), 4u << 20);
   EXPECT_EQ(response.limits().max_chunk_bytes(), 1u << 20);

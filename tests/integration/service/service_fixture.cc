@@ -32,6 +32,7 @@ absl::StatusOr<Reconstruction> FakeWork::Run(const PointCloud& scan, const RunCo
   {
     const std::lock_guard lock(mutex_);
     ++begun_;
+    last_triangles_ = scan.triangles;
     changed_.notify_all();
   }
   if (before_wait) before_wait(context);
@@ -61,6 +62,11 @@ EncodedSurface FakeWork::Encoded() const {
     encoded.chunks.push_back(std::move(chunk));
   }
   return encoded;
+}
+
+Eigen::Matrix3Xi FakeWork::last_triangles() {
+  const std::lock_guard lock(mutex_);
+  return last_triangles_;
 }
 
 void FakeWork::Release() {
@@ -118,6 +124,14 @@ v1::ReconstructRequest HeaderRequest(uint64_t point_count) {
 v1::ReconstructRequest PointsRequest(int64_t points) {
   v1::ReconstructRequest request;
   request.mutable_points()->set_data(std::string(static_cast<size_t>(12 * points), '\0'));
+  return request;
+}
+
+v1::ReconstructRequest TrianglesRequest(int64_t triangles) {
+  v1::ReconstructRequest request;
+  for (int64_t i = 0; i < triangles; ++i) {
+    request.mutable_triangles()->mutable_data()->append("\0\0\0\0\1\0\0\0\2\0\0\0", 12);
+  }
   return request;
 }
 

@@ -35,6 +35,7 @@ class FakeWork {
   int begun() const { return begun_; }
   int stopped() const { return stopped_; }
   int64_t last_point_count() const { return last_points_; }
+  Eigen::Matrix3Xi last_triangles();
 
   // Set before the first job.
   std::vector<size_t> chunk_sizes = {1000, 300'000, 0, 77};
@@ -53,6 +54,7 @@ class FakeWork {
   bool released_ = false;
   std::atomic<int> begun_{0}, stopped_{0};
   std::atomic<int64_t> last_points_{0};
+  Eigen::Matrix3Xi last_triangles_;
 };
 
 // The server's side of one test.
@@ -78,6 +80,7 @@ using RawStream = grpc::ClientReaderWriter<v1::ReconstructRequest, v1::Reconstru
 
 v1::ReconstructRequest HeaderRequest(uint64_t point_count);  // float32
 v1::ReconstructRequest PointsRequest(int64_t points);        // zeros
+v1::ReconstructRequest TrianglesRequest(int64_t triangles);  // of the vertices 0, 1 and 2
 
 // Header, all points, half-close.
 void SendWholeScan(RawStream* stream, int64_t points);
