@@ -287,7 +287,7 @@ void AddSubmit(CLI::App* app, JobsArguments* a) {
   AddSurfaceOutput(app, "the command then waits for it; ", &a->surface);
   AddFormatOption(app, &a->reading.format);
   AddScanOptions(app, &a->reading);
-  AddReconstructOptions(app, &a->options);
+  AddReconstructOptions(app, ShapeInput::kScan, &a->options);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "client/cli/output_target.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
+#include "core/control/control_options.h"
 #include "core/pipeline/certificate.h"
 #include "server/command_line/text_layout.h"
 
@@ -143,8 +144,10 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(
-        scan, LoadScan(arguments.scan, arguments.reading, {.stations = true, .normals = true}));
+    RILIEVO_ASSIGN_OR_RETURN(scan, decoded.metadata.topology == TopologyName(Topology::kMesh)
+                                       ? LoadMesh(arguments.scan, arguments.reading.format, false)
+                                       : LoadScan(arguments.scan, arguments.reading,
+                                                  {.stations = true, .normals = true}));
   }
   RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));
@@ -166,7 +169,8 @@ Command AddVerify(CLI::App& program) {
   const auto arguments = std::make_shared<VerifyArguments>();
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
-  app->add_option("SCAN", arguments->scan, "the scan it was made from: checks the errors too");
+  app->add_option("SCAN", arguments->scan,
+                  "the scan or mesh it was made from: checks the errors too");
   AddScanOptions(app, &arguments->reading);
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};

@@ -33,9 +33,8 @@ v1::SightRule SightRuleOf(const std::string& word) {
   return word == "use" ? v1::SIGHT_RULE_USE : v1::SIGHT_RULE_IGNORE;
 }
 
-}  // namespace
-
-void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
+// What a mesh brings along, and points do not.
+void AddScanShapeOptions(CLI::App* app, ReconstructArguments* a) {
   app->add_option("--topology", a->topology,
                   "shape of the surface: auto, planar (one sheet over a plane), spherical "
                   "(star-shaped) or arbitrary")
@@ -45,6 +44,7 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
       app->add_option("--control-mesh", a->control_mesh,
                       "start from this triangle mesh (OBJ, PLY, STL), in the scan's coordinates");
   app->get_option("--topology")->excludes(mesh);
+  app->get_option("--control-faces")->excludes(mesh);
   app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
       ->check(CLI::IsMember({"keep", "close"}))
       ->capture_default_str();
@@ -57,12 +57,21 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
                   "the same for the side of the normals that the scan gives")
       ->check(CLI::IsMember({"auto", "use", "ignore"}))
       ->capture_default_str();
+}
+
+}  // namespace
+
+void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments* a) {
+  a->input = input;
+  const std::string thing = input == ShapeInput::kScan ? "scan" : "mesh";
   app->add_option("--colors", a->colors,
-                  "auto: the surface has the colours of the scan, where it has any; ignore: none")
+                  absl::StrCat("auto: the surface has the colours of the ", thing,
+                               ", where it has any; ignore: none"))
       ->check(CLI::IsMember({"auto", "ignore"}))
       ->capture_default_str();
   app->add_option("--creases", a->creases,
-                  "auto: sharp edges of the scan become creases of the surface; off: none do")
+                  absl::StrCat("auto: sharp edges of the ", thing,
+                               " become creases of the surface; off: none do"))
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
   app->add_option("--max-level", a->max_level,
@@ -70,8 +79,7 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
       ->check(CLI::Range(0, 8));
   app->add_option("--control-faces", a->control_faces,
                   "about how many faces the control mesh has; default chosen from the points")
-      ->check(CLI::Range(0, 200000))
-      ->excludes(mesh);
+      ->check(CLI::Range(0, 200000));
   app->add_option("--threads", a->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));
   app->add_option(
@@ -79,12 +87,15 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
          "how the smooth surface is fitted: suzuki (fast) or least-squares (closer; default)")
       ->check(CLI::IsMember({"suzuki", "least-squares"}));
   CLI::Option* error =
-      app->add_option(
-             "--max-error", a->max_error,
-             "largest RMS distance between the surface and the points: 2cm, 0.5mm, 0.02u (the "
-             "scan's own units), 0.1% or 0.001 (of the diagonal); a warning says where the scan "
-             "does not allow it; default chosen so that coding adds little to the error of the "
-             "surface itself")
+      app->add_option("--max-error", a->max_error,
+                      absl::StrCat("largest RMS distance between the surface and the ",
+                                   input == ShapeInput::kScan ? "points" : "mesh",
+                                   ": 2cm, 0.5mm, 0.02u (the ", thing,
+                                   "'s own units), 0.1% or 0.001 (of the diagonal); a warning says "
+                                   "where the ",
+                                   thing,
+                                   " does not allow it; default chosen so that coding "
+                                   "adds little to the error of the surface itself"))
           ->check(IsLength(1e-6, 0.1));
   CLI::Option* bytes =
       app->add_option("--max-bytes", a->max_bytes, "largest size of the .dss file in bytes")
@@ -95,6 +106,7 @@ void AddReconstructOptions(CLI::App* app, ReconstructArguments* a) {
       ->check(IsLength(1e-9, 0.01))
       ->excludes(error)
       ->excludes(bytes);
+  if (input == ShapeInput::kScan) AddScanShapeOptions(app, a);
   AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
   app->add_flag("--no-measure", a->no_measure, "do not measure the error at the end");
@@ -116,8 +128,10 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
   if (arguments.threads) options.set_threads(*arguments.threads);
   if (arguments.seed) options.set_seed(*arguments.seed);
   if (arguments.no_measure) options.set_measure(false);
-  options.mutable_scan()->set_stations(SightRuleOf(arguments.stations));
-  options.mutable_scan()->set_normals(SightRuleOf(arguments.normals));
+  if (arguments.input == ShapeInput::kScan) {
+    options.mutable_scan()->set_stations(SightRuleOf(arguments.stations));
+    options.mutable_scan()->set_normals(SightRuleOf(arguments.normals));
+  }
   v1::ControlOptions& control = *options.mutable_control();
   const std::map<std::string, v1::Topology> topologies = {{"auto", v1::TOPOLOGY_AUTO},
                                                           {"planar", v1::TOPOLOGY_PLANAR},

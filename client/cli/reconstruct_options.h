@@ -1,4 +1,5 @@
-// What shapes a surface, as options of a command line: of `reconstruct` and of `jobs submit`.
+// What shapes a surface, as options of a command line: of `reconstruct`, `convert` and `jobs
+// submit`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,7 +15,10 @@
 
 namespace rilievo {
 
+enum class ShapeInput { kScan, kMesh };
+
 struct ReconstructArguments {
+  ShapeInput input = ShapeInput::kScan;
   std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", fit;
   std::string stations = "auto", normals = "auto", colors = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
@@ -24,8 +28,8 @@ struct ReconstructArguments {
   bool no_measure = false;
 };
 
-// Adds them to a command; `arguments` must outlive it.
-void AddReconstructOptions(CLI::App* app, ReconstructArguments* arguments);
+// Adds to a command those that mean something of such an input; `arguments` must outlive it.
+void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments* arguments);
 
 // Appends the files that they name.
 void AppendFilesOf(const ReconstructArguments& arguments, std::vector<std::string>* files);

@@ -5,16 +5,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/ablation.h"
 #include "core/base/status_macros.h"
-#include "core/control/creases/feature_planes.h"
-#include "core/control/creases/tag_creases.h"
 #include "core/control/implicit/implicit_function.h"
 #include "core/control/implicit/marching_cubes.h"
-#include "core/control/simplify/adaptive_simplify.h"
-#include "core/control/simplify/relax_mesh.h"
+#include "core/control/shape_control_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
-#include "core/control/simplify/uncovered_points.h"
 #include "core/control/topology/mesh_subset.h"
 #include "core/control/topology/remove_handles.h"
 #include "core/control/topology/trim_surface.h"
@@ -31,21 +26,6 @@ constexpr double kSmallHandle = 4 * kLoopOfCircle;
 constexpr double kWideHandle = 8 * kLoopOfCircle;
 
 constexpr double kHandleSearchShare = 1.5;
-
-// Faces of the mesh whose bends are sharpened, in those of the control mesh.
-constexpr int kFinerThanControl = 8;
-
-// Seven of eight of its faces go later, in order: down to it blocks serve.
-constexpr double kUnorderedFine = 1;
-
-// Flips and relaxation in turn, across edges flatter than this.
-constexpr int kShapeRounds = 2;
-constexpr double kFlatDihedralDegrees = 40;
-
-// Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
-// .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
-// thin walls.
-constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6};
 
 // A zero set and the finest cell of its function, unit frame.
 struct ZeroSet {
@@ -101,34 +81,9 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
   };
   RILIEVO_ASSIGN_OR_RETURN(HandleRemoval clean,
                            RemoveHandles(std::move(trimmed), searches, &support, context));
-  const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
-  // Few enough faces to look at the points beside each that bends.
-  const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4),
-                                .unordered_until = kUnorderedFine};
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
-                           SimplifyMesh(std::move(clean.mesh), to_fine, context));
-  FacePlanes planes;
-  if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kFeaturePlanes)) {
-    RILIEVO_ASSIGN_OR_RETURN(planes, FeaturePlanes(cloud, index, fine, context));
-  }
-  const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
-    RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
-                             AdaptiveSimplify(lost, fine, simplify, context, planes));
-    for (int round = 0; round < kShapeRounds; ++round) {
-      ImproveValence(&mesh, kFlatDihedralDegrees);
-      RelaxTangentially(&mesh, 3);
-    }
-    if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kCreases)) {
-      RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));
-    }
-    return mesh;
-  };
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh control, simplified({}));
-  RILIEVO_ASSIGN_OR_RETURN(const UncoveredPoints lost,
-                           FindUncoveredPoints(cloud, control, kInReach, context));
-  if (!lost.points.empty() && !IsLeftOut(Mechanism::kUncoveredPoints)) {
-    RILIEVO_ASSIGN_OR_RETURN(control, simplified(lost));
-  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      ControlMesh control,
+      ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces, context));
   return ArbitraryMesh{std::move(control), std::move(cloud)};
 }
 

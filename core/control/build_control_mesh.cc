@@ -44,6 +44,23 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
   return CheckUserControlMesh(mesh, cloud, context);
 }
 
+}  // namespace
+
+int DefaultControlFaces(const OrientedCloud& cloud) {
+  const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
+  return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
+}
+
+int UsefulControlFaces(int target_faces, int64_t points) {
+  return static_cast<int>(std::min<int64_t>(
+      target_faces, std::max<int64_t>(kFewestFaces, kMostFacesPerPoint * points)));
+}
+
+int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud) {
+  return options.target_faces > 0 ? UsefulControlFaces(options.target_faces, cloud.points.cols())
+                                  : DefaultControlFaces(cloud);
+}
+
 absl::Status AddTopologyFigures(ControlMeshResult* result) {
   const TopologySummary summary =
       SummarizeTopology(result->mesh.faces, static_cast<int>(result->mesh.vertices.cols()));
@@ -58,18 +75,6 @@ absl::Status AddTopologyFigures(ControlMeshResult* result) {
   return absl::OkStatus();
 }
 
-}  // namespace
-
-int DefaultControlFaces(const OrientedCloud& cloud) {
-  const double faces = static_cast<double>(cloud.points.cols()) / kPointsPerFace;
-  return static_cast<int>(std::clamp(faces, double{kFewestFaces}, double{kMostFaces}));
-}
-
-int UsefulControlFaces(int target_faces, int64_t points) {
-  return static_cast<int>(std::min<int64_t>(
-      target_faces, std::max<int64_t>(kFewestFaces, kMostFacesPerPoint * points)));
-}
-
 absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const NeighborGraph& graph,
                                                    const PointIndex& index,
                                                    const SpatialFrame& frame,
@@ -82,9 +87,7 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const Ne
   ControlMeshResult result;
   result.topology = choice.topology;
   result.reason = choice.reason;
-  const int target_faces = options.target_faces > 0
-                               ? UsefulControlFaces(options.target_faces, cloud.points.cols())
-                               : DefaultControlFaces(cloud);
+  const int target_faces = ControlFacesFor(options, cloud);
   if (result.topology != Topology::kArbitrary) {
     auto mesh = RegularMesh(result.topology, cloud, index, frame, options, target_faces, context);
     const bool may_fall_back = options.topology == Topology::kAuto && !options.user_mesh;

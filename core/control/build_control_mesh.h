@@ -32,6 +32,12 @@ int DefaultControlFaces(const OrientedCloud& cloud);
 // `target_faces`, or four for each point (200 at least) where that is fewer: no scan tells more.
 int UsefulControlFaces(int target_faces, int64_t points);
 
+// As many as the options ask for, or as suit the points.
+int ControlFacesFor(const ControlOptions& options, const OrientedCloud& cloud);
+
+// Sets components, boundary_loops and genus. INTERNAL unless the mesh is an oriented manifold.
+absl::Status AddTopologyFigures(ControlMeshResult* result);
+
 // `graph` and `index` are those of the cloud's points, `frame` their unit frame.
 // FAILED_PRECONDITION, naming a topology that would do, when the one asked for does not suit the
 // cloud. One that was chosen here and does not suit it is replaced by kArbitrary, and the reason

@@ -21,6 +21,8 @@ const char* TopologyName(Topology topology) {
       return "arbitrary";
     case Topology::kUser:
       return "user";
+    case Topology::kMesh:
+      return "mesh";
   }
   return "unknown";
 }
@@ -29,6 +31,9 @@ absl::Status ControlOptions::Validate() const {
   if (target_faces < 0 || target_faces > kMostTargetFaces) {
     return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
                                                    "; it must lie in [0, ", kMostTargetFaces, "]"));
+  }
+  if (topology == Topology::kMesh) {
+    return absl::InvalidArgumentError("topology mesh is that of a given mesh; leave it auto");
   }
   if (topology == Topology::kUser && !user_mesh) {
     return absl::InvalidArgumentError("topology user needs user_mesh");

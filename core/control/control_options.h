@@ -8,7 +8,14 @@
 
 namespace rilievo {
 
-enum class Topology { kAuto, kPlanar, kSpherical, kArbitrary, kUser };
+enum class Topology {
+  kAuto,
+  kPlanar,
+  kSpherical,
+  kArbitrary,
+  kUser,
+  kMesh,  // that of a given mesh; not to be asked for
+};
 enum class BoundaryRule {
   kKeep,   // an open scan stays open
   kClose,  // holes and open borders are closed

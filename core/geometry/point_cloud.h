@@ -1,4 +1,4 @@
-// An unorganized point cloud as a plain value.
+// An unorganized point cloud, or a triangle mesh, as a plain value.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,6 +13,9 @@ struct PointCloud {
   Eigen::Matrix3Xd points;
   // What is known of them besides, in the same frame.
   PointSights sights = {};
+  // Of a mesh whose vertices are the points: column = triangle, the indices of its corners,
+  // counter-clockwise seen from outside. Without columns: a scan.
+  Eigen::Matrix3Xi triangles = {};
 };
 
 }  // namespace rilievo

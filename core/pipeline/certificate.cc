@@ -13,7 +13,7 @@
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/options_text.h"
-#include "core/scan/clean/check_scan.h"
+#include "core/pipeline/shape_input.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/count_folds.h"
 
@@ -31,9 +31,9 @@ DssDistance Distance(const DistanceSummary& summary) {
 // The points that the errors of the file are about.
 absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
                                  const SpatialFrame& frame, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(scan, stated.options.check, context));
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned,
-                           AnalyzeScan(std::move(checked), stated.options.scan, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, scan.triangles.cols() > 0
+                                                    ? PointsOfMesh(scan, context)
+                                                    : PointsOfScan(scan, stated.options, context));
   Shape points = PointsToMeasure(std::move(cleaned.cloud));
   if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
     return points;
@@ -112,6 +112,8 @@ std::string HashOfScan(const PointCloud& scan) {
     });
     hash.Add({reinterpret_cast<const uint8_t*>(block.data()), n * sizeof(double)});
   }
+  hash.Add({reinterpret_cast<const uint8_t*>(scan.triangles.data()),
+            static_cast<size_t>(scan.triangles.size()) * sizeof(int)});
   const auto digest = hash.Finish();
   return std::string(digest.begin(), digest.begin() + kHashBytes);
 }

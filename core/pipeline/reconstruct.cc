@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
@@ -21,6 +20,7 @@
 #include "core/pipeline/report_warnings.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/pipeline/search_control_faces.h"
+#include "core/pipeline/shape_input.h"
 #include "core/pipeline/stage_scope.h"
 
 namespace rilievo {
@@ -45,45 +45,6 @@ absl::Status ReconstructOptions::Validate() const {
 }
 
 namespace {
-
-struct CheckedInput {
-  CheckedScan scan;
-  std::string hash;
-};
-
-// The check keeps one thread busy, and the hash another.
-absl::StatusOr<CheckedInput> CheckInput(const PointCloud& scan, const ReconstructOptions& options,
-                                        const PipelineContext& context) {
-  const StageScope scope(Stage::kCheck, context);
-  CheckedInput input;
-  const auto check = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(input.scan, CheckScan(scan, options.check, context));
-    return absl::OkStatus();
-  };
-  const auto hash = [&]() -> absl::Status {
-    input.hash = HashOfScan(scan);
-    return absl::OkStatus();
-  };
-  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, hash));
-  return input;
-}
-
-absl::StatusOr<ScanSurface> Analyze(CheckedScan checked, const ReconstructOptions& options,
-                                    const PipelineContext& context) {
-  std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
-  RILIEVO_ASSIGN_OR_RETURN(ScanNeighbors neighbors,
-                           FindNeighbors(std::move(checked), options.scan, context));
-  scope.emplace(Stage::kNormals, context);
-  return OrientScan(std::move(neighbors), options.scan, context);
-}
-
-absl::StatusOr<ControlMeshResult> Control(OrientedCloud cloud, const ScanSurface& scan,
-                                          const ReconstructOptions& options,
-                                          const PipelineContext& context) {
-  const StageScope scope(Stage::kControlMesh, context);
-  return BuildControlMesh(std::move(cloud), scan.graph, scan.index, scan.frame, options.control,
-                          context);
-}
 
 // What is known of the surface before it is coded.
 DssMetadata MetadataOf(std::string input_hash, Topology topology, const ReconstructOptions& options,
@@ -164,17 +125,13 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
   StageSeconds seconds{};
   const PipelineContext context{caller, &seconds, scan.points.cols()};
 
-  RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, asked, context));
-  if (spent != nullptr) *spent = PointCloud();
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface oriented, Analyze(std::move(input.scan), asked, context));
-  RILIEVO_ASSIGN_OR_RETURN(const ReconstructOptions all_options,
-                           WithoutLengths(asked, oriented.frame.diagonal));
-  const std::vector<Rgb> colors = std::move(oriented.colors);
+  const auto shape = scan.triangles.cols() > 0 ? ShapeMesh : ShapeScan;
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, spent, asked, context));
+  const ReconstructOptions& all_options = input.options;
+  const std::vector<Rgb> colors = std::move(input.scan.colors);
   const ReconstructOptions options = colors.empty() ? all_options : WithRoomForColors(all_options);
-  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           Control(std::move(oriented.cloud), oriented, options, context));
-  oriented.cloud = std::move(control.cloud);
-  oriented.graph = NeighborGraph();  // not asked from here on
+  ScanSurface& oriented = input.scan;
+  const ControlMeshResult& control = input.control;
   const ScanFigures figures = oriented.figures;
   const DssMetadata metadata =
       MetadataOf(std::move(input.hash), control.topology, all_options, context);
@@ -207,6 +164,7 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
       Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));
 
   ReconstructReport report = ReportOf(figures, control, coded, certified, options);
+  report.mesh = input.mesh;
   report.color_bytes = coded_colors.bytes;
   report.color_rms = coded_colors.rms;
   report.colors_left_out = !colors.empty() && coded_colors.bytes == 0;

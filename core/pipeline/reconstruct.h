@@ -15,6 +15,7 @@
 #include "core/domain/fit_loop_domain.h"
 #include "core/geometry/point_cloud.h"
 #include "core/geometry/scan_place.h"
+#include "core/meshes/check_mesh.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
@@ -53,6 +54,7 @@ struct ReconstructReport {
   int64_t points_in = 0;
   int64_t non_finite = 0, duplicates = 0, strays = 0, outliers = 0, island_points = 0;
   int64_t points_used = 0;
+  MeshFigures mesh;     // no triangles: a scan
   double diagonal = 0;  // scan unit
   ScanPlace place;      // of the options
   double median_spacing = 0, median_noise = 0;

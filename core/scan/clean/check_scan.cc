@@ -84,30 +84,6 @@ absl::StatusOr<Columns> DropStrays(const Eigen::Matrix3Xd& points, const std::ve
   return result;
 }
 
-absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
-                                           const std::vector<int>& columns) {
-  Eigen::Vector3d low = points.col(columns.front());
-  Eigen::Vector3d high = low;
-  for (const int column : columns) {
-    low = low.cwiseMin(points.col(column));
-    high = high.cwiseMax(points.col(column));
-  }
-  const double half_diagonal = (high / 2 - low / 2).stableNorm();
-  if (half_diagonal < std::numeric_limits<double>::min()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "points: all ", columns.size(), " finite points are identical; a surface needs at least ",
-        kMinScanPoints, " distinct ones"));
-  }
-  const Eigen::Vector3d center = low / 2 + high / 2;
-  const double farthest = std::max(half_diagonal, center.cwiseAbs().maxCoeff());
-  if (!(farthest <= kMostLength)) {
-    return absl::InvalidArgumentError(absl::StrCat("points: they reach ", farthest,
-                                                   ", which is too large; at most ", kMostLength,
-                                                   " is taken, give them in a larger unit"));
-  }
-  return SpatialFrame{low + (high - low) / 2, 2 * half_diagonal};
-}
-
 // The cells that a ball of radius `distance` around a point touches are runs of the sorted codes,
 // at a level where a cell is at most 8 of it wide (or the finest there is).
 class BallCells {
@@ -243,6 +219,30 @@ absl::Status CheckOptions::Validate() const {
   if (duplicate_distance >= 0 && duplicate_distance <= 0.01) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("duplicate_distance: ", duplicate_distance, " is outside [0, 0.01]"));
+}
+
+absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
+                                           const std::vector<int>& columns) {
+  Eigen::Vector3d low = points.col(columns.front());
+  Eigen::Vector3d high = low;
+  for (const int column : columns) {
+    low = low.cwiseMin(points.col(column));
+    high = high.cwiseMax(points.col(column));
+  }
+  const double half_diagonal = (high / 2 - low / 2).stableNorm();
+  if (half_diagonal < std::numeric_limits<double>::min()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "points: all ", columns.size(), " finite points are identical; a surface needs at least ",
+        kMinScanPoints, " distinct ones"));
+  }
+  const Eigen::Vector3d center = low / 2 + high / 2;
+  const double farthest = std::max(half_diagonal, center.cwiseAbs().maxCoeff());
+  if (!(farthest <= kMostLength)) {
+    return absl::InvalidArgumentError(absl::StrCat("points: they reach ", farthest,
+                                                   ", which is too large; at most ", kMostLength,
+                                                   " is taken, give them in a larger unit"));
+  }
+  return SpatialFrame{low + (high - low) / 2, 2 * half_diagonal};
 }
 
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,

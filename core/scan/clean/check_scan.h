@@ -22,6 +22,11 @@ struct CheckOptions {
   absl::Status Validate() const;
 };
 
+// The bounding box of some points, finite ones. INVALID_ARGUMENT when they are all at one place or
+// too far out for the frame of a surface (kMostFrameLength).
+absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
+                                           const std::vector<int>& columns);
+
 // A scan whose points are finite, distinct and span at least a plane.
 struct CheckedScan {
   Eigen::Matrix3Xd points;  // unit frame, in Morton order (neighbours in space lie close in memory)

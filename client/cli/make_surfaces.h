@@ -1,0 +1,45 @@
+// From files of scans or meshes to files of surfaces: what `reconstruct` and `convert` share.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "client/cli/reconstruct_options.h"
+#include "client/cli/report_output.h"
+#include "client/cli/server_connection.h"
+#include "client/cli/surface_output.h"
+#include "client/formats/scan_reader.h"
+
+namespace rilievo {
+
+struct MakingArguments {
+  std::vector<std::string> inputs;
+  std::string report;
+  SurfaceOutputArguments surface;
+  ServerArguments connection;
+  ReconstructArguments options;
+  bool quiet = false, json = false;
+};
+
+// All but the inputs; `arguments` must outlive the command.
+void AddMakingOptions(CLI::App* app, ShapeInput input, MakingArguments* arguments);
+
+// A scan or a mesh as it was read, and the words for where it comes from.
+struct Source {
+  ScanFile scan;
+  ReportPaths paths;  // no target yet
+};
+
+using ReadSource = std::function<absl::StatusOr<Source>(const std::string& path)>;
+
+// The surface of each of `names`, most often the inputs; they name the outputs. Goes on after one
+// that fails, and ends with the exit code of the first that did. `further_outputs`: that are
+// written besides; all are checked before anything is read.
+absl::Status MakeSurfaces(const MakingArguments& arguments, const std::vector<std::string>& names,
+                          const ReadSource& read, const std::vector<std::string>& further_outputs,
+                          const std::stop_token& stop);
+
+}  // namespace rilievo

@@ -1,0 +1,24 @@
+// The control mesh of a shape that is there as a fine mesh.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/control/control_options.h"
+#include "core/geometry/triangle_mesh.h"
+#include "core/points/oriented_cloud.h"
+#include "core/points/point_index.h"
+
+namespace rilievo {
+
+// Faces of the mesh whose bends are sharpened, in those of the control mesh.
+inline constexpr int kFinerThanControl = 8;
+
+// `shape`, an oriented manifold near the points, simplified to about `target_faces`: its bends
+// sharpened by the planes of the points beside them, faces shorter where points would be left
+// uncovered, creases tagged unless `creases` says no. Topology and borders stay. `index` holds the
+// points of `cloud`; unit frame.
+absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
+                                             const PointIndex& index, CreaseRule creases,
+                                             int target_faces, const RunContext& context);
+
+}  // namespace rilievo

@@ -1,0 +1,135 @@
+#include "core/meshes/scan_of_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/geometry/half_edges.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/points/morton_order.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kPointsPerTriangle = 2, kFewestPoints = 60'000, kMostPoints = 200'000;
+
+// Of the R2 sequence: powers of the inverse of the plastic number.
+constexpr double kPlastic = 1.32471795724474602596;
+constexpr double kStepU = 1 / kPlastic, kStepV = 1 / (kPlastic * kPlastic);
+
+// A place on a triangle.
+struct Place {
+  int triangle;
+  Eigen::Vector3d weights;  // of its corners, sum 1
+};
+
+std::vector<double> AreasOf(const CheckedMesh& mesh) {
+  std::vector<double> areas;
+  areas.reserve(static_cast<size_t>(mesh.triangles.cols()));
+  for (const auto triangle : mesh.triangles.colwise()) {
+    const Eigen::Vector3d origin = mesh.vertices.col(triangle[0]);
+    areas.push_back((mesh.vertices.col(triangle[1]) - origin)
+                        .cross(mesh.vertices.col(triangle[2]) - origin)
+                        .norm() /
+                    2);
+  }
+  return areas;
+}
+
+// `share`: of the area, each.
+void PlaceOverArea(const std::vector<double>& areas, double share, std::vector<Place>* places) {
+  double due = 0.5;  // points, of the area so far
+  int64_t number = 0;
+  for (size_t t = 0; t < areas.size(); ++t) {
+    for (due += areas[t] / share; due >= 1; due -= 1) {
+      ++number;
+      double whole;
+      double u = std::modf(0.5 + static_cast<double>(number) * kStepU, &whole);
+      double v = std::modf(0.5 + static_cast<double>(number) * kStepV, &whole);
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+      }
+      places->push_back({static_cast<int>(t), {1 - u - v, u, v}});
+    }
+  }
+}
+
+void PlaceAlongBorders(const CheckedMesh& mesh, double spacing, std::vector<Place>* places) {
+  double ahead = spacing / 2;  // to the next point
+  ForEachEdge(mesh.triangles, static_cast<int>(mesh.vertices.cols()),
+              [&](int low, int high, const HalfEdgeGroup& group) {
+                if (group.size() != 1) return;
+                const double length = (mesh.vertices.col(high) - mesh.vertices.col(low)).norm();
+                const auto corner = static_cast<int>(group[0] % 3);
+                for (; ahead < length; ahead += spacing) {
+                  Place place{static_cast<int>(group[0] / 3), Eigen::Vector3d::Zero()};
+                  place.weights[corner] = 1 - ahead / length;
+                  place.weights[kNextCorner[corner]] = ahead / length;
+                  places->push_back(place);
+                }
+                ahead -= length;
+              });
+}
+
+Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,
+            const Eigen::Vector3d& weights) {
+  Rgb mixed;
+  for (size_t channel = 0; channel < mixed.size(); ++channel) {
+    double value = 0;
+    for (int k = 0; k < 3; ++k) value += weights[k] * colors[corners[k]][channel];
+    mixed[channel] = static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
+  }
+  return mixed;
+}
+
+}  // namespace
+
+absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
+                                       const RunContext& context) {
+  const std::vector<double> areas = AreasOf(mesh);
+  double area = 0;
+  for (const double part : areas) area += part;
+  const int64_t wanted =
+      std::clamp(kPointsPerTriangle * mesh.triangles.cols(), kFewestPoints, kMostPoints);
+  const double share = area / static_cast<double>(wanted);
+  const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
+  std::vector<Place> places;
+  PlaceOverArea(areas, share, &places);
+  PlaceAlongBorders(mesh, spacing, &places);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+
+  const auto count = static_cast<int64_t>(places.size());
+  Eigen::Matrix3Xd points(3, count);
+  for (int64_t i = 0; i < count; ++i) {
+    const Place& place = places[i];
+    points.col(i) = mesh.vertices(Eigen::all, mesh.triangles.col(place.triangle)) * place.weights;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const MortonOrder morton, ComputeMortonOrder(points, context));
+  OrientedCloud cloud;
+  cloud.points = points(Eigen::all, morton.order);
+  cloud.normals.resize(3, count);
+  std::vector<Rgb> mixed;
+  for (int64_t i = 0; i < count; ++i) {
+    const Place& place = places[morton.order[i]];
+    const Eigen::Vector3i corners = mesh.triangles.col(place.triangle);
+    const Eigen::Vector3d origin = mesh.vertices.col(corners[0]);
+    cloud.normals.col(i) = (mesh.vertices.col(corners[1]) - origin)
+                               .cross(mesh.vertices.col(corners[2]) - origin)
+                               .normalized();
+    if (!colors.empty()) mixed.push_back(Between(colors, corners, place.weights));
+  }
+  cloud.spacing.assign(static_cast<size_t>(count), static_cast<float>(spacing));
+  cloud.noise.assign(static_cast<size_t>(count), 0.0f);
+  cloud.ambiguous.assign(static_cast<size_t>(count), 0);
+  cloud.median_spacing = spacing;
+  RILIEVO_ASSIGN_OR_RETURN(PointIndex index, PointIndex::Build(cloud.points, context));
+  ScanFigures figures;
+  figures.kept = count;
+  return ScanSurface{std::move(cloud), std::move(mixed), NeighborGraph(),
+                     std::move(index), mesh.frame,       figures};
+}
+
+}  // namespace rilievo

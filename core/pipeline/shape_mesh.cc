@@ -1,0 +1,102 @@
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/base/run_concurrently.h"
+#include "core/base/status_macros.h"
+#include "core/control/shape_control_mesh.h"
+#include "core/meshes/scan_of_mesh.h"
+#include "core/meshes/split_edges.h"
+#include "core/pipeline/certificate.h"
+#include "core/pipeline/encode_lengths.h"
+#include "core/pipeline/shape_input.h"
+
+namespace rilievo {
+namespace {
+
+absl::Status CheckMeshOptions(const ReconstructOptions& options) {
+  if (options.control.topology != Topology::kAuto || options.control.user_mesh) {
+    return absl::InvalidArgumentError(
+        "topology: a mesh has a topology and a control mesh of its own; leave it auto");
+  }
+  if (options.control.boundary != BoundaryRule::kKeep) {
+    return absl::InvalidArgumentError(
+        "boundary: a mesh keeps its borders; leave it keep, and close them in the mesh");
+  }
+  return absl::OkStatus();
+}
+
+std::vector<Rgb> ColorsOfVertices(const CheckedMesh& mesh, const std::vector<Rgb>& given) {
+  std::vector<Rgb> colors;
+  if (given.empty()) return colors;
+  colors.reserve(mesh.source_vertex.size());
+  for (const int source : mesh.source_vertex) colors.push_back(given[source]);
+  return colors;
+}
+
+// Of the edges of the mesh that is simplified, in those of equilateral triangles as many as
+// ShapeControlMesh() looks at.
+constexpr double kLongestEdge = 2;
+
+absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurface& scan,
+                                                const ControlOptions& options,
+                                                const RunContext& context) {
+  const int target_faces = ControlFacesFor(options, scan.cloud);
+  const double area = std::numbers::pi / 4 * scan.cloud.median_spacing * scan.cloud.median_spacing *
+                      static_cast<double>(scan.cloud.points.cols());
+  const double share = area / (kFinerThanControl * target_faces);
+  const double edge = std::sqrt(4 / std::numbers::sqrt3 * share);
+  ControlMesh shape{std::move(mesh.vertices), std::move(mesh.triangles)};
+  RILIEVO_ASSIGN_OR_RETURN(shape, SplitLongEdges(std::move(shape), kLongestEdge * edge, context));
+  context.Report(Stage::kControlMesh, 0.3);
+  ControlMeshResult control;
+  control.topology = Topology::kMesh;
+  control.reason = "a mesh was given";
+  RILIEVO_ASSIGN_OR_RETURN(control.mesh, ShapeControlMesh(std::move(shape), scan.cloud, scan.index,
+                                                          options.creases, target_faces, context));
+  RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&control));
+  context.Report(Stage::kControlMesh, 1);
+  return control;
+}
+
+}  // namespace
+
+absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
+                                      const ReconstructOptions& options,
+                                      const PipelineContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckMeshOptions(options));
+  RILIEVO_RETURN_IF_ERROR(CheckSights(mesh.sights, mesh.points.cols()));
+  CheckedMesh checked;
+  const auto check = [&]() -> absl::Status {
+    const StageScope scope(Stage::kCheck, context);
+    RILIEVO_ASSIGN_OR_RETURN(checked, CheckMesh(mesh, context));
+    return absl::OkStatus();
+  };
+  std::string hash;
+  const auto make_hash = [&]() -> absl::Status {
+    hash = HashOfScan(mesh);
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, check, make_hash));
+  const std::vector<Rgb> colors = ColorsOfVertices(checked, mesh.sights.colors);
+  if (spent != nullptr) *spent = PointCloud();
+  const MeshFigures figures = checked.figures;
+  RILIEVO_ASSIGN_OR_RETURN(ReconstructOptions fractions,
+                           WithoutLengths(options, checked.frame.diagonal));
+  std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, context));
+  scope.emplace(Stage::kControlMesh, context);
+  RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
+                           ControlOfMesh(std::move(checked), scan, options.control, context));
+  return ShapedInput{std::move(scan), std::move(control), std::move(fractions), std::move(hash),
+                     figures};
+}
+
+absl::StatusOr<ScanSurface> PointsOfMesh(const PointCloud& mesh, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const CheckedMesh checked, CheckMesh(mesh, context));
+  return ScanOfMesh(checked, {}, context);
+}
+
+}  // namespace rilievo
