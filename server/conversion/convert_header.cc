@@ -176,6 +176,12 @@ void RefuseWhatIsOfScans(const v1::ReconstructHeader& header, Violations* violat
                                                                : absl::StrCat(topology),
                                 ", but a mesh keeps its own; leave it out"));
   }
+  if (options.control().boundary() == v1::BOUNDARY_CLOSE) {
+    reader.Violate(
+        "options.control.boundary",
+        "BOUNDARY_CLOSE, but a mesh keeps its borders; leave it out, and close them in the "
+        "mesh");
+  }
   if (options.control().has_control_mesh()) {
     reader.Violate("options.control.control_mesh",
                    "the control mesh of a mesh is made of it; leave this one out");
