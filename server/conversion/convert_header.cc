@@ -155,37 +155,21 @@ void ReadStations(const v1::ReconstructHeader& header, JobRequest* request,
 // What a mesh does not have or settles itself, each a violation of its own.
 void RefuseWhatIsOfScans(const v1::ReconstructHeader& header, Violations* violations) {
   OptionReader reader("header", violations);
-  if (!header.stations().empty()) {
-    reader.Violate("stations",
-                   "a mesh has no stations, its triangles say which side is out; leave "
-                   "them out");
-  }
-  if (header.normals()) {
-    reader.Violate("normals",
-                   "true, but the normals of a mesh are those of its triangles; leave "
-                   "them out");
-  }
-  const v1::ReconstructOptions& options = header.options();
-  if (options.has_scan()) {
-    reader.Violate("options.scan", "they are options of a scan, and a mesh comes; leave them out");
-  }
-  const v1::Topology topology = options.control().topology();
-  if (topology != v1::TOPOLOGY_UNSPECIFIED && topology != v1::TOPOLOGY_AUTO) {
-    reader.Violate("options.control.topology",
-                   absl::StrCat(v1::Topology_IsValid(topology) ? v1::Topology_Name(topology)
-                                                               : absl::StrCat(topology),
-                                ", but a mesh keeps its own; leave it out"));
-  }
-  if (options.control().boundary() == v1::BOUNDARY_CLOSE) {
-    reader.Violate(
-        "options.control.boundary",
-        "BOUNDARY_CLOSE, but a mesh keeps its borders; leave it out, and close them in the "
-        "mesh");
-  }
-  if (options.control().has_control_mesh()) {
-    reader.Violate("options.control.control_mesh",
-                   "the control mesh of a mesh is made of it; leave this one out");
-  }
+  const v1::ControlOptions& control = header.options().control();
+  const auto refuse = [&](bool given, const char* field, const std::string& why) {
+    if (given) reader.Violate(field, absl::StrCat(why, "; leave it out"));
+  };
+  refuse(!header.stations().empty(), "stations",
+         "set, but the sides of a mesh are those of its triangles");
+  refuse(header.normals(), "normals", "true, but the normals of a mesh are those of its triangles");
+  refuse(header.options().has_scan(), "options.scan", "set, but this is a mesh and not a scan");
+  refuse(control.topology() != v1::TOPOLOGY_UNSPECIFIED && control.topology() != v1::TOPOLOGY_AUTO,
+         "options.control.topology",
+         absl::StrCat(v1::Topology_Name(control.topology()), ", but a mesh keeps its own"));
+  refuse(control.boundary() == v1::BOUNDARY_CLOSE, "options.control.boundary",
+         "BOUNDARY_CLOSE, but a mesh keeps its borders, which can be closed in it");
+  refuse(control.has_control_mesh(), "options.control.control_mesh",
+         "set, but that of a mesh is made from its triangles");
 }
 
 // Sizes, indices and finiteness; whether it is a manifold is found out by the control stage.

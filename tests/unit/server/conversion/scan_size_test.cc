@@ -62,6 +62,7 @@ TEST(ParseHeaderOfMesh, CountsAndOptionsReachTheirTarget) {
   v1::ReconstructHeader header = HeaderOfMesh();
   header.set_colors(true);
   header.mutable_options()->mutable_control()->set_topology(v1::TOPOLOGY_AUTO);
+  header.mutable_options()->mutable_control()->set_boundary(v1::BOUNDARY_KEEP);
   header.mutable_options()->mutable_control()->set_creases(v1::CREASES_OFF);
   header.mutable_options()->mutable_encode()->set_max_bytes(9000);
   const auto parsed = ParseHeader(header, {});
@@ -101,6 +102,10 @@ TEST(ParseHeaderOfMesh, WhatIsOfScansIsRefusedByName) {
   EXPECT_THAT(FaultsOfMesh(
                   [](auto* h) { h->mutable_options()->mutable_control()->mutable_control_mesh(); }),
               ElementsAre("header.options.control.control_mesh"));
+  EXPECT_THAT(FaultsOfMesh([](auto* h) {
+                h->mutable_options()->mutable_control()->set_boundary(v1::BOUNDARY_CLOSE);
+              }),
+              ElementsAre("header.options.control.boundary"));
   EXPECT_THAT(FaultsOfMesh([](auto* h) {
                 h->set_normals(true);
                 h->set_stations("x");
