@@ -1,11 +1,12 @@
-"""Displaced subdivision surfaces from point scans, as NumPy arrays.
+"""Displaced subdivision surfaces from point scans and meshes, as NumPy arrays.
 
     surface = rilievo.reconstruct(points, max_error=1e-3)
     vertices, faces = surface.vertices(), surface.faces()
+    surface = rilievo.convert(vertices, faces)
     rilievo.read("owl.dss").mesh(level=2)
 
 Surfaces are decoded by the same library as everywhere else, so their vertices are the same bits.
-Reading needs NumPy alone; reconstructing needs gRPC.
+Reading needs NumPy alone; making surfaces needs gRPC.
 """
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from .jobs import Job, Jobs
     from .options import UNITS
     from .private_server import PrivateServer
-    from .reconstruction import Progress, reconstruct
+    from .reconstruction import Progress, convert, reconstruct
 
 __version__ = "0.1.0"
 __all__ = [
@@ -29,12 +30,13 @@ __all__ = [
     "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
-    "Surface", "UNITS", "Unavailable", "read", "reconstruct",
+    "Surface", "UNITS", "Unavailable", "convert", "read", "reconstruct",
 ]
 
 _WITH_GRPC = {
     "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
-    "Server": "connection", "UNITS": "options", "reconstruct": "reconstruction",
+    "Server": "connection", "UNITS": "options", "convert": "reconstruction",
+    "reconstruct": "reconstruction",
 }
 
 

@@ -38,9 +38,10 @@ _ERRORS = {
 
 _DOMAINS = ("rilievo.dev", "rilievo")
 
-# Arguments of reconstruct() by the protocol's fields, where their names differ.
+# Arguments of reconstruct() and convert() by the protocol's fields, where their names differ.
 _PARAMETERS = {
-    "point_count": "points", "coordinate_format": "points", "points": "points", "data": "points",
+    "point_count": "points", "coordinate_format": "points", "points": "points",
+    "triangle_count": "faces", "triangles": "faces",
     "height_step_ratio": "height_step", "max_error_ratio": "max_error", "method": "fit",
     "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
     "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
@@ -123,7 +124,7 @@ def _bytes_of(path: Union[str, "os.PathLike[str]"]) -> bytes:
 
 
 def parameter_of(field: str) -> str:
-    """The argument of reconstruct() that a path of the protocol belongs to, or ""."""
+    """The argument of reconstruct() or convert() that a path of the protocol belongs to, or ""."""
     for part in reversed(field.replace("[", ".").split(".")):
         if part in _PARAMETERS:
             return _PARAMETERS[part]
@@ -132,11 +133,13 @@ def parameter_of(field: str) -> str:
     return ""
 
 
-def error_of(failure: Any, address: str) -> RilievoError:
-    """The exception for a grpc.RpcError, with what its trailer says."""
+def error_of(failure: Any, address: str, points: str = "points") -> RilievoError:
+    """The exception for a grpc.RpcError, with what its trailer says. `points`: what the caller
+    calls them."""
     code, message = failure.code(), failure.details() or ""
     details = _details(failure)
-    violations = _violations(details)
+    violations = [v._replace(parameter=points) if v.parameter == "points" else v
+                  for v in _violations(details)]
     lines = [f"{v.parameter or v.field}: {v.description}" for v in violations]
     if violations:
         message = "; ".join(lines)

@@ -5,7 +5,8 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 class FieldViolation(NamedTuple):
     """A field of the request at fault."""
     parameter: str
-    """The argument of reconstruct() that it came from, such as "max_error"; "" for none."""
+    """The argument of reconstruct() or convert() that it came from, such as "max_error"; "" for
+    none."""
     field: str
     """Its path in the protocol, such as "header.options.encode.max_error_ratio"."""
     description: str
@@ -31,7 +32,8 @@ class RilievoError(Exception):
 
 
 class InvalidArgument(RilievoError, ValueError):
-    """An argument out of range, points that cannot be a surface, or bytes that are no .dss."""
+    """An argument out of range, points or a mesh that cannot be a surface, or bytes that are no
+    .dss."""
 
 
 class LimitExceeded(InvalidArgument):

@@ -21,7 +21,7 @@ UNITS: Dict[str, Fraction] = {
 """Metres of each unit of length."""
 
 
-class Options(TypedDict, total=False):
+class MeshOptions(TypedDict, total=False):
     """What is left out, or None, is the server's default. A length is a number, a fraction of the
     diagonal of the points' bounding box, or a text: "0.1%" of that, "2cm", "0.5mm" or another of
     UNITS, or "0.02u" in the points' own units. Ranges: options.proto."""
@@ -31,21 +31,10 @@ class Options(TypedDict, total=False):
     """Bytes of the .dss, as good as they allow."""
     height_step: Union[float, str, None]
     """Step of the height quantiser."""
-    topology: Optional[Topology]
-    """The topology of the control mesh."""
-    stations: Optional[SightRule]
-    """Whether the surface faces the places that its points were seen from: "auto", when these are
-    known and believable; "use", without a check; or "ignore"."""
-    normals: Optional[SightRule]
-    """The same for the side of the given normals."""
-    boundary: Optional[Boundary]
-    """Keep an open scan open, or close it."""
     creases: Optional[Creases]
-    """Whether sharp edges of the scan become creases of the surface."""
+    """Whether sharp edges become creases of the surface."""
     control_faces: Optional[int]
     """About how many."""
-    control_mesh: Optional[Tuple[Any, Any]]
-    """Start from these vertices (n, 3) and faces (m, 3), scan frame."""
     fit: Optional[Fit]
     """Suzuki's update (fast), or robust least squares (closer)."""
     max_level: Optional[int]
@@ -64,8 +53,24 @@ class Options(TypedDict, total=False):
     """Measure the error at the end, for the report and the certificate."""
 
 
-_SIGHT_RULES = {"auto": options_pb2.SIGHT_RULE_AUTO, "use": options_pb2.SIGHT_RULE_USE,
-                "ignore": options_pb2.SIGHT_RULE_IGNORE}
+class Options(MeshOptions, total=False):
+    """Of a scan, beside those of a mesh."""
+    topology: Optional[Topology]
+    """The topology of the control mesh."""
+    stations: Optional[SightRule]
+    """Whether the surface faces the places that its points were seen from: "auto", when these are
+    known and believable; "use", without a check; or "ignore"."""
+    normals: Optional[SightRule]
+    """The same for the side of the given normals."""
+    boundary: Optional[Boundary]
+    """Keep an open scan open, or close it."""
+    control_mesh: Optional[Tuple[Any, Any]]
+    """Start from these vertices (n, 3) and faces (m, 3), scan frame."""
+
+
+_SIGHT_RULES: Dict[str, int] = {
+    "auto": options_pb2.SIGHT_RULE_AUTO, "use": options_pb2.SIGHT_RULE_USE,
+    "ignore": options_pb2.SIGHT_RULE_IGNORE}
 _WORDS: Dict[str, Dict[str, int]] = {
     "stations": _SIGHT_RULES, "normals": _SIGHT_RULES,
     "topology": {"auto": options_pb2.TOPOLOGY_AUTO, "planar": options_pb2.TOPOLOGY_PLANAR,
@@ -132,10 +137,15 @@ def _set_length(message: Any, parameter: str, value: Any, unit: Optional[str]) -
     setattr(message.encode, f"{parameter}_{field}", number)
 
 
-def as_message(options: Options) -> Any:
-    """The protocol's ReconstructOptions. Ranges are left to the server."""
+def as_message(options: Union[Options, MeshOptions], function: str = "reconstruct",
+               known: Any = Options) -> Any:
+    """The protocol's ReconstructOptions. Ranges are left to the server. TypeError in the name of
+    `function` for what is not among those `known`."""
+    for parameter in options:
+        if parameter not in known.__annotations__:
+            raise TypeError(f"{function}() got an unexpected keyword argument {parameter!r}")
     message = options_pb2.ReconstructOptions()
-    given = {name: value for name, value in options.items() if value is not None}
+    given: Dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     mesh: Any = given.pop("control_mesh", None)
     if mesh is not None:
         if "topology" in given:
@@ -154,8 +164,6 @@ def as_message(options: Options) -> Any:
         if parameter in given:
             _set_length(message, parameter, given.pop(parameter), unit)
     for parameter, value in given.items():
-        if parameter not in _FIELDS:
-            raise TypeError(f"reconstruct() got an unexpected keyword argument {parameter!r}")
         group, field, kind = _FIELDS[parameter]
         target = getattr(message, group) if group else message
         converted = _converted(parameter, kind, value)

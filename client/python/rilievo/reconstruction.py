@@ -1,4 +1,4 @@
-"""Points in, surface out, in one call."""
+"""Points or a mesh in, surface out, in one call."""
 import contextlib
 import hashlib
 import threading
@@ -9,9 +9,9 @@ import grpc
 
 from .connection import Server, as_server, error_of
 from .errors import DataLoss, RilievoError
-from .options import Options, as_message
+from .options import MeshOptions, Options, as_message
 from .private_server import PrivateServer
-from .scan import Packed, pack
+from .scan import Packed, pack, pack_mesh
 from .surface import Surface
 from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 
@@ -61,12 +61,39 @@ def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
     bytes, whatever the client.
     """
     message, scan = as_message(options), pack(points, sensor, point_normals, point_colors)
-    receiver = _Receiver(progress, layer)
+    return _call(scan, message, "points", server, _Receiver(progress, layer), timeout)
+
+
+def convert(vertices: Any, faces: Any, *, vertex_colors: Any = None,
+            server: Optional[Union[str, Server]] = None,
+            progress: Optional[ProgressCallback] = None,
+            layer: Optional[LayerCallback] = None, timeout: Optional[float] = None,
+            **options: "Unpack[MeshOptions]") -> Surface:
+    """Makes a surface of a triangle mesh. It keeps the genus and the borders of the mesh.
+
+    vertices  (n, 3) numbers in any unit; or a structured array with x, y, z and, where known, red,
+              green, blue
+    faces     (m, 3) integers: the corners of each triangle, counted from 0, counter-clockwise seen
+              from outside
+    vertex_colors  (n, 3), sRGB: uint8, uint16, or real numbers from 0 to 1; the surface has colours
+    options   see MeshOptions: max_error, max_bytes, creases, ...
+
+    server, progress, layer, timeout, interruption and errors: as of reconstruct(). What became of
+    vertices and triangles that are not those of a manifold is in surface.report["mesh"].
+    """
+    message = as_message(options, "convert", MeshOptions)
+    mesh = pack_mesh(vertices, faces, vertex_colors)
+    return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
+
+
+def _call(scan: Packed, options: Any, points: str, server: Optional[Union[str, Server]],
+          receiver: "_Receiver", timeout: Optional[float]) -> Surface:
+    """`points`: what the caller calls them."""
     with contextlib.ExitStack() as stack:
         where = as_server(server if server is not None else stack.enter_context(PrivateServer()))
         channel = stack.enter_context(contextlib.closing(where.channel()))
         stub = _new_stub(channel)
-        requests = _Requests(scan, message)
+        requests = _Requests(scan, options)
         call = stub.Reconstruct(iter(requests), timeout=timeout, metadata=where.metadata())
         try:
             for response in call:
@@ -74,7 +101,7 @@ def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
         except grpc.RpcError as failure:
             if requests.failure is not None:
                 raise requests.failure from None
-            raise error_of(failure, where.address) from None
+            raise error_of(failure, where.address, points) from None
         finally:
             # Whatever happened: a finished call is not harmed.
             call.cancel()
@@ -106,6 +133,10 @@ class _Requests:
                 if self._stopped.is_set():
                     return
                 yield request(points=reconstruction_pb2.PointChunk(data=data))
+            for data in self._scan.triangle_pieces():
+                if self._stopped.is_set():
+                    return
+                yield request(triangles=reconstruction_pb2.MeshChunk(data=data))
         except Exception as error:  # gRPC would only say that it was cancelled
             self.failure = error
             raise
@@ -205,4 +236,5 @@ def _fields_of(message: Any) -> Dict[str, Any]:
     return values
 
 
-__all__ = ["LayerCallback", "Progress", "ProgressCallback", "RilievoError", "reconstruct"]
+__all__ = ["LayerCallback", "Progress", "ProgressCallback", "RilievoError", "convert",
+           "reconstruct"]

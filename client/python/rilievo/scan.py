@@ -1,5 +1,5 @@
 """Arrays as the protocol carries them."""
-from typing import Any, Iterator, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,14 @@ MOST_STATIONS, NO_STATION = 4096, 65535
 
 class Packed(NamedTuple):
     """Points as they travel: a record each, of the field `point` (three float32 where that loses
-    nothing, else float64) and, where they are known, `station`, `normal` and `color`."""
+    nothing, else float64) and, where they are known, `station`, `normal` and `color`. Those of a
+    mesh are its vertices."""
     points: npt.NDArray[Any]
     format: int
-    stations: npt.NDArray[np.float64]
+    stations: npt.NDArray[np.float64] = np.empty((0, 3))
     """(n, 3), scan frame."""
+    triangles: npt.NDArray[np.uint32] = np.empty((0, 3), np.uint32)
+    """(m, 3): of a mesh, the vertices of each."""
 
     def header(self, options: Any) -> Any:
         return reconstruction_pb2.ReconstructHeader(
@@ -29,15 +32,22 @@ class Packed(NamedTuple):
             coordinate_format=reconstruction_pb2.CoordinateFormat.Name(self.format),
             stations=self.stations.astype("<f8").tobytes(),
             normals="normal" in (self.points.dtype.names or ()),
-            colors="color" in (self.points.dtype.names or ()), options=options)
+            colors="color" in (self.points.dtype.names or ()),
+            triangle_count=len(self.triangles), options=options)
 
     def pieces(self, begin: int = 0) -> Iterator[bytes]:
         """Whole points a piece, from byte `begin` on."""
-        data = self.points.view(np.uint8).data
-        size = self.points.dtype.itemsize
-        step = MESSAGE_BYTES // size * size
-        for at in range(begin, len(data), step):
-            yield data[at:at + step].tobytes()
+        return _pieces(self.points.view(np.uint8).data, self.points.dtype.itemsize, begin)
+
+    def triangle_pieces(self) -> Iterator[bytes]:
+        """Whole triangles a piece."""
+        return _pieces(self.triangles.astype("<u4", copy=False).reshape(-1).view(np.uint8).data, 12)
+
+
+def _pieces(data: memoryview, size: int, begin: int = 0) -> Iterator[bytes]:
+    step = MESSAGE_BYTES // size * size
+    for at in range(begin, len(data), step):
+        yield data[at:at + step].tobytes()
 
 
 def refuse(parameter: str, description: str) -> InvalidArgument:
@@ -104,18 +114,19 @@ def _stations(sensor: npt.NDArray[np.float64]) -> Tuple[npt.NDArray[np.float64],
     return sensor[known][first], numbers
 
 
-def _colors(colors: Any, count: int) -> npt.NDArray[np.uint8]:
+def _colors(colors: Any, count: int,
+            parameter: str = "point_colors") -> npt.NDArray[np.uint8]:
     """Of bytes as they are, of 16 bits the upper 8, of real numbers from 0 to 1."""
     array = np.asarray(colors)
     if array.shape != (count, 3):
-        raise refuse("point_colors", f"the shape is {array.shape}, ({count}, 3) is needed")
+        raise refuse(parameter, f"the shape is {array.shape}, ({count}, 3) is needed")
     if array.dtype == np.uint8:
         return array
     if array.dtype == np.uint16:
         return (array >> 8).astype(np.uint8)
     if array.dtype.kind == "f" and np.all((array >= 0) & (array <= 1)):
         return (255 * array + 0.5).astype(np.uint8)
-    raise refuse("point_colors", f"the elements are {array.dtype}; give uint8, uint16, or real "
+    raise refuse(parameter, f"the elements are {array.dtype}; give uint8, uint16, or real "
                  "numbers from 0 to 1")
 
 
@@ -132,11 +143,7 @@ def pack(points: Any, sensor: Any = None, point_normals: Any = None,
         point_normals = _fields(points, ("nx", "ny", "nz"))
     if point_colors is None:
         point_colors = _fields(points, ("red", "green", "blue"))
-    with np.errstate(over="ignore", invalid="ignore"):
-        narrow = wide.astype(np.dtype("<f4"))
-        same = (narrow == wide) | ~np.isfinite(wide)
-    is_narrow = bool(same.all())
-    columns = [("point", narrow if is_narrow else wide, "<f4" if is_narrow else "<f8")]
+    columns: List[Tuple[str, Any, str]] = []
     places = np.empty((0, 3))
     if sensor is not None:
         places, numbers = _stations(_each(sensor, len(wide), "sensor"))
@@ -146,12 +153,38 @@ def pack(points: Any, sensor: Any = None, point_normals: Any = None,
         columns.append(("normal", _each(point_normals, len(wide), "point_normals"), "<f4"))
     if point_colors is not None:
         columns.append(("color", _colors(point_colors, len(wide)), "u1"))
+    return Packed(*_records(wide, columns), stations=places)
+
+
+def _records(wide: npt.NDArray[np.float64],
+             columns: Sequence[Tuple[str, Any, str]]) -> Tuple[npt.NDArray[Any], int]:
+    """The points, then `columns`: names, values and types; and the format of the points."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        narrow = wide.astype(np.dtype("<f4"))
+        same = (narrow == wide) | ~np.isfinite(wide)
+    is_narrow = bool(same.all())
+    columns = [("point", narrow if is_narrow else wide, "<f4" if is_narrow else "<f8"), *columns]
     records = np.empty(len(wide), [(name, kind, values.shape[1:])
                                    for name, values, kind in columns])
     for name, values, _ in columns:
         records[name] = values
-    return Packed(records, reconstruction_pb2.COORDINATE_FORMAT_FLOAT32_LE if is_narrow
-                  else reconstruction_pb2.COORDINATE_FORMAT_FLOAT64_LE, places)
+    return records, (reconstruction_pb2.COORDINATE_FORMAT_FLOAT32_LE if is_narrow
+                     else reconstruction_pb2.COORDINATE_FORMAT_FLOAT64_LE)
+
+
+def pack_mesh(vertices: Any, faces: Any, vertex_colors: Any = None) -> Packed:
+    """`vertices`, `vertex_colors`: as points and colours of pack(). `faces`: (m, 3) integers."""
+    if vertex_colors is None:
+        vertex_colors = _fields(vertices, ("red", "green", "blue"))
+    wide = coordinates(vertices, "vertices")
+    columns = []
+    if vertex_colors is not None:
+        columns.append(("color", _colors(vertex_colors, len(wide), "vertex_colors"), "u1"))
+    triangles = _corners(faces, len(wide), "faces")
+    if len(triangles) == 0:
+        raise refuse("faces", "there are none; a mesh has at least one. Points alone are a scan, "
+                     "for reconstruct()")
+    return Packed(*_records(wide, columns), triangles=triangles.astype(np.uint32))
 
 
 def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:
@@ -161,15 +194,29 @@ def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:
     except (TypeError, ValueError):
         raise refuse("control_mesh", "must be a pair: vertices (n, 3), faces (m, 3)") from None
     positions = coordinates(vertices, "control_mesh").astype("<f8", copy=False)
-    numbers = np.asarray(faces)
-    if numbers.ndim != 2 or numbers.shape[1] != 3 or numbers.dtype.kind not in "iu":
-        raise refuse("control_mesh", f"the faces are {numbers.dtype} of shape {numbers.shape}, "
-                     "integers of shape (m, 3) are needed")
-    if numbers.size and (numbers.min() < 0 or numbers.max() >= len(positions)):
-        raise refuse("control_mesh", f"a face names vertex {_beyond(numbers, len(positions))}, "
-                     f"there are {len(positions)}, counted from 0")
+    numbers = _corners(faces, len(positions), "control_mesh")
     return options_pb2.ControlMesh(positions=positions.tobytes(),
                                    faces=numbers.reshape(-1).tolist())
+
+
+def _corners(faces: Any, count: int, parameter: str) -> npt.NDArray[Any]:
+    """(m, 3) integers, each one of `count` vertices."""
+    try:
+        numbers = np.asarray(faces)
+    except ValueError:  # of rows of different lengths
+        raise refuse(parameter, "the faces have different numbers of corners; split polygons into "
+                     "triangles") from None
+    if numbers.size == 0:
+        return np.empty((0, 3), np.uint32)
+    if numbers.ndim != 2 or numbers.shape[1] != 3 or numbers.dtype.kind not in "iu":
+        hint = ("; split polygons into triangles"
+                if numbers.ndim == 2 and numbers.shape[1] > 3 else "")
+        raise refuse(parameter, f"the faces are {numbers.dtype} of shape {numbers.shape}, "
+                     f"integers of shape (m, 3) are needed{hint}")
+    if numbers.min() < 0 or numbers.max() >= count:
+        raise refuse(parameter, f"a face names vertex {_beyond(numbers, count)}, there are "
+                     f"{count}, counted from 0")
+    return numbers
 
 
 def _beyond(numbers: npt.NDArray[Any], count: int) -> Optional[int]:
