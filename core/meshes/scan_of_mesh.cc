@@ -87,14 +87,16 @@ Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,
 
 }  // namespace
 
+int64_t PointsOnTriangles(int64_t triangles) {
+  return std::clamp(kPointsPerTriangle * triangles, kFewestPoints, kMostPoints);
+}
+
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
                                        const RunContext& context) {
   const std::vector<double> areas = AreasOf(mesh);
   double area = 0;
   for (const double part : areas) area += part;
-  const int64_t wanted =
-      std::clamp(kPointsPerTriangle * mesh.triangles.cols(), kFewestPoints, kMostPoints);
-  const double share = area / static_cast<double>(wanted);
+  const double share = area / static_cast<double>(PointsOnTriangles(mesh.triangles.cols()));
   const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
   std::vector<Place> places;
   PlaceOverArea(areas, share, &places);

@@ -1,6 +1,7 @@
 // A mesh as a dense scan of itself, without noise.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -11,12 +12,15 @@
 
 namespace rilievo {
 
-// Points all over the triangles, two for each and 60 000 to 200 000 in all, and points as dense
-// along the borders. Each has the normal of its triangle. A point takes the same share of the area:
-// triangles get theirs in turn, and the places within them follow the R2 sequence (Roberts, The
-// Unreasonable Effectiveness of Quasirandom Sequences, 2018). `colors`: of the vertices of `mesh`,
-// or empty; those of the points are between them. The result has no neighbour graph, and of the
-// figures only the number of points.
+// How many points a mesh of so many triangles gets on them: two for each, 60 000 to 200 000.
+int64_t PointsOnTriangles(int64_t triangles);
+
+// PointsOnTriangles() all over the triangles, and points as dense along the borders. Each has the
+// normal of its triangle. A point takes the same share of the area: triangles get theirs in turn,
+// and the places within them follow the R2 sequence (Roberts, The Unreasonable Effectiveness of
+// Quasirandom Sequences, 2018). `colors`: of the vertices of `mesh`, or empty; those of the points
+// are between them. The result has no neighbour graph, and of the figures only the number of
+// points.
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,
                                        const RunContext& context);
 

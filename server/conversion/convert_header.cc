@@ -19,8 +19,6 @@ static_assert(std::endian::native == std::endian::little, "coordinates travel li
 using Violations = std::vector<FieldViolation>;
 
 constexpr int64_t kVertexBytes = 3 * sizeof(double);
-// About how many points are sampled on a mesh.
-constexpr int64_t kSamplesOfTriangle = 2, kFewestSamples = 60'000, kMostSamples = 200'000;
 
 // `given`: whether the scan has what the rule is of, the `things`.
 void ReadSightRule(v1::SightRule from, bool given, const char* field, const char* things,
@@ -300,7 +298,7 @@ std::optional<Excess> CheckSurfaceSize(const JobRequest& request, const ServerOp
 
 int64_t WorkedPoints(const JobRequest& request) {
   if (request.triangle_count == 0) return request.point_count;
-  return std::clamp(kSamplesOfTriangle * request.triangle_count, kFewestSamples, kMostSamples);
+  return PointsOnTriangles(request.triangle_count);
 }
 
 int64_t ExpectedControlFaces(const JobRequest& request) {
