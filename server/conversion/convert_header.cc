@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/meshes/scan_of_mesh.h"
-#include "core/meshes/scan_of_mesh.h"
 #include "server/conversion/convert_place.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
