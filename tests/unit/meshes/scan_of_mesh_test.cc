@@ -1,0 +1,80 @@
+#include "core/meshes/scan_of_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/unit/geometry/test_meshes.h"
+
+namespace rilievo {
+namespace {
+
+CheckedMesh Checked(const ControlMesh& mesh) {
+  return CheckMesh({mesh.vertices, {}, mesh.faces}, RunContext{}).value();
+}
+
+TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
+  const CheckedMesh mesh = Checked(testing::Icosahedron());
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const OrientedCloud& cloud = scan.cloud;
+  EXPECT_NEAR(static_cast<double>(cloud.points.cols()), 60'000, 1);
+  EXPECT_EQ(scan.figures.kept, cloud.points.cols());
+  // Of a regular icosahedron each point lies on the nearest face plane, whose normal it has.
+  double share = 0;
+  const double inner = mesh.vertices(Eigen::all, mesh.triangles.col(0)).rowwise().mean().norm();
+  for (Eigen::Index i = 0; i < cloud.points.cols(); ++i) {
+    EXPECT_NEAR(cloud.points.col(i).dot(cloud.normals.col(i)), inner, 1e-6);
+    share += std::numbers::pi / 4 * cloud.spacing[i] * cloud.spacing[i];
+  }
+  double area = 0;
+  for (const auto face : mesh.triangles.colwise()) {
+    area += (mesh.vertices.col(face[1]) - mesh.vertices.col(face[0]))
+                .cross(mesh.vertices.col(face[2]) - mesh.vertices.col(face[0]))
+                .norm() /
+            2;
+  }
+  EXPECT_NEAR(share, area, 1e-3 * area);
+  // No hole: whatever place of a face is asked for has a point within a spacing.
+  testing::Random random(5);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto corners = mesh.vertices(Eigen::all, mesh.triangles.col(random.Below(20))).eval();
+    Eigen::Vector3d weights = random.Vector().cwiseAbs();
+    const Eigen::Vector3d place = corners * (weights / weights.sum());
+    int nearest;
+    double squared;
+    scan.index.Nearest(place, 1, &nearest, &squared);
+    EXPECT_LT(std::sqrt(squared), 1.5 * cloud.median_spacing);
+  }
+}
+
+TEST(ScanOfMeshTest, BordersHavePointsOfTheirOwn) {
+  const CheckedMesh mesh = Checked(testing::Grid(4, 4));
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
+  const auto on_border = (scan.cloud.points.row(0).array() - low[0]).abs() < 1e-12;
+  const double length = mesh.vertices.row(1).maxCoeff() - low[1];
+  EXPECT_NEAR(static_cast<double>(on_border.count()), length / scan.cloud.median_spacing, 2);
+}
+
+TEST(ScanOfMeshTest, ColoursAreMixed) {
+  const CheckedMesh mesh = Checked(testing::Tetrahedron());
+  const std::vector<Rgb> colors = {{0, 0, 0}, {200, 0, 0}, {0, 200, 0}, {0, 0, 200}};
+  const ScanSurface scan = ScanOfMesh(mesh, colors, RunContext{}).value();
+  ASSERT_EQ(scan.colors.size(), static_cast<size_t>(scan.cloud.points.cols()));
+  // Linear over the tetrahedron: the weight of a vertex is its channel.
+  for (Eigen::Index i = 0; i < scan.cloud.points.cols(); i += 100) {
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
+    double rest = 1;
+    for (int k = 0; k < 3; ++k) {
+      const double weight = scan.colors[i][k] / 200.0;
+      place += weight * mesh.vertices.col(k + 1);
+      rest -= weight;
+    }
+    place += rest * mesh.vertices.col(0);
+    EXPECT_LT((place - scan.cloud.points.col(i)).norm(), 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace rilievo

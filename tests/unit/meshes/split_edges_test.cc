@@ -1,0 +1,86 @@
+#include "core/meshes/split_edges.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/geometry/mesh_topology.h"
+#include "tests/unit/geometry/test_meshes.h"
+
+namespace rilievo {
+namespace {
+
+double AreaOf(const ControlMesh& mesh) {
+  double sum = 0;
+  for (const auto face : mesh.faces.colwise()) {
+    sum += (mesh.vertices.col(face[1]) - mesh.vertices.col(face[0]))
+               .cross(mesh.vertices.col(face[2]) - mesh.vertices.col(face[0]))
+               .norm();
+  }
+  return sum / 2;
+}
+
+double LongestEdge(const ControlMesh& mesh) {
+  double longest = 0;
+  for (const auto face : mesh.faces.colwise()) {
+    for (int k = 0; k < 3; ++k) {
+      longest = std::max(
+          longest, (mesh.vertices.col(face[k]) - mesh.vertices.col(face[(k + 1) % 3])).norm());
+    }
+  }
+  return longest;
+}
+
+int WidestFan(const ControlMesh& mesh) {
+  const auto topology = BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+  EXPECT_TRUE(topology.ok()) << topology.status();
+  return topology.ok() ? *std::max_element(topology->valence.begin(), topology->valence.end()) : 0;
+}
+
+TEST(SplitEdgesTest, NoEdgeIsLongerAndTheShapeStays) {
+  testing::Random random(3);
+  const ControlMesh mesh = testing::Perturbed(testing::Torus(9, 7), 0.1, random);
+  const ControlMesh split = SplitLongEdges(mesh, 0.11, RunContext{}).value();
+  EXPECT_LE(LongestEdge(split), 0.11);
+  EXPECT_NEAR(AreaOf(split), AreaOf(mesh), 1e-12 * AreaOf(mesh));
+  const TopologySummary summary =
+      SummarizeTopology(split.faces, static_cast<int>(split.vertices.cols()));
+  EXPECT_EQ(summary.genus, 1);
+  EXPECT_TRUE(summary.manifold());
+  EXPECT_TRUE(summary.oriented);
+}
+
+TEST(SplitEdgesTest, ShortEdgesStay) {
+  const ControlMesh mesh = testing::Icosahedron();
+  EXPECT_EQ(SplitLongEdges(mesh, 10, RunContext{}).value().faces, mesh.faces);
+}
+
+// Flat: a vertex in the middle of a regular polygon, or at the middle of a half one.
+TEST(SplitEdgesTest, AWideFanGetsRings) {
+  for (const int faces : {65, 200, 5001}) {
+    for (const bool is_closed : {true, false}) {
+      ControlMesh fan = is_closed ? testing::Bipyramid(faces) : testing::HalfFan(faces);
+      const double area = AreaOf(fan);
+      const ControlMesh split = SplitLongEdges(fan, 1e9, RunContext{}).value();
+      EXPECT_LE(WidestFan(split), 65) << faces;
+      // The rings cut corners of the shape, the more the fewer faces there were.
+      EXPECT_NEAR(AreaOf(split) / area, 1, 0.01) << faces;
+      EXPECT_LT(split.faces.cols(), 4 * fan.faces.cols());
+      EXPECT_EQ(SummarizeTopology(split.faces, static_cast<int>(split.vertices.cols())).closed(),
+                is_closed);
+    }
+  }
+}
+
+TEST(SplitEdgesTest, StopsWhenAsked) {
+  std::stop_source stop;
+  stop.request_stop();
+  RunContext context;
+  context.stop = stop.get_token();
+  EXPECT_EQ(SplitLongEdges(testing::Torus(9, 7), 0.01, context).status().code(),
+            absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace rilievo
