@@ -27,8 +27,8 @@ struct CodedColors {
 // Adds the colours of the surface, one a vertex, to the bytes that EncodeDss() made of it: each
 // level's go behind its heights. They are coded in their principal axes, each like heights. Their
 // RMS error is at most kColorError; it is larger where `max_bytes`, of all chunks together, asks
-// for it, and where even the coarsest colours are too many there are none. INVALID_ARGUMENT when
-// the colours are not those of the surface's vertices.
+// for it, and where all that fit are no nearer than one colour for all there are none.
+// INVALID_ARGUMENT when the colours are not those of the surface's vertices.
 absl::StatusOr<CodedColors> AddColors(const DisplacedSurface& surface,
                                       std::optional<int64_t> max_bytes, const RunContext& context,
                                       EncodedSurface* encoded);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -142,6 +143,66 @@ TEST(ColorsTest, KeepTheBytesAskedForOrAreLeftOut) {
   EXPECT_LE(room.Concatenate().size(), static_cast<size_t>(size + 3000));
   EXPECT_EQ(AddColors(surface, size + 10, RunContext(), &none)->bytes, 0);
   EXPECT_EQ(none.Concatenate(), plain.Concatenate());
+}
+
+// RMS of the colours about their mean.
+double Spread(const std::vector<Rgb>& colors) {
+  std::array<double, 3> sum{}, squares{};
+  for (const Rgb& color : colors) {
+    for (size_t k = 0; k < 3; ++k) {
+      sum[k] += color[k] / 255.0;
+      squares[k] += std::pow(color[k] / 255.0, 2);
+    }
+  }
+  const auto count = static_cast<double>(colors.size());
+  double spread = 0;
+  for (size_t k = 0; k < 3; ++k) spread += squares[k] / count - std::pow(sum[k] / count, 2);
+  return std::sqrt(spread / 3);
+}
+
+TEST(ColorsTest, RoomIsUsedOrLeftAndWhatIsThereDecodes) {
+  for (const double size : {0.03, 0.3}) {
+    const DisplacedSurface surface = Painted(Torus(12, 20), 4, Paint::kChecker, size);
+    const EncodedSurface plain = *EncodeDss(surface, {}, {}, RunContext());
+    const auto bare = static_cast<int64_t>(plain.Concatenate().size());
+    double last = Spread(surface.colors);
+    for (const int64_t room : {30, 200, 800, 1500, 3000}) {
+      EncodedSurface coded = plain;
+      const auto colors = AddColors(surface, bare + room, RunContext(), &coded);
+      ASSERT_TRUE(colors.ok()) << colors.status();
+      EXPECT_LE(colors->bytes, room);
+      if (room >= 800) {
+        EXPECT_GT(colors->bytes, room / 2) << size;
+      }
+      const auto decoded = DecodeDss(coded.Concatenate(), RunContext());
+      ASSERT_TRUE(decoded.ok()) << room << ": " << decoded.status();
+      EXPECT_EQ(decoded->surface.colors.empty(), colors->bytes == 0);
+      if (colors->bytes == 0) continue;
+      EXPECT_LT(colors->rms, last) << size << " in " << room;
+      last = colors->rms;
+      EXPECT_NEAR(Rms(decoded->surface.colors, surface.colors), colors->rms, 0.2 * colors->rms);
+    }
+  }
+}
+
+// Many colours and next to no room: the decoder knows no units above 1.
+TEST(ColorsTest, TooManyColoursForTheRoomAreLeftOut) {
+  DisplacedSurface surface = Painted(Torus(48, 48), 3, Paint::kSmooth);
+  uint32_t state = 1;
+  for (Rgb& color : surface.colors) {
+    for (uint8_t& channel : color)
+      channel = static_cast<uint8_t>((state = state * 1664525 + 1013904223) >> 24);
+  }
+  const EncodedSurface plain = *EncodeDss(surface, {}, {}, RunContext());
+  for (const int64_t room : {100, 200}) {
+    EncodedSurface coded = plain;
+    const auto size = static_cast<int64_t>(plain.Concatenate().size());
+    const auto colors = AddColors(surface, size + room, RunContext(), &coded);
+    ASSERT_TRUE(colors.ok()) << colors.status();
+    const auto decoded = DecodeDss(coded.Concatenate(), RunContext());
+    EXPECT_TRUE(decoded.ok()) << room << ": " << decoded.status();
+    EXPECT_EQ(colors->bytes, 0) << room;
+  }
 }
 
 TEST(ColorsTest, DamageIsRefused) {
