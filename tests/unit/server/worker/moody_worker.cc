@@ -106,7 +106,8 @@ JobResult Compromised() {
   for (;;) pause();
 }
 
-absl::StatusOr<JobResult> Answer(const absl::StatusOr<PointCloud>& scan) {
+absl::StatusOr<JobResult> Answer(const JobRequest& job, ScanBytes points) {
+  const auto scan = std::move(points).Decode(job.layout, job.point_count, job.triangle_count);
   if (!scan.ok()) return scan.status();
   JobResult result;
   result.report.set_points_in(scan->points.cols());
@@ -119,7 +120,7 @@ absl::StatusOr<JobResult> Work(const JobRequest& job, ScanBytes points, const Ru
   context.Report(Stage::kNormals, 0.5);
   switch (static_cast<Mood>(job.seed)) {
     case Mood::kWell:
-      return Answer(std::move(points).Decode(job.layout));
+      return Answer(job, std::move(points));
     case Mood::kRefuse:
       return absl::FailedPreconditionError("not planar");
     case Mood::kCrash:
@@ -138,7 +139,7 @@ absl::StatusOr<JobResult> Work(const JobRequest& job, ScanBytes points, const Ru
       break;
     case Mood::kModest:
       Allocate(64 << 20);
-      return Answer(std::move(points).Decode(job.layout));
+      return Answer(job, std::move(points));
     case Mood::kSpin:
       for (std::atomic<int> turns = 0;;) ++turns;
     case Mood::kSleep:
