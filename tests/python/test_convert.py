@@ -80,7 +80,8 @@ class ConvertTest(WithServer):
         surface = rilievo.convert(vertices, faces, vertex_colors=colors, server=self.server,
                                   max_error=1e-3, unit="mm", up="z", creases="off", seed=3)
         self.assertEqual(surface.place, rilievo.Place(0.001, "z", None))
-        self.assertLess(surface.certificate.error_rms, 1.1e-3)
+        self.assertLess(surface.certificate.scan_to_surface.rms, 1e-3)
+        self.assertTrue(surface.report["max_error_kept"])
         self.assertTrue((np.abs(surface.colors.astype(int) - [200, 100, 50]) < 8).all())
 
     def test_levels_arrive_one_by_one(self):
