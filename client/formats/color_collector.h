@@ -23,8 +23,11 @@ class ColorCollector {
     return ScalarSize(type) == 1 ? Kind::kBytes : Kind::kIntegers;
   }
 
-  // Of the next point: red, green, blue.
+  // Of the next point: red, green, blue. Where one is not a number the point has no colour.
   void Add(const double* channels) {
+    if (std::isnan(channels[0] + channels[1] + channels[2])) {
+      unknown_.push_back(bytes_.size() + wide_.size());
+    }
     if (kind_ == Kind::kBytes) {
       bytes_.push_back({Clamped(channels[0]), Clamped(channels[1]), Clamped(channels[2])});
       return;
@@ -40,7 +43,9 @@ class ColorCollector {
   // Whether all of them can be nothing else: whole numbers from 0 to 255, and not 0 and 1 alone.
   bool AreCertain() const { return whole_ && largest_ > 1 && largest_ <= 255; }
 
-  // Of all points; leaves none.
+  // Of all points; leaves none. Points without a colour take that of the point before them, which
+  // is near them in most files. Empty where no point has one, or all are black: that is what
+  // programs write into fields that they have nothing for.
   std::vector<Rgb> Finish() {
     const double scale = Scale();
     const double half = IsCut() ? 0 : 0.5;
@@ -50,10 +55,22 @@ class ColorCollector {
                         Clamped(color[2] * scale + half)});
     }
     wide_ = {};
+    TakeFromBefore();
+    if (std::all_of(bytes_.begin(), bytes_.end(),
+                    [](const Rgb& color) { return color == Rgb{}; })) {
+      bytes_.clear();
+    }
     return std::move(bytes_);
   }
 
  private:
+  void TakeFromBefore() {
+    size_t known = 0;  // the first that is
+    while (known < unknown_.size() && unknown_[known] == known) ++known;
+    if (known == bytes_.size()) return;  // all are black then
+    for (const size_t i : unknown_) bytes_[i] = bytes_[i < known ? known : i - 1];
+  }
+
   // Of longer integers the highest byte counts, as LAS readers do.
   bool IsCut() const { return kind_ == Kind::kIntegers || largest_ > 255; }
 
@@ -72,8 +89,9 @@ class ColorCollector {
   Kind kind_ = Kind::kReals;
   std::vector<Rgb> bytes_;
   std::vector<std::array<float, 3>> wide_;
-  double largest_ = 0;  // of the channels
-  bool whole_ = true;   // all channels are
+  std::vector<size_t> unknown_;  // points without a colour, ascending
+  double largest_ = 0;           // of the channels
+  bool whole_ = true;            // all channels are
 };
 
 }  // namespace rilievo

@@ -90,12 +90,16 @@ class E57Reader {
 
  private:
   // The fields that are read of a scan, in the order of their values: place, state, intensity,
-  // colour, class; the last four only where the scan has them and they are wanted.
+  // colour and its state, class; all but the first only where the scan has them and they are
+  // wanted.
   std::vector<int> WantedFields(const ScanDescription& scan) const {
     std::vector<int> fields(scan.place.begin(), scan.place.end());
     if (scan.invalid_state >= 0) fields.push_back(scan.invalid_state);
     if (HasIntensity(scan)) fields.push_back(scan.intensity);
-    if (HasColors(scan)) fields.insert(fields.end(), scan.color.begin(), scan.color.end());
+    if (HasColors(scan)) {
+      fields.insert(fields.end(), scan.color.begin(), scan.color.end());
+      if (scan.color_invalid >= 0) fields.push_back(scan.color_invalid);
+    }
     if (HasClasses(scan)) fields.push_back(scan.classification);
     return fields;
   }
@@ -160,6 +164,7 @@ class E57Reader {
     if (HasColors(scan)) {
       std::array<double, 3> color{};
       for (size_t k = 0; k < 3; ++k) color[k] = Channel(values[next++][i], scan.color_limits[k]);
+      if (scan.color_invalid >= 0 && values[next++][i] != 0) color.fill(std::nan(""));
       sights_.AddColor(color.data());
     }
     if (HasClasses(scan)) sights_.AddClass(values[next][i]);

@@ -58,6 +58,7 @@ class LasReader {
     scan.place.crs = std::move(records_.crs);
     scan.layers.intensity = std::move(intensity_);
     scan.classes = std::move(classes_);
+    if (largest_channel_ == 0) return scan;  // black is what programs write that have no colours
     // 16 bits a channel, but many programs write 8.
     const int shift = largest_channel_ > 255 ? 8 : 0;
     std::vector<Rgb>& colors = scan.cloud.sights.colors;

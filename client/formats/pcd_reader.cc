@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -132,6 +133,9 @@ void FindPackedColor(bool is_ascii, PcdHeader* header) {
 }
 
 std::array<double, 3> UnpackedColor(double value, bool is_float) {
+  // Text may hold any number.
+  const double limit = is_float ? double{std::numeric_limits<float>::max()} : 0x1p32;
+  if (!(std::abs(value) <= limit)) return {std::nan(""), 0, 0};
   const auto bits = is_float ? std::bit_cast<uint32_t>(static_cast<float>(value))
                              : static_cast<uint32_t>(static_cast<int64_t>(value));
   return {double(bits >> 16 & 255), double(bits >> 8 & 255), double(bits & 255)};

@@ -26,6 +26,9 @@ struct ScanFile {
 // before the bytes that are really there allow it. Errors: INVALID_ARGUMENT for what breaks the
 // format, DATA_LOSS for what ends too early; the message names the part of the file, the line,
 // element or property, the value found, and what would be right.
+//
+// Colours that are all black are none, as in fields that a program had nothing for. Where some
+// points have no colour (a short line, isColorInvalid of E57), they take that of the point before.
 
 // Any property types and order, lists, other elements before and after, either byte order. Colours
 // are the properties red, green and blue or r, g and b (8 bits, the high 8 of longer integers, real

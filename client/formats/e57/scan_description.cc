@@ -208,6 +208,8 @@ class DescriptionReader {
     if (!is_number(scan_.intensity)) scan_.intensity = -1;
     scan_.classification = FieldNumber("classification");
     if (!is_number(scan_.classification)) scan_.classification = -1;
+    scan_.color_invalid = FieldNumber("isColorInvalid");
+    if (!is_number(scan_.color_invalid)) scan_.color_invalid = -1;
     constexpr string_view kChannels[] = {"colorRed", "colorGreen", "colorBlue"};
     const XmlElement* limits = data3d_.Child("colorLimits");
     for (size_t channel = 0; channel < 3; ++channel) {

@@ -66,6 +66,18 @@ TEST(MeshFilesTest, PlyRoundTripKeepsAll) {
   EXPECT_EQ(read->source, (std::vector<uint8_t>{0, 1, 2, 0, 2, 1}));
 }
 
+TEST(MeshFilesTest, PlyAndObjKeepColors) {
+  PointLayers layers;
+  for (uint8_t v = 0; v < 6; ++v) layers.colors.push_back({v, static_cast<uint8_t>(40 * v), 255});
+  std::stringstream ply, obj;
+  ASSERT_TRUE(WritePlyMesh(Octahedron(), std::vector<HeightSource>(6), ply, layers).ok());
+  ASSERT_TRUE(WriteObjMesh(Octahedron(), obj, layers).ok());
+  EXPECT_EQ(ReadPlyMesh(ply)->colors, layers.colors);
+  EXPECT_EQ(ReadObjMesh(obj)->colors, layers.colors);
+  std::istringstream one_without("v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 1 1 1\nf 1 2 3\n");
+  EXPECT_TRUE(ReadObjMesh(one_without)->colors.empty());
+}
+
 TEST(MeshFilesTest, PlyGoesToDoubleWhereFloatWouldLose) {
   TriangleMesh mesh = Octahedron();
   std::ostringstream near_origin, map_grid;

@@ -170,6 +170,55 @@ TEST(ScanColorsTest, NumbersThatAreNoColoursAreNone) {
   EXPECT_EQ(colors("0 0 0 1 9 40\n1 0 0 1 2 3\n"), 2u);
 }
 
+std::vector<Rgb> ColorsOf(const std::string& bytes, const std::string& name) {
+  std::istringstream in(bytes);
+  const auto scan = ReadScanStream(in, name, {.colors = true});
+  EXPECT_TRUE(scan.ok()) << name << ": " << scan.status();
+  return scan.ok() ? scan->cloud.sights.colors : std::vector<Rgb>();
+}
+
+TEST(ScanColorsTest, PointsWithoutOneTakeThatOfThePointBefore) {
+  const std::vector<Rgb> expected = {{7, 8, 9}, {7, 8, 9}, {7, 8, 9}, {1, 2, 3}, {1, 2, 3}};
+  EXPECT_EQ(ColorsOf("x y z r g b\n0 0 0\n1 0 0 7 8\n2 0 0 7 8 9\n3 0 0 1 2 3\n4 0 0\n", "a.xyz"),
+            expected);
+  EXPECT_EQ(ColorsOf("VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nWIDTH 5\nHEIGHT 1\n"
+                     "POINTS 5\nDATA ascii\n0 0 0 nan\n1 0 0 1e300\n2 0 0 460809\n3 0 0 66051\n"
+                     "4 0 0 -1e19\n",
+                     "a.pcd"),
+            expected);
+  EXPECT_EQ(ColorsOf("VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 2\nHEIGHT 1\n"
+                     "POINTS 2\nDATA ascii\n0 0 0 9.18355e-40\n1 0 0 nan\n",
+                     "a.pcd"),
+            (std::vector<Rgb>(2, Rgb{10, 0, 1})));
+  EXPECT_TRUE(ColorsOf("x y z r g b\n0 0 0\n1 0 0\n", "a.xyz").empty());
+}
+
+TEST(ScanColorsTest, E57SaysWhichPointsHaveOne) {
+  E57Scan scan;
+  scan.records = 4;
+  for (const char* axis : {"cartesianX", "cartesianY", "cartesianZ"}) {
+    scan.columns.push_back(E57Reals(axis, false, {0, 1, 2, 3}));
+  }
+  scan.columns.push_back(E57Integers("colorRed", 0, 255, {0, 10, 0, 20}));
+  scan.columns.push_back(E57Integers("isColorInvalid", 0, 1, {1, 0, 1, 0}));
+  scan.columns.push_back(E57Integers("colorGreen", 0, 255, {0, 11, 0, 21}));
+  scan.columns.push_back(E57Integers("colorBlue", 0, 255, {0, 12, 0, 22}));
+  EXPECT_EQ(ColorsOf(E57File({scan}), "a.e57"),
+            (std::vector<Rgb>{{10, 11, 12}, {10, 11, 12}, {10, 11, 12}, {20, 21, 22}}));
+}
+
+TEST(ScanColorsTest, BlackAloneIsNone) {
+  EXPECT_TRUE(ColorsOf(LasOf(0), "a.las").empty());
+  EXPECT_TRUE(ColorsOf("x y z r g b\n0 0 0 0 0 0\n1 0 0 0 0 0\n", "a.xyz").empty());
+  EXPECT_EQ(ColorsOf("x y z r g b\n0 0 0 0 0 0\n1 0 0 0 9 0\n", "a.xyz").size(), 2u);
+}
+
+TEST(ScanColorsTest, ObjVerticesMayHaveAWeightOrAComment) {
+  EXPECT_EQ(ColorsOf("v 0 0 0 0.2 0.4 1 # the first\nv 1 0 0 1 1 1\n", "a.obj"),
+            (std::vector<Rgb>{{51, 102, 255}, {255, 255, 255}}));
+  EXPECT_TRUE(ColorsOf("v 0 0 0 # the first\nv 1 0 0 1\n", "a.obj").empty());
+}
+
 // ---- classes
 
 std::string ClassedLas(int format) {
