@@ -12,12 +12,14 @@ namespace {
 using Eigen::Array3d;
 using Eigen::Vector3d;
 
-constexpr double kFree = 0x1p-20;  // of the extent, that the grid is longer
+// What stays free on each side, between the surface and the margin.
+Array3d FreeOf(const Array3d& extent, double voxel) {
+  return (0x1p-21 * extent).max((voxel - extent) / 2);
+}
 
 // Voxels along each side, as real numbers because there may be far too many.
 Array3d SidesOf(const Array3d& extent, double voxel, int margin) {
-  const Array3d across = (extent * (1 + kFree) / voxel - 0x1p-30).ceil().max(1.0);
-  return across + 2.0 * margin;
+  return ((extent + 2 * FreeOf(extent, voxel)) / voxel - 0x1p-30).ceil() + 2.0 * margin;
 }
 
 bool Fits(const Array3d& sides) {
@@ -71,11 +73,11 @@ absl::StatusOr<VoxelGrid> ChooseVoxelGrid(const TriangleMesh& mesh,
     return absl::InvalidArgumentError("the mesh has no extent");
   }
   VoxelGrid grid;
-  grid.voxel = options.voxel ? *options.voxel : longest * (1 + kFree) / *options.resolution;
+  grid.voxel = options.voxel ? *options.voxel : longest * (1 + 0x1p-20) / *options.resolution;
   const Array3d sides = SidesOf(extent, grid.voxel, options.margin);
   if (!Fits(sides)) return TooMany(extent, grid.voxel, options.margin);
   grid.size = sides.cast<int>();
-  grid.origin = low + (high - low) / 2 - grid.voxel / 2 * sides.matrix();
+  grid.origin = low.array() - grid.voxel * options.margin - FreeOf(extent, grid.voxel);
   return grid;
 }
 

@@ -42,10 +42,11 @@ struct VoxelGridOptions {
   absl::Status Validate() const;
 };
 
-// The surface lies in the middle. It keeps 2^-21 of its extent away from the margin, so that faces
-// along the bounding box do not touch the voxels beyond them. INVALID_ARGUMENT where the mesh has
-// no triangles, no extent or a coordinate that is not finite; OUT_OF_RANGE for more than kMaxVoxels
-// or kMaxVoxelsAlongSide, with the voxel that would do.
+// The surface begins at the margin, but for 2^-21 of its extent, so that faces along the bounding
+// box do not touch the voxels beyond them; where it is thinner than a voxel it lies in the middle
+// of one. INVALID_ARGUMENT where the mesh has no triangles, no extent or a coordinate that is not
+// finite; OUT_OF_RANGE for more than kMaxVoxels or kMaxVoxelsAlongSide, with the voxel that would
+// do.
 absl::StatusOr<VoxelGrid> ChooseVoxelGrid(const TriangleMesh& mesh,
                                           const VoxelGridOptions& options);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/voxels/solid_voxels.h"
@@ -85,6 +86,17 @@ TEST(ShellVoxelsTest, AreThoseThatATriangleMeets) {
     ASSERT_TRUE(shell.ok()) << shell.status();
     EXPECT_GT(shell->Count(), 0);
     ExpectAsClipped(mesh, grid, *shell);
+  }
+}
+
+// A ten millionth of a voxel beside the face of two voxels it meets only one of them.
+TEST(ShellVoxelsTest, TouchOnlyWhatIsTouched) {
+  VoxelGrid grid;
+  grid.size = {8, 8, 8};
+  for (const auto& [x, layers] : {std::pair{5.0, 2}, {5 + 1e-7, 1}, {5 - 1e-7, 1}}) {
+    const TriangleMesh mesh = MeshOf({{x, 2.2, 2.2}, {x, 2.8, 2.2}, {x, 2.8, 5.8}, {x, 2.2, 5.8}},
+                                     {{0, 1, 2}, {0, 2, 3}});
+    EXPECT_EQ(ShellVoxels(mesh, grid, {})->Count(), 4 * layers) << x;
   }
 }
 
