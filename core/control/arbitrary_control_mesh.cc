@@ -83,7 +83,8 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
                            RemoveHandles(std::move(trimmed), searches, &support, context));
   RILIEVO_ASSIGN_OR_RETURN(
       ControlMesh control,
-      ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces, context));
+      ShapeControlMesh(std::move(clean.mesh), cloud, index, creases, target_faces,
+                       SimplifyOptions().boundary_weight, context));
   return ArbitraryMesh{std::move(control), std::move(cloud)};
 }
 

@@ -31,8 +31,10 @@ constexpr CoverageLimits kInReach = {.spacings = 0.6, .noises = 3, .cosine = 0.6
 
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,
-                                             int target_faces, const RunContext& context) {
-  const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4)};
+                                             int target_faces, double border_weight,
+                                             const RunContext& context) {
+  const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4),
+                                 .boundary_weight = border_weight};
   // Few enough faces to look at the points beside each that bends.
   const SimplifyOptions to_fine{.target_faces = std::max(kFinerThanControl * target_faces, 4),
                                 .unordered_until = kUnorderedFine};

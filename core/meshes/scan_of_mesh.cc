@@ -13,7 +13,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kPointsPerTriangle = 2, kFewestPoints = 60'000, kMostPoints = 200'000;
+constexpr int64_t kPointsPerTriangle = 2, kFewestPoints = 100'000, kMostPoints = 250'000;
 
 // Of the R2 sequence: powers of the inverse of the plastic number.
 constexpr double kPlastic = 1.32471795724474602596;

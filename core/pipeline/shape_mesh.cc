@@ -40,6 +40,11 @@ std::vector<Rgb> ColorsOfVertices(const CheckedMesh& mesh, const std::vector<Rgb
 // ShapeControlMesh() looks at.
 constexpr double kLongestEdge = 2;
 
+// Borders are exact, other than those of a scan, where the same weight would follow the raggedness
+// of its points: a vase of 70 openings comes to 0.87 of the RMS error that it has with a weight
+// of 1.
+constexpr double kBorderWeight = 20;
+
 absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurface& scan,
                                                 const ControlOptions& options,
                                                 const RunContext& context) {
@@ -54,8 +59,9 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurf
   ControlMeshResult control;
   control.topology = Topology::kMesh;
   control.reason = "a mesh was given";
-  RILIEVO_ASSIGN_OR_RETURN(control.mesh, ShapeControlMesh(std::move(shape), scan.cloud, scan.index,
-                                                          options.creases, target_faces, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      control.mesh, ShapeControlMesh(std::move(shape), scan.cloud, scan.index, options.creases,
+                                     target_faces, kBorderWeight, context));
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&control));
   context.Report(Stage::kControlMesh, 1);
   return control;
