@@ -265,7 +265,10 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
                          ExportedMesh exported, const std::string& extension,
                          const RunContext& context) {
   if (!arguments.carry.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(exported.layers, Carried(arguments, exported.mesh.vertices, context));
+    RILIEVO_ASSIGN_OR_RETURN(PointLayers carried,
+                             Carried(arguments, exported.mesh.vertices, context));
+    if (carried.colors.empty()) carried.colors = std::move(exported.layers.colors);
+    exported.layers = std::move(carried);
   }
   RILIEVO_ASSIGN_OR_RETURN(const Eigen::Vector3d origin, OriginOf(arguments.place, exported.frame));
   exported.mesh.vertices.colwise() -= origin;

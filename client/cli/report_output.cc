@@ -156,7 +156,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   if (report.has_colors()) {
     add("colours",
         absl::StrCat(Counted(report.colors().bytes(), "byte", "bytes"), " of the size, RMS ",
-                     Percent(report.colors().rms()), " off those of the points"));
+                     Percent(report.colors().rms()), " lost by coding"));
   }
   add("size", SizeText(report, paths.target));
   add("time", TimesText(report));

@@ -100,7 +100,10 @@ absl::Status WriteInto(const Write& write, const RilievoMesh* mesh, const Riliev
     layers.colors.push_back({colors[i], colors[i + 1], colors[i + 2]});
   }
   if (carried != nullptr) {
-    RILIEVO_ASSIGN_OR_RETURN(layers, LayersAt(triangles.vertices, carried->file, RunContext()));
+    RILIEVO_ASSIGN_OR_RETURN(PointLayers near,
+                             LayersAt(triangles.vertices, carried->file, RunContext()));
+    if (near.colors.empty()) near.colors = std::move(layers.colors);
+    layers = std::move(near);
   }
   std::ostringstream out;
   RILIEVO_RETURN_IF_ERROR(write(triangles, sources, out, layers));

@@ -109,6 +109,20 @@ TEST_F(ColorsTest, ASizeAskedForIsKeptWithThem) {
   EXPECT_EQ(Run({"verify", At("a.dss"), At("colored.csv")}).code, 0);
 }
 
+TEST_F(ColorsTest, CarriedIntensityLeavesTheSurfaceItsColors) {
+  Reconstruct("colored.csv", "a.dss");
+  Write("intensity.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nproperty float intensity\nend_header\n0 0 1 7\n");
+  ASSERT_EQ(Run({"export", At("a.dss"), At("own.ply")}).code, 0);
+  ASSERT_EQ(Run({"export", At("a.dss"), At("b.ply"), "--carry", At("intensity.ply")}).code, 0);
+  const auto own = ReadScan(At("own.ply"), {.colors = true});
+  const auto carried = ReadScan(At("b.ply"), {.intensity = true, .colors = true});
+  ASSERT_TRUE(own.ok() && carried.ok());
+  EXPECT_EQ(carried->layers.intensity.at(0), 7);
+  EXPECT_EQ(carried->cloud.sights.colors, own->cloud.sights.colors);
+}
+
 TEST_F(ColorsTest, ClassesAreChosenOrTheErrorSaysWhy) {
   const Json report = Reconstruct("colored.csv", "a.dss", {"--classes", "2"});
   EXPECT_EQ(report["points_in"], kCount / 2);
