@@ -1,5 +1,6 @@
-// Options at the ends of their ranges and beyond, over odd clouds: whatever is asked, the server
-// answers as its documentation says, and a worker takes no more memory than was reserved for it.
+// Options at the ends of their ranges and beyond, over odd clouds and meshes: whatever is asked,
+// the server answers as its documentation says, and a worker takes no more memory than was reserved
+// for it.
 #include <atomic>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -34,9 +35,13 @@ absl::Status Send(const OddRequest& odd, uint64_t number, v1::ReconstructionServ
   v1::ReconstructRequest request;
   *request.mutable_header() = odd.header;
   bool writes = stream->Write(request);
-  constexpr size_t kChunkBytes = 24 << 12;  // whole points
+  constexpr size_t kChunkBytes = 24 << 12;  // whole points or triangles
   for (size_t at = 0; writes && at < odd.points.size(); at += kChunkBytes) {
     request.mutable_points()->set_data(odd.points.substr(at, kChunkBytes));
+    writes = stream->Write(request);
+  }
+  for (size_t at = 0; writes && at < odd.triangles.size(); at += kChunkBytes) {
+    request.mutable_triangles()->set_data(odd.triangles.substr(at, kChunkBytes));
     writes = stream->Write(request);
   }
   stream->WritesDone();

@@ -187,6 +187,19 @@ std::string OddPoints(int count, bool as_double, Draw& draw) {
   return bytes;
 }
 
+// Makes it a mesh: a part of a shape or nonsense, some with the vertices somewhere else.
+void MakeMesh(Draw& draw, OddRequest* request) {
+  v1::ControlMesh mesh;
+  MakeOddMesh(draw, &mesh);
+  const auto vertices = static_cast<int>(mesh.positions().size() / 24);
+  request->header.set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT64_LE);
+  request->header.set_point_count(static_cast<uint64_t>(vertices));
+  request->header.set_triangle_count(static_cast<uint64_t>(mesh.faces_size() / 3));
+  request->points = draw.Chance(0.3) ? OddPoints(vertices, true, draw) : mesh.positions();
+  request->triangles.assign(reinterpret_cast<const char*>(mesh.faces().data()),
+                            sizeof(uint32_t) * static_cast<size_t>(mesh.faces_size()));
+}
+
 // Takes out what `path` names, a field of the header's.
 void ClearField(std::string_view path, Message* header) {
   const std::vector<std::string> names =
@@ -227,8 +240,14 @@ OddRequest DrawOddRequest(uint64_t seed, uint64_t number) {
     options->mutable_control()->clear_topology();
     MakeOddMesh(draw, options->mutable_control()->mutable_control_mesh());
   }
-  if (draw.Chance(0.97)) ClearWhatIsRefused(&request.header);
-  request.points = OddPoints(count, as_double, draw);
+  const bool cleared = draw.Chance(0.97);
+  Draw of_mesh(~(seed * 0x9e3779b97f4a7c15u + number));  // scans stay as they were drawn
+  if (of_mesh.Chance(0.2)) {
+    MakeMesh(of_mesh, &request);
+  } else {
+    request.points = OddPoints(count, as_double, draw);
+  }
+  if (cleared) ClearWhatIsRefused(&request.header);
   return request;
 }
 

@@ -1,5 +1,5 @@
 // Requests that nobody would send: every option at the ends of its range and beyond, over clouds
-// that are hardly scans.
+// that are hardly scans and triangles that are hardly meshes.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,8 @@ namespace rilievo::stress {
 
 struct OddRequest {
   v1::ReconstructHeader header;
-  std::string points;  // as header.coordinate_format says
+  std::string points;     // as header.coordinate_format says
+  std::string triangles;  // of a mesh
 };
 
 // The same for the same two numbers. Most have only options that the server takes together, by its
