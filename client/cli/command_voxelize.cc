@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/length_words.h"
@@ -44,12 +45,13 @@ struct VoxelizeArguments {
   std::string extension() const { return IsStandardOutput(output) ? "nrrd" : Extension(output); }
 };
 
-// What the voxels are told of.
+// What is told of the voxels.
 struct Voxelized {
   VoxelGrid grid;
   ScanPlace place;
   std::string of;                 // for people
   std::optional<int64_t> filled;  // voxels of a shell or a solid
+  std::optional<double> volume;   // of a solid's voxels
   std::optional<bool> is_signed;  // distances
   double band = 0;                // of distances, scan unit
 };
@@ -110,6 +112,9 @@ absl::StatusOr<Voxelized> MakeVoxels(const LoadedShape& shape, const VoxelizeArg
   }
   RILIEVO_RETURN_IF_ERROR(bits.status());
   made.filled = bits->Count();
+  if (arguments.kind == "solid") {
+    made.volume = static_cast<double>(*made.filled) * std::pow(made.grid.voxel, 3);
+  }
   RILIEVO_RETURN_IF_ERROR(Write(arguments, ValuesOf(*bits, content, context), made.place, display));
   return made;
 }
@@ -124,9 +129,7 @@ Json VoxelizedJson(const VoxelizeArguments& arguments, const Voxelized& made) {
                {"unit", unit.empty() ? Json() : Json(unit)},
                {"type", made.filled ? "uint8" : "float"}};
   if (made.filled) json["filled"] = *made.filled;
-  if (arguments.kind == "solid") {
-    json["volume"] = static_cast<double>(*made.filled) * std::pow(grid.voxel, 3);
-  }
+  if (made.volume) json["volume"] = *made.volume;
   if (made.is_signed) {
     json["signed"] = *made.is_signed;
     json["band"] = made.band;
@@ -148,10 +151,7 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const Voxelized& made, s
         "numbers",
         absl::StrCat("uint8: 1 in ", Counted(*made.filled, "voxel", "voxels"), ", 0 elsewhere"));
   }
-  if (arguments.kind == "solid") {
-    out << LabelledLine("volume",
-                        absl::StrCat(static_cast<double>(*made.filled) * std::pow(grid.voxel, 3)));
-  }
+  if (made.volume) out << LabelledLine("volume", absl::StrFormat("%.9g", *made.volume));
   if (made.is_signed) {
     out << LabelledLine("numbers",
                         absl::StrCat("float: distance of the centre, ",

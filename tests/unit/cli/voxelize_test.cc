@@ -37,6 +37,12 @@ Nrrd ReadNrrd(const std::string& content) {
   return nrrd;
 }
 
+// Without the line breaks.
+std::string Unwrapped(std::string text) {
+  for (size_t at; (at = text.find("\n  ")) != std::string::npos;) text.replace(at, 3, " ");
+  return text;
+}
+
 class VoxelizeTest : public ProgramFixture {
  protected:
   static constexpr double kRing = 0.7, kTube = 0.28;
@@ -166,7 +172,7 @@ TEST_F(VoxelizeTest, MeshesAreTakenToo) {
   const Ended solid =
       Run({"voxelize", At("sheet.obj"), At("b.raw"), "--resolution", "20", "--kind", "solid"});
   EXPECT_EQ(solid.code, 3);
-  EXPECT_THAT(solid.err, HasSubstr("the surface is open"));
+  EXPECT_THAT(Unwrapped(solid.err), HasSubstr("the surface is open"));
   EXPECT_FALSE(fs::exists(At("b.raw")));
 }
 
@@ -176,9 +182,7 @@ TEST_F(VoxelizeTest, RefusesWhatCannotBe) {
     arguments.insert(arguments.begin(), {"voxelize", At("sheet.obj"), "--quiet"});
     const Ended ended = Run(arguments);
     EXPECT_EQ(ended.code, code) << ended.err;
-    std::string error = ended.err;  // without its line breaks
-    for (size_t at; (at = error.find("\n  ")) != std::string::npos;) error.replace(at, 3, " ");
-    EXPECT_THAT(error, HasSubstr(said));
+    EXPECT_THAT(Unwrapped(ended.err), HasSubstr(said));
     EXPECT_EQ(ended.out, "");
   };
   refused({At("a.nrrd")}, 2, "give --resolution or --voxel");
