@@ -13,7 +13,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kPointsPerTriangle = 2, kFewestPoints = 100'000, kMostPoints = 250'000;
+constexpr int64_t kFewestPoints = 100'000, kMostPoints = 250'000;
 
 // Of the R2 sequence: powers of the inverse of the plastic number.
 constexpr double kPlastic = 1.32471795724474602596;
@@ -88,7 +88,7 @@ Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,
 }  // namespace
 
 int64_t PointsOnTriangles(int64_t triangles) {
-  return std::clamp(kPointsPerTriangle * triangles, kFewestPoints, kMostPoints);
+  return std::clamp(triangles, kFewestPoints, kMostPoints);
 }
 
 absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vector<Rgb>& colors,

@@ -12,7 +12,7 @@
 
 namespace rilievo {
 
-// How many points a mesh of so many triangles gets on them: two for each, 60 000 to 200 000.
+// How many points a mesh of so many triangles gets on them: one for each, 100 000 to 250 000.
 int64_t PointsOnTriangles(int64_t triangles);
 
 // PointsOnTriangles() all over the triangles, and points as dense along the borders. Each has the

@@ -18,7 +18,7 @@ TEST(ScanOfMeshTest, PointsLieEvenlyOnTheTriangles) {
   const CheckedMesh mesh = Checked(testing::Icosahedron());
   const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
   const OrientedCloud& cloud = scan.cloud;
-  EXPECT_NEAR(static_cast<double>(cloud.points.cols()), 60'000, 1);
+  EXPECT_NEAR(static_cast<double>(cloud.points.cols()), 100'000, 1);
   EXPECT_EQ(scan.figures.kept, cloud.points.cols());
   // Of a regular icosahedron each point lies on the nearest face plane, whose normal it has.
   double share = 0;
