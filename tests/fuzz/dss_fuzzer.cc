@@ -66,6 +66,7 @@ void CheckDecoded(const DecodedSurface& decoded) {
   Require(surface.control_mesh.vertices.allFinite());
   Require(surface.max_level <= decoded.declared_max_level);
   Require(surface.sources.size() == surface.heights.size());
+  Require(surface.colors.empty() || surface.colors.size() == surface.heights.size());
   int64_t vertices = topology->vertex_count, edges = topology->edge_count(),
           faces = topology->face_count();
   for (int level = 0; level < surface.max_level; ++level) {
@@ -128,10 +129,13 @@ void CheckRegion(const std::vector<uint8_t>& bytes, const DecodedSurface* whole)
   Require(part.ok());
   const auto mesh = Tessellate(whole->surface, part->level, OneThread());
   Require(mesh.ok());
+  const std::vector<Rgb> colors = ColorsAtLevel(whole->surface, part->level);
+  Require(part->colors.size() == (colors.empty() ? 0 : part->region.vertices.size()));
   for (size_t v = 0; v < part->region.vertices.size(); ++v) {
     const auto column = static_cast<Eigen::Index>(v);
     Require(part->region.mesh.vertices.col(column) == mesh->vertices.col(part->region.vertices[v]));
     Require(part->sources[v] == whole->surface.sources[part->region.vertices[v]]);
+    if (!colors.empty()) Require(part->colors[v] == colors[part->region.vertices[v]]);
   }
 }
 

@@ -8,6 +8,7 @@ las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
 """
 import gzip
 import json
+import math
 import pathlib
 import struct
 import subprocess
@@ -251,6 +252,17 @@ def dss(rilievo):
             subprocess.run([rilievo, "reconstruct", scan, "-o", out, "--quiet", "--control-faces",
                             "20"] + more, check=True, stdout=subprocess.DEVNULL)
             put(f"dss/{shape}{more[1]}.dss", pathlib.Path(out).read_bytes())
+        rows = "x y z r g b\n"
+        for i in range(200):
+            z, turn = (i + 0.5) / 100 - 1, 2.399963 * i
+            across = math.sqrt(1 - z * z)
+            rows += f"{across * math.cos(turn)} {across * math.sin(turn)} {z} " \
+                    f"{40 * i % 256} {99 * i % 256} {i}\n"
+        pathlib.Path(f"{folder}/scan.xyz").write_text(rows)
+        subprocess.run([rilievo, "reconstruct", f"{folder}/scan.xyz", "-o", out, "--quiet",
+                        "--control-faces", "20", "--max-level", "2"], check=True,
+                       stdout=subprocess.DEVNULL)
+        put("dss/colored2.dss", pathlib.Path(out).read_bytes())
 
 
 if __name__ == "__main__":

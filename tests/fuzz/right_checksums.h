@@ -49,6 +49,17 @@ inline void SetGroupChecksums(size_t begin, size_t end, bool has_step,
   }
 }
 
+// Those of the three channels of a chunk of colours, each like a chunk of heights.
+inline void SetColorChecksums(size_t begin, size_t end, std::vector<uint8_t>& bytes) {
+  for (int channel = 0; channel < 3; ++channel) {
+    ByteReader reader(std::span<const uint8_t>(bytes).subspan(begin, end - begin));
+    const size_t size = reader.Bytes(reader.Varint()).size();
+    if (!reader.ok()) return;
+    begin += reader.position();
+    SetGroupChecksums(begin - size, begin, true, bytes);
+  }
+}
+
 inline std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
   std::vector<uint8_t> right(bytes.begin(), bytes.end());
   if (right.size() < sizeof(kDssSignature) + 1) return right;
@@ -60,6 +71,7 @@ inline std::vector<uint8_t> WithRightChecksums(std::span<const uint8_t> bytes) {
     const size_t size = reader.Bytes(reader.Varint()).size();
     if (!reader.ok() || reader.remaining() < 4) break;
     const size_t end = at + reader.position();
+    if (tag == 'c') SetColorChecksums(end - size, end, right);
     if (tag == 'H' || tag == 's') SetGroupChecksums(end - size, end, tag == 'H', right);
     PutChecksum(begin, end, right);
     begin = at = end + 4;
