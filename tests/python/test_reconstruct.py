@@ -155,7 +155,8 @@ class ReconstructTest(WithServer):
             structured[name] = column
         surfaces = [rilievo.reconstruct(points, server=self.server, point_colors=colors)
                     for colors in (shares, (255 * shares + 0.5).astype(np.uint8),
-                                   (255 * shares + 0.5).astype(np.uint8).astype(np.uint16) * 257)]
+                                   (255 * shares + 0.5).astype(np.uint8).astype(np.uint16) * 257,
+                                   (255 * shares + 0.5).astype(np.uint16))]
         surfaces.append(rilievo.reconstruct(structured, server=self.server))
         for surface in surfaces:
             self.assertEqual(surface.to_bytes(), surfaces[0].to_bytes())

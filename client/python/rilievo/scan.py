@@ -116,14 +116,15 @@ def _stations(sensor: npt.NDArray[np.float64]) -> Tuple[npt.NDArray[np.float64],
 
 def _colors(colors: Any, count: int,
             parameter: str = "point_colors") -> npt.NDArray[np.uint8]:
-    """Of bytes as they are, of 16 bits the upper 8, of real numbers from 0 to 1."""
+    """Of bytes as they are, of 16 bits the upper 8 unless all are 0, as in many LAS files, of real
+    numbers from 0 to 1."""
     array = np.asarray(colors)
     if array.shape != (count, 3):
         raise refuse(parameter, f"the shape is {array.shape}, ({count}, 3) is needed")
     if array.dtype == np.uint8:
         return array
     if array.dtype == np.uint16:
-        return (array >> 8).astype(np.uint8)
+        return (array >> (8 if np.any(array > 255) else 0)).astype(np.uint8)
     if array.dtype.kind == "f" and np.all((array >= 0) & (array <= 1)):
         return (255 * array + 0.5).astype(np.uint8)
     raise refuse(parameter, f"the elements are {array.dtype}; give uint8, uint16, or real "
