@@ -18,6 +18,8 @@ namespace rilievo {
 namespace {
 
 constexpr size_t kWordsAtOnce = size_t{1} << 15;  // 2 MB of numbers
+constexpr int64_t kSlabBytes = int64_t{1}
+                               << 24;  // of distances at once, where one slab a thread is less
 
 // The eight numbers 0 or 1 of each byte.
 std::array<std::array<char, 8>, 256> NumbersOfBytes() {
@@ -87,9 +89,12 @@ VoxelValues ValuesOf(const VoxelBits& bits, std::string content, const RunContex
 VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
                      const RunContext& context) {
   const auto at = std::make_shared<int>(0);
+  const int64_t slab_bytes = distances.grid().Index(0, 0, VoxelDistances::kSlab) * sizeof(float);
+  const int64_t slabs = std::max<int64_t>(context.ThreadCount(), kSlabBytes / slab_bytes);
+  const auto at_once = static_cast<int>(slabs) * VoxelDistances::kSlab;
   return {distances.grid(), std::move(content), "float", sizeof(float),
-          [at, &distances, context]() -> absl::StatusOr<std::string> {
-            const int count = std::min(VoxelDistances::kLayers, distances.grid().size.z() - *at);
+          [at, at_once, &distances, context]() -> absl::StatusOr<std::string> {
+            const int count = std::min(at_once, distances.grid().size.z() - *at);
             RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> layers,
                                      distances.Layers(*at, count, context));
             *at += count;

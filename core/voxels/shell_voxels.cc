@@ -1,44 +1,22 @@
 #include "core/voxels/shell_voxels.h"
 
-#include <array>
-#include <cmath>
-#include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/voxels/triangle_box.h"
+#include "core/voxels/triangle_pieces.h"
 
 namespace rilievo {
 namespace {
 
-using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double kTestedExtent = 2;   // voxels, of a piece whose voxels are tested
-constexpr double kPartedExtent = 64;  // of a piece that one thread takes at once
+// In voxels.
+constexpr double kTestedExtent = 2;   // of a piece whose voxels are tested
+constexpr double kSharedExtent = 64;  // of a triangle; larger ones are shared among the threads
 
-using Corners = std::array<Vector3d, 3>;  // in voxels from the grid's origin
-
-struct PieceBox {
-  Vector3d low, high;
-  explicit PieceBox(const Corners& piece)
-      : low(piece[0].cwiseMin(piece[1]).cwiseMin(piece[2])),
-        high(piece[0].cwiseMax(piece[1]).cwiseMax(piece[2])) {}
-  double extent() const { return (high - low).maxCoeff(); }
-};
-
-template <typename Visit>
-void ForEachQuarter(const Corners& piece, const Visit& visit) {
-  const Vector3d ab = (piece[0] + piece[1]) / 2, bc = (piece[1] + piece[2]) / 2,
-                 ca = (piece[2] + piece[0]) / 2;
-  visit(Corners{piece[0], ab, ca});
-  visit(Corners{ab, piece[1], bc});
-  visit(Corners{ca, bc, piece[2]});
-  visit(Corners{ab, bc, ca});
-}
-
-void TestVoxels(const Corners& piece, const PieceBox& box, VoxelBits& shell) {
+void TestVoxels(const TrianglePiece& piece, const PieceBox& box, VoxelBits& shell) {
   const Vector3i first = ((box.low.array() - kVoxelSlack).ceil() - 1).cast<int>();
   const Vector3i last = (box.high.array() + kVoxelSlack).floor().cast<int>();
   if (first == last) {
@@ -58,52 +36,38 @@ void TestVoxels(const Corners& piece, const PieceBox& box, VoxelBits& shell) {
   }
 }
 
-void Voxelize(const Corners& piece, VoxelBits& shell) {
-  const PieceBox box(piece);
-  if (box.extent() <= kTestedExtent) return TestVoxels(piece, box, shell);
-  ForEachQuarter(piece, [&](const Corners& quarter) { Voxelize(quarter, shell); });
-}
-
-// Appends `piece` in parts that one thread takes at once.
-void Part(const Corners& piece, std::vector<Corners>* parts) {
-  if (PieceBox(piece).extent() <= kPartedExtent) {
-    parts->push_back(piece);
-    return;
-  }
-  ForEachQuarter(piece, [&](const Corners& quarter) { Part(quarter, parts); });
-}
-
 }  // namespace
 
 absl::StatusOr<VoxelBits> ShellVoxels(const TriangleMesh& mesh, const VoxelGrid& grid,
                                       const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckInside(mesh, grid));
-  const auto corners_of = [&](Eigen::Index t) {
-    Corners corners;
-    for (int k = 0; k < 3; ++k) {
-      corners[static_cast<size_t>(k)] = grid.LocalOf(mesh.vertices.col(mesh.triangles(k, t)));
-    }
-    return corners;
-  };
-  const auto is_large = [](const Corners& piece) {
-    return PieceBox(piece).extent() > kPartedExtent;
-  };
   VoxelBits shell(grid);
+  const auto voxelize = [&shell](const TrianglePiece& whole) {
+    ForEachPart(whole, kTestedExtent, [&shell](const TrianglePiece& piece, const PieceBox& box) {
+      TestVoxels(piece, box, shell);
+    });
+  };
+  const auto is_large = [](const TrianglePiece& piece) {
+    return PieceBox(piece).extent() > kSharedExtent;
+  };
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(mesh.triangles.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t t = begin; t < end; ++t) {
-          const Corners piece = corners_of(t);
-          if (!is_large(piece)) Voxelize(piece, shell);
+          const TrianglePiece piece = PieceOf(mesh, t, grid);
+          if (!is_large(piece)) voxelize(piece);
         }
       }));
-  std::vector<Corners> parts;
+  std::vector<TrianglePiece> shares;
   for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
-    const Corners piece = corners_of(t);
-    if (is_large(piece)) Part(piece, &parts);
+    const TrianglePiece piece = PieceOf(mesh, t, grid);
+    if (!is_large(piece)) continue;
+    ForEachPart(piece, kSharedExtent, [&shares](const TrianglePiece& share, const PieceBox&) {
+      shares.push_back(share);
+    });
   }
   RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(static_cast<int64_t>(parts.size()), 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) Voxelize(parts[static_cast<size_t>(i)], shell);
+      ParallelFor(static_cast<int64_t>(shares.size()), 1, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) voxelize(shares[static_cast<size_t>(i)]);
       }));
   return shell;
 }

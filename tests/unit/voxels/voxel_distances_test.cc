@@ -81,7 +81,7 @@ TEST(VoxelDistancesTest, LayersAreTheSameHoweverManyAreAskedFor) {
   ASSERT_TRUE(field.ok()) << field.status();
   const auto all = field->Layers(0, field->grid().size.z(), {});
   ASSERT_TRUE(all.ok()) << all.status();
-  for (const int count : {1, 3, VoxelDistances::kLayers}) {
+  for (const int count : {1, 3, VoxelDistances::kSlab}) {
     std::vector<float> gathered;
     for (int z = 0; z < field->grid().size.z(); z += count) {
       RunContext context;
