@@ -187,7 +187,7 @@ TEST(ScanColorsTest, PointsWithoutOneTakeThatOfThePointBefore) {
                      "a.pcd"),
             expected);
   EXPECT_EQ(ColorsOf("VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 2\nHEIGHT 1\n"
-                     "POINTS 2\nDATA ascii\n0 0 0 9.18355e-40\n1 0 0 nan\n",
+                     "POINTS 2\nDATA ascii\n0 0 0 9.183564e-40\n1 0 0 nan\n",
                      "a.pcd"),
             (std::vector<Rgb>(2, Rgb{10, 0, 1})));
   EXPECT_TRUE(ColorsOf("x y z r g b\n0 0 0\n1 0 0\n", "a.xyz").empty());
