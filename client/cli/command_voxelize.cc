@@ -231,7 +231,7 @@ Command AddVoxelize(CLI::App& program) {
       app->add_option("--band", arguments->band,
                       "distances are exact up to so many voxels on both sides, and stay at that "
                       "beyond")
-          ->check(CLI::Range(1, kMaxVoxelResolution))
+          ->check(CLI::Range(1, VoxelDistances::kMaxBand))
           ->capture_default_str();
   app->add_flag("--json", arguments->json, "print JSON");
   app->add_flag("--quiet", arguments->quiet, "show no progress");

@@ -13,6 +13,7 @@ RilievoCode CodeOf(absl::StatusCode code) {
   switch (code) {
     case absl::StatusCode::kInvalidArgument:
     case absl::StatusCode::kOutOfRange:
+    case absl::StatusCode::kFailedPrecondition:
       return RILIEVO_INVALID_ARGUMENT;
     case absl::StatusCode::kResourceExhausted:
       return RILIEVO_RESOURCE_EXHAUSTED;
@@ -59,6 +60,6 @@ absl::Status NotNull(const void* pointer, const char* name) {
 
 }  // namespace rilievo::decoder_c
 
-int rilievo_decoder_abi_version(void) { return 4; }
+int rilievo_decoder_abi_version(void) { return 5; }
 const char* rilievo_decoder_version(void) { return RILIEVO_VERSION; }
 const char* rilievo_last_error(void) { return rilievo::decoder_c::last_error_text; }

@@ -42,8 +42,9 @@ typedef struct RilievoSurface RilievoSurface;
 typedef struct RilievoMesh RilievoMesh;
 typedef struct RilievoEvaluator RilievoEvaluator;
 typedef struct RilievoFinder RilievoFinder;
+typedef struct RilievoVoxels RilievoVoxels;
 
-/* 4; grows when functions are added. */
+/* 5; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -174,6 +175,30 @@ RILIEVO_API RilievoCode rilievo_find_closest(const RilievoFinder* finder, const 
                                              size_t count, int threads, uint32_t* faces,
                                              double* parameters, double* distances,
                                              double* positions);
+
+/* What the voxels of a surface tell: which ones it meets; of a closed one, whose centres are inside;
+ * how far their centres are from it, negative inside of a closed one. */
+enum { RILIEVO_SHELL = 0, RILIEVO_SOLID = 1, RILIEVO_DISTANCE = 2 };
+
+/* Since 5. The triangles of `level` (negative: the finest that is there) as voxels: `resolution` of
+ * them, [1, 2048], along the longest side of the bounding box, or with 0 such of edge length
+ * `voxel`, scan unit. Distances are exact up to `band` voxels, [1, 1023], and that far beyond; the
+ * other kinds do not use it. INVALID_ARGUMENT also for a solid of an open surface. On failure
+ * *voxels is NULL. */
+RILIEVO_API RilievoCode rilievo_voxelize(const RilievoSurface* surface, int level, int kind,
+                                         int resolution, double voxel, int band, int threads,
+                                         RilievoVoxels** voxels);
+RILIEVO_API void rilievo_voxels_free(RilievoVoxels* voxels); /* NULL is fine */
+
+/* Since 5. x, y, z of the corner of the first voxel, scan frame, then the edge length of all. */
+RILIEVO_API const double* rilievo_voxels_frame(const RilievoVoxels* voxels, size_t* count);
+/* Since 5. How many voxels there are along x, y and z. */
+RILIEVO_API const uint32_t* rilievo_voxels_size(const RilievoVoxels* voxels, size_t* count);
+/* Since 5. 1 for each voxel of a shell or a solid, 0 for the others; x runs fastest, z slowest. None
+ * for distances. */
+RILIEVO_API const uint8_t* rilievo_voxels_filled(const RilievoVoxels* voxels, size_t* count);
+/* Since 5. The distances in the same order, scan unit; none for shells and solids. */
+RILIEVO_API const float* rilievo_voxels_distances(const RilievoVoxels* voxels, size_t* count);
 
 #ifdef __cplusplus
 } /* extern "C" */

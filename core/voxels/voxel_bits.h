@@ -1,7 +1,6 @@
 // One bit for each voxel of a grid.
 #pragma once
 
-#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -26,14 +25,13 @@ struct VoxelBits {
     return count;
   }
 
-  // Several threads may look and set at once.
-  bool AtShared(int64_t index) {
-    const uint64_t word = std::atomic_ref(words[Word(index)]).load(std::memory_order_relaxed);
-    return word >> (index % 64) & 1;
+  // Several threads may look and set at once. Not std::atomic_ref, which the library of the
+  // WebAssembly build lacks.
+  bool AtShared(int64_t index) const {
+    return __atomic_load_n(&words[Word(index)], __ATOMIC_RELAXED) >> (index % 64) & 1;
   }
   void SetShared(int64_t index) {
-    std::atomic_ref(words[Word(index)])
-        .fetch_or(uint64_t{1} << (index % 64), std::memory_order_relaxed);
+    __atomic_fetch_or(&words[Word(index)], uint64_t{1} << (index % 64), __ATOMIC_RELAXED);
   }
 
   // Sets voxels [begin, end).

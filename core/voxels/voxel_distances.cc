@@ -40,8 +40,9 @@ Vector3d NormalOf(const TrianglePiece& piece) {
 absl::StatusOr<VoxelDistances> VoxelDistances::Build(const TriangleMesh& mesh,
                                                      const VoxelGrid& grid, int band,
                                                      const RunContext& context) {
-  if (band < 1) {
-    return absl::InvalidArgumentError(absl::StrCat("band ", band, ": must be at least 1"));
+  if (band < 1 || band > kMaxBand) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("band ", band, ": must be from 1 to ", kMaxBand));
   }
   RILIEVO_RETURN_IF_ERROR(CheckInside(mesh, grid));
   VoxelDistances made;

@@ -23,9 +23,10 @@ class VoxelDistances {
  public:
   // Layers asked for at once are shared among threads in slabs of so many, from layer 0.
   static constexpr int kSlab = 4;
+  static constexpr int kMaxBand = kMaxVoxelMargin - 1;
 
-  // `band`: in voxels, >= 1. INVALID_ARGUMENT for another band, and where the mesh does not lie
-  // inside of the grid; CANCELLED.
+  // `band`: in voxels, [1, kMaxBand]. INVALID_ARGUMENT for another band, and where the mesh does
+  // not lie inside of the grid; CANCELLED.
   static absl::StatusOr<VoxelDistances> Build(const TriangleMesh& mesh, const VoxelGrid& grid,
                                               int band, const RunContext& context);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
@@ -26,14 +27,19 @@ bool Fits(const Array3d& sides) {
   return sides.maxCoeff() <= kMaxVoxelsAlongSide && sides.prod() <= static_cast<double>(kMaxVoxels);
 }
 
-absl::Status TooMany(const Array3d& extent, double voxel, int margin) {
-  const Array3d sides = SidesOf(extent, voxel, margin);
+absl::Status TooMany(const Array3d& extent, double voxel, const VoxelGridOptions& options) {
+  const Array3d sides = SidesOf(extent, voxel, options.margin);
   double larger = voxel;
-  while (!Fits(SidesOf(extent, larger, margin))) larger *= 1.1;
-  return absl::OutOfRangeError(
-      absl::StrCat("voxel ", voxel, ": makes ", sides.x(), " x ", sides.y(), " x ", sides.z(),
-                   " voxels, and at most ", kMaxVoxels, " and ", kMaxVoxelsAlongSide,
-                   " along a side are possible; take a voxel of ", larger, " or more"));
+  while (!Fits(SidesOf(extent, larger, options.margin))) larger *= 1.1;
+  const std::string asked = options.resolution ? absl::StrCat("resolution ", *options.resolution)
+                                               : absl::StrCat("voxel ", voxel);
+  const std::string advised =
+      options.resolution
+          ? absl::StrCat("a resolution of ", std::floor(extent.maxCoeff() / larger), " or less")
+          : absl::StrCat("a voxel of ", larger, " or more");
+  return absl::OutOfRangeError(absl::StrCat(
+      asked, ": makes ", sides.x(), " x ", sides.y(), " x ", sides.z(), " voxels, and at most ",
+      kMaxVoxels, " and ", kMaxVoxelsAlongSide, " along a side are possible; take ", advised));
 }
 
 }  // namespace
@@ -49,9 +55,9 @@ absl::Status VoxelGridOptions::Validate() const {
   if (voxel && !(*voxel > 0 && std::isfinite(*voxel))) {
     return absl::InvalidArgumentError(absl::StrCat("voxel ", *voxel, ": must be more than 0"));
   }
-  if (margin < 1 || margin > kMaxVoxelsAlongSide) {
+  if (margin < 1 || margin > kMaxVoxelMargin) {
     return absl::InvalidArgumentError(
-        absl::StrCat("margin ", margin, ": must be from 1 to ", kMaxVoxelsAlongSide));
+        absl::StrCat("margin ", margin, ": must be from 1 to ", kMaxVoxelMargin));
   }
   return absl::OkStatus();
 }
@@ -75,7 +81,7 @@ absl::StatusOr<VoxelGrid> ChooseVoxelGrid(const TriangleMesh& mesh,
   VoxelGrid grid;
   grid.voxel = options.voxel ? *options.voxel : longest * (1 + 0x1p-20) / *options.resolution;
   const Array3d sides = SidesOf(extent, grid.voxel, options.margin);
-  if (!Fits(sides)) return TooMany(extent, grid.voxel, options.margin);
+  if (!Fits(sides)) return TooMany(extent, grid.voxel, options);
   grid.size = sides.cast<int>();
   grid.origin = low.array() - grid.voxel * options.margin - FreeOf(extent, grid.voxel);
   return grid;

@@ -14,6 +14,7 @@ namespace rilievo {
 inline constexpr int kMaxVoxelResolution = 2048;
 inline constexpr int kMaxVoxelsAlongSide = 1 << 16;
 inline constexpr int64_t kMaxVoxels = int64_t{1} << 34;
+inline constexpr int kMaxVoxelMargin = 1024;  // leaves room for a surface
 
 // Voxel (x, y, z) is the closed cube from origin + voxel * (x, y, z) to the next in each direction.
 struct VoxelGrid {
@@ -36,7 +37,7 @@ struct VoxelGrid {
 struct VoxelGridOptions {
   std::optional<int> resolution;  // voxels along the longest side of the bounding box, [1, 2048]
   std::optional<double> voxel;    // edge length, scan unit, > 0
-  int margin = 1;                 // voxels on each side that the surface does not come to, >= 1
+  int margin = 1;  // voxels on each side that the surface does not come to, [1, 1024]
 
   // INVALID_ARGUMENT that begins with the name of the field.
   absl::Status Validate() const;
@@ -45,8 +46,7 @@ struct VoxelGridOptions {
 // The surface begins at the margin, but for 2^-21 of its extent, so that faces along the bounding
 // box do not touch the voxels beyond them; where it is thinner than a voxel it lies in the middle
 // of one. INVALID_ARGUMENT where the mesh has no triangles, no extent or a coordinate that is not
-// finite; OUT_OF_RANGE for more than kMaxVoxels or kMaxVoxelsAlongSide, with the voxel that would
-// do.
+// finite; OUT_OF_RANGE for more than kMaxVoxels or kMaxVoxelsAlongSide, with what would do.
 absl::StatusOr<VoxelGrid> ChooseVoxelGrid(const TriangleMesh& mesh,
                                           const VoxelGridOptions& options);
 

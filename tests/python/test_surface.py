@@ -1,5 +1,6 @@
 """Reading .dss files: what the arrays hold, how long they live, and what is refused."""
 import gc
+import json
 import os
 import pickle
 import subprocess
@@ -170,6 +171,40 @@ class SurfaceTest(unittest.TestCase):
             self.surface.closest([1.0, 2.0, 3.0])
         with self.assertRaisesRegex(rilievo.InvalidArgument, "point 1 .* not finite"):
             self.surface.closest([[1.0, 2.0, 3.0], [np.nan, 0, 0]])
+
+    def test_voxels_are_those_of_the_command_line(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "voxels.raw")
+            for kind, element in (("shell", np.uint8), ("distance", np.float32)):
+                told = json.loads(subprocess.run(
+                    [program("RILIEVO_PROGRAM"), "voxelize", str(GOLDEN), path, "--kind", kind,
+                     "--resolution", "40", "--json", "--quiet"], check=True,
+                    capture_output=True).stdout)
+                voxels = self.surface.voxels(40, kind=kind)
+                self.assertEqual(voxels.values.dtype, element)
+                self.assertEqual(list(voxels.values.shape), told["size"])
+                self.assertEqual((voxels.voxel, list(voxels.origin)),
+                                 (told["voxel"], told["origin"]))
+                np.testing.assert_array_equal(voxels.values.ravel(order="F"),
+                                              np.fromfile(path, element))
+
+    def test_voxels_hold_the_vertices_of_their_level(self):
+        voxels = self.surface.voxels(voxel=self.surface.frame.diagonal / 50, level=1)
+        at = np.floor((self.surface.vertices(1) - voxels.origin) / voxels.voxel).astype(int)
+        self.assertTrue((voxels.values[tuple(at.T)] == 1).all())
+        with self.assertRaises(ValueError):
+            voxels.values[0, 0, 0] = 1
+
+    def test_voxels_refuse_what_is_wrong(self):
+        for said, arguments in (("either resolution or voxel", {}),
+                                ("either resolution or voxel", {"resolution": 8, "voxel": 1.0}),
+                                ("resolution = 0", {"resolution": 0}),
+                                ("voxel -1", {"voxel": -1.0}),
+                                ("kind = 'hull'", {"resolution": 8, "kind": "hull"}),
+                                ("level", {"resolution": 8, "level": 90}),
+                                ("band 0", {"resolution": 8, "kind": "distance", "band": 0})):
+            with self.assertRaisesRegex(rilievo.InvalidArgument, said):
+                self.surface.voxels(**arguments)
 
     def test_refusals_name_what_is_wrong(self):
         for level in (-1, self.surface.max_level + 3, 10**6):

@@ -14,7 +14,7 @@ from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, 
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
 from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
-                      Jet, Mesh, Place, Surface, read)
+                      Jet, Mesh, Place, Surface, Voxels, read)
 
 if TYPE_CHECKING:
     from .connection import Server
@@ -30,7 +30,7 @@ __all__ = [
     "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
-    "Surface", "UNITS", "Unavailable", "convert", "read", "reconstruct",
+    "Surface", "UNITS", "Unavailable", "Voxels", "convert", "read", "reconstruct",
 ]
 
 _WITH_GRPC = {

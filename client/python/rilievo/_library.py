@@ -22,6 +22,8 @@ _ELEMENTS = {
     "rilievo_mesh_vertices": ctypes.c_double, "rilievo_mesh_faces": ctypes.c_uint32,
     "rilievo_mesh_normals": ctypes.c_float, "rilievo_mesh_flags": ctypes.c_uint8,
     "rilievo_surface_colors": ctypes.c_uint8, "rilievo_mesh_colors": ctypes.c_uint8,
+    "rilievo_voxels_frame": ctypes.c_double, "rilievo_voxels_size": ctypes.c_uint32,
+    "rilievo_voxels_filled": ctypes.c_uint8, "rilievo_voxels_distances": ctypes.c_float,
 }
 
 
@@ -64,13 +66,19 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
         for name in ("rilievo_evaluator_free", "rilievo_finder_free"):
             getattr(library, name).argtypes = [pointer]
             getattr(library, name).restype = None
+    if library.rilievo_decoder_abi_version() >= 5:
+        library.rilievo_voxelize.argtypes = [pointer] + 3 * [ctypes.c_int] + [
+            ctypes.c_double, ctypes.c_int, ctypes.c_int, out]
+        library.rilievo_voxels_free.argtypes = [pointer]
+        library.rilievo_voxels_free.restype = None
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
     for name in ("rilievo_surface_max_level", "rilievo_surface_declared_max_level"):
         getattr(library, name).argtypes = [pointer]
     for name in _ELEMENTS:
-        if name.endswith("_colors") and library.rilievo_decoder_abi_version() < 4:
+        since = 4 if name.endswith("_colors") else 5 if "_voxels_" in name else 1
+        if library.rilievo_decoder_abi_version() < since:
             continue
         getattr(library, name).argtypes = [pointer, count]
         getattr(library, name).restype = pointer
@@ -204,3 +212,14 @@ def find_closest(of: Handle, places: npt.NDArray[np.float64], threads: int) -> T
         of.address, places.ctypes.data, count, threads, faces.ctypes.data, parameters.ctypes.data,
         distances.ctypes.data, positions.ctypes.data))
     return faces, parameters, distances, positions
+
+
+def voxelize(surface: Handle, level: int, kind: int, resolution: int, voxel: float, band: int,
+             threads: int) -> Handle:
+    if library().rilievo_decoder_abi_version() < 5:
+        raise RilievoError("this decoder library is of an older version and makes no voxels; "
+                           "install the one of this version")
+    voxels = ctypes.c_void_p()
+    check(library().rilievo_voxelize(surface.address, level, kind, resolution, voxel, band, threads,
+                                     ctypes.byref(voxels)))
+    return Handle(voxels.value or 0, "rilievo_voxels_free")

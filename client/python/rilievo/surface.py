@@ -17,6 +17,7 @@ MEASURED, SMOOTHED, FILLED = 0, 1, 2
 """Flags of a vertex: where its height comes from. Smoothed show once the whole file is there."""
 
 _KEPT_LEVELS = 2
+_VOXEL_KINDS = ("shell", "solid", "distance")
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,19 @@ class Closest:
     """(n,), unit of the scan."""
     positions: npt.NDArray[np.float64]
     """(n, 3), scan frame."""
+
+
+@dataclass(frozen=True)
+class Voxels:
+    """Cubes of one size; the array is a read-only view of the decoder's memory."""
+    values: npt.NDArray[Any]
+    """(nx, ny, nz). uint8 of a shell or a solid: 1 for its voxels, 0 for the others; float32
+    distances of the centres, unit of the scan, negative inside of a closed surface."""
+    origin: npt.NDArray[np.float64]
+    """(3,) corner of voxel (0, 0, 0) with the least coordinates, scan frame. The centre of voxel i
+    lies at origin + (i + 0.5) * voxel."""
+    voxel: float
+    """Edge length, unit of the scan."""
 
 
 class Surface:
@@ -326,6 +340,26 @@ class Surface:
             self._tool("finder", smooth), places, self._threads)
         return Closest(faces, parameters[:, 0].copy(), parameters[:, 1].copy(), distances,
                        positions)
+
+    def voxels(self, resolution: Optional[int] = None, voxel: Optional[float] = None,
+               kind: str = "shell", level: Optional[int] = None, band: int = 3) -> Voxels:
+        """The triangles of `level`, by default the finest, as voxels: `resolution` of them, [1,
+        2048], along the longest side of the bounding box, or voxels of edge length `voxel`, unit of
+        the scan. `kind`: "shell", the voxels that the surface meets; "solid", those whose centre is
+        inside of a closed one; "distance", exact up to `band` voxels and that far beyond."""
+        if (resolution is None) == (voxel is None):
+            raise InvalidArgument("give either resolution or voxel")
+        if kind not in _VOXEL_KINDS:
+            raise InvalidArgument(f"kind = {kind!r}: must be one of {', '.join(_VOXEL_KINDS)}")
+        if resolution is not None and not 1 <= operator.index(resolution) <= 2048:
+            raise InvalidArgument(f"resolution = {resolution}: must be in [1, 2048]")
+        handle = _library.voxelize(
+            self._handle, -1 if level is None else _level(level), _VOXEL_KINDS.index(kind),
+            operator.index(resolution or 0), float(voxel or 0), operator.index(band), self._threads)
+        name = "rilievo_voxels_distances" if kind == "distance" else "rilievo_voxels_filled"
+        size, frame = handle.array("rilievo_voxels_size"), handle.array("rilievo_voxels_frame")
+        # x runs fastest in memory.
+        return Voxels(handle.array(name).reshape(size[::-1]).T, frame[:3], float(frame[3]))
 
     def _tool(self, kind: str, smooth: bool) -> _library.Handle:
         with self._lock:

@@ -65,6 +65,19 @@ TEST(VoxelGridTest, TheVoxelThatIsAdvisedIsTaken) {
   }
 }
 
+TEST(VoxelGridTest, TheResolutionThatIsAdvisedIsTaken) {
+  const TriangleMesh cube = BoxMesh({0, 0, 0}, {1, 1, 1});
+  VoxelGridOptions options{.resolution = 2048, .voxel = {}, .margin = kMaxVoxelMargin};
+  const auto refused = ChooseVoxelGrid(cube, options);
+  ASSERT_EQ(refused.status().code(), absl::StatusCode::kOutOfRange);
+  const std::string said(refused.status().message());
+  const std::string before = "take a resolution of ";
+  EXPECT_THAT(said, HasSubstr("resolution 2048: makes 4096 x 4096 x 4096 voxels"));
+  ASSERT_THAT(said, HasSubstr(before));
+  options.resolution = std::stoi(said.substr(said.find(before) + before.size()));
+  EXPECT_TRUE(ChooseVoxelGrid(cube, options).ok());
+}
+
 TEST(VoxelGridTest, RefusesWhatHasNoVoxels) {
   const auto said = [](const TriangleMesh& mesh, const VoxelGridOptions& options) {
     const auto grid = ChooseVoxelGrid(mesh, options);
@@ -80,6 +93,8 @@ TEST(VoxelGridTest, RefusesWhatHasNoVoxels) {
               HasSubstr("voxel -1: must be more than 0"));
   EXPECT_THAT(said(kBrick, {.resolution = {}, .voxel = std::nan("")}), HasSubstr("voxel nan"));
   EXPECT_THAT(said(kBrick, {.resolution = 8, .voxel = {}, .margin = 0}), HasSubstr("margin 0"));
+  EXPECT_THAT(said(kBrick, {.resolution = 8, .voxel = {}, .margin = 1025}),
+              HasSubstr("margin 1025"));
   EXPECT_THAT(said({}, {.resolution = 8, .voxel = {}}), HasSubstr("no triangles"));
   TriangleMesh mesh = MeshOf({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}});
   EXPECT_THAT(said(mesh, {.resolution = 8, .voxel = {}}), HasSubstr("no extent"));
