@@ -31,9 +31,9 @@ constexpr int64_t kStationOfPoint = 10, kNormalOfPoint = 16, kColorOfPoint = 3;
 // The coding of colours, of a face of the finest level.
 constexpr int64_t kColoredFace = 70;
 constexpr int64_t kTelling = 5;
-// Of a mesh beside the points that are sampled on it: of a vertex and of a triangle, with its
+// While a mesh is checked, before points are sampled on it: of a vertex and of a triangle, with its
 // edges.
-constexpr int64_t kMeshVertex = 60, kMeshTriangle = 200;
+constexpr int64_t kCheckedVertex = 60, kCheckedTriangle = 180;
 // A control mesh has about so many faces at least, however few were asked for.
 constexpr int64_t kFewestMade = 64;
 // See FitOptions::sample_level.
@@ -87,9 +87,9 @@ int64_t EstimateMemory(const JobRequest& job) {
   const int64_t surface = kSampledPoint * points + kFace * telling +
                           kFilledFace * (faces - telling) +
                           (job.layout.colors ? kColoredFace * faces : 0);
-  const int64_t given =
-      mesh ? kMeshVertex * job.point_count + kMeshTriangle * job.triangle_count : 0;
-  return kProgramBytes + given + std::max({analysis, fit, surface});
+  const int64_t check =
+      mesh ? kCheckedVertex * job.point_count + kCheckedTriangle * job.triangle_count : 0;
+  return kProgramBytes + std::max({check, analysis, fit, surface});
 }
 
 }  // namespace rilievo

@@ -103,22 +103,32 @@ TEST(MemoryEstimate, FacesThatAreNotMadeAreNotReserved) {
   EXPECT_EQ(EstimateMemory(job), before);
 }
 
-// So many points are sampled on a mesh, and the mesh itself takes its part.
-TEST(MemoryEstimate, OfAMeshGrowsWithItsTriangles) {
-  JobRequest mesh, scan;
-  mesh.point_count = 500;
-  mesh.triangle_count = 996;
-  scan.point_count = 60'000;
-  EXPECT_NEAR(static_cast<double>(EstimateMemory(mesh)), static_cast<double>(EstimateMemory(scan)),
-              0.5 * static_cast<double>(EstimateMemory(scan)));
-  int64_t before = EstimateMemory(mesh);
-  for (const int64_t triangles : {100'000, 1'000'000, 10'000'000}) {
-    mesh.triangle_count = triangles;
-    mesh.point_count = triangles / 2;
-    EXPECT_GT(EstimateMemory(mesh), before);
-    before = EstimateMemory(mesh);
+struct MeasuredMesh {
+  int64_t vertices, triangles;
+  double peak_megabytes;
+};
+
+// Of even triangles: tori and a sheet.
+const MeasuredMesh kMeasuredMeshes[] = {
+    {480, 960, 72.6},
+    {3'200, 6'400, 72.9},
+    {40'401, 80'000, 73.7},
+    {51'200, 102'400, 73.9},
+    {150'152, 300'304, 156.9},
+    {500'000, 1'000'000, 222.4},
+    {2'000'000, 4'000'000, 727.5},
+};
+
+TEST(MemoryEstimate, OfMeshesToo) {
+  for (const MeasuredMesh& measured : kMeasuredMeshes) {
+    SCOPED_TRACE(testing::Message() << measured.triangles << " triangles");
+    JobRequest job;
+    job.point_count = measured.vertices;
+    job.triangle_count = measured.triangles;
+    const auto estimate = static_cast<double>(EstimateMemory(job)) / 1e6;
+    EXPECT_GT(estimate, measured.peak_megabytes);
+    EXPECT_LT(estimate, 1.3 * measured.peak_megabytes);
   }
-  EXPECT_LT(before, 3'000'000'000) << "the samples do not grow any more";
 }
 
 TEST(MemoryEstimate, NeverOfMoreFacesThanTheServerBuilds) {
