@@ -96,18 +96,18 @@ absl::StatusOr<std::vector<Crossing>> AllCrossings(const TriangleMesh& mesh, con
                                                    const RunContext& context) {
   const std::vector<RoundedCorner> rounded = RoundVertices(mesh, grid);
   const int64_t count = mesh.triangles.cols();
-  std::vector<std::vector<Crossing>> of_block(
-      static_cast<size_t>((count + kSearchBlock - 1) / kSearchBlock));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        const auto corner = [&](int k, int64_t t) {
-          return rounded[static_cast<size_t>(mesh.triangles(k, t))];
-        };
-        for (int64_t t = begin; t < end; ++t) {
-          CollectCrossings({corner(0, t), corner(1, t), corner(2, t)}, grid,
-                           &of_block[static_cast<size_t>(begin / kSearchBlock)]);
-        }
-      }));
+  // A few large triangles cross as many rows as thousands of small ones.
+  const int64_t block = std::clamp<int64_t>(count / 256, 1, kSearchBlock);
+  std::vector<std::vector<Crossing>> of_block(static_cast<size_t>((count + block - 1) / block));
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, block, context, [&](int64_t begin, int64_t end) {
+    const auto corner = [&](int k, int64_t t) {
+      return rounded[static_cast<size_t>(mesh.triangles(k, t))];
+    };
+    for (int64_t t = begin; t < end; ++t) {
+      CollectCrossings({corner(0, t), corner(1, t), corner(2, t)}, grid,
+                       &of_block[static_cast<size_t>(begin / block)]);
+    }
+  }));
   std::vector<Crossing> crossings;
   for (std::vector<Crossing>& block : of_block) {
     crossings.insert(crossings.end(), block.begin(), block.end());

@@ -42,19 +42,29 @@ double NearestByAll(const Vector3d& place, const TriangleMesh& mesh) {
   return std::sqrt(least);
 }
 
+void ExpectDistancesOfAll(const TriangleMesh& mesh, int resolution, int band) {
+  const auto field =
+      VoxelDistances::Build(mesh, DistanceGridAround(mesh, resolution, band), band, {});
+  ASSERT_TRUE(field.ok()) << field.status();
+  EXPECT_NEAR(field->band(), band * field->grid().voxel, 1e-15);
+  double worst = 0;
+  ForEachDistance(*field, [&](const Vector3d& center, double distance) {
+    const double expected = std::min(NearestByAll(center, mesh), field->band());
+    worst = std::max(worst, std::abs(std::abs(distance) - expected));
+  });
+  EXPECT_LT(worst, 1e-7);
+}
+
 TEST(VoxelDistancesTest, AreThoseToTheTriangles) {
   const TriangleMesh torus = Moved(TorusMesh(0.7, 0.28, 12, 8), Askew());
-  for (const int band : {1, 3}) {
-    const auto field = VoxelDistances::Build(torus, DistanceGridAround(torus, 30, band), band, {});
-    ASSERT_TRUE(field.ok()) << field.status();
-    EXPECT_TRUE(field->is_signed());
-    EXPECT_NEAR(field->band(), band * field->grid().voxel, 1e-15);
-    double worst = 0;
-    ForEachDistance(*field, [&](const Vector3d& center, double distance) {
-      const double expected = std::min(NearestByAll(center, torus), field->band());
-      worst = std::max(worst, std::abs(std::abs(distance) - expected));
-    });
-    EXPECT_LT(worst, 1e-7);
+  for (const int band : {1, 3, 9}) ExpectDistancesOfAll(torus, 30, band);
+  // Triangles of many voxels, and slivers.
+  ExpectDistancesOfAll(Moved(BoxMesh({0, 0, 0}, {1, 1, 1}), Askew()), 60, 2);
+  for (const double width : {0.0, 1e-14, 1e-10, 1e-6}) {
+    ExpectDistancesOfAll(
+        MeshOf({{0, 0, 0}, {0.9, 0.7, 0.6}, {0.4, 0.3, 0.3 + width}, {0.9, 0.7, 0.6 + width}},
+               {{0, 1, 2}, {0, 1, 3}}),
+        25, 3);
   }
 }
 
