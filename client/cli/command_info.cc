@@ -152,13 +152,17 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
                             ", ", frame.center.y(), ", ", frame.center.z(), ")"));
   PrintPlace(metadata.place);
   if (metadata.scan_points > 0) {
-    std::cout << LabelledLine("scan", absl::StrCat(Counted(metadata.scan_points, "point", "points"),
-                                                   ", topology ", metadata.topology));
+    const bool is_mesh = InputName(metadata.topology) == std::string("mesh");
+    std::cout << LabelledLine(InputName(metadata.topology),
+                              is_mesh
+                                  ? Counted(metadata.scan_points, "vertex", "vertices")
+                                  : absl::StrCat(Counted(metadata.scan_points, "point", "points"),
+                                                 ", topology ", metadata.topology));
   }
   if (metadata.scan_to_surface.rms >= 0) {
-    std::cout << LabelledLine("error",
-                              absl::StrCat("scan to surface: ", ScanErrorText(ScanErrorOf(decoded)),
-                                           "; % of the diagonal"));
+    std::cout << LabelledLine(
+        "error", absl::StrCat(InputName(metadata.topology), " to surface: ",
+                              ScanErrorText(ScanErrorOf(decoded)), "; % of the diagonal"));
   }
   const double heights =
       std::max(1.0, static_cast<double>(facts.measured + facts.smoothed + facts.filled));

@@ -17,7 +17,6 @@
 #include "client/cli/output_target.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
-#include "core/control/control_options.h"
 #include "core/pipeline/certificate.h"
 #include "server/command_line/text_layout.h"
 
@@ -50,8 +49,7 @@ const char* ScanName(StatedScan scan) {
 std::string Reason(const VerifyArguments& arguments, const Verification& verification) {
   std::vector<std::string> reasons;
   if (verification.scan == StatedScan::kOther) {
-    reasons.push_back(
-        absl::StrCat(arguments.scan, " is not the scan that the surface was made from"));
+    reasons.push_back(absl::StrCat(arguments.scan, " is not what the surface was made from"));
   } else if (verification.scan == StatedScan::kUnknown) {
     reasons.push_back("the file does not say which scan it was made from");
   }
@@ -117,12 +115,12 @@ void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& d
                                         ", every checksum is right"));
   if (!metadata.options.empty()) std::cout << LabelledLine("options", metadata.options);
   if (verification.scan == StatedScan::kSame) {
-    std::cout << LabelledLine(
-        "scan", absl::StrCat(arguments.scan, " is the scan the surface was made from"));
+    std::cout << LabelledLine(InputName(metadata.topology),
+                              absl::StrCat(arguments.scan, " is what the surface was made from"));
   }
   if (const std::optional<ScanError> found = FoundError(decoded, verification)) {
-    std::cout << LabelledLine(
-        "error", absl::StrCat("scan to surface: ", ScanErrorText(*found), "; % of the diagonal"));
+    std::cout << LabelledLine("error", absl::StrCat(InputName(metadata.topology), " to surface: ",
+                                                    ScanErrorText(*found), "; % of the diagonal"));
   }
   if (!verification.figures.empty()) {
     std::cout << absl::StrFormat("  %-24s %16s %16s\n", "figure", "stated", "found");
@@ -144,7 +142,7 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(scan, decoded.metadata.topology == TopologyName(Topology::kMesh)
+    RILIEVO_ASSIGN_OR_RETURN(scan, InputName(decoded.metadata.topology) == std::string("mesh")
                                        ? LoadMesh(arguments.scan, arguments.reading.format, false)
                                        : LoadScan(arguments.scan, arguments.reading,
                                                   {.stations = true, .normals = true}));

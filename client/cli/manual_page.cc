@@ -69,6 +69,7 @@ constexpr char kExamples[] =
     ".nf\n"
     "rilievo diagnose scan.ply\n"
     "rilievo reconstruct scan.ply \\-o surface.dss\n"
+    "rilievo convert mesh.stl \\-o surface.dss\n"
     "rilievo reconstruct *.ply \\-o surfaces/\n"
     "rilievo reconstruct \\- \\-o \\- < scan.laz.gz > surface.dss\n"
     "rilievo view surface.dss \\-o turning.png \\-\\-turntable 24\n"

@@ -34,6 +34,32 @@ std::string DroppedText(const v1::ReconstructReport& report) {
   return parts.empty() ? "none dropped" : "dropped " + absl::StrJoin(parts, ", ");
 }
 
+// What went in.
+std::string InputText(const v1::ReconstructReport& report, const ReportPaths& paths) {
+  if (!report.has_mesh()) {
+    return absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
+                        paths.scan_format, "), ", DroppedText(report));
+  }
+  const v1::MeshReport& mesh = report.mesh();
+  std::string text =
+      absl::StrCat(paths.scan, ": ", Counted(mesh.triangles(), "triangle", "triangles"), ", ",
+                   Counted(report.points_in(), "vertex", "vertices"), " (", paths.scan_format, ")");
+  const std::pair<int64_t, const char*> kinds[] = {{mesh.welded_vertices(), " vertices welded"},
+                                                   {mesh.dropped(), " triangles dropped"},
+                                                   {mesh.flipped(), " triangles turned over"},
+                                                   {mesh.opened_edges(), " edges opened"}};
+  for (const auto& [count, what] : kinds) {
+    if (count > 0) absl::StrAppend(&text, ", ", Grouped(count), what);
+  }
+  return text;
+}
+
+Json MeshJson(const v1::MeshReport& mesh) {
+  return {{"triangles", mesh.triangles()},       {"welded_vertices", mesh.welded_vertices()},
+          {"dropped", mesh.dropped()},           {"flipped", mesh.flipped()},
+          {"opened_edges", mesh.opened_edges()}, {"triangles_used", mesh.triangles_used()}};
+}
+
 std::string TimesText(const v1::ReconstructReport& report) {
   std::vector<std::string> parts;
   for (const v1::StageTime& time : report.stage_times()) {
@@ -56,8 +82,9 @@ std::string ErrorText(const v1::ReconstructReport& report) {
     return absl::StrCat(LengthText(ratio * error.diagonal, error.place), " (", Percent(ratio), ")");
   };
   // The way back ends at a point, so it is never below about half the spacing of the points.
-  return absl::StrCat("scan to surface: ", ScanErrorText(error), "; surface to scan: RMS ",
-                      both(report.error().surface_to_points().rms()), ", max ",
+  const char* const input = InputName(report.road());
+  return absl::StrCat(input, " to surface: ", ScanErrorText(error), "; surface to ", input,
+                      ": RMS ", both(report.error().surface_to_points().rms()), ", max ",
                       both(report.error().surface_to_points().max()), ", the points being ",
                       both(report.median_spacing_ratio()),
                       " apart; across the surface, the larger of both ways: RMS ",
@@ -132,8 +159,7 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
   const auto add = [&](const char* label, const std::string& line) {
     text += LabelledLine(label, line);
   };
-  add("scan", absl::StrCat(paths.scan, ": ", Counted(report.points_in(), "point", "points"), " (",
-                           paths.scan_format, "), ", DroppedText(report)));
+  add(report.has_mesh() ? "mesh" : "scan", InputText(report, paths));
   if (paths.alignment) add("aligned", AlignedLine(*paths.alignment));
   if (report.has_stations() || report.has_normals()) add("sides", SidesText(report));
   add("topology", absl::StrCat(report.road(), ": ", report.road_reason()));
@@ -166,17 +192,18 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
 
 std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths) {
   return Wrap(
-      absl::StrCat(
-          paths.target.path, ": ", Grouped(report.points_used()), " points, ", report.road(),
-          ", genus ", report.genus(), ", ",
-          report.boundary_loops() == 0 ? std::string("closed")
-                                       : Counted(report.boundary_loops(), "loop", "loops"),
-          report.has_error() ? absl::StrCat(", scan to surface ", LineOf(ScanErrorOf(report))) : "",
-          ", ", Grouped(report.encoded_bytes()), " bytes, ",
-          absl::StrFormat("%.2f s", report.total_seconds()),
-          report.warnings().empty()
-              ? ""
-              : "; " + Counted(report.warnings_size(), "warning", "warnings")),
+      absl::StrCat(paths.target.path, ": ", Grouped(report.points_used()), " points, ",
+                   report.road(), ", genus ", report.genus(), ", ",
+                   report.boundary_loops() == 0 ? std::string("closed")
+                                                : Counted(report.boundary_loops(), "loop", "loops"),
+                   report.has_error() ? absl::StrCat(", ", InputName(report.road()), " to surface ",
+                                                     LineOf(ScanErrorOf(report)))
+                                      : "",
+                   ", ", Grouped(report.encoded_bytes()), " bytes, ",
+                   absl::StrFormat("%.2f s", report.total_seconds()),
+                   report.warnings().empty()
+                       ? ""
+                       : "; " + Counted(report.warnings_size(), "warning", "warnings")),
       2);
 }
 
@@ -205,6 +232,7 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["outliers"] = report.outliers();
   json["island_points"] = report.island_points();
   json["points_used"] = report.points_used();
+  json["mesh"] = report.has_mesh() ? MeshJson(report.mesh()) : Json();
   json["diagonal"] = report.diagonal();
   json["median_spacing_ratio"] = report.median_spacing_ratio();
   json["median_noise_ratio"] = report.median_noise_ratio();

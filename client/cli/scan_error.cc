@@ -2,9 +2,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/length_words.h"
+#include "core/control/control_options.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
+
+const char* InputName(const std::string& topology) {
+  return topology == TopologyName(Topology::kMesh) ? "mesh" : "scan";
+}
 
 std::string ScanErrorText(const ScanError& error) {
   const auto both = [&](double length) {

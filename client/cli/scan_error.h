@@ -15,6 +15,9 @@ struct ScanError {
   ScanPlace place = {};
 };
 
+// What a surface of this topology was made from: "scan" or "mesh".
+const char* InputName(const std::string& topology);
+
 // "RMS 0.113 m (0.0413 %), 95 % below 0.2 m (0.07 %), max 1.3 m (0.5 %)"; % of the diagonal.
 std::string ScanErrorText(const ScanError& error);
 

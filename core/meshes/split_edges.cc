@@ -23,8 +23,8 @@ struct GrowingMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<Corners> faces;
 
-  int AddBetween(int a, int b) {
-    vertices.push_back((vertices[a] + vertices[b]) / 2);
+  int AddBetween(int a, int b, double share_of_b = 0.5) {
+    vertices.push_back((1 - share_of_b) * vertices[a] + share_of_b * vertices[b]);
     return static_cast<int>(vertices.size()) - 1;
   }
 };
@@ -73,11 +73,17 @@ void SplitFan(int tip, const std::vector<std::pair<int, int>>& fan, bool is_clos
     }
   };
   while (outer.size() > kWideFan) {
+    double around = 0;
+    for (size_t i = 0; i + 1 < outer.size(); ++i) {
+      around += (mesh->vertices[outer[i + 1]] - mesh->vertices[outer[i]]).norm();
+    }
+    const double inward = 2 * around / static_cast<double>(outer.size() - 1);
     std::vector<int> inner;
     std::vector<size_t> below;  // by vertex of `outer`: the last of `inner` at or before it
     for (size_t i = 0; i < outer.size(); ++i) {
       if (i % 2 == 0 || (!is_closed && i + 1 == outer.size())) {
-        inner.push_back(mesh->AddBetween(tip, outer[i]));
+        const double spoke = (mesh->vertices[tip] - mesh->vertices[outer[i]]).norm();
+        inner.push_back(mesh->AddBetween(outer[i], tip, inward < spoke / 2 ? inward / spoke : 0.5));
       }
       below.push_back(inner.size() - 1);
     }

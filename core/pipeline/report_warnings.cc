@@ -109,9 +109,14 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   }
   if (report.colors_left_out) {
     warnings.emplace_back(
-        "The colours of the scan were left out: even coarse ones do not fit beside the surface "
-        "into "
-        "the bytes asked for. Allow more bytes.");
+        "The colours were left out: even coarse ones do not fit beside the surface into the bytes "
+        "asked for. Allow more bytes.");
+  }
+  if (report.mesh.opened_edges > 0) {
+    warnings.push_back(absl::StrFormat(
+        "%d edge(s) of the mesh, of more than two triangles or where it meets itself the other way "
+        "round, were opened: its pieces are apart there.",
+        report.mesh.opened_edges));
   }
   if (report.strays > 0) {
     warnings.push_back(

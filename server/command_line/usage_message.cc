@@ -48,7 +48,9 @@ std::string CommandsForFile(const fs::path& path) {
   if (path.extension() == ".dss") {
     return absl::StrCat("rilievo info ", file, "\nrilievo view ", file, " -o ", stem, ".png");
   }
-  return absl::StrCat("rilievo reconstruct ", file, " -o ", stem, ".dss");
+  const bool is_mesh = path.extension() == ".stl" || path.extension() == ".glb";
+  return absl::StrCat("rilievo ", is_mesh ? "convert " : "reconstruct ", file, " -o ", stem,
+                      ".dss");
 }
 
 bool NamesAFile(const std::string& word) {

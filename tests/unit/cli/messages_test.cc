@@ -17,9 +17,9 @@ struct Case {
 
 const Case kCases[] = {
     {"", 2,
-     R"(rilievo: a command is missing; the commands are reconstruct, diagnose, align,
-  export, info, measure, evaluate, voxelize, verify, compare, simulate, view,
-  jobs, completion
+     R"(rilievo: a command is missing; the commands are reconstruct, convert, diagnose,
+  align, export, info, measure, evaluate, voxelize, verify, compare, simulate,
+  view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -38,9 +38,9 @@ See 'rilievo --help'.
 See 'rilievo --help'.
 )"},
     {"polish", 2,
-     R"(rilievo: 'polish' is not a command; the commands are reconstruct, diagnose,
-  align, export, info, measure, evaluate, voxelize, verify, compare, simulate,
-  view, jobs, completion
+     R"(rilievo: 'polish' is not a command; the commands are reconstruct, convert,
+  diagnose, align, export, info, measure, evaluate, voxelize, verify, compare,
+  simulate, view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,
@@ -115,8 +115,9 @@ See 'rilievo reconstruct --help'.
   surface needs at least 20 distinct ones
 )"},
     {"reconstruct mesh.obj -o b.dss", 3,
-     R"(rilievo reconstruct: mesh.obj: a mesh of 1 face, not a scan; add --points-only
-  to take its 3 vertices as the points of a scan and leave its faces out
+     R"(rilievo reconstruct: mesh.obj: a mesh of 1 face, not a scan; 'rilievo convert'
+  makes a surface of it; or add --points-only to take its 3 vertices as the
+  points of a scan and leave its faces out
 )"},
     {"export a.dss b.blend", 2,
      R"(rilievo export: b.blend: the extension must be .ply, .obj, .stl, .glb, .usda or

@@ -129,7 +129,7 @@ TEST_F(PipesTest, AScanThatFailsStopsNoOther) {
   EXPECT_EQ(made.code, 3);
   EXPECT_THAT(made.err, HasSubstr("bad.xyz: failed: "));
   EXPECT_THAT(made.err, HasSubstr("none.ply: failed: "));
-  EXPECT_THAT(made.err, HasSubstr("2 of 3 scans failed"));
+  EXPECT_THAT(made.err, HasSubstr("2 of 3 failed"));
   EXPECT_THAT(made.out, HasSubstr("good.dss"));
   EXPECT_FALSE(fs::exists(At("out/bad.dss")));
   EXPECT_TRUE(fs::exists(At("out/good.dss")));

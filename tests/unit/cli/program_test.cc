@@ -235,7 +235,7 @@ TEST_F(ProgramTest, VerifyConfirmsAFileAndTellsAnother) {
 
   const Ended other = Run({"verify", At("a.dss"), At("other.ply")});
   EXPECT_EQ(other.code, 7);
-  EXPECT_THAT(other.err, HasSubstr("is not the scan"));
+  EXPECT_THAT(other.err, HasSubstr("is not what the surface was made from"));
   std::string bytes = Content(At("a.dss"));
   bytes[bytes.size() / 2] ^= 4;
   std::ofstream(At("flipped.dss"), std::ios::binary) << bytes;

@@ -1,0 +1,82 @@
+// `rilievo convert`: from a mesh file to a surface.
+#include "tests/unit/cli/program_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ConvertTest : public ProgramFixture {
+ protected:
+  // A torus as mesh files of all kinds: that of a surface.
+  void SetUp() override {
+    ASSERT_EQ(Run({"simulate", "torus", "-o", At("scan.ply"), "--points", "3000"}).code, 0);
+    ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("scan.dss"), "--quiet"}).code, 0);
+    for (const char* extension : {"ply", "obj", "stl", "glb"}) {
+      ASSERT_EQ(
+          Run({"export", At("scan.dss"), At(std::string("m.") + extension), "--level", "2"}).code,
+          0);
+    }
+  }
+};
+
+TEST_F(ConvertTest, EveryFormatBecomesTheSameShape) {
+  for (const std::string extension : {"ply", "obj", "stl", "glb"}) {
+    const std::string mesh = At("m." + extension), surface = At("s_" + extension + ".dss");
+    const Ended made = Run({"convert", mesh, "-o", surface, "--json", "--quiet"});
+    ASSERT_EQ(made.code, 0) << made.err;
+    const Json report = Json::parse(made.out);
+    EXPECT_EQ(report["genus"], 1) << extension;
+    EXPECT_EQ(report["boundary_loops"], 0) << extension;
+    EXPECT_EQ(report["road"], "mesh");
+    EXPECT_GT(report["mesh"]["triangles_used"], 1000);
+    EXPECT_EQ(report["mesh"]["opened_edges"], 0);
+    const Ended near = Run({"compare", mesh, surface, "--max-rms", "1e-4"});
+    EXPECT_EQ(near.code, 0) << extension << near.out;
+    const Ended verified = Run({"verify", surface, mesh});
+    EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
+  }
+  const Ended other = Run({"verify", At("s_ply.dss"), At("m.stl")});
+  EXPECT_EQ(other.code, 7);
+  EXPECT_THAT(other.err, HasSubstr("is not what the surface was made from"));
+}
+
+TEST_F(ConvertTest, SaysWhatBecameOfTheTriangles) {
+  const Ended made = Run({"convert", At("m.stl"), "-o", At("s.dss"), "--quiet"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("triangles"));
+  EXPECT_THAT(made.out, HasSubstr("genus 1"));
+  EXPECT_LE(WidestLine(made.out), 80u);
+}
+
+TEST_F(ConvertTest, PointsAloneAreRefusedWithTheCommandForThem) {
+  const Ended refused = Run({"convert", At("scan.ply"), "-o", At("s.dss")});
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("rilievo reconstruct"));
+  EXPECT_FALSE(fs::exists(At("s.dss")));
+  // And the other way round.
+  const Ended mesh = Run({"reconstruct", At("m.ply"), "-o", At("s.dss")});
+  EXPECT_THAT(mesh.err, HasSubstr("rilievo convert"));
+}
+
+TEST_F(ConvertTest, NeverWritesOverItsInput) {
+  const std::string before = Content(At("m.ply"));
+  EXPECT_EQ(Run({"convert", At("m.ply"), "-o", At("m.ply")}).code, 2);
+  EXPECT_EQ(Content(At("m.ply")), before);
+}
+
+TEST_F(ConvertTest, SeveralMeshesGoIntoAFolder) {
+  const Ended made =
+      Run({"convert", At("m.ply"), At("scan.ply"), At("m.obj"), "-o", At("out/"), "--quiet"});
+  EXPECT_EQ(made.code, 2) << made.err;  // two of one name
+  fs::rename(At("m.obj"), At("n.obj"));
+  const Ended again =
+      Run({"convert", At("m.ply"), At("scan.ply"), At("n.obj"), "-o", At("out/"), "--quiet"});
+  EXPECT_EQ(again.code, 3);
+  EXPECT_THAT(again.err, HasSubstr("1 of 3 failed"));
+  EXPECT_TRUE(fs::exists(At("out/m.dss")));
+  EXPECT_TRUE(fs::exists(At("out/n.dss")));
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,180 @@
+// Meshes as input: what comes of them, seen from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/codec/container/dss.h"
+#include "core/pipeline/certificate.h"
+#include "core/pipeline/shape_input.h"
+#include "core/surface/displaced_surface.h"
+#include "tests/unit/geometry/test_meshes.h"
+
+namespace rilievo {
+namespace {
+
+PointCloud MeshInput(const ControlMesh& mesh) { return {mesh.vertices, {}, mesh.faces}; }
+
+// Both ways between the mesh and the surface, fraction of the diagonal.
+TwoSidedError ErrorOf(const PointCloud& mesh, const Reconstruction& made) {
+  const TriangleMesh surface =
+      Tessellate(made.surface, made.surface.max_level, RunContext{}).value();
+  Shape a{mesh.points, mesh.triangles}, b{surface.vertices, surface.triangles};
+  TwoSidedError error = MeasureTwoSided(a, b, {}, RunContext{}).value();
+  error.rms /= made.report.diagonal;
+  error.max /= made.report.diagonal;
+  return error;
+}
+
+// A box of sides 3, 2 and 1, twelve triangles.
+PointCloud Box() {
+  PointCloud box;
+  box.points.resize(3, 8);
+  for (int v = 0; v < 8; ++v) box.points.col(v) << 3 * (v & 1), 2 * ((v >> 1) & 1), v >> 2;
+  box.triangles = testing::Faces({{0, 2, 3},
+                                  {0, 3, 1},
+                                  {4, 5, 7},
+                                  {4, 7, 6},
+                                  {0, 1, 5},
+                                  {0, 5, 4},
+                                  {2, 6, 7},
+                                  {2, 7, 3},
+                                  {0, 4, 6},
+                                  {0, 6, 2},
+                                  {1, 3, 7},
+                                  {1, 7, 5}});
+  return box;
+}
+
+// Of height 2 over a regular polygon with a radius of 1, closed below by a fan.
+PointCloud Cone(int faces) {
+  PointCloud cone;
+  cone.points.resize(3, faces + 2);
+  cone.triangles.resize(3, 2 * faces);
+  cone.points.col(faces) << 0, 0, 2;
+  cone.points.col(faces + 1) << 0, 0, 0;
+  for (int i = 0; i < faces; ++i) {
+    const double angle = 2 * std::numbers::pi * i / faces;
+    cone.points.col(i) << std::cos(angle), std::sin(angle), 0;
+    cone.triangles.col(2 * i) << i, (i + 1) % faces, faces;
+    cone.triangles.col(2 * i + 1) << (i + 1) % faces, i, faces + 1;
+  }
+  return cone;
+}
+
+TEST(ShapeMeshTest, TopologyAndBordersAreTheMeshs) {
+  struct Case {
+    ControlMesh mesh;
+    int components, loops, genus;
+  };
+  ControlMesh opened = testing::Torus(40, 24);
+  opened.faces = Eigen::Matrix3Xi(opened.faces.rightCols(opened.faces.cols() - 2));
+  const Case cases[] = {
+      {testing::Torus(40, 24), 1, 0, 1},
+      {testing::Union(testing::Torus(20, 12), testing::Icosahedron()), 2, 0, 1},
+      {opened, 1, 1, 1},
+      {testing::Grid(6, 4), 1, 1, 0},
+  };
+  for (const Case& c : cases) {
+    const auto made = Reconstruct(MeshInput(c.mesh), {}, RunContext{});
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_EQ(made->report.components, c.components);
+    EXPECT_EQ(made->report.boundary_loops, c.loops);
+    EXPECT_EQ(made->report.genus, c.genus);
+    EXPECT_EQ(made->report.topology, "mesh");
+    EXPECT_EQ(made->report.mesh.triangles, c.mesh.faces.cols());
+  }
+}
+
+TEST(ShapeMeshTest, SharpEdgesStaySharp) {
+  const auto made = Reconstruct(Box(), {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_FALSE(made->surface.control_mesh.creases.empty());
+  const TwoSidedError error = ErrorOf(Box(), *made);
+  EXPECT_LT(error.rms, 1e-4);
+  EXPECT_LT(error.max, 2e-3);
+}
+
+// A vertex of so many triangles, seen at 0.4 % before its fan was cut into rings.
+TEST(ShapeMeshTest, ATipOfManyTrianglesKeepsItsShape) {
+  for (const int faces : {100, 5000}) {
+    const PointCloud cone = Cone(faces);
+    const auto made = Reconstruct(cone, {}, RunContext{});
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_LT(ErrorOf(cone, *made).rms, 2e-4) << faces;
+  }
+}
+
+TEST(ShapeMeshTest, ColoursAreCarried) {
+  PointCloud mesh = MeshInput(testing::Torus(40, 24));
+  for (const auto point : mesh.points.colwise()) {
+    mesh.sights.colors.push_back(point[0] > 0 ? Rgb{200, 20, 20} : Rgb{20, 20, 200});
+  }
+  const auto made = Reconstruct(mesh, {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_GT(made->report.color_bytes, 0);
+  const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
+  const TriangleMesh surface =
+      Tessellate(decoded.surface, decoded.surface.max_level, RunContext{}).value();
+  ASSERT_EQ(decoded.surface.colors.size(), static_cast<size_t>(surface.vertices.cols()));
+  int wrong = 0;
+  for (Eigen::Index v = 0; v < surface.vertices.cols(); ++v) {
+    if (std::abs(surface.vertices(0, v)) < 0.2) continue;  // between the two
+    const Rgb& color = decoded.surface.colors[v];
+    wrong += (color[0] > color[2]) != (surface.vertices(0, v) > 0);
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(ShapeMeshTest, TheFileIsConfirmedByItsMesh) {
+  PointCloud mesh = MeshInput(testing::Torus(40, 24));
+  const auto made = Reconstruct(mesh, {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
+  EXPECT_TRUE(VerifyCertificate(decoded, &mesh, RunContext{})->agrees());
+  std::swap(mesh.triangles(0, 0), mesh.triangles(1, 0));
+  EXPECT_EQ(VerifyCertificate(decoded, &mesh, RunContext{})->scan, StatedScan::kOther);
+}
+
+TEST(ShapeMeshTest, TheBytesDoNotDependOnTheThreads) {
+  const PointCloud mesh = MeshInput(testing::Torus(30, 16));
+  std::vector<uint8_t> bytes[2];
+  for (const int threads : {1, 3}) {
+    RunContext context;
+    context.threads = threads;
+    bytes[threads / 2] = Reconstruct(mesh, {}, context)->encoded.Concatenate();
+  }
+  EXPECT_EQ(bytes[0], bytes[1]);
+}
+
+TEST(ShapeMeshTest, AnErrorAskedForIsKept) {
+  const PointCloud mesh = MeshInput(testing::Torus(60, 40));
+  ReconstructOptions options;
+  options.encode.max_error = 5e-4;
+  const auto made = Reconstruct(mesh, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_FALSE(made->report.error_unreachable);
+  EXPECT_LT(ErrorOf(mesh, *made).rms, 5e-4);
+  const auto plain = Reconstruct(mesh, {}, RunContext{});
+  EXPECT_LT(2 * made->report.encoded_bytes, plain->report.encoded_bytes);
+}
+
+TEST(ShapeMeshTest, RefusesOptionsOfScans) {
+  const PointCloud mesh = MeshInput(testing::Icosahedron());
+  ReconstructOptions options;
+  options.control.topology = Topology::kPlanar;
+  EXPECT_THAT(Reconstruct(mesh, options, RunContext{}).status().message(),
+              ::testing::HasSubstr("topology:"));
+  options = {};
+  options.control.boundary = BoundaryRule::kClose;
+  EXPECT_THAT(Reconstruct(mesh, options, RunContext{}).status().message(),
+              ::testing::HasSubstr("boundary:"));
+  PointCloud broken = mesh;
+  broken.triangles(0, 3) = 12;
+  EXPECT_EQ(Reconstruct(broken, {}, RunContext{}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace rilievo
