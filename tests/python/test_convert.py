@@ -78,7 +78,8 @@ class ConvertTest(WithServer):
         vertices, faces = torus(60, 30)
         colors = np.tile(np.array([200, 100, 50], np.uint8), (len(vertices), 1))
         surface = rilievo.convert(vertices, faces, vertex_colors=colors, server=self.server,
-                                  max_error=1e-3, unit="mm", up="z", creases="off", seed=3)
+                                  max_error=1e-3, max_level=2, unit="mm", up="z", creases="off",
+                                  seed=3)
         self.assertEqual(surface.place, rilievo.Place(0.001, "z", None))
         self.assertLess(surface.certificate.scan_to_surface.rms, 1e-3)
         self.assertTrue(surface.report["max_error_kept"])
