@@ -176,6 +176,11 @@ absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings
   Answer answer(job);
   absl::Status status = SendMessage(process.socket(), order);
   if (absl::IsResourceExhausted(status)) return status;  // the order is too long to travel
+  if (!status.ok()) {
+    // A worker that did not wait for the order may have said why.
+    process.Abandon();
+    status = absl::OkStatus();
+  }
   while (status.ok() && !answer.complete()) {
     worker::WorkerMessage message;
     status = ReceiveMessage(process.socket(), &message);
