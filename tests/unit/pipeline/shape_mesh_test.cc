@@ -71,9 +71,7 @@ TEST(ShapeMeshTest, TopologyAndBordersAreTheMeshs) {
   ControlMesh opened = testing::Torus(40, 24);
   opened.faces = Eigen::Matrix3Xi(opened.faces.rightCols(opened.faces.cols() - 2));
   const Case cases[] = {
-      {testing::Torus(40, 24), 1, 0, 1},
-      {testing::Union(testing::Torus(20, 12), testing::Icosahedron()), 2, 0, 1},
-      {opened, 1, 1, 1},
+      {testing::Union(opened, testing::Icosahedron()), 2, 1, 1},
       {testing::Grid(6, 4), 1, 1, 0},
   };
   for (const Case& c : cases) {
@@ -98,12 +96,10 @@ TEST(ShapeMeshTest, SharpEdgesStaySharp) {
 
 // A vertex of so many triangles, seen at 0.4 % before its fan was cut into rings.
 TEST(ShapeMeshTest, ATipOfManyTrianglesKeepsItsShape) {
-  for (const int faces : {100, 5000}) {
-    const PointCloud cone = Cone(faces);
-    const auto made = Reconstruct(cone, {}, RunContext{});
-    ASSERT_TRUE(made.ok()) << made.status();
-    EXPECT_LT(ErrorOf(cone, *made).rms, 2e-4) << faces;
-  }
+  const PointCloud cone = Cone(5000);
+  const auto made = Reconstruct(cone, {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_LT(ErrorOf(cone, *made).rms, 1e-4);
 }
 
 TEST(ShapeMeshTest, ColoursAreCarried) {
@@ -152,12 +148,13 @@ TEST(ShapeMeshTest, AnErrorAskedForIsKept) {
   const PointCloud mesh = MeshInput(testing::Torus(60, 40));
   ReconstructOptions options;
   options.encode.max_error = 5e-4;
+  options.control.target_faces = 500;  // else several are tried
   const auto made = Reconstruct(mesh, options, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_FALSE(made->report.error_unreachable);
-  EXPECT_LT(ErrorOf(mesh, *made).rms, 5e-4);
-  const auto plain = Reconstruct(mesh, {}, RunContext{});
-  EXPECT_LT(2 * made->report.encoded_bytes, plain->report.encoded_bytes);
+  const double rms = ErrorOf(mesh, *made).rms;
+  EXPECT_LT(rms, 5e-4);
+  EXPECT_GT(rms, 2e-4);  // what is allowed is used
 }
 
 TEST(ShapeMeshTest, RefusesOptionsOfScans) {
