@@ -26,7 +26,7 @@ class ColorCollector {
   // Of the next point: red, green, blue. Where one is not a number the point has no colour.
   void Add(const double* channels) {
     if (std::isnan(channels[0] + channels[1] + channels[2])) {
-      unknown_.push_back(bytes_.size() + wide_.size());
+      unknown_.push_back(count());
     }
     if (kind_ == Kind::kBytes) {
       bytes_.push_back({Clamped(channels[0]), Clamped(channels[1]), Clamped(channels[2])});
@@ -39,6 +39,8 @@ class ColorCollector {
       if (std::isfinite(channels[channel])) largest_ = std::max(largest_, channels[channel]);
     }
   }
+
+  size_t count() const { return bytes_.size() + wide_.size(); }
 
   // Whether all of them can be nothing else: whole numbers from 0 to 255, and not 0 and 1 alone.
   bool AreCertain() const { return whole_ && largest_ > 1 && largest_ <= 255; }

@@ -194,6 +194,7 @@ class E57Reader {
     ScanFile scan;
     scan.format = absl::StrCat("E57 1.0, ", ScanCount());
     if (invalid_ > 0) absl::StrAppend(&scan.format, ", without ", invalid_, " invalid points");
+    absl::StrAppend(&scan.format, sights_.LeftOut(points_.count()));
     scan.cloud.sights = sights_.Finish(points_.count());
     scan.classes = sights_.TakeClasses();
     scan.cloud.points = points_.Finish();

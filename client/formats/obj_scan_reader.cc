@@ -1,6 +1,7 @@
 #include <array>
 #include <string_view>
 
+#include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/obj_lines.h"
 #include "client/formats/point_collector.h"
@@ -30,9 +31,9 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wante
     return absl::InvalidArgumentError("OBJ: no 'v' line, no points; is this an OBJ file?");
   }
   ScanFile scan;
+  scan.format = absl::StrCat("OBJ", sights.LeftOut(points.count()));
   scan.cloud.sights = sights.Finish(points.count());
   scan.cloud.points = points.Finish();
-  scan.format = "OBJ";
   scan.faces = faces;
   return scan;
 }

@@ -47,6 +47,7 @@ class PtxReader {
     ScanFile scan;
     scan.format = absl::StrCat("PTX, ", clouds_, clouds_ == 1 ? " cloud" : " clouds");
     if (empty_ > 0) absl::StrAppend(&scan.format, ", ", empty_, " rays without a return");
+    absl::StrAppend(&scan.format, sights_.LeftOut(points_.count()));
     scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
     // A layer that one of the clouds lacks is no layer.

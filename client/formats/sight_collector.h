@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "client/formats/color_collector.h"
 #include "client/formats/point_layers.h"
 #include "core/geometry/point_sights.h"
@@ -43,6 +45,14 @@ class SightCollector {
   void AddClass(double number) {
     if (wanted_.classes.empty()) return;
     classes_.push_back(number >= 0 && number <= 255 ? static_cast<uint8_t>(number) : 0);
+  }
+
+  // Behind the name of a format, before Finish(): whether some of `points` points have colours that
+  // are left out because others have none.
+  std::string LeftOut(int64_t points) const {
+    const auto count = static_cast<int64_t>(colors_.count());
+    if (count == 0 || count == points) return "";
+    return absl::StrCat(", without the colours that only ", count, " points have");
   }
 
   // Of `points` points; what does not have one for each is left out.

@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <sstream>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/number_text.h"
@@ -205,6 +206,31 @@ TEST(ScanColorsTest, E57SaysWhichPointsHaveOne) {
   scan.columns.push_back(E57Integers("colorBlue", 0, 255, {0, 12, 0, 22}));
   EXPECT_EQ(ColorsOf(E57File({scan}), "a.e57"),
             (std::vector<Rgb>{{10, 11, 12}, {10, 11, 12}, {10, 11, 12}, {20, 21, 22}}));
+}
+
+TEST(ScanColorsTest, WhereSomeScansHaveNoneTheFormatSaysSo) {
+  E57Scan plain, colored;
+  plain.records = colored.records = 2;
+  for (const char* axis : {"cartesianX", "cartesianY", "cartesianZ"}) {
+    plain.columns.push_back(E57Reals(axis, false, {0, 1}));
+  }
+  colored.columns = plain.columns;
+  for (const char* name : {"colorRed", "colorGreen", "colorBlue"}) {
+    colored.columns.push_back(E57Integers(name, 0, 255, {3, 4}));
+  }
+  const std::string ptx = PtxCloud(2, 1, kIdentity, "1 2 3 0.5 7 8 9\n4 5 6 0.5\n");
+  const std::string obj = "v 0 0 0 1 0 0\nv 1 0 0\nv 2 0 0 0 1 0\n";
+  for (const auto& [bytes, name, count] :
+       {std::tuple(E57File({plain, colored}), "a.e57", 2), std::tuple(ptx, "a.ptx", 1),
+        std::tuple(obj, "a.obj", 2)}) {
+    std::istringstream in(bytes), again(bytes);
+    const auto scan = ReadScanStream(in, name, {.colors = true});
+    ASSERT_TRUE(scan.ok()) << name << ": " << scan.status();
+    EXPECT_TRUE(scan->cloud.sights.colors.empty()) << name;
+    EXPECT_THAT(scan->format, ::testing::HasSubstr(absl::StrCat(", without the colours that only ",
+                                                                count, " points have")));
+    EXPECT_THAT(ReadScanStream(again, name)->format, ::testing::Not(::testing::HasSubstr("only")));
+  }
 }
 
 TEST(ScanColorsTest, BlackAloneIsNone) {
