@@ -109,9 +109,9 @@ absl::StatusOr<std::vector<Crossing>> AllCrossings(const TriangleMesh& mesh, con
     }
   }));
   std::vector<Crossing> crossings;
-  for (std::vector<Crossing>& block : of_block) {
-    crossings.insert(crossings.end(), block.begin(), block.end());
-    block = {};
+  for (std::vector<Crossing>& found : of_block) {
+    crossings.insert(crossings.end(), found.begin(), found.end());
+    found = {};
   }
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &crossings));
   return crossings;
