@@ -4,8 +4,8 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <memory>
 #include <ostream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,8 +18,7 @@ namespace rilievo {
 namespace {
 
 constexpr size_t kWordsAtOnce = size_t{1} << 15;  // 2 MB of numbers
-constexpr int64_t kSlabBytes = int64_t{1}
-                               << 24;  // of distances at once, where one slab a thread is less
+constexpr int kSlabsPerThread = 2;                // of distances
 
 // The eight numbers 0 or 1 of each byte.
 std::array<std::array<char, 8>, 256> NumbersOfBytes() {
@@ -76,30 +75,29 @@ std::string NrrdHeader(const VoxelValues& values, const std::string& unit) {
 }  // namespace
 
 VoxelValues ValuesOf(const VoxelBits& bits, std::string content, const RunContext& context) {
-  const auto at = std::make_shared<size_t>(0);
   return {bits.grid, std::move(content), "uint8", 1,
-          [at, &bits, context]() -> absl::StatusOr<std::string> {
+          [&bits, context, at = size_t{0},
+           numbers = std::string()]() mutable -> absl::StatusOr<std::string_view> {
             RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-            const size_t count = std::min(kWordsAtOnce, bits.words.size() - *at);
-            *at += count;
-            return NumbersOfWords(bits.words.data() + *at - count, count);
+            const size_t count = std::min(kWordsAtOnce, bits.words.size() - at);
+            numbers = NumbersOfWords(bits.words.data() + at, count);
+            at += count;
+            return numbers;
           }};
 }
 
 VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
                      const RunContext& context) {
-  const auto at = std::make_shared<int>(0);
-  const int64_t slab_bytes = distances.grid().Index(0, 0, VoxelDistances::kSlab) * sizeof(float);
-  const int64_t slabs = std::max<int64_t>(context.ThreadCount(), kSlabBytes / slab_bytes);
-  const auto at_once = static_cast<int>(slabs) * VoxelDistances::kSlab;
+  const int at_once = context.ThreadCount() * kSlabsPerThread * VoxelDistances::kSlab;
   return {distances.grid(), std::move(content), "float", sizeof(float),
-          [at, at_once, &distances, context]() -> absl::StatusOr<std::string> {
-            const int count = std::min(at_once, distances.grid().size.z() - *at);
-            RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> layers,
-                                     distances.Layers(*at, count, context));
-            *at += count;
-            return std::string(reinterpret_cast<const char*>(layers.data()),
-                               layers.size() * sizeof(float));
+          [&distances, context, at_once, at = 0,
+           layers = std::vector<float>()]() mutable -> absl::StatusOr<std::string_view> {
+            layers = {};  // its memory serves the next ones
+            const int count = std::min(at_once, distances.grid().size.z() - at);
+            RILIEVO_ASSIGN_OR_RETURN(layers, distances.Layers(at, count, context));
+            at += count;
+            return std::string_view(reinterpret_cast<const char*>(layers.data()),
+                                    layers.size() * sizeof(float));
           }};
 }
 
@@ -113,7 +111,7 @@ absl::Status WriteVoxels(const std::string& path, const std::string& extension,
     if (extension == "nrrd") out << NrrdHeader(values, unit);
     const int64_t all = values.grid.count() * values.bytes;
     for (int64_t written = 0; written < all && out;) {
-      RILIEVO_ASSIGN_OR_RETURN(const std::string bytes, values.next());
+      RILIEVO_ASSIGN_OR_RETURN(const std::string_view bytes, values.next());
       const int64_t count = std::min(all - written, static_cast<int64_t>(bytes.size()));
       out.write(bytes.data(), count);  // the last bits of a grid fill no word
       written += count;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -19,8 +20,8 @@ struct VoxelValues {
   std::string content;  // what they are, one line
   std::string type;     // NRRD's name of their type: "uint8" or "float"
   int bytes = 1;        // of each
-  // The next bytes, at most some megabytes; asked until there are those of all voxels.
-  std::function<absl::StatusOr<std::string>()> next;
+  // The next bytes, valid until the next call; asked until there are those of all voxels.
+  std::function<absl::StatusOr<std::string_view>()> next;
 };
 
 // uint8: 1 for voxels that are set, 0 for the others. `bits` must outlive the values.

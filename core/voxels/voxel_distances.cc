@@ -100,14 +100,16 @@ absl::StatusOr<std::vector<float>> VoxelDistances::Layers(int first, int count,
 
 void VoxelDistances::MeasureSlab(int first, int end, float* values) const {
   const int64_t begin = grid_.Index(0, 0, first), count = grid_.Index(0, 0, end) - begin;
-  std::fill(values, values + count, static_cast<float>(band_ * band_));
+  const auto beyond = static_cast<float>(band_ * band_);
+  std::fill(values, values + count, beyond);
   const auto slab = static_cast<size_t>(first / kSlab);
   for (int64_t i = near_begin_[slab]; i < near_begin_[slab + 1]; ++i) {
     const int piece = near_[static_cast<size_t>(i)];
     MeasurePiece(pieces_[static_cast<size_t>(piece)], first, end, values);
   }
   for (int64_t i = 0; i < count; ++i) {
-    const double distance = std::sqrt(double{values[i]}) * grid_.voxel;
+    const double distance =
+        values[i] < beyond ? std::sqrt(double{values[i]}) * grid_.voxel : band();
     values[i] = static_cast<float>(solid_ && solid_->At(begin + i) ? -distance : distance);
   }
 }
