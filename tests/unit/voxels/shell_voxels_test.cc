@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
+#include <stop_token>
 #include <utility>
 #include <vector>
 

@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/surface/mass_properties.h"
 #include "tests/unit/voxels/closed_meshes.h"

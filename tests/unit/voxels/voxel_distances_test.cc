@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
 
 #include "core/surface/triangle_distance.h"
 #include "tests/unit/voxels/closed_meshes.h"
