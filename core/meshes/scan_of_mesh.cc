@@ -57,21 +57,30 @@ void PlaceOverArea(const std::vector<double>& areas, double share, std::vector<P
   }
 }
 
+// At most as many as there are already, however long the borders are for the area.
 void PlaceAlongBorders(const CheckedMesh& mesh, double spacing, std::vector<Place>* places) {
-  double ahead = spacing / 2;  // to the next point
+  std::vector<uint32_t> border;
+  double length = 0;
+  const auto end = [&](uint32_t h) { return mesh.vertices.col(Origin(mesh.triangles, h)); };
   ForEachEdge(mesh.triangles, static_cast<int>(mesh.vertices.cols()),
-              [&](int low, int high, const HalfEdgeGroup& group) {
+              [&](int, int, const HalfEdgeGroup& group) {
                 if (group.size() != 1) return;
-                const double length = (mesh.vertices.col(high) - mesh.vertices.col(low)).norm();
-                const auto corner = static_cast<int>(group[0] % 3);
-                for (; ahead < length; ahead += spacing) {
-                  Place place{static_cast<int>(group[0] / 3), Eigen::Vector3d::Zero()};
-                  place.weights[corner] = 1 - ahead / length;
-                  place.weights[kNextCorner[corner]] = ahead / length;
-                  places->push_back(place);
-                }
-                ahead -= length;
+                border.push_back(group[0]);
+                length += (end(NextHalfEdge(group[0])) - end(group[0])).norm();
               });
+  const double step = std::max(spacing, length / static_cast<double>(places->size() + 1));
+  double ahead = step / 2;  // to the next point
+  for (const uint32_t h : border) {
+    const double edge = (end(NextHalfEdge(h)) - end(h)).norm();
+    const auto corner = static_cast<int>(h % 3);
+    for (; ahead < edge; ahead += step) {
+      Place place{static_cast<int>(h / 3), Eigen::Vector3d::Zero()};
+      place.weights[corner] = 1 - ahead / edge;
+      place.weights[kNextCorner[corner]] = ahead / edge;
+      places->push_back(place);
+    }
+    ahead -= edge;
+  }
 }
 
 Rgb Between(const std::vector<Rgb>& colors, const Eigen::Vector3i& corners,

@@ -15,7 +15,8 @@ namespace rilievo {
 // How many points a mesh of so many triangles gets on them: one for each, 100 000 to 250 000.
 int64_t PointsOnTriangles(int64_t triangles);
 
-// PointsOnTriangles() all over the triangles, and points as dense along the borders. Each has the
+// PointsOnTriangles() all over the triangles, and points as dense along the borders,
+// but no more there. Each has the
 // normal of its triangle. A point takes the same share of the area: triangles get theirs in turn,
 // and the places within them follow the R2 sequence (Roberts, The Unreasonable Effectiveness of
 // Quasirandom Sequences, 2018). `colors`: of the vertices of `mesh`, or empty; those of the points

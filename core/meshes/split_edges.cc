@@ -1,6 +1,8 @@
 #include "core/meshes/split_edges.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -135,60 +137,122 @@ absl::StatusOr<bool> SplitWideFans(GrowingMesh* mesh) {
   return has_split;
 }
 
-// The faces of one with vertices in the middle of some edges; -1: in none.
-void CutFace(int face, const Corners& middle, GrowingMesh* mesh) {
-  const Corners old = mesh->faces[face];
-  const auto count = (middle[0] >= 0) + (middle[1] >= 0) + (middle[2] >= 0);
-  if (count == 0) return;
-  // Turned so that the first edge is the one halved of one, and the last the one left of two.
-  int turn = 0;
-  while (count == 1 ? middle[turn] < 0 : count == 2 && middle[kPreviousCorner[turn]] >= 0) ++turn;
-  const int n = kNextCorner[turn], p = kPreviousCorner[turn];
-  const int a = old[turn], b = old[n], c = old[p];
-  const int ab = middle[turn], bc = middle[n], ca = middle[p];
-  if (count == 1) {
-    mesh->faces[face] = {a, ab, c};
-    mesh->faces.push_back({ab, b, c});
-    return;
-  }
-  mesh->faces[face] = {ab, b, bc};
-  if (count == 3) {
-    mesh->faces.push_back({a, ab, ca});
-    mesh->faces.push_back({ca, bc, c});
-    mesh->faces.push_back({ab, bc, ca});
-    return;
-  }
-  // Of the quadrangle that is left the shorter diagonal.
-  const auto& at = mesh->vertices;
-  if ((at[ab] - at[c]).squaredNorm() < (at[a] - at[bc]).squaredNorm()) {
-    mesh->faces.push_back({a, ab, c});
-    mesh->faces.push_back({ab, bc, c});
-  } else {
-    mesh->faces.push_back({a, ab, bc});
-    mesh->faces.push_back({a, bc, c});
-  }
+// The edges of a mesh, by half-edge, and what is known of them.
+struct Edges {
+  std::vector<int> of_half_edge;
+  std::vector<std::array<int, 2>> ends, faces;  // of a border edge the second face is -1
+  std::vector<double> length;
+};
+
+Edges EdgesOf(const GrowingMesh& mesh) {
+  Edges edges;
+  edges.of_half_edge.resize(3 * mesh.faces.size());
+  ForEachEdge(FacesOf(mesh), static_cast<int>(mesh.vertices.size()),
+              [&](int low, int high, const HalfEdgeGroup& group) {
+                for (size_t i = 0; i < group.size(); ++i) {
+                  edges.of_half_edge[group[i]] = static_cast<int>(edges.ends.size());
+                }
+                edges.ends.push_back({low, high});
+                edges.faces.push_back({static_cast<int>(group[0] / 3),
+                                       group.size() > 1 ? static_cast<int>(group[1] / 3) : -1});
+                edges.length.push_back((mesh.vertices[low] - mesh.vertices[high]).norm());
+              });
+  return edges;
 }
 
-// Whether an edge was halved.
+// The corner whose half-edge is the longest; of equal ones that of the first edge.
+int LongestCorner(const Edges& edges, int face) {
+  int longest = 0;
+  for (int k = 1; k < 3; ++k) {
+    const int edge = edges.of_half_edge[3 * face + k],
+              best = edges.of_half_edge[3 * face + longest];
+    const double more = edges.length[edge] - edges.length[best];
+    if (more > 0 || (more == 0 && edge < best)) longest = k;
+  }
+  return longest;
+}
+
+// The longest edges of all faces that are longer than `longest`, and of their neighbours in turn: a
+// face with a marked edge has its longest marked too.
+std::vector<uint8_t> EdgesToHalve(const Edges& edges, int faces, double longest) {
+  std::vector<uint8_t> marked(edges.ends.size(), 0);
+  std::vector<int> waiting;
+  const auto mark_longest = [&](int face) {
+    const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
+    if (marked[edge] != 0) return;
+    marked[edge] = 1;
+    waiting.push_back(edge);
+  };
+  for (int face = 0; face < faces; ++face) {
+    const int edge = edges.of_half_edge[3 * face + LongestCorner(edges, face)];
+    if (edges.length[edge] > longest) mark_longest(face);
+    while (!waiting.empty()) {
+      const auto beside = edges.faces[waiting.back()];
+      waiting.pop_back();
+      for (const int other : beside) {
+        if (other >= 0) mark_longest(other);
+      }
+    }
+  }
+  return marked;
+}
+
+// Halves a face at the middle of its longest edge, and each half where its own other edge has a
+// middle. `middle`: by corner, of its half-edge; -1: none.
+void CutFace(int face, int longest, const Corners& middle, GrowingMesh* mesh) {
+  if (middle[longest] < 0) return;
+  const int next = kNextCorner[longest], previous = kPreviousCorner[longest];
+  const Corners old = mesh->faces[face];
+  const int a = old[longest], b = old[next], c = old[previous];
+  const int ab = middle[longest], bc = middle[next], ca = middle[previous];
+  mesh->faces[face] = {a, ab, ca >= 0 ? ca : c};
+  if (ca >= 0) mesh->faces.push_back({ab, c, ca});
+  mesh->faces.push_back({ab, b, bc >= 0 ? bc : c});
+  if (bc >= 0) mesh->faces.push_back({ab, bc, c});
+}
+
+// Whether an edge was halved. The mesh has no gaps before and after.
 bool HalveLongEdges(double longest, GrowingMesh* mesh) {
-  std::vector<Corners> middles(mesh->faces.size(), {-1, -1, -1});
+  const Edges edges = EdgesOf(*mesh);
+  const auto faces = static_cast<int>(mesh->faces.size());
+  const std::vector<uint8_t> marked = EdgesToHalve(edges, faces, longest);
+  std::vector<int> middle(marked.size(), -1);
   bool has_split = false;
-  ForEachEdge(FacesOf(*mesh), static_cast<int>(mesh->vertices.size()),
-              [&](int low, int high, const HalfEdgeGroup& group) {
-                if ((mesh->vertices[low] - mesh->vertices[high]).norm() <= longest) return;
-                const int middle = mesh->AddBetween(low, high);
-                for (size_t i = 0; i < group.size(); ++i)
-                  middles[group[i] / 3][group[i] % 3] = middle;
-                has_split = true;
-              });
-  for (size_t f = 0; f < middles.size(); ++f) CutFace(static_cast<int>(f), middles[f], mesh);
+  for (size_t edge = 0; edge < marked.size(); ++edge) {
+    if (marked[edge] == 0) continue;
+    middle[edge] = mesh->AddBetween(edges.ends[edge][0], edges.ends[edge][1]);
+    has_split = true;
+  }
+  for (int face = 0; face < faces; ++face) {
+    Corners middles;
+    for (int k = 0; k < 3; ++k) middles[k] = middle[edges.of_half_edge[3 * face + k]];
+    CutFace(face, LongestCorner(edges, face), middles, mesh);
+  }
   return has_split;
+}
+
+// Halved once a needle is three, each of half its length.
+const double kNeedleGrowth = std::log2(3.0);
+
+// So long that the triangles which are longer than `longest` become about `most`, were all needles.
+double LongestOfPieces(const ControlMesh& mesh, double longest, int64_t most) {
+  double sum = 0;
+  for (const auto face : mesh.faces.colwise()) {
+    double length = 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto edge = mesh.vertices.col(face[kNextCorner[k]]) - mesh.vertices.col(face[k]);
+      length = std::max(length, edge.norm());
+    }
+    if (length > longest) sum += std::pow(length, kNeedleGrowth);
+  }
+  return std::max(longest, std::pow(sum / static_cast<double>(most), 1 / kNeedleGrowth));
 }
 
 }  // namespace
 
-absl::StatusOr<ControlMesh> SplitLongEdges(ControlMesh mesh, double longest,
+absl::StatusOr<ControlMesh> SplitLongEdges(ControlMesh mesh, double longest, int64_t most_pieces,
                                            const RunContext& context) {
+  longest = LongestOfPieces(mesh, longest, most_pieces);
   GrowingMesh grown = Growing(mesh);
   mesh = ControlMesh();
   const auto check = [&]() -> absl::Status {

@@ -39,6 +39,8 @@ std::vector<Rgb> ColorsOfVertices(const CheckedMesh& mesh, const std::vector<Rgb
 // Of the edges of the mesh that is simplified, in those of equilateral triangles as many as
 // ShapeControlMesh() looks at.
 constexpr double kLongestEdge = 2;
+// Pieces of needles, in these.
+constexpr int64_t kNeedlePieces = 4;
 
 // Borders are exact, other than those of a scan, where the same weight would follow the raggedness
 // of its points: a vase of 70 openings comes to 0.87 of the RMS error that it has with a weight
@@ -54,7 +56,9 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurf
   const double share = area / (kFinerThanControl * target_faces);
   const double edge = std::sqrt(4 / std::numbers::sqrt3 * share);
   ControlMesh shape{std::move(mesh.vertices), std::move(mesh.triangles)};
-  RILIEVO_ASSIGN_OR_RETURN(shape, SplitLongEdges(std::move(shape), kLongestEdge * edge, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      shape, SplitLongEdges(std::move(shape), kLongestEdge * edge,
+                            kNeedlePieces * kFinerThanControl * target_faces, context));
   context.Report(Stage::kControlMesh, 0.3);
   ControlMeshResult control;
   control.topology = Topology::kMesh;

@@ -41,7 +41,7 @@ int WidestFan(const ControlMesh& mesh) {
 TEST(SplitEdgesTest, NoEdgeIsLongerAndTheShapeStays) {
   testing::Random random(3);
   const ControlMesh mesh = testing::Perturbed(testing::Torus(9, 7), 0.1, random);
-  const ControlMesh split = SplitLongEdges(mesh, 0.11, RunContext{}).value();
+  const ControlMesh split = SplitLongEdges(mesh, 0.11, 1 << 20, RunContext{}).value();
   EXPECT_LE(LongestEdge(split), 0.11);
   EXPECT_NEAR(AreaOf(split), AreaOf(mesh), 1e-12 * AreaOf(mesh));
   const TopologySummary summary =
@@ -53,7 +53,7 @@ TEST(SplitEdgesTest, NoEdgeIsLongerAndTheShapeStays) {
 
 TEST(SplitEdgesTest, ShortEdgesStay) {
   const ControlMesh mesh = testing::Icosahedron();
-  EXPECT_EQ(SplitLongEdges(mesh, 10, RunContext{}).value().faces, mesh.faces);
+  EXPECT_EQ(SplitLongEdges(mesh, 10, 1 << 20, RunContext{}).value().faces, mesh.faces);
 }
 
 // Flat: a vertex in the middle of a regular polygon, or at the middle of a half one.
@@ -62,7 +62,7 @@ TEST(SplitEdgesTest, AWideFanGetsRings) {
     for (const bool is_closed : {true, false}) {
       ControlMesh fan = is_closed ? testing::Bipyramid(faces) : testing::HalfFan(faces);
       const double area = AreaOf(fan);
-      const ControlMesh split = SplitLongEdges(fan, 1e9, RunContext{}).value();
+      const ControlMesh split = SplitLongEdges(fan, 1e9, 1 << 20, RunContext{}).value();
       EXPECT_LE(WidestFan(split), 65) << faces;
       // The rings cut corners of the shape, the more the fewer faces there were.
       EXPECT_NEAR(AreaOf(split) / area, 1, 0.01) << faces;
@@ -73,12 +73,20 @@ TEST(SplitEdgesTest, AWideFanGetsRings) {
   }
 }
 
+TEST(SplitEdgesTest, NeedlesHaveFewPieces) {
+  ControlMesh needles = testing::Icosahedron();
+  needles.vertices.topRows(2) *= 1e-9;
+  const ControlMesh split = SplitLongEdges(needles, 1e-9, 1000, RunContext{}).value();
+  EXPECT_GT(split.faces.cols(), 500);
+  EXPECT_LT(split.faces.cols(), 8000);
+}
+
 TEST(SplitEdgesTest, StopsWhenAsked) {
   std::stop_source stop;
   stop.request_stop();
   RunContext context;
   context.stop = stop.get_token();
-  EXPECT_EQ(SplitLongEdges(testing::Torus(9, 7), 0.01, context).status().code(),
+  EXPECT_EQ(SplitLongEdges(testing::Torus(9, 7), 0.01, 1 << 20, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 
