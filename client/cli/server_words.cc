@@ -43,10 +43,10 @@ std::string OptionOfField(absl::string_view field) {
       return option;
     }
   }
-  if (field == "points" || absl::StartsWith(field, "points.") ||
-      absl::EndsWith(field, "point_count")) {
-    return "";
+  for (const char* shape : {"points", "triangles"}) {
+    if (field == shape || absl::StartsWith(field, absl::StrCat(shape, "."))) return "";
   }
+  if (absl::EndsWith(field, "point_count") || absl::EndsWith(field, "triangle_count")) return "";
   const size_t dot = field.rfind('.');
   return std::string(dot == absl::string_view::npos ? field : field.substr(dot + 1));
 }
