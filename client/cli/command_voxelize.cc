@@ -163,8 +163,9 @@ void PrintVoxelized(const VoxelizeArguments& arguments, const Voxelized& made, s
 
 absl::Status CheckVoxelize(const VoxelizeArguments& arguments, bool band_given) {
   const std::string extension = arguments.extension();
-  if (extension != "nrrd" && extension != "raw") {
-    return UsageError(absl::StrCat(arguments.output, ": the extension must be .nrrd or .raw"));
+  if (extension != "nrrd" && extension != "raw" && extension != "vdb") {
+    return UsageError(
+        absl::StrCat(arguments.output, ": the extension must be .nrrd, .vdb or .raw"));
   }
   if (!arguments.resolution && arguments.voxel.empty()) {
     return UsageError("the size of the voxels is missing; give --resolution or --voxel");
@@ -202,8 +203,8 @@ Command AddVoxelize(CLI::App& program) {
   app->add_option("IN", arguments->input, "a surface (.dss) or a mesh; - is standard input")
       ->required();
   app->add_option("OUT", arguments->output,
-                  "the voxels: .nrrd, or .raw for the numbers alone; - is standard output, as "
-                  ".nrrd")
+                  "the voxels: .nrrd, .vdb (OpenVDB), or .raw for the numbers alone; - is standard "
+                  "output, as .nrrd")
       ->required();
   AddFormatOption(app, &arguments->format);
   app->add_option("--kind", arguments->kind,

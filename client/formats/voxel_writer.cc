@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/number_text.h"
+#include "client/formats/voxel_writer_vdb.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -89,25 +90,31 @@ VoxelValues ValuesOf(const VoxelBits& bits, std::string content, const RunContex
 VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
                      const RunContext& context) {
   const int at_once = context.ThreadCount() * kSlabsPerThread * VoxelDistances::kSlab;
-  return {distances.grid(), std::move(content), "float", sizeof(float),
-          [&distances, context, at_once, at = 0,
-           layers = std::vector<float>()]() mutable -> absl::StatusOr<std::string_view> {
-            layers = {};  // its memory serves the next ones
-            const int count = std::min(at_once, distances.grid().size.z() - at);
-            RILIEVO_ASSIGN_OR_RETURN(layers, distances.Layers(at, count, context));
-            at += count;
-            return std::string_view(reinterpret_cast<const char*>(layers.data()),
-                                    layers.size() * sizeof(float));
-          }};
+  VoxelValues values{distances.grid(), std::move(content), "float", sizeof(float),
+                     [&distances, context, at_once, at = 0,
+                      layers = std::vector<float>()]() mutable -> absl::StatusOr<std::string_view> {
+                       layers = {};  // its memory serves the next ones
+                       const int count = std::min(at_once, distances.grid().size.z() - at);
+                       RILIEVO_ASSIGN_OR_RETURN(layers, distances.Layers(at, count, context));
+                       at += count;
+                       return std::string_view(reinterpret_cast<const char*>(layers.data()),
+                                               layers.size() * sizeof(float));
+                     }};
+  values.name = distances.is_signed() ? "surface" : "distance";
+  values.grid_class = distances.is_signed() ? "level set" : "unknown";
+  values.background = static_cast<float>(distances.band());
+  return values;
 }
 
 absl::Status WriteVoxels(const std::string& path, const std::string& extension,
                          const VoxelValues& values, const std::string& unit,
                          const std::function<void(double share)>& progress) {
-  if (extension != "nrrd" && extension != "raw") {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": the extension must be .nrrd or .raw"));
+  if (extension != "nrrd" && extension != "raw" && extension != "vdb") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": the extension must be .nrrd, .raw or .vdb"));
   }
   return WriteFileAtomically(path, [&](std::ostream& out) -> absl::Status {
+    if (extension == "vdb") return WriteVdb(values, progress, out);
     if (extension == "nrrd") out << NrrdHeader(values, unit);
     const int64_t all = values.grid.count() * values.bytes;
     for (int64_t written = 0; written < all && out;) {

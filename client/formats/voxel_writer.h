@@ -1,4 +1,4 @@
-// Voxels out: NRRD, or the numbers alone.
+// Voxels out: NRRD, OpenVDB, or the numbers alone.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +22,9 @@ struct VoxelValues {
   int bytes = 1;        // of each
   // The next bytes, valid until the next call; asked until there are those of all voxels.
   std::function<absl::StatusOr<std::string_view>()> next;
+  // What OpenVDB calls them.
+  std::string name = "density", grid_class = "fog volume";
+  float background = 0;  // of distances, the band
 };
 
 // uint8: 1 for voxels that are set, 0 for the others. `bits` must outlive the values.
@@ -31,9 +34,10 @@ VoxelValues ValuesOf(const VoxelDistances& distances, std::string content,
                      const RunContext& context);
 
 // By `extension`: "nrrd" (NRRD0004, raw encoding, one file; space origin is the centre of voxel
-// (0, 0, 0) in the scan's frame, `unit` the name of its unit, or empty) or "raw", which has no
-// header. `progress`: called with the share that is written; may be empty. Atomic, see
-// WriteFileAtomically(); errors of `values.next` are returned as they are.
+// (0, 0, 0) in the scan's frame, `unit` the name of its unit, or empty), "vdb" (see
+// voxel_writer_vdb.h) or "raw", which has no header. `progress`: called with the share that is
+// written; may be empty. Atomic, see WriteFileAtomically(); errors of `values.next` are returned as
+// they are.
 absl::Status WriteVoxels(const std::string& path, const std::string& extension,
                          const VoxelValues& values, const std::string& unit,
                          const std::function<void(double share)>& progress);

@@ -1,4 +1,4 @@
-// Triangles in the frame of a voxel grid, quartered in parameter space.
+// Triangles in the frame of a voxel grid, halved in parameter space.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,16 +31,6 @@ inline TrianglePiece PieceOf(const TriangleMesh& mesh, Eigen::Index triangle,
   return {corner(0), corner(1), corner(2)};
 }
 
-template <typename Visit>
-void ForEachQuarter(const TrianglePiece& piece, const Visit& visit) {
-  const Eigen::Vector3d ab = (piece[0] + piece[1]) / 2, bc = (piece[1] + piece[2]) / 2,
-                        ca = (piece[2] + piece[0]) / 2;
-  visit(TrianglePiece{piece[0], ab, ca});
-  visit(TrianglePiece{ab, piece[1], bc});
-  visit(TrianglePiece{ca, bc, piece[2]});
-  visit(TrianglePiece{ab, bc, ca});
-}
-
 // Calls visit(piece, box) for pieces that make up `piece`, each of at most this extent.
 template <typename Visit>
 void ForEachPart(const TrianglePiece& piece, double extent, const Visit& visit) {
@@ -49,7 +39,20 @@ void ForEachPart(const TrianglePiece& piece, double extent, const Visit& visit) 
     visit(piece, box);
     return;
   }
-  ForEachQuarter(piece, [&](const TrianglePiece& quarter) { ForEachPart(quarter, extent, visit); });
+  // Halves of the longest side keep needles few.
+  size_t side = 0;  // from this corner to the next
+  for (size_t k = 1; k < 3; ++k) {
+    const auto length = [&](size_t from) {
+      return (piece[(from + 1) % 3] - piece[from]).squaredNorm();
+    };
+    if (length(k) > length(side)) side = k;
+  }
+  const Eigen::Vector3d middle = (piece[side] + piece[(side + 1) % 3]) / 2;
+  for (const size_t moved : {side, (side + 1) % 3}) {
+    TrianglePiece half = piece;
+    half[moved] = middle;
+    ForEachPart(half, extent, visit);
+  }
 }
 
 }  // namespace rilievo

@@ -188,8 +188,8 @@ TEST_F(VoxelizeTest, RefusesWhatCannotBe) {
   refused({At("a.nrrd")}, 2, "give --resolution or --voxel");
   refused({At("a.nrrd"), "--resolution", "5", "--voxel", "1u"}, 2, "exclude each other");
   refused({At("a.nrrd"), "--resolution", "5000"}, 2, "from 1 to 2048");
-  refused({At("a.vdb"), "--resolution", "5"}, 2, ".nrrd or .raw");
-  refused({At("sheet.obj"), "--resolution", "5"}, 2, ".nrrd or .raw");
+  refused({At("a.vti"), "--resolution", "5"}, 2, ".nrrd, .vdb or .raw");
+  refused({At("sheet.obj"), "--resolution", "5"}, 2, ".nrrd, .vdb or .raw");
   refused({At("a.nrrd"), "--resolution", "5", "--band", "4"}, 2, "add --kind distance");
   refused({At("a.nrrd"), "--resolution", "5", "--kind", "hull"}, 2, "shell, solid, distance");
   refused({At("a.nrrd"), "--voxel", "2mm"}, 2, "the unit of");

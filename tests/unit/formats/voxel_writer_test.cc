@@ -109,7 +109,7 @@ TEST_F(VoxelWriterTest, WhatFailsLeavesTheOldFile) {
   values.next = [] { return absl::CancelledError("stop"); };
   EXPECT_TRUE(absl::IsCancelled(WriteVoxels(At("a.raw"), "raw", values, "", {})));
   EXPECT_EQ(BytesAt(At("a.raw")), "old");
-  EXPECT_EQ(WriteVoxels(At("a.vdb"), "vdb", values, "", {}).code(),
+  EXPECT_EQ(WriteVoxels(At("a.vti"), "vti", values, "", {}).code(),
             absl::StatusCode::kInvalidArgument);
 }
 
