@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,21 @@ Wide CeilOfQuotient(Wide value, Wide positive) {
   return quotient * positive < value ? quotient + 1 : quotient;
 }
 
+// Where the triangle lies along y in the row at `row_z`, with a unit to spare for rounding.
+std::pair<int64_t, int64_t> SpanAlongY(const std::array<RoundedCorner, 3>& corners, int64_t row_z) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (size_t k = 0; k < 3; ++k) {
+    const RoundedCorner &p = corners[k], &q = corners[(k + 1) % 3];
+    if (std::min(p[2], q[2]) > row_z || std::max(p[2], q[2]) < row_z) continue;
+    const double share =
+        p[2] == q[2] ? 0 : static_cast<double>(row_z - p[2]) / static_cast<double>(q[2] - p[2]);
+    const double y = static_cast<double>(p[1]) + share * static_cast<double>(q[1] - p[1]);
+    low = std::min(low, y);  // of a side along y both ends are those of other sides, too
+    high = std::max(high, y);
+  }
+  return {static_cast<int64_t>(std::floor(low)) - 1, static_cast<int64_t>(std::ceil(high)) + 1};
+}
+
 void CollectCrossings(std::array<RoundedCorner, 3> corners, const VoxelGrid& grid,
                       std::vector<Crossing>* crossings) {
   const Wide double_area = EdgeSide(corners[0], corners[1]).At(corners[2][1], corners[2][2]);
@@ -59,9 +75,9 @@ void CollectCrossings(std::array<RoundedCorner, 3> corners, const VoxelGrid& gri
   const Wide positive_area = enters ? -double_area : double_area;
   const EdgeSide sides[3] = {
       {corners[1], corners[2]}, {corners[2], corners[0]}, {corners[0], corners[1]}};
-  const auto [low_y, high_y] = std::minmax({corners[0][1], corners[1][1], corners[2][1]});
   const auto [low_z, high_z] = std::minmax({corners[0][2], corners[1][2], corners[2][2]});
   for (int64_t z = FirstFrom(low_z); CenterAt(z) <= high_z; ++z) {
+    const auto [low_y, high_y] = SpanAlongY(corners, CenterAt(z));
     for (int64_t y = FirstFrom(low_y); CenterAt(y) <= high_y; ++y) {
       Wide weights[3];  // of the corners, times positive_area
       bool inside = true;

@@ -162,6 +162,16 @@ TEST_F(VoxelizeTest, WordsFitATerminalAndBytesAPipe) {
   EXPECT_THAT(piped.err, HasSubstr("uint8: 1 in"));
 }
 
+TEST_F(VoxelizeTest, WritesForOpenVdb) {
+  MakeTorus();
+  const Json told = Voxelized("a.vdb", {"--kind", "distance", "--resolution", "60"});
+  const std::string bytes = Content(At("a.vdb"));
+  EXPECT_EQ(bytes.substr(0, 4), " BDV");
+  EXPECT_THAT(bytes.substr(0, 400), HasSubstr("level set"));
+  const auto size = told["size"].get<std::vector<size_t>>();
+  EXPECT_LT(bytes.size(), sizeof(float) * size[0] * size[1] * size[2]);
+}
+
 TEST_F(VoxelizeTest, MeshesAreTakenToo) {
   std::ofstream(At("sheet.obj")) << "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
   const Ended shell =
