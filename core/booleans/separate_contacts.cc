@@ -1,0 +1,336 @@
+#include "core/booleans/separate_contacts.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/booleans/box_tree.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/meshes/check_mesh.h"
+
+namespace rilievo {
+namespace {
+
+// Vertices that become one; the lowest stands for them all.
+class VertexSets {
+ public:
+  explicit VertexSets(Eigen::Index count) : parent_(static_cast<size_t>(count)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  int Find(int v) {
+    while (At(v) != v) v = At(v) = At(At(v));
+    return v;
+  }
+  void Unite(int a, int b) {
+    a = Find(a), b = Find(b);
+    At(std::max(a, b)) = std::min(a, b);
+  }
+
+ private:
+  int& At(int v) { return parent_[static_cast<size_t>(v)]; }
+  std::vector<int> parent_;
+};
+
+using Corners = std::array<int, 3>;
+
+Eigen::Matrix3Xi ColumnsOf(const std::vector<Corners>& triangles) {
+  Eigen::Matrix3Xi columns(3, static_cast<Eigen::Index>(triangles.size()));
+  for (size_t t = 0; t < triangles.size(); ++t) {
+    columns.col(static_cast<Eigen::Index>(t)) = Eigen::Vector3i(triangles[t].data());
+  }
+  return columns;
+}
+
+// Takes triangles that are thinner than `width` out of a mesh, so that the others still have the
+// same border, that is none: the ends of a short edge become one, and an edge that a vertex lies on
+// is cut there in all triangles around it.
+class Thinner {
+ public:
+  Thinner(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, double width)
+      : vertices_(vertices),
+        width_(width),
+        sets_(vertices.cols()),
+        near_contact_(static_cast<size_t>(vertices.cols()), 0) {
+    for (const auto triangle : triangles.colwise()) {
+      triangles_.push_back({triangle[0], triangle[1], triangle[2]});
+    }
+  }
+
+  // Whether there was anything to do.
+  bool Run() {
+    constexpr int kRounds = 40;  // each makes the longest edges of thin triangles shorter
+    bool changed = false;
+    for (int round = 0; round < kRounds; ++round) {
+      if (!JoinShortEdges() && !CutAtApexes() && !MatchSides()) break;
+      changed = true;
+    }
+    return changed;
+  }
+
+  Eigen::Matrix3Xi triangles() const { return ColumnsOf(triangles_); }
+
+ private:
+  double Length(int a, int b) const { return (vertices_.col(a) - vertices_.col(b)).norm(); }
+  static uint64_t KeyOf(int a, int b) {
+    return static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint32_t>(std::max(a, b));
+  }
+
+  // Makes one vertex of both.
+  void Join(int a, int b) {
+    sets_.Unite(a, b);
+    near_contact_[static_cast<size_t>(a)] = near_contact_[static_cast<size_t>(b)] = 1;
+    joins_ = true;
+  }
+
+  bool ApplyJoins() {
+    if (!std::exchange(joins_, false)) return false;
+    for (Corners& triangle : triangles_) {
+      for (int& corner : triangle) corner = sets_.Find(corner);
+    }
+    std::erase_if(triangles_,
+                  [](const Corners& c) { return c[0] == c[1] || c[1] == c[2] || c[2] == c[0]; });
+    return true;
+  }
+
+  bool JoinShortEdges() {
+    for (const Corners& triangle : triangles_) {
+      for (size_t k = 0; k < 3; ++k) {
+        const int a = triangle[k], b = triangle[(k + 1) % 3];
+        if (Length(a, b) < width_) Join(a, b);
+      }
+    }
+    return ApplyJoins();
+  }
+
+  bool CutEdges() {
+    if (on_edge_.empty()) return false;
+    std::vector<Corners> given;
+    given.swap(triangles_);
+    for (const Corners& triangle : given) Cut(triangle, 0);
+    on_edge_.clear();
+    return true;
+  }
+
+  // Of each thin triangle the vertex that lies on its longest edge.
+  bool CutAtApexes() {
+    for (const Corners& c : triangles_) {
+      size_t longest = 0;
+      double length = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const double other = Length(c[k], c[(k + 1) % 3]);
+        if (other > length) {
+          length = other;
+          longest = k;
+        }
+      }
+      const Eigen::Vector3d u = vertices_.col(c[1]) - vertices_.col(c[0]),
+                            v = vertices_.col(c[2]) - vertices_.col(c[0]);
+      if (u.cross(v).norm() >= width_ * length) continue;
+      const int apex = c[(longest + 2) % 3];
+      const auto [at, added] = on_edge_.emplace(KeyOf(c[longest], c[(longest + 1) % 3]), apex);
+      if (!added) at->second = std::min(at->second, apex);
+      for (const int corner : c) near_contact_[static_cast<size_t>(corner)] = 1;
+    }
+    return CutEdges();
+  }
+
+  bool LiesOn(int vertex, int a, int b) const {
+    const Eigen::Vector3d along = vertices_.col(b) - vertices_.col(a),
+                          to = vertices_.col(vertex) - vertices_.col(a);
+    return to.dot(along) > 0 && to.dot(along) < along.squaredNorm() &&
+           to.cross(along).norm() < width_ * along.norm();
+  }
+
+  FloatBox BoxAround(int a, int b) const {
+    FloatBox box;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto [low, high] = std::minmax(vertices_(axis, a), vertices_(axis, b));
+      box.lo[axis] = FloatBox::RoundDown(low - vertices_(axis, 0) - width_);
+      box.hi[axis] = FloatBox::RoundUp(high - vertices_(axis, 0) + width_);
+    }
+    return box;
+  }
+
+  // A neck has two sides, which get the same vertices.
+  bool MatchSides() {
+    std::vector<std::array<int, 2>> edges;
+    std::vector<int> vertices;
+    for (const Corners& c : triangles_) {
+      for (size_t k = 0; k < 3; ++k) {
+        const int a = c[k], b = c[(k + 1) % 3];
+        if (near_contact_[static_cast<size_t>(a)] != 0) vertices.push_back(a);
+        if (near_contact_[static_cast<size_t>(a)] + near_contact_[static_cast<size_t>(b)] > 0) {
+          edges.push_back({std::min(a, b), std::max(a, b)});
+        }
+      }
+    }
+    const auto each_once = [](auto* list) {
+      std::sort(list->begin(), list->end());
+      list->erase(std::unique(list->begin(), list->end()), list->end());
+    };
+    each_once(&edges);
+    each_once(&vertices);
+    std::vector<FloatBox> boxes;
+    for (const auto& [a, b] : edges) boxes.push_back(BoxAround(a, b));
+    const BoxTree tree(std::move(boxes));
+    for (const int vertex : vertices) {
+      tree.ForEachOverlap(BoxAround(vertex, vertex), [&](int edge) {
+        const auto [a, b] = edges[static_cast<size_t>(edge)];
+        if (vertex == a || vertex == b) return;
+        const bool near_a = Length(vertex, a) < width_, near_b = Length(vertex, b) < width_;
+        if (near_a || near_b) {
+          Join(vertex, near_a ? a : b);
+        } else if (LiesOn(vertex, a, b)) {
+          on_edge_.emplace(KeyOf(a, b), vertex);
+        }
+      });
+    }
+    if (ApplyJoins()) {
+      on_edge_.clear();
+      return true;
+    }
+    return CutEdges();
+  }
+
+  void Cut(const Corners& c, int depth) {
+    constexpr int kDeepest = 40;
+    for (size_t k = 0; k < 3 && depth < kDeepest; ++k) {
+      const size_t next = (k + 1) % 3, last = (k + 2) % 3;
+      const auto found = on_edge_.find(KeyOf(c[k], c[next]));
+      if (found == on_edge_.end()) continue;
+      if (found->second == c[last]) return;  // nothing of it is left
+      Cut({c[k], found->second, c[last]}, depth + 1);
+      Cut({found->second, c[next], c[last]}, depth + 1);
+      return;
+    }
+    triangles_.push_back(c);
+  }
+
+  const Eigen::Matrix3Xd& vertices_;
+  double width_;
+  VertexSets sets_;
+  bool joins_ = false;
+  std::vector<Corners> triangles_;
+  std::vector<uint8_t> near_contact_;  // by vertex: of a thin triangle
+  std::unordered_map<uint64_t, int> on_edge_;
+};
+
+// Triangles of three different vertices; of those over the same three, as many as face the one side
+// more than the other.
+Eigen::Matrix3Xi WithoutPairs(const Eigen::Matrix3Xi& triangles) {
+  struct Entry {
+    Corners corners;  // ascending
+    int sign;
+    Eigen::Index triangle;
+  };
+  std::vector<Entry> entries;
+  for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
+    Corners c = {triangles(0, t), triangles(1, t), triangles(2, t)};
+    const bool even = (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2;
+    std::sort(c.begin(), c.end());
+    if (c[0] != c[1] && c[1] != c[2]) entries.push_back({c, even ? 1 : -1, t});
+  }
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::tie(a.corners, a.triangle) < std::tie(b.corners, b.triangle);
+  });
+  std::vector<Eigen::Index> kept;
+  for (size_t begin = 0, end; begin < entries.size(); begin = end) {
+    int sum = 0;
+    for (end = begin; end < entries.size() && entries[end].corners == entries[begin].corners;
+         ++end) {
+      sum += entries[end].sign;
+    }
+    for (size_t i = begin; i < end && sum != 0; ++i) {
+      if ((entries[i].sign > 0) != (sum > 0)) continue;
+      kept.push_back(entries[i].triangle);
+      sum -= entries[i].sign;
+    }
+  }
+  std::sort(kept.begin(), kept.end());
+  return triangles(Eigen::all, kept);
+}
+
+// By vertex, the lowest one of its component.
+std::vector<int> ComponentsOf(const TriangleMesh& mesh) {
+  VertexSets sets(mesh.vertices.cols());
+  for (const auto triangle : mesh.triangles.colwise()) {
+    sets.Unite(triangle[0], triangle[1]);
+    sets.Unite(triangle[0], triangle[2]);
+  }
+  std::vector<int> component(static_cast<size_t>(mesh.vertices.cols()));
+  for (size_t v = 0; v < component.size(); ++v) component[v] = sets.Find(static_cast<int>(v));
+  return component;
+}
+
+TriangleMesh Compacted(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+                       const std::vector<Eigen::Index>& kept) {
+  TriangleMesh mesh{{}, triangles(Eigen::all, kept), {}};
+  std::vector<int> number(static_cast<size_t>(vertices.cols()), -1);
+  std::vector<Eigen::Index> used;
+  for (int& corner : mesh.triangles.reshaped()) {
+    int& at = number[static_cast<size_t>(corner)];
+    if (at < 0) {
+      at = static_cast<int>(used.size());
+      used.push_back(corner);
+    }
+    corner = at;
+  }
+  mesh.vertices = vertices(Eigen::all, used);
+  return mesh;
+}
+
+// Without components whose volume is less than `width` times a quarter of their area.
+TriangleMesh WithoutFilms(TriangleMesh mesh, double width) {
+  const std::vector<int> component = ComponentsOf(mesh);
+  std::vector<double> volume(component.size(), 0), area(component.size(), 0);
+  for (const auto triangle : mesh.triangles.colwise()) {
+    const auto c = static_cast<size_t>(component[static_cast<size_t>(triangle[0])]);
+    const Eigen::Vector3d origin = mesh.vertices.col(static_cast<Eigen::Index>(c));
+    const Eigen::Vector3d at = mesh.vertices.col(triangle[0]) - origin;
+    const Eigen::Vector3d normal = (mesh.vertices.col(triangle[1]) - origin - at)
+                                       .cross(mesh.vertices.col(triangle[2]) - origin - at);
+    volume[c] += normal.dot(at) / 6;
+    area[c] += normal.norm() / 2;
+  }
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index t = 0; t < mesh.triangles.cols(); ++t) {
+    const auto c = static_cast<size_t>(component[static_cast<size_t>(mesh.triangles(0, t))]);
+    if (std::abs(volume[c]) > width * area[c] / 4) kept.push_back(t);
+  }
+  if (static_cast<Eigen::Index>(kept.size()) == mesh.triangles.cols()) return mesh;
+  return Compacted(mesh.vertices, mesh.triangles, kept);
+}
+
+}  // namespace
+
+absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, double width,
+                                              const RunContext& context) {
+  Thinner thinner(mesh.vertices, mesh.triangles, width);
+  if (!thinner.Run()) return WithoutFilms(std::move(mesh), width);
+  PointCloud cloud;
+  cloud.points = mesh.vertices;
+  cloud.triangles = WithoutPairs(thinner.triangles());
+  if (cloud.triangles.cols() == 0) return TriangleMesh();
+  RunContext silent = context;
+  silent.progress = nullptr;
+  RILIEVO_ASSIGN_OR_RETURN(CheckedMesh checked, CheckMesh(cloud, silent));
+  TriangleMesh apart{std::move(checked.vertices), std::move(checked.triangles), {}};
+  for (Eigen::Index v = 0; v < apart.vertices.cols(); ++v) {
+    const Eigen::Vector3d given = mesh.vertices.col(checked.source_vertex[static_cast<size_t>(v)]);
+    const bool stayed = checked.frame.UnitFromScan(given) == apart.vertices.col(v);
+    apart.vertices.col(v) = stayed ? given : checked.frame.ScanFromUnit(apart.vertices.col(v));
+  }
+  const auto count = static_cast<int>(apart.vertices.cols());
+  const bool sound = BuildMeshTopology(apart.triangles, count).ok() &&
+                     SummarizeTopology(apart.triangles, count).closed();
+  return WithoutFilms(std::move(sound ? apart : mesh), width);
+}
+
+}  // namespace rilievo
