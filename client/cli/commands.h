@@ -24,6 +24,7 @@ struct Command {
 
 Command AddReconstruct(CLI::App& program);
 Command AddAlign(CLI::App& program);
+Command AddCombine(CLI::App& program);
 Command AddCompletion(CLI::App& program);
 Command AddConvert(CLI::App& program);
 Command AddDiagnose(CLI::App& program);

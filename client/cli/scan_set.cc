@@ -33,7 +33,21 @@ std::string Said(const std::string& word) {
   return word.size() <= kMost ? word : absl::StrCat(word.substr(0, kMost), "...");
 }
 
-// INVALID_ARGUMENT that names all that they do not agree in.
+// Of each scan, where every scan has it.
+template <typename T>
+std::vector<T> Joined(const std::vector<PointLayers>& layers, const std::vector<PointCloud>& clouds,
+                      std::vector<T> PointLayers::*field) {
+  std::vector<T> all;
+  for (size_t i = 0; i < layers.size(); ++i) {
+    const std::vector<T>& own = layers[i].*field;
+    if (own.size() != static_cast<size_t>(clouds[i].points.cols())) return {};
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
+}
+
+}  // namespace
+
 absl::Status CheckSamePlace(const std::string& first_path, const ScanPlace& first,
                             const std::string& second_path, const ScanPlace& second) {
   std::vector<std::string> texts, options;
@@ -49,21 +63,6 @@ absl::Status CheckSamePlace(const std::string& first_path, const ScanPlace& firs
       "; bring them into one system first, or, where their coordinates are in one, say with ",
       absl::StrJoin(options, ", "), " which"));
 }
-
-// Of each scan, where every scan has it.
-template <typename T>
-std::vector<T> Joined(const std::vector<PointLayers>& layers, const std::vector<PointCloud>& clouds,
-                      std::vector<T> PointLayers::*field) {
-  std::vector<T> all;
-  for (size_t i = 0; i < layers.size(); ++i) {
-    const std::vector<T>& own = layers[i].*field;
-    if (own.size() != static_cast<size_t>(clouds[i].points.cols())) return {};
-    all.insert(all.end(), own.begin(), own.end());
-  }
-  return all;
-}
-
-}  // namespace
 
 absl::StatusOr<ScanSet> LoadScans(const std::vector<std::string>& paths,
                                   const ScanArguments& arguments, const PlaceArguments& given,

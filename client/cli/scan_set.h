@@ -20,6 +20,11 @@ struct ScanSet {
   ScanPlace place;  // of all
 };
 
+// INVALID_ARGUMENT, naming both files and the options that help, where two inputs do not have the
+// same unit, way up and coordinate reference system, which `first` and `second` say.
+absl::Status CheckSamePlace(const std::string& first_path, const ScanPlace& first,
+                            const std::string& second_path, const ScanPlace& second);
+
 // All files, read as LoadScan does; what their files say of unit, way up and coordinate reference
 // system, unless `given` says it. Errors of LoadScan; INVALID_ARGUMENT, naming two files and the
 // option that helps, where they do not say the same.

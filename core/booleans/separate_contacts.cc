@@ -12,8 +12,8 @@
 
 #include "core/base/status_macros.h"
 #include "core/booleans/box_tree.h"
+#include "core/booleans/solid_of_mesh.h"
 #include "core/geometry/mesh_topology.h"
-#include "core/meshes/check_mesh.h"
 
 namespace rilievo {
 namespace {
@@ -318,15 +318,7 @@ absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, double width,
   cloud.points = mesh.vertices;
   cloud.triangles = WithoutPairs(thinner.triangles());
   if (cloud.triangles.cols() == 0) return TriangleMesh();
-  RunContext silent = context;
-  silent.progress = nullptr;
-  RILIEVO_ASSIGN_OR_RETURN(CheckedMesh checked, CheckMesh(cloud, silent));
-  TriangleMesh apart{std::move(checked.vertices), std::move(checked.triangles), {}};
-  for (Eigen::Index v = 0; v < apart.vertices.cols(); ++v) {
-    const Eigen::Vector3d given = mesh.vertices.col(checked.source_vertex[static_cast<size_t>(v)]);
-    const bool stayed = checked.frame.UnitFromScan(given) == apart.vertices.col(v);
-    apart.vertices.col(v) = stayed ? given : checked.frame.ScanFromUnit(apart.vertices.col(v));
-  }
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh apart, SolidOfMesh(cloud, context));
   const auto count = static_cast<int>(apart.vertices.cols());
   const bool sound = BuildMeshTopology(apart.triangles, count).ok() &&
                      SummarizeTopology(apart.triangles, count).closed();

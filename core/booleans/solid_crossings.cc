@@ -108,7 +108,7 @@ absl::StatusOr<std::vector<int>> WindingsOf(const GridSolid& solid, const GridSo
                                             const RunContext& context) {
   constexpr int kUnknown = 1 << 20;
   std::vector<int> windings(solid.points.size(), kUnknown);
-  std::vector<uint8_t> seen(static_cast<size_t>(solid.faces.cols()), 0);
+  std::vector<uint8_t> seen(solid.partner.size() / 3, 0);
   std::vector<uint32_t> open;
   for (size_t seed = 0; seed < seen.size(); ++seed) {
     if (seen[seed] != 0) continue;

@@ -1,0 +1,135 @@
+#include <CLI/CLI.hpp>
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
+#include "client/cli/loaded_shape.h"
+#include "client/cli/make_surfaces.h"
+#include "client/cli/output_target.h"
+#include "client/cli/scan_set.h"
+#include "client/formats/mesh_writer.h"
+#include "core/base/status_macros.h"
+#include "core/booleans/combine_solids.h"
+#include "core/booleans/solid_of_mesh.h"
+#include "server/command_line/text_layout.h"
+
+namespace rilievo {
+namespace {
+
+struct CombineArguments {
+  MakingArguments making;
+  std::string format;
+  std::string kept_mesh;  // file for the triangles; empty: none
+  bool unite = false, intersect = false, subtract = false;
+
+  const std::string& first() const { return making.inputs[0]; }
+  const std::string& second() const { return making.inputs[1]; }
+  SolidOperation operation() const {
+    if (unite) return SolidOperation::kUnion;
+    return intersect ? SolidOperation::kIntersection : SolidOperation::kDifference;
+  }
+  std::string Name() const {
+    return absl::StrCat(first(),
+                        unite       ? " united with "
+                        : intersect ? " within "
+                                    : " without ",
+                        second());
+  }
+};
+
+// A surface is closed and sound as it is; a file of triangles becomes that where it can.
+absl::StatusOr<LoadedShape> LoadSolid(const std::string& path, const CombineArguments& arguments,
+                                      const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape,
+                           LoadShape(path, std::nullopt, context, arguments.format));
+  shape.place = PlaceOf(arguments.making.options.place, std::move(shape.place));
+  if (shape.diagonal > 0) return shape;
+  if (shape.mesh.triangles.cols() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": ", Counted(shape.mesh.vertices.cols(), "point", "points"),
+        " without a face; solids are combined, so make a surface of them first ('rilievo "
+        "reconstruct')"));
+  }
+  PointCloud cloud;
+  cloud.points = std::move(shape.mesh.vertices);
+  cloud.triangles = std::move(shape.mesh.triangles);
+  absl::StatusOr<TriangleMesh> solid = SolidOfMesh(cloud, context);
+  if (!solid.ok()) {
+    return absl::Status(solid.status().code(), absl::StrCat(path, ": ", solid.status().message()));
+  }
+  shape.mesh = *std::move(solid);
+  return shape;
+}
+
+absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
+                                    const std::stop_token& stop) {
+  RunContext context;
+  context.stop = stop;
+  context.threads = static_cast<int>(arguments.making.options.threads.value_or(0));
+  RILIEVO_ASSIGN_OR_RETURN(const LoadedShape a, LoadSolid(arguments.first(), arguments, context));
+  RILIEVO_ASSIGN_OR_RETURN(const LoadedShape b, LoadSolid(arguments.second(), arguments, context));
+  RILIEVO_RETURN_IF_ERROR(CheckSamePlace(arguments.first(), a.place, arguments.second(), b.place));
+  absl::StatusOr<CombinedSolids> made =
+      CombineSolids(a.mesh, b.mesh, arguments.operation(), context);
+  if (!made.ok()) {
+    return absl::Status(made.status().code(),
+                        absl::StrCat(arguments.Name(), ": ", made.status().message()));
+  }
+  if (!arguments.kept_mesh.empty()) {
+    RILIEVO_RETURN_IF_ERROR(WithExitCode(
+        WriteMesh(arguments.kept_mesh, "ply", made->mesh, {}, {}, a.place), ExitCode::kOutput));
+  }
+  Source source;
+  source.scan.cloud.points = std::move(made->mesh.vertices);
+  source.scan.cloud.triangles = std::move(made->mesh.triangles);
+  source.scan.format = absl::StrCat(a.description, "; ", b.description);
+  source.scan.place = a.place;
+  source.paths = ReportPaths{arguments.Name(), source.scan.format, {}};
+  return source;
+}
+
+absl::Status Combine(const CombineArguments& arguments, const std::stop_token& stop) {
+  if (!arguments.unite && !arguments.intersect && !arguments.subtract) {
+    return UsageError("what to make is missing; give --union, --intersection or --difference");
+  }
+  if (!arguments.kept_mesh.empty()) {
+    RILIEVO_RETURN_IF_ERROR(
+        CheckExtension(arguments.kept_mesh, "ply", "the combined triangles are a PLY file"));
+  }
+  const auto read = [&](const std::string&) { return ReadCombined(arguments, stop); };
+  return MakeSurfaces(arguments.making, {arguments.first()}, read, {arguments.kept_mesh}, stop);
+}
+
+}  // namespace
+
+Command AddCombine(CLI::App& program) {
+  CLI::App* app = program.add_subcommand(
+      "combine", "Unite two solids, intersect them, or take one from the other");
+  const auto a = std::make_shared<CombineArguments>();
+  app->add_option(
+         "SOLID", a->making.inputs,
+         "A and B: two closed surfaces (.dss), at their finest level, or closed meshes: PLY, OBJ, "
+         "STL, GLB; - is standard input")
+      ->required()
+      ->expected(2);
+  CLI::Option* unite = app->add_flag("--union", a->unite, "what is inside of A or B");
+  CLI::Option* intersect =
+      app->add_flag("--intersection", a->intersect, "what is inside of both")->excludes(unite);
+  app->add_flag("--difference", a->subtract, "what is inside of A and outside of B")
+      ->excludes(unite)
+      ->excludes(intersect);
+  AddMakingOptions(app, ShapeInput::kMesh, &a->making);
+  app->remove_option(app->get_option("--colors"));
+  app->add_option("--keep-mesh", a->kept_mesh,
+                  "write the combined triangles that the surface is made of to this .ply file, for "
+                  "verify and compare");
+  AddFormatOption(app, &a->format);
+  return {app, [a](const std::stop_token& stop) { return Combine(*a, stop); }};
+}
+
+}  // namespace rilievo
