@@ -1,0 +1,194 @@
+#include "core/domain/fill_by_arcs.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/loop/refinement.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+// A vertex has points where one lies within so many spacings and deviations of noise beside it.
+constexpr double kNearSpacings = 1.5, kNearNoises = 4;
+// Neighbours that tell the normal at the rim.
+constexpr int kRimPoints = 32;
+// Sweeps end when no vertex moves by so much of the diagonal any more, or after so many.
+constexpr double kRest = 1e-7;
+constexpr int kMostSweeps = 2000;
+// Over-relaxation: a sweep goes farther than it was asked.
+constexpr double kOver = 1.7;
+
+// How far along `normal` from `place` an arc from a point with a normal passes.
+double ArcHeight(const Vector3d& place, const Vector3d& normal, const Vector3d& point,
+                 const Vector3d& point_normal) {
+  return (point - place).dot(normal + point_normal) / std::max(1 + normal.dot(point_normal), 0.1);
+}
+
+// The surface of the points near `place`: the normal that is linear over them, and the place that
+// arcs from them come to.
+void SettleAtPoints(const OrientedCloud& cloud, const PointIndex& index, Vector3d* place,
+                    Vector3d* normal) {
+  int found[kRimPoints];
+  double squared[kRimPoints];
+  const int count = index.Nearest(*place, std::min(kRimPoints, index.size()), found, squared);
+  Vector3d mean = Vector3d::Zero();
+  for (int k = 0; k < count; ++k) mean += cloud.normals.col(found[k]);
+  const Vector3d x = mean.unitOrthogonal(), y = mean.normalized().cross(x);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> rows(count, 3), normals(count, 3);
+  for (int k = 0; k < count; ++k) {
+    const Vector3d way = cloud.points.col(found[k]) - *place;
+    rows.row(k) << 1, way.dot(x), way.dot(y);
+    normals.row(k) = cloud.normals.col(found[k]).transpose();
+  }
+  const Eigen::Matrix3d fit = rows.colPivHouseholderQr().solve(normals);
+  *normal = fit.row(0).transpose().normalized();
+  double height = 0;
+  for (int k = 0; k < count; ++k) {
+    height += ArcHeight(*place, *normal, cloud.points.col(found[k]), cloud.normals.col(found[k]));
+  }
+  *place += height / count * *normal;
+}
+
+// In the order in which they are met from the rim inwards.
+std::vector<int> FromRimInwards(const VertexRings& rings, const std::vector<uint8_t>& is_empty) {
+  std::vector<uint8_t> seen(is_empty.size(), 0);
+  std::vector<int> order;
+  const auto visit_around = [&](int v) {
+    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+      const int other = rings.neighbors[k];
+      if (is_empty[other] == 0 || seen[other] != 0) continue;
+      seen[other] = 1;
+      order.push_back(other);
+    }
+  };
+  for (int v = 0; v < static_cast<int>(is_empty.size()); ++v) {
+    if (is_empty[v] == 0) visit_around(v);
+  }
+  for (size_t next = 0; next < order.size(); ++next) visit_around(order[next]);
+  return order;
+}
+
+// Control points move by what their limits are off, in turn, with those of so many rings around the
+// empty parts: what they do to limits farther out is lost in the noise of the fit.
+constexpr int kBandRings = 3, kLimitRounds = 20;
+
+class ArcRelaxation {
+ public:
+  ArcRelaxation(const VertexRings& rings, Eigen::Matrix3Xd* places, Eigen::Matrix3Xd* normals)
+      : rings_(rings), places_(*places), normals_(*normals) {}
+
+  // Normals are zero where not known yet. Returns how far the vertex moved.
+  double Relax(int v, double over) {
+    Vector3d middle = Vector3d::Zero(), normal = Vector3d::Zero();
+    int known = 0;
+    ForEachKnown(v, [&](int other) {
+      middle += places_.col(other);
+      normal += normals_.col(other);
+      ++known;
+    });
+    if (known == 0 || normal.isZero()) return 0;
+    middle /= known;
+    normal.normalize();
+    double height = 0;
+    ForEachKnown(v, [&](int other) {
+      height += ArcHeight(middle, normal, places_.col(other), normals_.col(other));
+    });
+    const Vector3d place = middle + height / known * normal;
+    const bool is_first = normals_.col(v).isZero();
+    const Vector3d move = (is_first ? 1 : over) * (place - places_.col(v));
+    places_.col(v) += move;
+    normals_.col(v) =
+        is_first ? normal : (normals_.col(v) + over * (normal - normals_.col(v))).normalized();
+    return move.norm();
+  }
+
+ private:
+  template <typename Visit>
+  void ForEachKnown(int v, const Visit& visit) const {
+    for (int k = rings_.neighbor_begin[v]; k < rings_.neighbor_begin[v + 1]; ++k) {
+      const int other = rings_.neighbors[k];
+      if (!normals_.col(other).isZero()) visit(other);
+    }
+  }
+
+  const VertexRings& rings_;
+  Eigen::Matrix3Xd& places_;
+  Eigen::Matrix3Xd& normals_;
+};
+
+absl::StatusOr<std::vector<uint8_t>> FindEmpty(const OrientedCloud& cloud, const PointIndex& index,
+                                               const LimitSurface& limit,
+                                               const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
+                           index.NearestOfEach(limit.positions, context));
+  std::vector<uint8_t> is_empty(nearest.size(), 0);
+  for (size_t v = 0; v < nearest.size(); ++v) {
+    const int point = nearest[v];
+    const Vector3d normal = limit.normals.col(static_cast<int64_t>(v));
+    const Vector3d way = cloud.points.col(point) - limit.positions.col(static_cast<int64_t>(v));
+    const double beside = (way - way.dot(normal) * normal).norm();
+    is_empty[v] = beside > kNearSpacings * cloud.spacing[point] + kNearNoises * cloud.noise[point];
+  }
+  return is_empty;
+}
+
+// 1 at the marked vertices and so many rings around.
+std::vector<uint8_t> WithRings(const VertexRings& rings, std::vector<uint8_t> marked, int count) {
+  for (; count > 0; --count) {
+    std::vector<uint8_t> wider = marked;
+    for (size_t v = 0; v < marked.size(); ++v) {
+      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+        wider[v] |= marked[rings.neighbors[k]];
+      }
+    }
+    marked = std::move(wider);
+  }
+  return marked;
+}
+
+}  // namespace
+
+absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& index,
+                                const RunContext& context, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineTopology(*mesh, 0, context));
+  RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
+                           EvaluateLimit(refinement, mesh->vertices, 0, context));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> is_empty,
+                           FindEmpty(cloud, index, limit, context));
+  const VertexRings rings = BuildVertexRings(refinement.levels.front());
+  const std::vector<int> order = FromRimInwards(rings, is_empty);
+  if (order.empty()) return false;
+  Eigen::Matrix3Xd places = limit.positions;
+  Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, places.cols());
+  const std::vector<uint8_t> with_rim = WithRings(rings, is_empty, 1);
+  for (int v = 0; v < places.cols(); ++v) {
+    if (with_rim[v] == is_empty[v]) continue;
+    Vector3d place = places.col(v), normal;
+    SettleAtPoints(cloud, index, &place, &normal);
+    places.col(v) = place;
+    normals.col(v) = normal;
+  }
+  ArcRelaxation relaxation(rings, &places, &normals);
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    double farthest = 0;
+    for (const int v : order) farthest = std::max(farthest, relaxation.Relax(v, kOver));
+    if (sweep > 0 && farthest < kRest) break;
+  }
+  const std::vector<uint8_t> band = WithRings(rings, is_empty, kBandRings);
+  for (int round = 0; round < kLimitRounds; ++round) {
+    for (int v = 0; v < places.cols(); ++v) {
+      if (band[v] != 0) mesh->vertices.col(v) += places.col(v) - limit.positions.col(v);
+    }
+    RILIEVO_ASSIGN_OR_RETURN(limit, EvaluateLimit(refinement, mesh->vertices, 0, context));
+  }
+  return true;
+}
+
+}  // namespace rilievo
