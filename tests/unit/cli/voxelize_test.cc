@@ -164,7 +164,7 @@ TEST_F(VoxelizeTest, WordsFitATerminalAndBytesAPipe) {
 
 TEST_F(VoxelizeTest, WritesForOpenVdb) {
   MakeTorus();
-  const Json told = Voxelized("a.vdb", {"--kind", "distance", "--resolution", "60"});
+  const Json told = Voxelized("a.vdb", {"--kind", "distance", "--resolution", "150"});
   const std::string bytes = Content(At("a.vdb"));
   EXPECT_EQ(bytes.substr(0, 4), " BDV");
   EXPECT_THAT(bytes.substr(0, 400), HasSubstr("level set"));
