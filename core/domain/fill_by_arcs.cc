@@ -152,6 +152,48 @@ std::vector<uint8_t> WithRings(const VertexRings& rings, std::vector<uint8_t> ma
   return marked;
 }
 
+// By vertex, the number of its part of the marked vertices, or -1.
+std::vector<int> PartsOf(const VertexRings& rings, const std::vector<uint8_t>& marked, int* count) {
+  std::vector<int> part(marked.size(), -1), waiting;
+  *count = 0;
+  for (int seed = 0; seed < static_cast<int>(marked.size()); ++seed) {
+    if (marked[seed] == 0 || part[seed] >= 0) continue;
+    part[seed] = *count;
+    waiting.push_back(seed);
+    while (!waiting.empty()) {
+      const int v = waiting.back();
+      waiting.pop_back();
+      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+        const int other = rings.neighbors[k];
+        if (marked[other] == 0 || part[other] >= 0) continue;
+        part[other] = *count;
+        waiting.push_back(other);
+      }
+    }
+    ++*count;
+  }
+  return part;
+}
+
+// By part, the integral of the squared change of curvature along the edges: between two points it
+// is twice what their normals fall short of an arc, over the squared distance.
+std::vector<double> CurvatureVariation(const VertexRings& rings, const LimitSurface& limit,
+                                       const std::vector<int>& part, int parts) {
+  std::vector<double> variation(static_cast<size_t>(parts), 0);
+  for (size_t v = 0; v < part.size(); ++v) {
+    if (part[v] < 0) continue;
+    const auto i = static_cast<int64_t>(v);
+    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+      const int j = rings.neighbors[k];
+      const Vector3d way = limit.positions.col(j) - limit.positions.col(i);
+      const double change = way.dot(limit.normals.col(i) + limit.normals.col(j)) /
+                            std::max(way.squaredNorm(), 1e-300);
+      variation[part[v]] += change * change;
+    }
+  }
+  return variation;
+}
+
 }  // namespace
 
 absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& index,
@@ -182,13 +224,31 @@ absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& in
     if (sweep > 0 && farthest < kRest) break;
   }
   const std::vector<uint8_t> band = WithRings(rings, is_empty, kBandRings);
+  int parts = 0;
+  const std::vector<int> part = PartsOf(rings, band, &parts);
+  const std::vector<double> before = CurvatureVariation(rings, limit, part, parts);
+  const Eigen::Matrix3Xd fitted = mesh->vertices;
   for (int round = 0; round < kLimitRounds; ++round) {
     for (int v = 0; v < places.cols(); ++v) {
       if (band[v] != 0) mesh->vertices.col(v) += places.col(v) - limit.positions.col(v);
     }
     RILIEVO_ASSIGN_OR_RETURN(limit, EvaluateLimit(refinement, mesh->vertices, 0, context));
   }
-  return true;
+  const std::vector<double> after = CurvatureVariation(rings, limit, part, parts);
+  std::vector<uint8_t> is_better(before.size());
+  for (size_t i = 0; i < before.size(); ++i) is_better[i] = after[i] < before[i];
+  for (const Crease& crease : mesh->creases) {  // which arcs would round off
+    for (const int end : {crease.a, crease.b}) {
+      if (with_rim[end] != 0) is_better[part[end]] = 0;
+    }
+  }
+  bool is_filled = false;
+  for (int v = 0; v < places.cols(); ++v) {
+    if (band[v] == 0) continue;
+    if (is_better[part[v]] == 0) mesh->vertices.col(v) = fitted.col(v);
+    is_filled = is_filled || is_better[part[v]] != 0;
+  }
+  return is_filled;
 }
 
 }  // namespace rilievo

@@ -15,9 +15,10 @@ namespace rilievo {
 // of the normals around them, and the height over the middle of their neighbours, along that
 // normal, that arcs from these have; in turn, until they rest. Those at the rim lie on arcs from
 // the points beside them. On a sphere that is exact. Control points there, and a few around, are
-// moved so that the limits come to lie so. `mesh`: a fitted one, whose empty parts have no
-// boundary; unit frame. `index` holds the points of `cloud`. Returns whether there was such a part;
-// CANCELLED when stopped.
+// moved so that the limits come to lie so, part by part; where that would make the curvature vary
+// more than the fit did, or a crease passes, the fit stays. `mesh`: a fitted one, whose empty parts
+// have no boundary; unit frame. `index` holds the points of `cloud`. Returns whether something was
+// moved; CANCELLED when stopped.
 absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& index,
                                 const RunContext& context, ControlMesh* mesh);
 
