@@ -60,11 +60,13 @@ double ParameterOf(const Eigen::Vector3d& tail, const Eigen::Vector3d& tip,
   return std::abs(parameter - grown) * (tip - tail).norm() < width ? parameter : grown;
 }
 
-// By number of KeptFaces: vertices, and crossings of the edges as they were given.
+// By number of KeptFaces: vertices, crossings of the edges as they were given, and added points.
 Eigen::Matrix3Xd PlacesOf(const TriangleMesh& a, const TriangleMesh& b,
-                          const std::vector<Crossing>& crossings, double width) {
+                          const std::vector<Crossing>& crossings,
+                          const std::vector<std::array<int, 3>>& added, double width) {
   const Eigen::Index of_a = a.vertices.cols(), given = of_a + b.vertices.cols();
-  Eigen::Matrix3Xd places(3, given + static_cast<Eigen::Index>(crossings.size()));
+  const Eigen::Index first_added = given + static_cast<Eigen::Index>(crossings.size());
+  Eigen::Matrix3Xd places(3, first_added + static_cast<Eigen::Index>(added.size()));
   places.leftCols(of_a) = a.vertices;
   places.middleCols(of_a, b.vertices.cols()) = b.vertices;
   for (size_t i = 0; i < crossings.size(); ++i) {
@@ -77,6 +79,11 @@ Eigen::Matrix3Xd PlacesOf(const TriangleMesh& a, const TriangleMesh& b,
     const double parameter = ParameterOf(tail, tip, triangle, crossing.place.parameter(), width);
     places.col(given + static_cast<Eigen::Index>(i)) =
         parameter < 1 ? Eigen::Vector3d(tail + parameter * (tip - tail)) : tip;
+  }
+  for (size_t i = 0; i < added.size(); ++i) {
+    const auto& [u, v, w] = added[i];
+    places.col(first_added + static_cast<Eigen::Index>(i)) =
+        (places.col(u) + places.col(v) + places.col(w)) / 3;
   }
   return places;
 }
@@ -215,7 +222,7 @@ absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const Triang
   if (!cut.ok()) return cut.status();
   const std::vector<Crossing>& crossings = cut->crossings.all;
   GrowingMesh growing = UsedPart(cut->kept, operation == SolidOperation::kDifference,
-                                 PlacesOf(a, b, crossings, width));
+                                 PlacesOf(a, b, crossings, cut->kept.added, width));
   if (growing.triangles.empty()) return absl::FailedPreconditionError(NothingLeft(operation));
   SplitRepeatedDiagonals(&growing);
   CombinedSolids combined;

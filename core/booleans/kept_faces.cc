@@ -9,9 +9,13 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/booleans/refine_cut.h"
 
 namespace rilievo {
 namespace {
+
+// A face with no more has no fan worth a point in its middle.
+constexpr size_t kFewNodes = 8;
 
 // Of the line in which two faces cut each other. It runs along the normal of face[1] times that of
 // face[0], so that on face[0] what is outside of solid 1 lies on its left.
@@ -161,8 +165,12 @@ class FaceKeeper {
     return true;
   }
 
-  // Nodes seen from outside of the face, from its first corner.
-  Eigen::Matrix2Xd Flat(size_t side, int face, const std::vector<int>& nodes) const {
+  // Nodes seen from outside of the face, from its first corner: along two axes, which keeps what is
+  // exact, and as they lie in the plane.
+  struct FlatNodes {
+    Eigen::Matrix2Xd along_axes, in_plane;
+  };
+  FlatNodes Flat(size_t side, int face, const std::vector<int>& nodes) const {
     const GridTriangle corners = solids_[side].TriangleOf(face);
     const Eigen::Vector3d origin = corners[0].position();
     const Eigen::Vector3d normal =
@@ -171,17 +179,24 @@ class FaceKeeper {
     normal.cwiseAbs().maxCoeff(&axis);
     Eigen::Index x = (axis + 1) % 3, y = (axis + 2) % 3;
     if (normal[axis] < 0) std::swap(x, y);
-    Eigen::Matrix2Xd flat(2, static_cast<Eigen::Index>(nodes.size()));
-    for (size_t i = 0; i < nodes.size(); ++i) {
-      const Eigen::Vector3d place = PlaceOf(nodes[i]) - origin;
-      flat.col(static_cast<Eigen::Index>(i)) << place[x], place[y];
+    const Eigen::Vector3d right = (corners[1].position() - origin).normalized(),
+                          up = normal.cross(right).normalized();
+    const auto count = static_cast<Eigen::Index>(nodes.size());
+    FlatNodes flat{Eigen::Matrix2Xd(2, count), Eigen::Matrix2Xd(2, count)};
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Vector3d place = PlaceOf(nodes[static_cast<size_t>(i)]) - origin;
+      flat.along_axes.col(i) << place[x], place[y];
+      flat.in_plane.col(i) << place.dot(right), place.dot(up);
     }
     return flat;
   }
 
-  // Diagonals are numbered from 0 in each face.
-  bool CutFace(size_t side, std::span<const CutLine> lines,
-               std::vector<CutTriangle>* triangles) const {
+  // Of a face: diagonals are numbered from 0, added points from -1 downward.
+  struct CutPart {
+    std::vector<CutTriangle> triangles;
+    std::vector<std::array<int, 3>> added;
+  };
+  bool CutFace(size_t side, std::span<const CutLine> lines, CutPart* part) const {
     const int face = lines[0].face[side];
     std::vector<Arc> arcs;
     for (const CutLine& line : lines) {
@@ -200,11 +215,42 @@ class FaceKeeper {
         node = static_cast<int>(nodes.size()) - 1;
       }
     }
-    *triangles = CutLoops(Flat(side, face, nodes), loops);
-    for (CutTriangle& triangle : *triangles) {
-      for (int& corner : triangle.corners) corner = nodes[static_cast<size_t>(corner)];
-    }
+    const FlatNodes flat = Flat(side, face, nodes);
+    part->triangles = CutLoops(flat.along_axes, loops);
+    part->added = RefineCut(flat.in_plane, nodes.size() > kFewNodes, &part->triangles);
+    const auto name = [&](std::array<int, 3>* corners) {
+      const auto count = static_cast<int>(nodes.size());
+      for (int& corner : *corners) {
+        corner = corner < count ? nodes[static_cast<size_t>(corner)] : count - 1 - corner;
+      }
+    };
+    for (CutTriangle& triangle : part->triangles) name(&triangle.corners);
+    for (std::array<int, 3>& parents : part->added) name(&parents);
     return true;
+  }
+
+  // Appends it with the numbers of all faces.
+  void Append(CutPart part, size_t side, int* diagonals, KeptFaces* kept) const {
+    const int first_added = first_crossing_node_ + static_cast<int>(crossings_.all.size()) +
+                            static_cast<int>(kept->added.size());
+    const auto name = [&](std::array<int, 3>* corners) {
+      for (int& corner : *corners) corner = corner < 0 ? first_added - 1 - corner : corner;
+    };
+    for (std::array<int, 3>& parents : part.added) {
+      name(&parents);
+      kept->added.push_back(parents);
+    }
+    int numbered = 0;
+    for (CutTriangle& triangle : part.triangles) {
+      name(&triangle.corners);
+      for (int& diagonal : triangle.diagonals) {
+        if (diagonal < 0) continue;
+        numbered = std::max(numbered, diagonal + 1);
+        diagonal += *diagonals;
+      }
+      kept->triangles[side].push_back(triangle);
+    }
+    *diagonals += numbered;
   }
 
   absl::Status KeepSide(size_t side, const std::vector<CutLine>& lines, const RunContext& context,
@@ -215,7 +261,7 @@ class FaceKeeper {
     }
     const auto count = static_cast<int64_t>(begins.size());
     begins.push_back(lines.size());
-    std::vector<std::vector<CutTriangle>> parts(static_cast<size_t>(count));
+    std::vector<CutPart> parts(static_cast<size_t>(count));
     std::vector<uint8_t> tangled(static_cast<size_t>(count), 0);
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(count, kHeavyBlock, context, [&](int64_t begin, int64_t end) {
@@ -232,16 +278,7 @@ class FaceKeeper {
     size_t next = 0;  // cut face
     for (int face = 0; face < solid.faces.cols(); ++face) {
       if (next < static_cast<size_t>(count) && lines[begins[next]].face[side] == face) {
-        int numbered = 0;
-        for (CutTriangle triangle : parts[next++]) {
-          for (int& diagonal : triangle.diagonals) {
-            if (diagonal < 0) continue;
-            numbered = std::max(numbered, diagonal + 1);
-            diagonal += *diagonals;
-          }
-          triangles.push_back(triangle);
-        }
-        *diagonals += numbered;
+        Append(std::move(parts[next++]), side, diagonals, kept);
         continue;
       }
       const int winding = crossings_.windings[side][static_cast<size_t>(solid.faces(0, face))];

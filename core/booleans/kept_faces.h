@@ -15,10 +15,12 @@ namespace rilievo {
 // By side: whether what lies outside of the other solid stays, or what lies inside.
 using KeptOutside = std::array<bool, 2>;
 
-// Corners are numbered through: the vertices of side 0, those of side 1, the crossings. Diagonals
-// are numbered through as well. Triangles face as those of their side.
+// Corners are numbered through: the vertices of side 0, those of side 1, the crossings, and points
+// that were added within faces. Diagonals are numbered through as well. Triangles face as those of
+// their side.
 struct KeptFaces {
   std::array<std::vector<CutTriangle>, 2> triangles;  // by side
+  std::vector<std::array<int, 3>> added;              // the three corners that each is the mean of
   int64_t cut_faces = 0;
 };
 
