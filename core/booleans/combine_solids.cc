@@ -63,7 +63,7 @@ double ParameterOf(const Eigen::Vector3d& tail, const Eigen::Vector3d& tip,
 // By number of KeptFaces: vertices, crossings of the edges as they were given, and added points.
 Eigen::Matrix3Xd PlacesOf(const TriangleMesh& a, const TriangleMesh& b,
                           const std::vector<Crossing>& crossings,
-                          const std::vector<std::array<int, 3>>& added, double width) {
+                          const std::vector<AddedPoint>& added, double width) {
   const Eigen::Index of_a = a.vertices.cols(), given = of_a + b.vertices.cols();
   const Eigen::Index first_added = given + static_cast<Eigen::Index>(crossings.size());
   Eigen::Matrix3Xd places(3, first_added + static_cast<Eigen::Index>(added.size()));
@@ -81,9 +81,10 @@ Eigen::Matrix3Xd PlacesOf(const TriangleMesh& a, const TriangleMesh& b,
         parameter < 1 ? Eigen::Vector3d(tail + parameter * (tip - tail)) : tip;
   }
   for (size_t i = 0; i < added.size(); ++i) {
-    const auto& [u, v, w] = added[i];
-    places.col(first_added + static_cast<Eigen::Index>(i)) =
-        (places.col(u) + places.col(v) + places.col(w)) / 3;
+    const auto& [corners, weights] = added[i];
+    places.col(first_added + static_cast<Eigen::Index>(i)) = weights[0] * places.col(corners[0]) +
+                                                             weights[1] * places.col(corners[1]) +
+                                                             weights[2] * places.col(corners[2]);
   }
   return places;
 }

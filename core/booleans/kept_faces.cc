@@ -1,6 +1,7 @@
 #include "core/booleans/kept_faces.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -169,6 +170,7 @@ class FaceKeeper {
   // exact, and as they lie in the plane.
   struct FlatNodes {
     Eigen::Matrix2Xd along_axes, in_plane;
+    Eigen::Matrix3d weights_of_place;  // of the corners of the face, from (x, y, 1) in the plane
   };
   FlatNodes Flat(size_t side, int face, const std::vector<int>& nodes) const {
     const GridTriangle corners = solids_[side].TriangleOf(face);
@@ -182,7 +184,13 @@ class FaceKeeper {
     const Eigen::Vector3d right = (corners[1].position() - origin).normalized(),
                           up = normal.cross(right).normalized();
     const auto count = static_cast<Eigen::Index>(nodes.size());
-    FlatNodes flat{Eigen::Matrix2Xd(2, count), Eigen::Matrix2Xd(2, count)};
+    FlatNodes flat{Eigen::Matrix2Xd(2, count), Eigen::Matrix2Xd(2, count), {}};
+    Eigen::Matrix3d places;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Vector3d place = corners[static_cast<size_t>(k)].position() - origin;
+      places.col(k) << place.dot(right), place.dot(up), 1;
+    }
+    flat.weights_of_place = places.inverse();
     for (Eigen::Index i = 0; i < count; ++i) {
       const Eigen::Vector3d place = PlaceOf(nodes[static_cast<size_t>(i)]) - origin;
       flat.along_axes.col(i) << place[x], place[y];
@@ -194,7 +202,7 @@ class FaceKeeper {
   // Of a face: diagonals are numbered from 0, added points from -1 downward.
   struct CutPart {
     std::vector<CutTriangle> triangles;
-    std::vector<std::array<int, 3>> added;
+    std::vector<AddedPoint> added;
   };
   bool CutFace(size_t side, std::span<const CutLine> lines, CutPart* part) const {
     const int face = lines[0].face[side];
@@ -217,15 +225,20 @@ class FaceKeeper {
     }
     const FlatNodes flat = Flat(side, face, nodes);
     part->triangles = CutLoops(flat.along_axes, loops);
-    part->added = RefineCut(flat.in_plane, nodes.size() > kFewNodes, &part->triangles);
-    const auto name = [&](std::array<int, 3>* corners) {
-      const auto count = static_cast<int>(nodes.size());
-      for (int& corner : *corners) {
+    for (const Eigen::Vector2d& place :
+         RefineCut(flat.in_plane, nodes.size() > kFewNodes, &part->triangles)) {
+      AddedPoint point{{}, flat.weights_of_place * place.homogeneous()};
+      for (size_t k = 0; k < 3; ++k) {
+        point.corners[k] = NodeOf(side, solids_[side].faces(static_cast<Eigen::Index>(k), face));
+      }
+      part->added.push_back(point);
+    }
+    for (CutTriangle& triangle : part->triangles) {
+      for (int& corner : triangle.corners) {
+        const auto count = static_cast<int>(nodes.size());
         corner = corner < count ? nodes[static_cast<size_t>(corner)] : count - 1 - corner;
       }
-    };
-    for (CutTriangle& triangle : part->triangles) name(&triangle.corners);
-    for (std::array<int, 3>& parents : part->added) name(&parents);
+    }
     return true;
   }
 
@@ -233,16 +246,10 @@ class FaceKeeper {
   void Append(CutPart part, size_t side, int* diagonals, KeptFaces* kept) const {
     const int first_added = first_crossing_node_ + static_cast<int>(crossings_.all.size()) +
                             static_cast<int>(kept->added.size());
-    const auto name = [&](std::array<int, 3>* corners) {
-      for (int& corner : *corners) corner = corner < 0 ? first_added - 1 - corner : corner;
-    };
-    for (std::array<int, 3>& parents : part.added) {
-      name(&parents);
-      kept->added.push_back(parents);
-    }
+    kept->added.insert(kept->added.end(), part.added.begin(), part.added.end());
     int numbered = 0;
     for (CutTriangle& triangle : part.triangles) {
-      name(&triangle.corners);
+      for (int& corner : triangle.corners) corner = corner < 0 ? first_added - 1 - corner : corner;
       for (int& diagonal : triangle.diagonals) {
         if (diagonal < 0) continue;
         numbered = std::max(numbered, diagonal + 1);

@@ -15,12 +15,18 @@ namespace rilievo {
 // By side: whether what lies outside of the other solid stays, or what lies inside.
 using KeptOutside = std::array<bool, 2>;
 
+// A point within a face, as a mean of its corners.
+struct AddedPoint {
+  std::array<int, 3> corners;
+  Eigen::Vector3d weights;
+};
+
 // Corners are numbered through: the vertices of side 0, those of side 1, the crossings, and points
 // that were added within faces. Diagonals are numbered through as well. Triangles face as those of
 // their side.
 struct KeptFaces {
   std::array<std::vector<CutTriangle>, 2> triangles;  // by side
-  std::vector<std::array<int, 3>> added;              // the three corners that each is the mean of
+  std::vector<AddedPoint> added;
   int64_t cut_faces = 0;
 };
 

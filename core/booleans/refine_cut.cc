@@ -1,8 +1,9 @@
 #include "core/booleans/refine_cut.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
+#include <limits>
 #include <utility>
 
 namespace rilievo {
@@ -25,21 +26,16 @@ class CutRefiner {
     FlipOpen();
   }
 
-  std::vector<std::array<int, 3>> AddPoints() {
-    SizesOfLoops();
-    std::vector<std::array<int, 3>> parents;
-    constexpr int kRounds = 16;  // each divides a large triangle by three
-    for (int round = 0; round < kRounds; ++round) {
-      const size_t count = triangles_.size(), before = parents.size();
-      for (size_t t = 0; t < count && parents.size() < kMostAdded; ++t) {
-        if (!IsLarge(t)) continue;
-        parents.push_back(triangles_[t].corners);
-        Divide(t);
-      }
-      if (parents.size() == before) break;
-      FlipOpen();
+  std::vector<Eigen::Vector2d> AddPoints() {
+    const size_t given = points_.size();
+    Eigen::Vector2d low = points_[0], high = low;
+    for (const Eigen::Vector2d& point : points_) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
     }
-    return parents;
+    FindLoops((high - low).norm());
+    AddCell((low + high) / 2, (high - low).maxCoeff());
+    return {points_.begin() + static_cast<std::ptrdiff_t>(given), points_.end()};
   }
 
  private:
@@ -126,58 +122,66 @@ class CutRefiner {
     open_.clear();
   }
 
-  // By point: the mean length of the loop edges at it.
-  void SizesOfLoops() {
+  // The edges of the loops, and by point the mean length of those at it.
+  void FindLoops(double extent) {
     sizes_.assign(points_.size(), 0);
     std::vector<int> edges(points_.size(), 0);
     for (const CutTriangle& triangle : triangles_) {
       for (size_t k = 0; k < 3; ++k) {
         if (triangle.diagonals[k] >= 0) continue;
         const int a = triangle.corners[k], b = triangle.corners[(k + 1) % 3];
+        loop_edges_.push_back({a, b});
         for (const int corner : {a, b}) {
           sizes_[static_cast<size_t>(corner)] += (Point(a) - Point(b)).norm();
           ++edges[static_cast<size_t>(corner)];
         }
       }
     }
-    Eigen::Vector2d low = points_[0], high = low;
-    for (const Eigen::Vector2d& point : points_) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
-    }
-    const double extent = (high - low).norm();
-    least_height_ = kLeastHeight * extent;
     for (size_t i = 0; i < sizes_.size(); ++i) {
       sizes_[i] = std::max(sizes_[i] / std::max(edges[i], 1), kLeastSize * extent);
     }
   }
 
-  bool IsLarge(size_t t) const {
-    const auto& [a, b, c] = triangles_[t].corners;
-    const double longest = std::sqrt(
-        std::max({(Point(a) - Point(b)).squaredNorm(), (Point(b) - Point(c)).squaredNorm(),
-                  (Point(c) - Point(a)).squaredNorm()}));
-    if (Turn(a, b, c) < least_height_ * longest) return false;
-    const Eigen::Vector2d middle = (Point(a) + Point(b) + Point(c)) / 3;
-    const double size = SizeWithin(t);
-    for (const int corner : triangles_[t].corners) {
-      const double apart = std::numbers::sqrt2 * (Point(corner) - middle).norm();
-      if (apart <= size || apart <= sizes_[static_cast<size_t>(corner)]) return false;
-    }
-    return true;
-  }
-  double SizeWithin(size_t t) const {
-    double sum = 0;
-    for (const int corner : triangles_[t].corners) sum += sizes_[static_cast<size_t>(corner)];
-    return sum / 3;
+  double DistanceToEdge(const Eigen::Vector2d& place, int a, int b) const {
+    const Eigen::Vector2d along = Point(b) - Point(a), to = place - Point(a);
+    const double part = std::clamp(to.dot(along) / along.squaredNorm(), 0.0, 1.0);
+    return (to - part * along).norm();
   }
 
-  void Divide(size_t t) {
+  void AddCell(const Eigen::Vector2d& center, double side) {
+    double size = std::numeric_limits<double>::infinity();
+    for (size_t i = 0; i < sizes_.size(); ++i) {
+      size = std::min(size, sizes_[i] + kGrowth * (points_[i] - center).norm());
+    }
+    if (side > size) {
+      for (const double x : {-side / 4, side / 4}) {
+        for (const double y : {-side / 4, side / 4}) {
+          AddCell(center + Eigen::Vector2d(x, y), side / 2);
+        }
+      }
+      return;
+    }
+    for (const auto& [a, b] : loop_edges_) {
+      if (!(DistanceToEdge(center, a, b) > kClearance * side)) return;
+    }
+    for (size_t t = 0; t < triangles_.size(); ++t) {
+      const auto& [a, b, c] = triangles_[t].corners;
+      const auto left_of = [&](int p, int q) {
+        const Eigen::Vector2d u = Point(q) - Point(p), v = center - Point(p);
+        return u.x() * v.y() - u.y() * v.x() > 0;
+      };
+      if (!left_of(a, b) || !left_of(b, c) || !left_of(c, a)) continue;
+      Divide(t, center);
+      FlipOpen();
+      return;
+    }
+  }
+
+  void Divide(size_t t, const Eigen::Vector2d& place) {
     const CutTriangle whole = triangles_[t];
     const auto& [a, b, c] = whole.corners;
     const auto middle = static_cast<int>(points_.size());
-    sizes_.push_back(SizeWithin(t));
-    points_.push_back((Point(a) + Point(b) + Point(c)) / 3);
+    points_.push_back(place);
     const auto first = static_cast<int>(sides_.size());  // diagonals from a, b, c to the middle
     const size_t second = triangles_.size(), third = second + 1;
     triangles_[t] = {{a, b, middle}, {whole.diagonals[0], first + 1, first}};
@@ -193,14 +197,14 @@ class CutRefiner {
     }
   }
 
-  // Of the extent of the face: loops are followed no finer, and thinner triangles are left alone.
-  static constexpr double kLeastSize = 1.0 / 64, kLeastHeight = 1.0 / 4096;
-  static constexpr size_t kMostAdded = 20'000;
+  // Of the extent of the face: loops are followed no finer. Of the distance: how fast cells grow.
+  // Of the side of a cell: how far from the loops its centre must lie.
+  static constexpr double kLeastSize = 1.0 / 64, kGrowth = 0.5, kClearance = 0.4;
 
   std::vector<CutTriangle>& triangles_;
-  double least_height_ = 0;
   std::vector<Eigen::Vector2d> points_;
-  std::vector<double> sizes_;               // by point
+  std::vector<double> sizes_;  // by point of a loop
+  std::vector<std::array<int, 2>> loop_edges_;
   std::vector<std::array<Side, 2>> sides_;  // by diagonal
   std::vector<uint8_t> counts_;
   std::vector<int> open_;  // diagonals to look at
@@ -208,8 +212,8 @@ class CutRefiner {
 
 }  // namespace
 
-std::vector<std::array<int, 3>> RefineCut(const Eigen::Matrix2Xd& points, bool add_points,
-                                          std::vector<CutTriangle>* triangles) {
+std::vector<Eigen::Vector2d> RefineCut(const Eigen::Matrix2Xd& points, bool add_points,
+                                       std::vector<CutTriangle>* triangles) {
   CutRefiner refiner(points, triangles);
   refiner.FlipAll();
   if (!add_points) return {};
