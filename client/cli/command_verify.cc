@@ -169,6 +169,7 @@ Command AddVerify(CLI::App& program) {
       ->required();
   app->add_option("SCAN", arguments->scan,
                   "the scan or mesh it was made from: checks the errors too");
+  AddFormatOption(app, &arguments->reading.format);
   AddScanOptions(app, &arguments->reading);
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};

@@ -96,7 +96,7 @@ absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std:
   if (!NamesAFolder(output)) {
     if (scans.size() > 1) {
       return UsageError(absl::StrCat("--output ", output, ": ", scans.size(),
-                                     " scans need a folder; write ", output, "/"));
+                                     " inputs need a folder; write ", output, "/"));
     }
     RILIEVO_ASSIGN_OR_RETURN(targets.emplace_back(), SurfaceTargetOf(arguments));
     return targets;

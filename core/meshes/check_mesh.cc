@@ -12,6 +12,7 @@
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/half_edges.h"
+#include "core/geometry/mesh_topology.h"
 #include "core/scan/clean/check_scan.h"
 
 namespace rilievo {
@@ -120,22 +121,72 @@ void TurnOver(const std::vector<uint8_t>& turned, LinkedTriangles* mesh) {
   }
 }
 
-// All triangles of a piece face the side that most of its area faces; where a piece meets itself
-// with the other side it is opened.
+// What is known of a piece while its triangles are turned alike.
+struct Piece {
+  std::vector<int> faces;
+  double double_area = 0, squared_edges = 0;
+  double balance = 0;         // double area of those that stay less that of those turned
+  double sixfold_volume = 0;  // as turned
+  bool is_closed = true, is_mixed = false;
+
+  // Collinear to the last digits.
+  bool is_flat() const { return double_area < 1e-13 * squared_edges; }
+  // A closed piece whose triangles do not agree faces outwards; else the side of most area is
+  // right: a void faces inwards.
+  bool must_turn() const { return is_closed && is_mixed ? sixfold_volume < 0 : balance < 0; }
+};
+
+void AddFace(int face, bool is_turned, const LinkedTriangles& mesh, Piece* piece) {
+  const auto corner = [&](int k) { return mesh.vertices.col(mesh.faces(k, face)); };
+  const double area = mesh.DoubleArea(face), sign = is_turned ? -1 : 1;
+  piece->double_area += area;
+  piece->balance += sign * area;
+  piece->is_mixed = piece->is_mixed || is_turned;
+  piece->sixfold_volume += sign * corner(0).dot(corner(1).cross(corner(2)));
+  for (int k = 0; k < 3; ++k) {
+    piece->squared_edges += (corner(k) - corner(kNextCorner[k])).squaredNorm();
+    piece->is_closed = piece->is_closed && mesh.partner[3 * face + k] != kNoHalfEdge;
+  }
+}
+
+// Takes faces out whose neighbours go too.
+void RemoveFaces(const std::vector<uint8_t>& removed, LinkedTriangles* mesh) {
+  std::vector<uint32_t> renamed(removed.size());
+  uint32_t kept = 0;
+  for (size_t face = 0; face < removed.size(); ++face) {
+    if (removed[face] == 0) renamed[face] = kept++;
+  }
+  for (size_t face = 0; face < removed.size(); ++face) {
+    if (removed[face] != 0) continue;
+    mesh->faces.col(renamed[face]) = Eigen::Vector3i(mesh->faces.col(static_cast<int64_t>(face)));
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t across = mesh->partner[3 * face + k];
+      mesh->partner[3 * renamed[face] + k] =
+          across == kNoHalfEdge ? across : 3 * renamed[across / 3] + across % 3;
+    }
+  }
+  mesh->faces.conservativeResize(3, kept);
+  mesh->partner.resize(size_t{3} * kept);
+}
+
+// All triangles of a piece face the same side; where a piece meets itself with the other side it is
+// opened. Pieces without area are taken out.
 absl::Status OrientPieces(const RunContext& context, LinkedTriangles* mesh) {
   const auto count = static_cast<size_t>(mesh->faces.cols());
   constexpr uint8_t kUnseen = 2;
-  std::vector<uint8_t> turned(count, kUnseen);
-  std::vector<int> piece;
+  std::vector<uint8_t> turned(count, kUnseen), removed(count, 0);
+  Piece piece;
   for (size_t seed = 0; seed < count; ++seed) {
     if (turned[seed] != kUnseen) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    piece.assign(1, static_cast<int>(seed));
+    std::vector<int> room = std::move(piece.faces);
+    room.assign(1, static_cast<int>(seed));
+    piece = Piece();
+    piece.faces = std::move(room);
     turned[seed] = 0;
-    double balance = 0;  // area that stays less the area turned
-    for (size_t next = 0; next < piece.size(); ++next) {
-      const int face = piece[next];
-      balance += mesh->DoubleArea(face) * (turned[face] == 0 ? 1 : -1);
+    for (size_t next = 0; next < piece.faces.size(); ++next) {
+      const int face = piece.faces[next];
+      AddFace(face, turned[face] != 0, *mesh, &piece);
       for (int k = 0; k < 3; ++k) {
         const auto h = static_cast<uint32_t>(3 * face + k);
         const uint32_t across = mesh->partner[h];
@@ -145,18 +196,21 @@ absl::Status OrientPieces(const RunContext& context, LinkedTriangles* mesh) {
         uint8_t& other = turned[across / 3];
         if (other == kUnseen) {
           other = wanted;
-          piece.push_back(static_cast<int>(across / 3));
+          piece.faces.push_back(static_cast<int>(across / 3));
         } else if (other != wanted) {
           mesh->Open(h);
           ++mesh->opened;
+          piece.is_closed = false;
         }
       }
     }
-    if (balance < 0) {
-      for (const int face : piece) turned[face] ^= 1;
+    for (const int face : piece.faces) {
+      if (piece.must_turn()) turned[face] ^= 1;
+      removed[face] = piece.is_flat();
     }
   }
   TurnOver(turned, mesh);
+  RemoveFaces(removed, mesh);
   return absl::OkStatus();
 }
 
@@ -287,8 +341,9 @@ void SplitRepeatedEdges(LinkedTriangles* mesh, std::vector<int>* place) {
     const std::vector<uint32_t> repeated = RepeatedEdges(*mesh);
     if (repeated.empty()) return;
     auto faces = static_cast<int>(mesh->faces.cols()), vertices = static_cast<int>(place->size());
-    std::vector<uint8_t> touched(static_cast<size_t>(faces), 0);
     const auto room = static_cast<int64_t>(repeated.size());
+    std::vector<uint8_t> touched(static_cast<size_t>(faces + 2 * room), 1);  // the new ones wait
+    std::fill_n(touched.begin(), faces, 0);
     mesh->faces.conservativeResize(3, faces + 2 * room);
     mesh->vertices.conservativeResize(3, vertices + room);
     mesh->partner.resize(static_cast<size_t>(3 * (faces + 2 * room)), kNoHalfEdge);
@@ -340,8 +395,6 @@ absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& 
   checked.figures.triangles = mesh.triangles.cols();
   LinkedTriangles linked;
   RILIEVO_ASSIGN_OR_RETURN(linked.faces, DistinctTriangles(mesh.triangles, first, context));
-  checked.figures.triangles_used = linked.faces.cols();
-  checked.figures.dropped = mesh.triangles.cols() - linked.faces.cols();
   std::vector<int> places;  // the points at them
   for (int i = 0; i < static_cast<int>(first.size()); ++i) {
     checked.figures.welded_vertices += first[i] >= 0 && first[i] != i;
@@ -365,6 +418,12 @@ absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& 
   for (int& corner : linked.faces.reshaped()) corner = number[corner];
   LinkPairs(&linked);
   RILIEVO_RETURN_IF_ERROR(OrientPieces(context, &linked));
+  checked.figures.triangles_used = linked.faces.cols();
+  checked.figures.dropped = mesh.triangles.cols() - linked.faces.cols();
+  if (linked.faces.cols() == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("triangles: none of the ", mesh.triangles.cols(), " has an area"));
+  }
   context.Report(Stage::kCheck, 0.6);
   LinkWedges(&linked);
   checked.source_vertex = SeparateFans(&linked);
@@ -372,12 +431,6 @@ absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& 
   for (int& place : checked.source_vertex) place = places[place];
   checked.figures.opened_edges = linked.opened;
   checked.figures.flipped = linked.flipped;
-  double area = 0;
-  for (int face = 0; face < linked.faces.cols(); ++face) area += linked.DoubleArea(face);
-  if (!(area > 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("triangles: the ", mesh.triangles.cols(), " have no area"));
-  }
   checked.vertices = std::move(linked.vertices);
   checked.triangles = std::move(linked.faces);
   context.Report(Stage::kCheck, 1);

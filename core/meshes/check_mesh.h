@@ -16,7 +16,8 @@ namespace rilievo {
 struct MeshFigures {
   int64_t triangles = 0;        // as given; 0: a scan
   int64_t welded_vertices = 0;  // that became one with another at the same place
-  int64_t dropped = 0;  // a corner not finite, two corners at one place, or the corners of another
+  int64_t dropped =
+      0;  // a corner not finite, two corners at one place, the corners of another, no area
   int64_t flipped = 0;  // turned over, so that all of a piece face the same side
   // Of three triangles or more, or where a piece met itself with the other side: the triangles
   // there were taken apart.
@@ -27,7 +28,7 @@ struct MeshFigures {
 // An orientable 2-manifold with or without boundary, every vertex used (see mesh_topology.h).
 struct CheckedMesh {
   Eigen::Matrix3Xd vertices;       // unit frame
-  Eigen::Matrix3Xi triangles;      // column = corners, counter-clockwise seen from outside
+  Eigen::Matrix3Xi triangles;      // column = corners, counter-clockwise where the piece faces
   std::vector<int> source_vertex;  // column of the given points that each vertex came from
   SpatialFrame frame;              // rounded, as files carry it
   MeshFigures figures;
@@ -38,10 +39,11 @@ struct CheckedMesh {
 absl::Status CheckTriangles(const PointCloud& mesh);
 
 // Vertices at the same place become one. Where an edge has more than two triangles, the two around
-// each wedge of a solid stay together, and others are apart. Each piece takes the side that most of
-// its area has. INVALID_ARGUMENT as CheckTriangles(), or when no triangle is
-// left that has an area, or when the mesh is too far out for the frame of a surface
-// (kMostFrameLength).
+// each wedge of a solid stay together, and others are apart; of two triangles with the same corners
+// one is taken, so solids glued at a whole face keep it as a wall. Each piece faces the side that
+// most of its area has, but a closed one whose triangles did not agree faces outwards. Pieces
+// without area are dropped. INVALID_ARGUMENT as CheckTriangles(), or when no triangle is left that
+// has an area, or when the mesh is too far out for the frame of a surface (kMostFrameLength).
 absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& context);
 
 }  // namespace rilievo

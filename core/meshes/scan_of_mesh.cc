@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "core/base/status_macros.h"
@@ -14,6 +15,7 @@ namespace rilievo {
 namespace {
 
 constexpr int64_t kFewestPoints = 100'000, kMostPoints = 250'000;
+constexpr double kPiecePoints = 100;
 
 // Of the R2 sequence: powers of the inverse of the plastic number.
 constexpr double kPlastic = 1.32471795724474602596;
@@ -38,12 +40,39 @@ std::vector<double> AreasOf(const CheckedMesh& mesh) {
   return areas;
 }
 
+// By triangle, how many times denser than elsewhere its points lie: a small piece has kPiecePoints
+// too, or its part of the points where there are so many pieces.
+std::vector<double> Densities(const CheckedMesh& mesh, const std::vector<double>& areas,
+                              double share) {
+  std::vector<int> root(static_cast<size_t>(mesh.vertices.cols()));
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (const auto triangle : mesh.triangles.colwise()) {
+    for (int k : {1, 2}) root[find(triangle[k])] = find(triangle[0]);
+  }
+  std::vector<double> area_of(root.size(), 0);
+  for (size_t t = 0; t < areas.size(); ++t) area_of[find(mesh.triangles(0, t))] += areas[t];
+  const auto pieces = static_cast<double>(
+      std::count_if(area_of.begin(), area_of.end(), [](double area) { return area > 0; }));
+  const double fewest = std::min(kPiecePoints, static_cast<double>(kFewestPoints) / pieces);
+  std::vector<double> densities(areas.size(), 1);
+  for (size_t t = 0; t < areas.size(); ++t) {
+    const double area = area_of[find(mesh.triangles(0, t))];
+    if (area > 0) densities[t] = std::max(1.0, fewest * share / area);
+  }
+  return densities;
+}
+
 // `share`: of the area, each.
-void PlaceOverArea(const std::vector<double>& areas, double share, std::vector<Place>* places) {
+void PlaceOverArea(const std::vector<double>& areas, const std::vector<double>& densities,
+                   double share, std::vector<Place>* places) {
   double due = 0.5;  // points, of the area so far
   int64_t number = 0;
   for (size_t t = 0; t < areas.size(); ++t) {
-    for (due += areas[t] / share; due >= 1; due -= 1) {
+    for (due += densities[t] * areas[t] / share; due >= 1; due -= 1) {
       ++number;
       double whole;
       double u = std::modf(0.5 + static_cast<double>(number) * kStepU, &whole);
@@ -108,7 +137,8 @@ absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vecto
   const double share = area / static_cast<double>(PointsOnTriangles(mesh.triangles.cols()));
   const double spacing = 2 * std::sqrt(share * std::numbers::inv_pi);
   std::vector<Place> places;
-  PlaceOverArea(areas, share, &places);
+  const std::vector<double> densities = Densities(mesh, areas, share);
+  PlaceOverArea(areas, densities, share, &places);
   PlaceAlongBorders(mesh, spacing, &places);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
 
@@ -127,12 +157,13 @@ absl::StatusOr<ScanSurface> ScanOfMesh(const CheckedMesh& mesh, const std::vecto
     const Place& place = places[morton.order[i]];
     const Eigen::Vector3i corners = mesh.triangles.col(place.triangle);
     const Eigen::Vector3d origin = mesh.vertices.col(corners[0]);
+    cloud.spacing.push_back(static_cast<float>(spacing / std::sqrt(densities[place.triangle])));
     cloud.normals.col(i) = (mesh.vertices.col(corners[1]) - origin)
                                .cross(mesh.vertices.col(corners[2]) - origin)
                                .normalized();
     if (!colors.empty()) mixed.push_back(Between(colors, corners, place.weights));
   }
-  cloud.spacing.assign(static_cast<size_t>(count), static_cast<float>(spacing));
+  cloud.spacing.reserve(static_cast<size_t>(count));
   cloud.noise.assign(static_cast<size_t>(count), 0.0f);
   cloud.ambiguous.assign(static_cast<size_t>(count), 0);
   cloud.median_spacing = spacing;

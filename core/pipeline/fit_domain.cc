@@ -58,9 +58,6 @@ double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_err
   return std::clamp(flat, kFinestStep, smooth);
 }
 
-// No heights take up the rounding of control points where there are no points.
-constexpr double kStepWhereFilled = 1e-3;
-
 absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,
                                  const ReconstructOptions& options,
                                  const PipelineContext& context) {
@@ -68,15 +65,14 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   Domain domain;
   RILIEVO_ASSIGN_OR_RETURN(domain.fit,
                            FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
-  bool is_filled = false;
   if (options.control.boundary == BoundaryRule::kClose) {
-    RILIEVO_ASSIGN_OR_RETURN(is_filled,
+    RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
   domain.position_step = options.encode.position_step;
   if (domain.position_step == 0) {
     domain.position_step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
-    if (is_filled) domain.position_step = std::min(domain.position_step, kStepWhereFilled);
+    if (domain.is_filled) domain.position_step = std::min(domain.position_step, kStepWhereFilled);
   }
   return domain;
 }

@@ -12,11 +12,15 @@
 
 namespace rilievo {
 
+// No heights take up the rounding of control points where there are no points.
+inline constexpr double kStepWhereFilled = 1e-3;
+
 struct Domain {
   DomainFit fit;
   // Of the control-point quantiser: heights are sampled over the mesh rounded to it, and so take up
   // the rounding.
   double position_step = 0;
+  bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
 };
 
 // Whether the mesh has enough creases for a machined part: more than one edge in 50.

@@ -9,7 +9,7 @@ namespace rilievo {
 namespace {
 
 // Thresholds beyond which a figure deserves a sentence.
-constexpr double kPoorFitSpacings = 2.0;                    // two-sided RMS, in median spacings
+constexpr double kPoorFitSpacings = 2.0;                    // RMS of the points, in median spacings
 constexpr double kFilledShare = 0.2;                        // of all heights
 constexpr double kDisagreementShare = 0.05;                 // of neighbouring normals
 constexpr double kMostlyOneWay = 1.5, kMostlyNoise = 0.75;  // shares of an error that explain it
@@ -26,7 +26,7 @@ std::string ReasonOf(const ReconstructReport& report) {
       "the points scatter by %.4f %% around the surface, which does not follow their noise",
       100 * report.median_noise);
   if (!NoiseAllows(report.max_error, report.median_noise)) return noise;
-  if (report.error.across_rms > kMostlyOneWay * points) {
+  if (report.heights_filled > 0 && report.error.across_rms > kMostlyOneWay * points) {
     return absl::StrFormat(
         "parts of the surface have no points near them (%.1f %% of its heights are filled in), and "
         "count by their distance from the points",
@@ -78,10 +78,10 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
   std::vector<std::string> warnings;
   if (report.error_unreachable) warnings.push_back(UnreachableError(report));
   const double rms_spacings =
-      report.median_spacing > 0 ? report.error.rms / report.median_spacing : 0;
+      report.median_spacing > 0 ? report.error.b_to_a.rms / report.median_spacing : 0;
   if (rms_spacings > kPoorFitSpacings) {
     warnings.push_back(absl::StrFormat(
-        "The surface lies %.1f point spacings (RMS) off the scan: the points may not describe a "
+        "The points lie %.1f of their spacings (RMS) off the surface: they may not describe a "
         "surface, or it is finer than the control mesh; try more control faces.",
         rms_spacings));
   }

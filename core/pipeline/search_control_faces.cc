@@ -108,9 +108,10 @@ class Search {
   // may have to make good.
   absl::Status TrySteps() {
     const double first = best_->domain.position_step;
+    const double coarsest = best_->domain.is_filled ? kStepWhereFilled : kCoarsestStep;
     ReconstructOptions options = options_;
     for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
-      for (double step = first * ratio; step <= kCoarsestStep; step *= ratio) {
+      for (double step = first * ratio; step <= coarsest; step *= ratio) {
         Domain domain = best_->domain;
         domain.position_step = step;
         options.encode.position_step = step;  // for a domain that is cut and fitted again

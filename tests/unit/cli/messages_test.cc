@@ -105,7 +105,7 @@ See 'rilievo reconstruct --help'.
   another file
 )"},
     {"reconstruct scan.ply few.xyz -o b.dss", 2,
-     R"(rilievo reconstruct: --output b.dss: 2 scans need a folder; write b.dss/
+     R"(rilievo reconstruct: --output b.dss: 2 inputs need a folder; write b.dss/
 )"},
     {"reconstruct few.xyz -o b.dss --quiet", 3,
      R"(rilievo reconstruct: few.xyz: 5 points; a surface needs at least 20

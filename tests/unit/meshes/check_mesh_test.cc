@@ -91,6 +91,31 @@ TEST(CheckMeshTest, TurnedTrianglesAreTurnedBack) {
   EXPECT_NEAR(Volume(mended), Volume(right), 1e-12);
 }
 
+TEST(CheckMeshTest, AClosedPieceThatDoesNotAgreeFacesOutwards) {
+  PointCloud mesh = MeshOf(testing::Icosahedron());
+  for (int t = 0; t < 13; ++t) std::swap(mesh.triangles(0, t), mesh.triangles(1, t));
+  const CheckedMesh mended = CheckMesh(mesh, RunContext{}).value();
+  EXPECT_EQ(mended.figures.flipped, 13);
+  EXPECT_GT(Volume(mended), 0);
+  // One that agrees with itself may be a void.
+  for (int t = 13; t < 20; ++t) std::swap(mesh.triangles(0, t), mesh.triangles(1, t));
+  EXPECT_LT(Volume(CheckMesh(mesh, RunContext{}).value()), 0);
+}
+
+TEST(CheckMeshTest, PiecesWithoutAreaAreDropped) {
+  ControlMesh both = testing::Icosahedron();
+  const auto first = static_cast<int>(both.vertices.cols());
+  const Eigen::Index faces = both.faces.cols();
+  both.vertices.conservativeResize(3, first + 3);
+  both.vertices.rightCols(3) << 5, 6, 8, 5, 6, 8, 5, 6, 8;
+  both.faces.conservativeResize(3, faces + 1);
+  both.faces.col(faces) << first, first + 1, first + 2;
+  const CheckedMesh mesh = CheckMesh(MeshOf(both), RunContext{}).value();
+  EXPECT_EQ(mesh.figures.dropped, 1);
+  EXPECT_EQ(SummaryOf(mesh).components, 1);
+  EXPECT_EQ(SummaryOf(mesh).boundary_loops, 0);
+}
+
 TEST(CheckMeshTest, SolidsThatShareAnEdgeAreApart) {
   // Diagonal neighbours, so that two cubes have one edge in common.
   const ControlMesh both = testing::Union(Cube({0, 0, 0}), Cube({1, 1, 0}));

@@ -57,6 +57,22 @@ TEST(ScanOfMeshTest, BordersHavePointsOfTheirOwn) {
   EXPECT_NEAR(static_cast<double>(on_border.count()), length / scan.cloud.median_spacing, 2);
 }
 
+TEST(ScanOfMeshTest, ASmallPieceHasPointsToo) {
+  ControlMesh small = testing::Icosahedron();
+  small.vertices *= 1e-4;
+  small.vertices.row(0).array() += 3;
+  const CheckedMesh mesh = Checked(testing::Union(testing::Icosahedron(), small));
+  const ScanSurface scan = ScanOfMesh(mesh, {}, RunContext{}).value();
+  const double edge = mesh.vertices.row(0).maxCoeff() - 0.01;
+  const auto there = scan.cloud.points.row(0).array() > edge;
+  EXPECT_NEAR(static_cast<double>(there.count()), 100, 2);
+  for (Eigen::Index i = 0; i < there.size(); ++i) {
+    if (there[i]) {
+      EXPECT_LT(scan.cloud.spacing[i], 1e-4);
+    }
+  }
+}
+
 TEST(ScanOfMeshTest, ColoursAreMixed) {
   const CheckedMesh mesh = Checked(testing::Tetrahedron());
   const std::vector<Rgb> colors = {{0, 0, 0}, {200, 0, 0}, {0, 200, 0}, {0, 0, 200}};

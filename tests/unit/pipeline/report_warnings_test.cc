@@ -18,7 +18,7 @@ ReconstructReport Good() {
   report.heights_filled = 10;
   report.median_spacing = 0.004;
   report.median_noise = 0.0004;
-  report.error.rms = 0.002;
+  report.error.b_to_a.rms = 0.002;
   return report;
 }
 
@@ -26,14 +26,14 @@ TEST(WarningsTest, AGoodReconstructionHasNone) { EXPECT_THAT(WarningsOf(Good()),
 
 TEST(WarningsTest, EachFaultHasASentence) {
   ReconstructReport report = Good();
-  report.error.rms = 0.02;
+  report.error.b_to_a.rms = 0.02;
   report.normal_disagreement = 0.3;
   report.heights_filled = 500;
   report.median_noise = 0.01;
   report.strays = 2;
   report.non_finite = 7;
   EXPECT_THAT(WarningsOf(report),
-              ElementsAre(HasSubstr("5.0 point spacings"), HasSubstr("30 %"), HasSubstr("50 %"),
+              ElementsAre(HasSubstr("5.0 of their spacings"), HasSubstr("30 %"), HasSubstr("50 %"),
                           HasSubstr("1.00 %"), HasSubstr("2 point(s)"), HasSubstr("7 point(s)")));
 }
 
