@@ -192,8 +192,10 @@ std::string ReportText(const v1::ReconstructReport& report, const ReportPaths& p
 
 std::string ReportLine(const v1::ReconstructReport& report, const ReportPaths& paths) {
   return Wrap(
-      absl::StrCat(paths.target.path, ": ", Grouped(report.points_used()), " points, ",
-                   report.road(), ", genus ", report.genus(), ", ",
+      absl::StrCat(paths.target.path, ": ",
+                   report.has_mesh() ? Counted(report.mesh().triangles(), "triangle", "triangles")
+                                     : Counted(report.points_used(), "point", "points"),
+                   ", ", report.road(), ", genus ", report.genus(), ", ",
                    report.boundary_loops() == 0 ? std::string("closed")
                                                 : Counted(report.boundary_loops(), "loop", "loops"),
                    report.has_error() ? absl::StrCat(", ", InputName(report.road()), " to surface ",
