@@ -61,14 +61,16 @@ class Thinner {
     for (const auto triangle : triangles.colwise()) {
       triangles_.push_back({triangle[0], triangle[1], triangle[2]});
     }
+    cuts_left_ = 4 * kRounds * (triangles_.size() + 1000);
   }
 
-  // Whether there was anything to do.
+  // Whether the triangles have changed. Where cuts breed cuts, as many vertices on one line may
+  // make them, it is given up and nothing has.
   bool Run() {
-    constexpr int kRounds = 40;  // each makes the longest edges of thin triangles shorter
     bool changed = false;
-    for (int round = 0; round < kRounds; ++round) {
+    for (size_t round = 0; round < kRounds; ++round) {
       if (!JoinShortEdges() && !CutAtApexes() && !MatchSides()) break;
+      if (cuts_left_ == 0) return false;
       changed = true;
     }
     return changed;
@@ -77,6 +79,8 @@ class Thinner {
   Eigen::Matrix3Xi triangles() const { return ColumnsOf(triangles_); }
 
  private:
+  static constexpr size_t kRounds = 40;  // each makes the longest edges of thin triangles shorter
+
   double Length(int a, int b) const { return (vertices_.col(a) - vertices_.col(b)).norm(); }
   static uint64_t KeyOf(int a, int b) {
     return static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint32_t>(std::max(a, b));
@@ -201,13 +205,16 @@ class Thinner {
 
   void Cut(const Corners& c, int depth) {
     constexpr int kDeepest = 40;
+    if (cuts_left_ == 0) return;
+    --cuts_left_;
     for (size_t k = 0; k < 3 && depth < kDeepest; ++k) {
       const size_t next = (k + 1) % 3, last = (k + 2) % 3;
       const auto found = on_edge_.find(KeyOf(c[k], c[next]));
       if (found == on_edge_.end()) continue;
-      if (found->second == c[last]) return;  // nothing of it is left
-      Cut({c[k], found->second, c[last]}, depth + 1);
-      Cut({found->second, c[next], c[last]}, depth + 1);
+      const int vertex = found->second;
+      if (vertex == c[last]) return;  // nothing of it is left
+      Cut({c[k], vertex, c[last]}, depth + 1);
+      Cut({vertex, c[next], c[last]}, depth + 1);
       return;
     }
     triangles_.push_back(c);
@@ -218,6 +225,7 @@ class Thinner {
   VertexSets sets_;
   bool joins_ = false;
   std::vector<Corners> triangles_;
+  size_t cuts_left_ = 0;
   std::vector<uint8_t> near_contact_;  // by vertex: of a thin triangle
   std::unordered_map<uint64_t, int> on_edge_;
 };
