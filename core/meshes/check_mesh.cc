@@ -1,5 +1,6 @@
 #include "core/meshes/check_mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

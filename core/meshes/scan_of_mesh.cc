@@ -1,5 +1,6 @@
 #include "core/meshes/scan_of_mesh.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
