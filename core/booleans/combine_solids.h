@@ -13,8 +13,8 @@ enum class SolidOperation { kUnion, kIntersection, kDifference };
 
 struct CombinedSolids {
   TriangleMesh mesh;      // closed and oriented; frame of the inputs, without normals
-  int64_t crossings = 0;  // places where an edge of the one meets a face of the other
-  int64_t cut_faces = 0;  // triangles of either that were cut
+  int64_t crossings = 0;  // where an edge of one solid meets a face of the other
+  int64_t cut_faces = 0;  // triangles of both solids that were cut
 };
 
 // The two meshes must be closed and oriented, and not overlap themselves; they may have several

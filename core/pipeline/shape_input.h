@@ -34,7 +34,7 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context);
 
-// The points of either, once more.
+// The points that ShapeScan() and ShapeMesh() work on, made once more to check a surface.
 absl::StatusOr<ScanSurface> PointsOfScan(const PointCloud& scan, const ReconstructOptions& options,
                                          const RunContext& context);
 absl::StatusOr<ScanSurface> PointsOfMesh(const PointCloud& mesh, const RunContext& context);

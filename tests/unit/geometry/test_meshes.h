@@ -53,6 +53,30 @@ inline ControlMesh Tetrahedron() {
   return mesh;
 }
 
+// Twelve faces, two a side. Bit k of a vertex' number tells its end of axis k.
+inline ControlMesh Box(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  ControlMesh box;
+  box.vertices.resize(3, 8);
+  for (int v = 0; v < 8; ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      box.vertices(axis, v) = ((v >> axis) & 1) != 0 ? high[axis] : low[axis];
+    }
+  }
+  box.faces = Faces({{0, 2, 3},
+                     {0, 3, 1},
+                     {4, 5, 7},
+                     {4, 7, 6},
+                     {0, 1, 5},
+                     {0, 5, 4},
+                     {2, 6, 7},
+                     {2, 7, 3},
+                     {0, 4, 6},
+                     {0, 6, 2},
+                     {1, 3, 7},
+                     {1, 7, 5}});
+  return box;
+}
+
 // Two poles over a ring of `valence` vertices; an octahedron for 4. Vertices 0 and 1: the poles.
 inline ControlMesh Bipyramid(int valence) {
   ControlMesh mesh;

@@ -49,23 +49,7 @@ inline ControlMesh WithRandomCreases(ControlMesh mesh, double share,
 
 // The cube [-1, 1]^3 with its twelve edges sharp; two faces a side.
 inline ControlMesh SharpCube() {
-  ControlMesh cube;
-  cube.vertices.resize(3, 8);
-  for (int v = 0; v < 8; ++v) {
-    cube.vertices.col(v) << (v & 1 ? 1 : -1), (v & 2 ? 1 : -1), (v & 4 ? 1 : -1);
-  }
-  cube.faces = Faces({{0, 2, 3},
-                      {0, 3, 1},
-                      {4, 5, 7},
-                      {4, 7, 6},
-                      {0, 1, 5},
-                      {0, 5, 4},
-                      {2, 6, 7},
-                      {2, 7, 3},
-                      {0, 4, 6},
-                      {0, 6, 2},
-                      {1, 3, 7},
-                      {1, 7, 5}});
+  ControlMesh cube = Box({-1, -1, -1}, {1, 1, 1});
   for (int a = 0; a < 8; ++a) {
     for (int axis = 1; axis < 8; axis *= 2) {
       if (!(a & axis)) cube.creases.push_back({a, a | axis});

@@ -25,26 +25,9 @@ PointCloud Soup(const ControlMesh& mesh) {
   return soup;
 }
 
-// The unit cube at a place, counter-clockwise seen from outside.
+// The unit cube at a place.
 ControlMesh Cube(const Eigen::Vector3d& at) {
-  ControlMesh mesh;
-  mesh.vertices.resize(3, 8);
-  for (int v = 0; v < 8; ++v) {
-    mesh.vertices.col(v) = at + Eigen::Vector3d(v & 1, (v >> 1) & 1, (v >> 2) & 1);
-  }
-  mesh.faces = Faces({{0, 2, 3},
-                      {0, 3, 1},
-                      {4, 5, 7},
-                      {4, 7, 6},
-                      {0, 1, 5},
-                      {0, 5, 4},
-                      {2, 6, 7},
-                      {2, 7, 3},
-                      {0, 4, 6},
-                      {0, 6, 2},
-                      {1, 3, 7},
-                      {1, 7, 5}});
-  return mesh;
+  return testing::Box(at, at + Eigen::Vector3d::Ones());
 }
 
 double Volume(const CheckedMesh& mesh) {

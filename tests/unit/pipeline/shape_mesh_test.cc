@@ -27,26 +27,6 @@ TwoSidedError ErrorOf(const PointCloud& mesh, const Reconstruction& made) {
   return error;
 }
 
-// A box of sides 3, 2 and 1, twelve triangles.
-PointCloud Box() {
-  PointCloud box;
-  box.points.resize(3, 8);
-  for (int v = 0; v < 8; ++v) box.points.col(v) << 3 * (v & 1), 2 * ((v >> 1) & 1), v >> 2;
-  box.triangles = testing::Faces({{0, 2, 3},
-                                  {0, 3, 1},
-                                  {4, 5, 7},
-                                  {4, 7, 6},
-                                  {0, 1, 5},
-                                  {0, 5, 4},
-                                  {2, 6, 7},
-                                  {2, 7, 3},
-                                  {0, 4, 6},
-                                  {0, 6, 2},
-                                  {1, 3, 7},
-                                  {1, 7, 5}});
-  return box;
-}
-
 // Of height 2 over a regular polygon with a radius of 1, closed below by a fan.
 PointCloud Cone(int faces) {
   PointCloud cone;
@@ -86,10 +66,11 @@ TEST(ShapeMeshTest, TopologyAndBordersAreTheMeshs) {
 }
 
 TEST(ShapeMeshTest, SharpEdgesStaySharp) {
-  const auto made = Reconstruct(Box(), {}, RunContext{});
+  const PointCloud box = MeshInput(testing::Box({0, 0, 0}, {3, 2, 1}));
+  const auto made = Reconstruct(box, {}, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_FALSE(made->surface.control_mesh.creases.empty());
-  const TwoSidedError error = ErrorOf(Box(), *made);
+  const TwoSidedError error = ErrorOf(box, *made);
   EXPECT_LT(error.rms, 1e-4);
   EXPECT_LT(error.max, 2e-3);
 }
