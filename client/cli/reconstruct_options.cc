@@ -6,6 +6,7 @@
 #include "client/cli/length_words.h"
 #include "client/formats/mesh_reader.h"
 #include "core/base/status_macros.h"
+#include "core/control/control_options.h"
 #include "core/geometry/point_records.h"
 #include "server/conversion/convert_place.h"
 
@@ -45,7 +46,9 @@ void AddScanShapeOptions(CLI::App* app, ReconstructArguments* a) {
                       "start from this triangle mesh (OBJ, PLY, STL), in the scan's coordinates");
   app->get_option("--topology")->excludes(mesh);
   app->get_option("--control-faces")->excludes(mesh);
-  app->add_option("--boundary", a->boundary, "keep an open scan open, or close it")
+  app->add_option(
+         "--boundary", a->boundary,
+         "keep an open scan open, or close it; a sheet over a plane keeps its outer border")
       ->check(CLI::IsMember({"keep", "close"}))
       ->capture_default_str();
   app->add_option("--stations", a->stations,
@@ -106,6 +109,11 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
       ->check(IsLength(1e-9, 0.01))
       ->excludes(error)
       ->excludes(bytes);
+  app->add_option(
+         "--close-holes-below", a->close_holes_below,
+         "close holes whose rim, once around, is shorter than this, written like "
+         "--max-error; larger ones and the outer border of a sheet stay open; default none")
+      ->check(IsLength(kShortestRim, kLongestRim));
   if (input == ShapeInput::kScan) AddScanShapeOptions(app, a);
   AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
@@ -161,6 +169,7 @@ absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& 
   options->clear_place();
   if (place != ScanPlace()) *options->mutable_place() = ProtoPlace(place);
   v1::EncodeOptions& encode = *options->mutable_encode();
+  v1::ControlOptions& control = *options->mutable_control();
   const auto set = [&](const char* option, const std::string& text, auto set_fraction,
                        auto set_length) -> absl::Status {
     if (text.empty()) return absl::OkStatus();
@@ -176,6 +185,10 @@ absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& 
   RILIEVO_RETURN_IF_ERROR(set(
       "--max-error", arguments.max_error, [&](double v) { encode.set_max_error_ratio(v); },
       [&](double v) { encode.set_max_error_length(v); }));
+  RILIEVO_RETURN_IF_ERROR(set(
+      "--close-holes-below", arguments.close_holes_below,
+      [&](double v) { control.set_close_holes_below_ratio(v); },
+      [&](double v) { control.set_close_holes_below_length(v); }));
   return set(
       "--height-step", arguments.height_step, [&](double v) { encode.set_height_step_ratio(v); },
       [&](double v) { encode.set_height_step_length(v); });

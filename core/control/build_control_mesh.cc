@@ -9,6 +9,8 @@
 #include "core/control/choose_topology.h"
 #include "core/control/planar/planar_control_mesh.h"
 #include "core/control/spherical/spherical_control_mesh.h"
+#include "core/control/topology/close_holes.h"
+#include "core/control/topology/trim_surface.h"
 #include "core/control/user_control_mesh.h"
 #include "core/geometry/mesh_topology.h"
 
@@ -28,6 +30,20 @@ absl::StatusOr<TopologyChoice> Choose(const OrientedCloud& cloud, const ControlO
                                                        " was asked for")};
 }
 
+// A star that is chosen here and not asked for closes nothing that an open scan leaves open.
+absl::Status CheckStarHasNoOpenings(const OrientedCloud& cloud, const PointIndex& index,
+                                    const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ControlMesh star,
+      SphericalControlMesh(cloud, index, static_cast<int>(cloud.points.cols()), context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ControlMesh trimmed,
+      TrimSurface(star, cloud, index, BoundaryRule::kKeep, TrimOptions{}, context));
+  if (trimmed.faces.cols() == star.faces.cols()) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      "it would close openings of the scan, which boundary keep leaves open");
+}
+
 // Of a topology that leaves the cloud as it is: any but kArbitrary.
 absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& cloud,
                                         const PointIndex& index, const SpatialFrame& frame,
@@ -37,6 +53,9 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
     return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
   }
   if (topology == Topology::kSpherical) {
+    if (options.topology == Topology::kAuto && options.boundary == BoundaryRule::kKeep) {
+      RILIEVO_RETURN_IF_ERROR(CheckStarHasNoOpenings(cloud, index, context));
+    }
     return SphericalControlMesh(cloud, index, target_faces, context);
   }
   ControlMesh mesh = *options.user_mesh;
@@ -107,6 +126,10 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const Ne
     cloud = std::move(made.cloud);
   }
   result.cloud = std::move(cloud);
+  if (options.close_holes_below > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        result.mesh, CloseHoles(std::move(result.mesh), options.close_holes_below, context));
+  }
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&result));
   context.Report(Stage::kControlMesh, 1);
   return result;

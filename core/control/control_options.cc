@@ -32,6 +32,12 @@ absl::Status ControlOptions::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
                                                    "; it must lie in [0, ", kMostTargetFaces, "]"));
   }
+  if (close_holes_below != 0 &&
+      !(close_holes_below >= kShortestRim && close_holes_below <= kLongestRim)) {
+    return absl::InvalidArgumentError(absl::StrCat("close_holes_below is ", close_holes_below,
+                                                   " of the diagonal; it must be 0 or lie in [",
+                                                   kShortestRim, ", ", kLongestRim, "]"));
+  }
   if (topology == Topology::kMesh) {
     return absl::InvalidArgumentError("topology mesh is that of a given mesh; leave it auto");
   }

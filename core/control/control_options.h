@@ -18,7 +18,7 @@ enum class Topology {
 };
 enum class BoundaryRule {
   kKeep,   // an open scan stays open
-  kClose,  // holes and open borders are closed
+  kClose,  // holes and open borders are closed; topology planar keeps its outer border
 };
 
 enum class CreaseRule {
@@ -28,10 +28,15 @@ enum class CreaseRule {
 
 const char* TopologyName(Topology topology);
 
+inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
+
 struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
   CreaseRule creases = CreaseRule::kAuto;
+  // Holes whose rim is shorter are closed under BoundaryRule::kKeep too, see CloseHoles(); fraction
+  // of the diagonal. 0 (none) or [kShortestRim, kLongestRim].
+  double close_holes_below = 0;
   // About how many control faces; 0: chosen from the number of points. [0, 200000], of which
   // UsefulControlFaces() are made.
   int target_faces = 0;
@@ -39,6 +44,9 @@ struct ControlOptions {
   // the frame of the scan.
   std::optional<ControlMesh> user_mesh;
   absl::Status Validate() const;
+
+  // Whether parts that no point tells of are made on purpose.
+  bool fills_holes() const { return boundary == BoundaryRule::kClose || close_holes_below > 0; }
 };
 
 }  // namespace rilievo

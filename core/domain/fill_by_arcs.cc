@@ -55,6 +55,27 @@ void SettleAtPoints(const OrientedCloud& cloud, const PointIndex& index, Vector3
   *place += height / count * *normal;
 }
 
+// Parts that reach the boundary are none: no rim goes all around them.
+void DropOpenParts(const MeshTopology& topology, const VertexRings& rings,
+                   std::vector<uint8_t>* is_empty) {
+  std::vector<int> waiting;
+  const auto drop = [&](int v) {
+    if ((*is_empty)[v] == 0) return;
+    (*is_empty)[v] = 0;
+    waiting.push_back(v);
+  };
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    if (topology.boundary_vertex[v] != 0) drop(v);
+  }
+  while (!waiting.empty()) {
+    const int v = waiting.back();
+    waiting.pop_back();
+    for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+      drop(rings.neighbors[k]);
+    }
+  }
+}
+
 // In the order in which they are met from the rim inwards.
 std::vector<int> FromRimInwards(const VertexRings& rings, const std::vector<uint8_t>& is_empty) {
   std::vector<uint8_t> seen(is_empty.size(), 0);
@@ -201,9 +222,9 @@ absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& in
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineTopology(*mesh, 0, context));
   RILIEVO_ASSIGN_OR_RETURN(LimitSurface limit,
                            EvaluateLimit(refinement, mesh->vertices, 0, context));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> is_empty,
-                           FindEmpty(cloud, index, limit, context));
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> is_empty, FindEmpty(cloud, index, limit, context));
   const VertexRings rings = BuildVertexRings(refinement.levels.front());
+  DropOpenParts(refinement.levels.front(), rings, &is_empty);
   const std::vector<int> order = FromRimInwards(rings, is_empty);
   if (order.empty()) return false;
   Eigen::Matrix3Xd places = limit.positions;

@@ -16,8 +16,8 @@ namespace rilievo {
 // normal, that arcs from these have; in turn, until they rest. Those at the rim lie on arcs from
 // the points beside them. On a sphere that is exact. Control points there, and a few around, are
 // moved so that the limits come to lie so, part by part; where that would make the curvature vary
-// more than the fit did, or a crease passes, the fit stays. `mesh`: a fitted one, whose empty parts
-// have no boundary; unit frame. `index` holds the points of `cloud`. Returns whether something was
+// more than the fit did, a crease passes, or the boundary is reached, the fit stays. `mesh`: a
+// fitted one; unit frame. `index` holds the points of `cloud`. Returns whether something was
 // moved; CANCELLED when stopped.
 absl::StatusOr<bool> FillByArcs(const OrientedCloud& cloud, const PointIndex& index,
                                 const RunContext& context, ControlMesh* mesh);

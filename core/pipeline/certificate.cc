@@ -118,16 +118,31 @@ std::string HashOfScan(const PointCloud& scan) {
   return std::string(digest.begin(), digest.begin() + kHashBytes);
 }
 
-absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
+std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface,
+                                    const ControlOptions& control) {
+  std::vector<uint8_t> filled;
+  if (!control.fills_holes()) return filled;
+  filled.reserve(surface.sources.size());
+  for (const HeightSource source : surface.sources) {
+    filled.push_back(source == HeightSource::kFilled ? 1 : 0);
+  }
+  return filled;
+}
+
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             std::vector<uint8_t> filled, const Shape& points,
                                              const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(surface, context));
+  RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(surface, context));
+  triangles.filled = std::move(filled);
   return MeasureTriangles(triangles, points, context);
 }
 
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             std::vector<uint8_t> filled,
                                              const SearchableShape& points,
                                              const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(surface, context));
+  RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(surface, context));
+  triangles.filled = std::move(filled);
   return MeasureAgainst(triangles, points, MeasureOptions{kSamples}, context);
 }
 
@@ -158,7 +173,7 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
   Certificate certificate{std::move(stated), {}};
   DssMetadata& metadata = certificate.metadata;
   TwoSidedError& error = certificate.error;
-  RILIEVO_ASSIGN_OR_RETURN(const Shape triangles, FinestTriangles(decoded, context));
+  RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(decoded, context));
   ReleaseToOsAfter(context.points);  // what the refinement took
   const auto count_folds = [&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(metadata.folds,
@@ -173,6 +188,8 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
   if (points == nullptr) {
     RILIEVO_RETURN_IF_ERROR(count_folds());
   } else {
+    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(metadata.options));
+    triangles.filled = FilledVertices(decoded, asked.options.control);
     // The domain is refined for the folds on one thread.
     RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, measure, count_folds));
     metadata.error_rms = error.rms;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/codec/container/dss.h"
+#include "core/control/control_options.h"
 #include "core/geometry/point_cloud.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/points/oriented_cloud.h"
@@ -24,13 +26,20 @@ inline constexpr size_t kHashBytes = 8;
 // doubles, what is no number as the quiet NaN. The same for every file that holds these numbers.
 std::string HashOfScan(const PointCloud& scan);
 
+// By vertex, whether its height was filled in on purpose, for Shape::filled: none where `control`
+// asks for no filling, for then a part of the surface without points is an error of it.
+std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface, const ControlOptions& control);
+
 // Two-sided error of the surface's finest level against points of its unit frame: 50 000 samples of
-// the surface and every point. Their RMS is within 1 % of that of 200 000 samples.
-absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface, const Shape& points,
+// the surface and every point. Their RMS is within 1 % of that of 200 000 samples. `filled`: see
+// FilledVertices().
+absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             std::vector<uint8_t> filled, const Shape& points,
                                              const RunContext& context);
 
 // The same against points whose tree is there already.
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
+                                             std::vector<uint8_t> filled,
                                              const SearchableShape& points,
                                              const RunContext& context);
 

@@ -109,12 +109,13 @@ class KeepSearch {
   double low_ = 0, high_ = 0;  // kept, not kept
 };
 
-absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const SearchableShape& points,
-                               const PipelineContext& context) {
+absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const ControlOptions& control,
+                               const SearchableShape& points, const PipelineContext& context) {
   const StageScope scope(Stage::kMeasure, context);
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(encoded.Concatenate(), context));
-  RILIEVO_ASSIGN_OR_RETURN(const TwoSidedError error,
-                           MeasureSurface(decoded.surface, points, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const TwoSidedError error,
+      MeasureSurface(decoded.surface, FilledVertices(decoded.surface, control), points, context));
   return error.across_rms;
 }
 
@@ -159,7 +160,8 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurf
   CodedSurface coded;
   coded.uncoded = {cloud.median_spacing, cloud.median_noise, options.measure, {}};
   if (options.measure) {
-    const Shape shape = std::move(sampled.shape);
+    Shape shape = std::move(sampled.shape);
+    shape.filled = FilledVertices(sampled.surface, options.control);
     RILIEVO_ASSIGN_OR_RETURN(coded.uncoded.error,
                              Measure(cloud, shape, options.encode.max_error.has_value(), context));
   }
@@ -188,7 +190,8 @@ absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface 
   std::optional<EncodedSurface> kept;
   double kept_coding = 0;  // the coarsest that kept the error
   for (int round = 0; round < kKeepErrorRounds; ++round) {
-    RILIEVO_ASSIGN_OR_RETURN(const double error, ErrorOf(coded.encoded, points, silent));
+    RILIEVO_ASSIGN_OR_RETURN(const double error,
+                             ErrorOf(coded.encoded, options.control, points, silent));
     if (error <= limit) {
       // Coarser than all coefficients at zero there is nothing.
       if (kept && coding > kept_coding && BytesOf(coded.encoded) >= BytesOf(*kept)) break;

@@ -65,7 +65,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   Domain domain;
   RILIEVO_ASSIGN_OR_RETURN(domain.fit,
                            FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
-  if (options.control.boundary == BoundaryRule::kClose) {
+  if (options.control.fills_holes()) {
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }

@@ -42,6 +42,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("normals", o.scan.sights.normals, Names(kSightRules));
   visit("topology", o.control.topology, Names(kTopologies));
   visit("boundary", o.control.boundary, Names(kBoundaries));
+  visit("close_holes_below", o.control.close_holes_below);
   visit("creases", o.control.creases, Names(kCreases));
   visit("target_faces", o.control.target_faces);
   visit("method", o.fit.method, Names(kMethods));

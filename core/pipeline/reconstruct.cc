@@ -14,8 +14,9 @@
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/color_surface.h"
-#include "core/pipeline/encode_lengths.h"
 #include "core/pipeline/fit_domain.h"
+#include "core/pipeline/heights_from_pages.h"
+#include "core/pipeline/option_lengths.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/report_warnings.h"
 #include "core/pipeline/sample_heights.h"
@@ -32,7 +33,7 @@ absl::Status ReconstructOptions::Validate() const {
   RILIEVO_RETURN_IF_ERROR(fit.Validate());
   RILIEVO_RETURN_IF_ERROR(displacement.Validate());
   RILIEVO_RETURN_IF_ERROR(encode.Validate());
-  RILIEVO_RETURN_IF_ERROR(lengths.Validate(encode));
+  RILIEVO_RETURN_IF_ERROR(lengths.Validate(control, encode));
   if (max_surface_faces < 1 || max_surface_faces > int64_t{1} << 30) {
     return absl::InvalidArgumentError(
         absl::StrCat("max_surface_faces = ", max_surface_faces, " must lie in [1, 2^30]"));
@@ -117,36 +118,66 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   return report;
 }
 
-// `spent`: the scan, where its memory may go once its points have been checked; or null.
-absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
-                                         const ReconstructOptions& asked,
+// What goes in besides the points in memory.
+struct Input {
+  PointCloud* spent = nullptr;  // where the scan's memory may go once its points have been checked
+  const PagedScan* pages = nullptr;  // of a thinned scan: all its points
+  PartSizes sizes = {};
+};
+
+// More faces than a scan in memory gets, where its points ask for them and the thinned ones can
+// carry them.
+ReconstructOptions WithFacesForPages(ReconstructOptions options, const PagedScan& pages,
+                                     int64_t thinned) {
+  constexpr int64_t kFacesInMemory = 12000;  // at most
+  constexpr int64_t kPointsPerFace = 120, kThinnedPerFace = 30;
+  const int64_t faces = std::min(pages.size() / kPointsPerFace, thinned / kThinnedPerFace);
+  if (!AreFacesGiven(options) && faces > kFacesInMemory) {
+    options.control.target_faces = static_cast<int>(faces);
+  }
+  return options;
+}
+
+absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in,
+                                         const ReconstructOptions& given,
                                          const RunContext& caller) {
   const auto start = std::chrono::steady_clock::now();
   StageSeconds seconds{};
   const PipelineContext context{caller, &seconds, scan.points.cols()};
+  const bool faces_given = AreFacesGiven(given);
+  const ReconstructOptions asked =
+      in.pages != nullptr ? WithFacesForPages(given, *in.pages, scan.points.cols()) : given;
 
   const auto shape = scan.triangles.cols() > 0 ? ShapeMesh : ShapeScan;
-  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, spent, asked, context));
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, in.spent, asked, context));
   const ReconstructOptions& all_options = input.options;
   const std::vector<Rgb> colors = std::move(input.scan.colors);
   const ReconstructOptions options = colors.empty() ? all_options : WithRoomForColors(all_options);
   ScanSurface& oriented = input.scan;
   const ControlMeshResult& control = input.control;
   const ScanFigures figures = oriented.figures;
-  const DssMetadata metadata =
-      MetadataOf(std::move(input.hash), control.topology, all_options, context);
+  DssMetadata metadata = MetadataOf(std::move(input.hash), control.topology, all_options, context);
+  if (in.pages != nullptr) {
+    metadata.input_hash.clear();
+    metadata.scan_points = in.pages->figures().points_in;
+  }
   OrientedCloud cloud;
   CodedSurface coded;
-  if (!AreFacesGiven(options) && (options.encode.max_error || options.encode.max_bytes)) {
+  if (!faces_given && in.pages == nullptr &&
+      (options.encode.max_error || options.encode.max_bytes)) {
     RILIEVO_ASSIGN_OR_RETURN(coded,
                              SearchControlFaces(oriented, control, metadata, options, context));
     cloud = CloudAlone(std::move(oriented));
   } else {
-    const auto fit = AreFacesGiven(options) ? FitDomain : FitUnderNoise;
+    const auto fit = faces_given ? FitDomain : FitUnderNoise;
     RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(oriented, control.mesh, options, context));
     RILIEVO_ASSIGN_OR_RETURN(
         SampledSurface sampled,
         SampleHeights(oriented, control.topology, std::move(domain), options, context));
+    if (in.pages != nullptr) {
+      RILIEVO_RETURN_IF_ERROR(MeasureHeightsFromPages(*in.pages, oriented, in.sizes.part_points,
+                                                      options, context, &sampled));
+    }
     cloud = CloudAlone(std::move(oriented));
     RILIEVO_ASSIGN_OR_RETURN(coded,
                              CodeSurface(cloud, std::move(sampled), metadata, options, context));
@@ -165,6 +196,13 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
 
   ReconstructReport report = ReportOf(figures, control, coded, certified, options);
   report.mesh = input.mesh;
+  if (in.pages != nullptr) {
+    const PagingFigures& paged = in.pages->figures();
+    report.non_finite = paged.non_finite;
+    report.duplicates = paged.duplicates;
+    report.strays = paged.strays;
+    report.points_used = in.pages->size();
+  }
   report.color_bytes = coded_colors.bytes;
   report.color_rms = coded_colors.rms;
   report.colors_left_out = !colors.empty() && coded_colors.bytes == 0;
@@ -176,12 +214,12 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spe
 }
 
 // Exceptions become statuses.
-absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, PointCloud* spent,
+absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, const Input& in,
                                          const ReconstructOptions& options,
                                          const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   try {
-    return RunStages(scan, spent, options, context);
+    return RunStages(scan, in, options, context);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("the memory does not suffice for this scan");
   } catch (const std::exception& defect) {
@@ -194,13 +232,21 @@ absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, PointCloud* spe
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context) {
-  return RunSafely(scan, nullptr, options, context);
+  return RunSafely(scan, {}, options, context);
 }
 
 absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context) {
-  return RunSafely(scan, &scan, options, context);
+  return RunSafely(scan, {&scan}, options, context);
+}
+
+absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
+                                                const ReconstructOptions& options,
+                                                const RunContext& context) {
+  PointCloud thinned;
+  RILIEVO_ASSIGN_OR_RETURN(thinned.points, scan.Thinned(sizes.coarse_points, context));
+  return RunSafely(thinned, {&thinned, &scan, sizes}, options, context);
 }
 
 }  // namespace rilievo

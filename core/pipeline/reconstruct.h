@@ -16,17 +16,19 @@
 #include "core/geometry/point_cloud.h"
 #include "core/geometry/scan_place.h"
 #include "core/meshes/check_mesh.h"
+#include "core/paging/paged_scan.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
 
 namespace rilievo {
 
-// Of encode, as lengths in the scan's unit: they become fractions of the diagonal once that is
-// known. Each is above 0, and excludes the same option given as a fraction.
-struct EncodeLengths {
-  std::optional<double> max_error, height_step;
-  absl::Status Validate(const EncodeOptions& encode) const;
+// Options of control and encode as lengths in the scan's unit: they become fractions of the
+// diagonal once that is known. Each is above 0, and excludes the same option given as a fraction.
+struct OptionLengths {
+  std::optional<double> close_holes_below;       // of control
+  std::optional<double> max_error, height_step;  // of encode
+  absl::Status Validate(const ControlOptions& control, const EncodeOptions& encode) const;
 };
 
 struct ReconstructOptions {
@@ -36,7 +38,7 @@ struct ReconstructOptions {
   FitOptions fit;
   DisplacementOptions displacement;
   EncodeOptions encode;
-  EncodeLengths lengths;
+  OptionLengths lengths;
   ScanPlace place;  // into the .dss as it is
   // Levels of heights; unset: chosen so that the finest vertices are as dense as the points. [0,
   // 8].
@@ -97,5 +99,20 @@ absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
 absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context);
+
+// Points that the coarse pass of a scan on disk sees, at most, and points of a part.
+struct PartSizes {
+  int64_t coarse_points = int64_t{1} << 22;
+  int64_t part_points = int64_t{1} << 19;
+};
+
+// A scan on disk as a surface, in memory that grows with the surface and not with the points:
+// control mesh and domain come of a thinned scan (PagedScan::Thinned), the heights of all points, a
+// part of the control faces at a time (heights_from_pages.h). The errors that are asked for and
+// stated are those against the thinned points. The file does not name its scan. INVALID_ARGUMENT
+// besides where the options ask for what only points in memory tell.
+absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
+                                                const ReconstructOptions& options,
+                                                const RunContext& context);
 
 }  // namespace rilievo

@@ -25,13 +25,14 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
 
 // Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
 // smoother.
-int ChooseLevel(const ReconstructOptions& options, const OrientedCloud& cloud,
+int ChooseLevel(const ReconstructOptions& options, int64_t points, const OrientedCloud& cloud,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;
   constexpr double kNoises = 2.5;
-  const double blur = std::max(1.0, kNoises * cloud.median_noise / cloud.median_spacing);
-  const double points = static_cast<double>(cloud.points.cols()) / (blur * blur);
-  int level = LevelAsDenseAs(points, control_faces);
+  const double share = static_cast<double>(cloud.points.cols()) / static_cast<double>(points);
+  const double spacing = cloud.median_spacing * std::sqrt(share);
+  const double blur = std::max(1.0, kNoises * cloud.median_noise / spacing);
+  int level = LevelAsDenseAs(static_cast<double>(points) / (blur * blur), control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
 }
@@ -47,8 +48,9 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
                            PrepareControlMesh(domain.fit.control_mesh, domain.position_step));
   sampled.domain = std::move(domain);
   const ControlMesh& mesh = surface.control_mesh;
-  const int level = surface.max_level = ChooseLevel(options, scan.cloud, mesh.faces.cols());
-  RILIEVO_RETURN_IF_ERROR(CheckSurfaceFaces(mesh.faces.cols(), level, options.max_surface_faces));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const int level, LevelFor(options, scan.cloud.points.cols(), scan.cloud, mesh.faces.cols()));
+  surface.max_level = level;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
   const LevelRings rings =
@@ -101,6 +103,13 @@ int LevelAsDenseAs(double points, int64_t control_faces) {
   return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
 }
 
+absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points,
+                             const OrientedCloud& cloud, int64_t control_faces) {
+  const int level = ChooseLevel(options, points, cloud, control_faces);
+  RILIEVO_RETURN_IF_ERROR(CheckSurfaceFaces(control_faces, level, options.max_surface_faces));
+  return level;
+}
+
 absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology topology,
                                              Domain domain, const ReconstructOptions& options,
                                              const PipelineContext& context) {
@@ -110,9 +119,10 @@ absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology t
     return sampled;
   }
   const ControlMesh& mesh = sampled.surface.control_mesh;
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh cut,
-                           TrimUnmeasured(mesh, UnmeasuredShares(sampled), scan.cloud, scan.index,
-                                          TrimUnmeasuredOptions{}, context));
+  const TrimUnmeasuredOptions trim{.filled_rim = options.control.close_holes_below};
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ControlMesh cut,
+      TrimUnmeasured(mesh, UnmeasuredShares(sampled), scan.cloud, scan.index, trim, context));
   if (cut.faces.cols() == mesh.faces.cols()) return sampled;
   sampled = SampledSurface();
   RILIEVO_ASSIGN_OR_RETURN(Domain cut_domain, FitDomain(scan, cut, options, context));

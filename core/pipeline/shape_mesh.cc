@@ -7,10 +7,11 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/control/shape_control_mesh.h"
+#include "core/control/topology/close_holes.h"
 #include "core/meshes/scan_of_mesh.h"
 #include "core/meshes/split_edges.h"
 #include "core/pipeline/certificate.h"
-#include "core/pipeline/encode_lengths.h"
+#include "core/pipeline/option_lengths.h"
 #include "core/pipeline/shape_input.h"
 
 namespace rilievo {
@@ -66,6 +67,10 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurf
   RILIEVO_ASSIGN_OR_RETURN(
       control.mesh, ShapeControlMesh(std::move(shape), scan.cloud, scan.index, options.creases,
                                      target_faces, kBorderWeight, context));
+  if (options.close_holes_below > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        control.mesh, CloseHoles(std::move(control.mesh), options.close_holes_below, context));
+  }
   RILIEVO_RETURN_IF_ERROR(AddTopologyFigures(&control));
   context.Report(Stage::kControlMesh, 1);
   return control;
@@ -99,7 +104,7 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, context));
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           ControlOfMesh(std::move(checked), scan, options.control, context));
+                           ControlOfMesh(std::move(checked), scan, fractions.control, context));
   return ShapedInput{std::move(scan), std::move(control), std::move(fractions), std::move(hash),
                      figures};
 }

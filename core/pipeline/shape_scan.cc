@@ -4,7 +4,7 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/pipeline/certificate.h"
-#include "core/pipeline/encode_lengths.h"
+#include "core/pipeline/option_lengths.h"
 #include "core/pipeline/shape_input.h"
 
 namespace rilievo {
@@ -54,7 +54,7 @@ absl::StatusOr<ShapedInput> ShapeScan(const PointCloud& scan, PointCloud* spent,
   const StageScope scope(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            BuildControlMesh(std::move(surface.cloud), surface.graph, surface.index,
-                                            surface.frame, options.control, context));
+                                            surface.frame, fractions.control, context));
   surface.cloud = std::move(control.cloud);
   surface.graph = NeighborGraph();
   return ShapedInput{std::move(surface), std::move(control), std::move(fractions),

@@ -45,6 +45,12 @@ absl::Status CheckShape(const Shape& shape, const char* name) {
                                                    " normals for ", shape.vertices.cols(),
                                                    " points"));
   }
+  if (!shape.filled.empty() &&
+      static_cast<Eigen::Index>(shape.filled.size()) != shape.vertices.cols()) {
+    return absl::InvalidArgumentError(absl::StrCat("shape ", name, " has ", shape.filled.size(),
+                                                   " marks of filled vertices for ",
+                                                   shape.vertices.cols(), " vertices"));
+  }
   if (shape.triangles.cols() == 0) return absl::OkStatus();
   if (shape.triangles.minCoeff() < 0 || shape.triangles.maxCoeff() >= shape.vertices.cols()) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -168,6 +174,12 @@ double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, Foun
   return count > 1 ? least : std::numeric_limits<double>::infinity();
 }
 
+bool IsFilled(const Shape& shape, int face) {
+  if (shape.filled.empty()) return false;
+  const auto corners = shape.triangles.col(face);
+  return std::all_of(corners.begin(), corners.end(), [&](int v) { return shape.filled[v] != 0; });
+}
+
 // Squared distances of samples from a cloud with gaps; `across_rms` becomes TwoSidedError's.
 absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
     const Shape& from, const SurfaceSamples& samples, const Shape& to,
@@ -195,8 +207,13 @@ absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
               std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
         }
       }));
-  *across_rms =
-      std::sqrt(std::accumulate(across.begin(), across.end(), 0.0) / static_cast<double>(count));
+  double sum = 0, counted = 0;
+  for (int64_t i = 0; i < count; ++i) {
+    if (IsFilled(from, samples.faces[i])) continue;
+    sum += across[i];
+    counted += 1;
+  }
+  *across_rms = std::sqrt(sum / std::max(counted, 1.0));
   return squared;
 }
 

@@ -32,7 +32,8 @@ struct TwoSidedError {
   // edge the nearest point may lie on its other side: with `normals`, where the four nearest points
   // show sides whose planes meet at 30 degrees or more, the distance from the plane of the nearest
   // point of each side counts instead where it is less and that point no farther off along the
-  // plane than a third of its gap. -1 without gaps.
+  // plane than a third of its gap. Samples of triangles that are `filled` do not count. -1 without
+  // gaps.
   double across_rms = -1;
 };
 
@@ -43,6 +44,9 @@ struct Shape {
   // Of a point set: how far from each point a surface through it counts as seen. Empty: not known.
   std::vector<float> gaps = {};
   Eigen::Matrix3Xd normals = {};  // of a point set: unit, of either sign, one a point or none
+  // Of a surface: by vertex, whether it was made where nothing tells of it. A triangle of three
+  // such is filled. Empty: none.
+  std::vector<uint8_t> filled = {};
   int children_per_face = 1;  // of the triangles, as for ClosestPointTree: makes a search quicker
 };
 
@@ -53,8 +57,8 @@ struct MeasureOptions {
 };
 
 // Exact closest-point distances (own bounding-volume tree over triangles or points), both ways.
-// INVALID_ARGUMENT when a shape is empty or not finite, or has gaps or normals that are not one a
-// point.
+// INVALID_ARGUMENT when a shape is empty or not finite, or has gaps, normals or marks of
+// filled vertices that are not one for each.
 absl::StatusOr<TwoSidedError> MeasureTwoSided(const Shape& a, const Shape& b,
                                               const MeasureOptions& options,
                                               const RunContext& context);

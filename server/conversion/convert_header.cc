@@ -106,7 +106,10 @@ void ReadDisplacement(const v1::DisplacementOptions& from, DisplacementOptions* 
               {.low = -1, .high = 1, .high_open = true}, &displacement->min_normal_agreement);
 }
 
-void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, EncodeLengths* lengths,
+// Its share of the diagonal is looked at once the points are known.
+constexpr Range kLength{.low = 0, .high = 1e300, .low_open = true};
+
+void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, OptionLengths* lengths,
                 Violations* violations) {
   OptionReader reader("header.options.encode", violations);
   const Range step{.low = 0, .high = 0.01, .low_open = true};
@@ -117,12 +120,10 @@ void ReadEncode(const v1::EncodeOptions& from, EncodeOptions* encode, EncodeLeng
   reader.Read("max_error_ratio", from.has_max_error_ratio(), from.max_error_ratio(), {1e-6, 0.1},
               &encode->max_error);
   reader.Read("max_bytes", from.has_max_bytes(), from.max_bytes(), {1, 1e15}, &encode->max_bytes);
-  // Its share of the diagonal is looked at once the points are known.
-  const Range length{.low = 0, .high = 1e300, .low_open = true};
-  reader.Read("max_error_length", from.has_max_error_length(), from.max_error_length(), length,
+  reader.Read("max_error_length", from.has_max_error_length(), from.max_error_length(), kLength,
               &lengths->max_error);
   reader.Read("height_step_length", from.has_height_step_length(), from.height_step_length(),
-              length, &lengths->height_step);
+              kLength, &lengths->height_step);
   if (from.has_height_step_ratio() + from.has_max_error_ratio() + from.has_max_bytes() +
           from.has_max_error_length() + from.has_height_step_length() >
       1) {
@@ -238,7 +239,8 @@ void ReadTopology(const v1::ControlOptions& from, OptionReader* reader, Topology
   }
 }
 
-void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violations* violations) {
+void ReadControl(const v1::ControlOptions& from, ControlOptions* control, OptionLengths* lengths,
+                 Violations* violations) {
   OptionReader reader("header.options.control", violations);
   switch (from.boundary()) {
     case v1::BOUNDARY_UNSPECIFIED:
@@ -266,6 +268,15 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Violat
   }
   reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
               &control->target_faces);
+  reader.Read("close_holes_below_ratio", from.has_close_holes_below_ratio(),
+              from.close_holes_below_ratio(), {kShortestRim, kLongestRim},
+              &control->close_holes_below);
+  reader.Read("close_holes_below_length", from.has_close_holes_below_length(),
+              from.close_holes_below_length(), kLength, &lengths->close_holes_below);
+  if (from.has_close_holes_below_ratio() && from.has_close_holes_below_length()) {
+    reader.Violate("close_holes_below_length",
+                   "set, and close_holes_below_ratio too; leave one of the two out");
+  }
 }
 
 // What a scan has or may ask for, and a mesh does not.
@@ -332,7 +343,7 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   request.seed = from.seed();
   if (from.has_measure()) request.options.measure = from.measure();
 
-  ReadControl(from.control(), &request.options.control, &violations);
+  ReadControl(from.control(), &request.options.control, &request.options.lengths, &violations);
   ReadFit(from.fit(), &request.options.fit, &violations);
   ReadDisplacement(from.displacement(), &request.options.displacement, &violations);
   ReadEncode(from.encode(), &request.options.encode, &request.options.lengths, &violations);

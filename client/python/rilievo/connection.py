@@ -44,6 +44,8 @@ _PARAMETERS = {
     "triangle_count": "faces", "triangles": "faces",
     "height_step_ratio": "height_step", "max_error_ratio": "max_error", "method": "fit",
     "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
+    "close_holes_below_ratio": "close_holes_below",
+    "close_holes_below_length": "close_holes_below",
     "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
 }
 _SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",

@@ -33,6 +33,8 @@ class MeshOptions(TypedDict, total=False):
     """Step of the height quantiser."""
     creases: Optional[Creases]
     """Whether sharp edges become creases of the surface."""
+    close_holes_below: Union[float, str, None]
+    """Holes whose rim is shorter are closed, whatever the boundary; others stay as they are."""
     control_faces: Optional[int]
     """About how many."""
     fit: Optional[Fit]
@@ -134,7 +136,7 @@ def _set_length(message: Any, parameter: str, value: Any, unit: Optional[str]) -
                              "length in their own units ('0.02u')")
             metres = UNITS[word]
             number = number * metres.numerator / metres.denominator / float(UNITS[unit])
-    setattr(message.encode, f"{parameter}_{field}", number)
+    setattr(message, f"{parameter}_{field}", number)
 
 
 def as_message(options: Union[Options, MeshOptions], function: str = "reconstruct",
@@ -160,9 +162,10 @@ def as_message(options: Union[Options, MeshOptions], function: str = "reconstruc
     crs = given.pop("crs", None)
     if crs is not None:
         message.place.crs = str(crs)
-    for parameter in ("max_error", "height_step"):
+    for parameter, target in (("max_error", message.encode), ("height_step", message.encode),
+                              ("close_holes_below", message.control)):
         if parameter in given:
-            _set_length(message, parameter, given.pop(parameter), unit)
+            _set_length(target, parameter, given.pop(parameter), unit)
     for parameter, value in given.items():
         group, field, kind = _FIELDS[parameter]
         target = getattr(message, group) if group else message

@@ -63,6 +63,26 @@ double WidthInSpacings(const ControlMesh& mesh, const FaceRegion& region,
   return box.diagonal().norm() * 3.0 * static_cast<double>(region.faces.size()) / spacing;
 }
 
+// Length of the edges that it shares with other faces.
+double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const FaceRegion& region) {
+  std::vector<int> edges;  // those within it twice
+  for (const int f : region.faces) {
+    for (const int edge : topology.face_edges.col(f)) edges.push_back(edge);
+  }
+  std::sort(edges.begin(), edges.end());
+  double length = 0;
+  for (size_t i = 0; i < edges.size(); ++i) {
+    if (i + 1 < edges.size() && edges[i] == edges[i + 1]) {
+      ++i;
+      continue;
+    }
+    length += (mesh.vertices.col(topology.edge_vertices(0, edges[i])) -
+               mesh.vertices.col(topology.edge_vertices(1, edges[i])))
+                  .norm();
+  }
+  return length;
+}
+
 // Keeps the faces around a vertex at which the kept ones would meet in several fans.
 void KeepPinchedVertices(const ControlMesh& mesh, const MeshTopology& topology,
                          std::vector<uint8_t>* keep) {
@@ -169,7 +189,8 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
     if (taken[f] != 0) continue;
     const FaceRegion region = RegionOf(topology, f, &taken);
     if (!region.touches_boundary &&
-        WidthInSpacings(mesh, region, cloud, index) <= options.filled_hole_spacings) {
+        (WidthInSpacings(mesh, region, cloud, index) <= options.filled_hole_spacings ||
+         RimLength(mesh, topology, region) < options.filled_rim)) {
       continue;
     }
     for (const int face : region.faces) keep[face] = 0;

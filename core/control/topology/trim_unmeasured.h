@@ -18,6 +18,8 @@ struct TrimUnmeasuredOptions {
   // this wide, in spacings of the points around; wider ones, and those at the boundary, are
   // openings.
   double filled_hole_spacings = 10;
+  // Those with a rim that is shorter than this, in the unit of the mesh, are kept too. >= 0.
+  double filled_rim = 0;
   // Where faces are cut, pieces of fewer faces than this that are mostly unmeasured are dropped.
   int min_piece_faces = 8;
 };

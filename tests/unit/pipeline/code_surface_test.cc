@@ -114,7 +114,7 @@ struct Made {
   }
   double Error() const {
     const DecodedSurface decoded = DecodeDss(coded.encoded.Concatenate(), {}).value();
-    return MeasureSurface(decoded.surface, PointsToMeasure(prepared.scan.cloud), {})
+    return MeasureSurface(decoded.surface, {}, PointsToMeasure(prepared.scan.cloud), {})
         .value()
         .across_rms;
   }

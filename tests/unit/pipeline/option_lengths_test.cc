@@ -1,4 +1,4 @@
-#include "core/pipeline/encode_lengths.h"
+#include "core/pipeline/option_lengths.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(EncodeLengthsTest, BecomeFractionsOfTheDiagonal) {
+TEST(OptionLengthsTest, BecomeFractionsOfTheDiagonal) {
   ReconstructOptions options;
   options.lengths.max_error = 0.02;
   const auto with_error = WithoutLengths(options, 80);
@@ -25,7 +25,7 @@ TEST(EncodeLengthsTest, BecomeFractionsOfTheDiagonal) {
   EXPECT_EQ(WithoutLengths(options, 80)->encode.height_step, 0.001 / 80);
 }
 
-TEST(EncodeLengthsTest, OutOfRangeSaysWhatIsPossible) {
+TEST(OptionLengthsTest, OutOfRangeSaysWhatIsPossible) {
   ReconstructOptions options;
   for (const double length : {9.0, 1e-5}) {
     options.lengths.max_error = length;
@@ -36,7 +36,7 @@ TEST(EncodeLengthsTest, OutOfRangeSaysWhatIsPossible) {
   }
 }
 
-TEST(EncodeLengthsTest, AreCheckedBeforeAnythingIsDone) {
+TEST(OptionLengthsTest, AreCheckedBeforeAnythingIsDone) {
   ReconstructOptions options;
   for (const double length : {0.0, -1.0, std::numeric_limits<double>::infinity()}) {
     options.lengths.max_error = length;
@@ -51,7 +51,7 @@ TEST(EncodeLengthsTest, AreCheckedBeforeAnythingIsDone) {
   EXPECT_FALSE(options.Validate().ok());
 }
 
-TEST(EncodeLengthsTest, TheBytesAreThoseOfTheFractionAndThePlaceIsInThem) {
+TEST(OptionLengthsTest, TheBytesAreThoseOfTheFractionAndThePlaceIsInThem) {
   ScannerOptions scanner;
   scanner.points = 3000;
   const PointCloud cloud = SimulateScan(*MakeTorus(), scanner)->cloud;

@@ -1,4 +1,4 @@
-#include "core/pipeline/encode_lengths.h"
+#include "core/pipeline/option_lengths.h"
 
 #include <cmath>
 
@@ -13,6 +13,7 @@ struct Range {
   double low, high;
 };
 constexpr Range kMaxError{1e-6, 0.1}, kHeightStep{1e-9, 0.01};
+constexpr Range kRim{kShortestRim, kLongestRim};
 
 absl::Status CheckLength(const char* name, std::optional<double> length, bool has_fraction) {
   if (!length) return absl::OkStatus();
@@ -38,7 +39,10 @@ absl::StatusOr<double> Fraction(const char* name, double length, double diagonal
 
 }  // namespace
 
-absl::Status EncodeLengths::Validate(const EncodeOptions& encode) const {
+absl::Status OptionLengths::Validate(const ControlOptions& control,
+                                     const EncodeOptions& encode) const {
+  RILIEVO_RETURN_IF_ERROR(
+      CheckLength("close_holes_below", close_holes_below, control.close_holes_below > 0));
   RILIEVO_RETURN_IF_ERROR(CheckLength("max_error", max_error, encode.max_error.has_value()));
   RILIEVO_RETURN_IF_ERROR(CheckLength("height_step", height_step, encode.height_step > 0));
   if (max_error && encode.max_bytes) {
@@ -49,8 +53,13 @@ absl::Status EncodeLengths::Validate(const EncodeOptions& encode) const {
 }
 
 absl::StatusOr<ReconstructOptions> WithoutLengths(ReconstructOptions options, double diagonal) {
-  const EncodeLengths lengths = options.lengths;
+  const OptionLengths lengths = options.lengths;
   options.lengths = {};
+  if (lengths.close_holes_below) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        options.control.close_holes_below,
+        Fraction("close_holes_below", *lengths.close_holes_below, diagonal, kRim));
+  }
   if (lengths.max_error) {
     RILIEVO_ASSIGN_OR_RETURN(options.encode.max_error,
                              Fraction("max_error", *lengths.max_error, diagonal, kMaxError));
