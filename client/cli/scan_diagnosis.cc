@@ -109,8 +109,9 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
   }
   if (!d.loop_lengths.empty()) {
     advice.emplace_back(
-        "The surface will be open where the scan is. --boundary close closes it; points from more "
-        "sides make it whole.");
+        "The surface will be open where the scan is. --boundary close closes it, "
+        "--close-holes-below LENGTH the shorter loops alone; points from more sides make it "
+        "whole.");
   }
   if (d.road == std::string("arbitrary") && d.components > 1) {
     advice.push_back(absl::StrCat("There are ", d.components,

@@ -86,17 +86,19 @@ int FindFaceList(const PlyElement& element) {
 absl::Status ReadPlyFaces(ByteSource* source, const PlyHeader& header, const PlyElement& element,
                           int64_t vertices, FaceCollector* faces) {
   const int list = FindFaceList(element);
+  const std::string name = absl::StrCat("PLY element '", element.name, "'");
   if (list < 0 && element.count > 0) {
     return absl::InvalidArgumentError(
-        "PLY element 'face': no list property 'vertex_indices' or 'vertex_index'");
+        absl::StrCat(name, ": no list property 'vertex_indices' or 'vertex_index'"));
   }
+  const auto add = element.name == "tristrips" ? &FaceCollector::AddStrips : &FaceCollector::Add;
   RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), *source));
   PlyElementReader reader(source, header, element, {}, list);
   for (uint64_t i = 0; i < element.count; ++i) {
     RILIEVO_RETURN_IF_ERROR(reader.Next());
-    if (const absl::Status status = faces->Add(reader.list(), vertices); !status.ok()) {
+    if (const absl::Status status = (faces->*add)(reader.list(), vertices); !status.ok()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("PLY element 'face', number ", i + 1, ": ", status.message()));
+          absl::StrCat(name, ", number ", i + 1, ": ", status.message()));
     }
   }
   return absl::OkStatus();
@@ -123,7 +125,7 @@ absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
     const PlyElement& element = header.elements[i];
     if (i == vertex.element_index) {
       RILIEVO_RETURN_IF_ERROR(ReadPlyVertices(&source, header, vertex, &file));
-    } else if (element.name == "face") {
+    } else if (element.name == "face" || element.name == "tristrips") {
       RILIEVO_RETURN_IF_ERROR(ReadPlyFaces(&source, header, element, vertices, &faces));
     } else {
       RILIEVO_RETURN_IF_ERROR(SkipPlyElement(&source, header, element));

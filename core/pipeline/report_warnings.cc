@@ -85,6 +85,13 @@ std::vector<std::string> WarningsOf(const ReconstructReport& report) {
         "surface, or it is finer than the control mesh; try more control faces.",
         rms_spacings));
   }
+  if (report.close_asked && report.boundary_loops > 0) {
+    warnings.push_back(absl::StrFormat(
+        "%d border(s) stay open: topology %s keeps %s. Topology arbitrary closes all borders.",
+        report.boundary_loops, report.topology,
+        report.topology == "planar" ? "the outer border of its sheet"
+                                    : "those of its control mesh"));
+  }
   if (report.stations.points > 0 && !report.stations.used) {
     warnings.push_back(NotBelieved(report.stations, "stations"));
   }

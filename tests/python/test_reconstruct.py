@@ -70,6 +70,8 @@ class ReconstructTest(WithServer):
                  "percent": (sphere(4000), {"max_error": "0.2%"}, ["--max-error", "0.2%"]),
                  "open": (sheet(4000), {"max_bytes": 2000, "topology": "planar", "max_level": 2},
                           ["--max-bytes", "2000", "--topology", "planar", "--max-level", "2"]),
+                 "holes": (sheet(4000), {"close_holes_below": "2cm", "unit": "m"},
+                           ["--close-holes-below", "2cm", "--unit", "m"]),
                  "far": (sheet(3000, (4.6e6, 5.5e6, 300)),
                          {"control_faces": 60, "seed": 5, "creases": "off", "fit": "suzuki"},
                          ["--control-faces", "60", "--seed", "5", "--creases", "off", "--fit",
@@ -313,6 +315,8 @@ class RefusalTest(WithServer):
     def test_paths_of_the_protocol_become_arguments(self):
         for field, parameter in (("header.options.encode.max_error_ratio", "max_error"),
                                  ("header.point_count", "points"),
+                                 ("header.options.control.close_holes_below_ratio",
+                                  "close_holes_below"),
                                  ("header.options.control.control_mesh.faces[3]", "control_mesh"),
                                  ("header.options.fit.method", "fit"), ("upload_id", "")):
             self.assertEqual(parameter_of(field), parameter)

@@ -98,7 +98,7 @@ See 'rilievo reconstruct --help'.
 )"},
     {"reconstruct scan.ply -o b.foo", 2,
      R"(rilievo reconstruct: --output b.foo: .foo is not known; write .dss for the
-  surface, or .ply, .obj, .stl, .glb or .usda for a mesh of it
+  surface, or .ply, .obj, .stl, .glb, .3mf or .usda for a mesh of it
 )"},
     {"reconstruct scan.ply -o scan.ply", 2,
      R"(rilievo reconstruct: scan.ply: this output would overwrite the input; name
@@ -112,7 +112,7 @@ See 'rilievo reconstruct --help'.
 )"},
     {"reconstruct identical.xyz -o b.dss --quiet", 3,
      R"(rilievo reconstruct: identical.xyz: all 500 finite points are identical; a
-  surface needs at least 20 distinct ones
+  surface needs distinct ones
 )"},
     {"reconstruct mesh.obj -o b.dss", 3,
      R"(rilievo reconstruct: mesh.obj: a mesh of 1 face, not a scan; 'rilievo convert'
@@ -178,6 +178,8 @@ TEST(ServerWordsTest, FieldsAreOptions) {
   EXPECT_EQ(OptionOfField("header.options.encode.max_error_ratio"), "--max-error");
   EXPECT_EQ(OptionOfField("header.options.place.metres_per_unit"), "--unit");
   EXPECT_EQ(OptionOfField("options.max_level"), "--max-level");
+  EXPECT_EQ(OptionOfField("header.options.control.close_holes_below_length"),
+            "--close-holes-below");
   EXPECT_EQ(OptionOfField("header.options.control.control_mesh.faces"), "--control-mesh");
   EXPECT_EQ(OptionOfField("request_id"), "--request-id");
   EXPECT_EQ(OptionOfField("header.point_count"), "");

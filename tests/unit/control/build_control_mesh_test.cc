@@ -33,6 +33,39 @@ TEST(BuildControlMesh, AutoTakesTheSphericalRoadAroundAStar) {
   EXPECT_EQ(result->boundary_loops, 0);
 }
 
+TEST(BuildControlMesh, ABeltWithoutPointsStaysOpenUnlessBordersAreClosed) {
+  // A tenth of the sphere's area.
+  const OrientedCloud sphere = SphereCloud(12000);
+  std::vector<int> kept;
+  for (int i = 0; i < sphere.points.cols(); ++i) {
+    if (std::abs(sphere.normals(2, i)) > 0.1) kept.push_back(i);
+  }
+  const OrientedCloud caps =
+      MakeCloud(sphere.points(Eigen::all, kept), sphere.normals(Eigen::all, kept));
+  ControlOptions options;
+  const auto open = Build(caps, options);
+  ASSERT_TRUE(open.ok()) << open.status();
+  EXPECT_EQ(open->components, 2);
+  EXPECT_EQ(open->boundary_loops, 2);
+  EXPECT_NE(open->reason.find("openings"), std::string::npos);
+  options.boundary = BoundaryRule::kClose;
+  const auto closed = Build(caps, options);
+  ASSERT_TRUE(closed.ok()) << closed.status();
+  EXPECT_EQ(closed->components, 1);
+  EXPECT_EQ(closed->boundary_loops, 0);
+}
+
+TEST(BuildControlMesh, AHoleOfATerrainIsClosedWhereItsRimIsShort) {
+  ControlOptions options;
+  options.close_holes_below = 0.6;  // the rim is .75 long
+  EXPECT_EQ(Build(TerrainCloud(9000, 0.12), options)->boundary_loops, 2);
+  options.close_holes_below = 1;
+  const auto closed = Build(TerrainCloud(9000, 0.12), options);
+  ASSERT_TRUE(closed.ok()) << closed.status();
+  EXPECT_EQ(closed->topology, Topology::kPlanar);
+  EXPECT_EQ(closed->boundary_loops, 1);
+}
+
 TEST(BuildControlMesh, AutoFindsTheHandleOfATorus) {
   const auto result = Build(TorusCloud(200, 80), ControlOptions{});
   ASSERT_TRUE(result.ok()) << result.status();

@@ -51,6 +51,25 @@ class TemporaryFolder {
   fs::path path_;
 };
 
+TEST(MeshFilesTest, StripsOfPlyAreFaces) {
+  const std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+      "property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
+  // A strip of two, a triangle, and a strip that a corner told twice carries on.
+  std::istringstream strips(header + "14 0 1 2 3 -1 2 3 4 -1 0 1 1 2 0\n");
+  const auto file = ReadPlyMesh(strips);
+  ASSERT_TRUE(file.ok()) << file.status();
+  Eigen::Matrix3Xi expected(3, 4);
+  expected << 0, 2, 2, 1,  //
+      1, 1, 3, 2,          //
+      2, 3, 4, 0;
+  EXPECT_EQ(file->mesh.triangles, expected);
+  std::istringstream wrong(header + "4 0 1 2 5\n");
+  EXPECT_THAT(ReadPlyMesh(wrong).status().message(),
+              ::testing::AllOf(HasSubstr("tristrips"), HasSubstr("names vertex 5")));
+}
+
 TEST(MeshFilesTest, PlyRoundTripKeepsAll) {
   const TemporaryFolder folder;
   const TriangleMesh mesh = Octahedron();

@@ -23,6 +23,9 @@ TEST(OptionLengthsTest, BecomeFractionsOfTheDiagonal) {
   options.lengths = {};
   options.lengths.height_step = 0.001;
   EXPECT_EQ(WithoutLengths(options, 80)->encode.height_step, 0.001 / 80);
+  options.lengths = {};
+  options.lengths.close_holes_below = 20;
+  EXPECT_EQ(WithoutLengths(options, 80)->control.close_holes_below, 0.25);
 }
 
 TEST(OptionLengthsTest, OutOfRangeSaysWhatIsPossible) {

@@ -37,6 +37,16 @@ TEST(WarningsTest, EachFaultHasASentence) {
                           HasSubstr("1.00 %"), HasSubstr("2 point(s)"), HasSubstr("7 point(s)")));
 }
 
+TEST(WarningsTest, BordersThatWereToBeClosedAndStayOpenAreNamed) {
+  ReconstructReport report = Good();
+  report.topology = "planar";
+  report.boundary_loops = 1;
+  EXPECT_THAT(WarningsOf(report), IsEmpty());
+  report.close_asked = true;
+  EXPECT_THAT(WarningsOf(report), ElementsAre(AllOf(HasSubstr("1 border(s) stay open"),
+                                                    HasSubstr("outer border of its sheet"))));
+}
+
 ReconstructReport NotKept() {
   ReconstructReport report = Good();
   report.max_error = 3e-4;

@@ -76,6 +76,20 @@ TEST(TrimUnmeasuredTest, AWideHoleBecomesAnOpening) {
   EXPECT_EQ(topology.boundary_loops, 2);
 }
 
+TEST(TrimUnmeasuredTest, AWideHoleWithAShortEnoughRimStaysFilled) {
+  std::vector<float> unmeasured = Nothing();
+  MarkBare(4, 18, 4, 18, &unmeasured);
+  const double rim = 4 * 14.0 / kSide;
+  const OrientedCloud cloud = PointsOf(Sheet());
+  for (const double longest : {0.99 * rim, 1.01 * rim}) {
+    const ControlMesh cut =
+        TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points),
+                       TrimUnmeasuredOptions{.filled_rim = longest}, RunContext{})
+            .value();
+    EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, longest > rim);
+  }
+}
+
 TEST(TrimUnmeasuredTest, StrayPointsVouchForNoWideHole) {
   std::vector<float> unmeasured = Nothing();
   MarkBare(2, 22, 2, 22, &unmeasured);

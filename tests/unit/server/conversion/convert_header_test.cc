@@ -87,6 +87,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   options->mutable_control()->set_boundary(v1::BOUNDARY_CLOSE);
   options->mutable_control()->set_creases(v1::CREASES_OFF);
   options->mutable_control()->set_control_faces(500);
+  options->mutable_control()->set_close_holes_below_ratio(0.75);
   options->mutable_fit()->set_method(v1::FIT_METHOD_SUZUKI);
   options->mutable_fit()->set_suzuki_rounds(9);
   options->mutable_fit()->set_suzuki_lambda(0.5);
@@ -116,6 +117,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   EXPECT_EQ(parsed.control.boundary, BoundaryRule::kClose);
   EXPECT_EQ(parsed.control.creases, CreaseRule::kOff);
   EXPECT_EQ(parsed.control.target_faces, 500);
+  EXPECT_EQ(parsed.control.close_holes_below, 0.75);
   EXPECT_EQ(parsed.fit.method, FitMethod::kSuzuki);
   EXPECT_EQ(parsed.fit.suzuki_rounds, 9);
   EXPECT_EQ(parsed.fit.suzuki_lambda, 0.5);
@@ -151,6 +153,8 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_control()->set_boundary(static_cast<v1::Boundary>(-1)); }},
       {"control.control_faces",
        [](Options* o) { o->mutable_control()->set_control_faces(200001); }},
+      {"control.close_holes_below_ratio",
+       [](Options* o) { o->mutable_control()->set_close_holes_below_ratio(101); }},
       {"fit.method",
        [](Options* o) { o->mutable_fit()->set_method(static_cast<v1::FitMethod>(3)); }},
       {"fit.suzuki_rounds", [](Options* o) { o->mutable_fit()->set_suzuki_rounds(51); }},
@@ -195,6 +199,7 @@ TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
     o->mutable_scan()->set_outlier_distance_factor(top ? 1000 : 0);
     o->mutable_scan()->set_min_component_share(top ? 0.1 : 0);
     o->mutable_control()->set_control_faces(top ? 200 : 0);
+    o->mutable_control()->set_close_holes_below_ratio(top ? 100 : 1e-6);
     o->mutable_fit()->set_suzuki_rounds(top ? 50 : 0);
     o->mutable_fit()->set_suzuki_lambda(top ? 1 : 1e-6);
     o->mutable_fit()->set_rounds(top ? 50 : 1);
@@ -236,6 +241,13 @@ TEST(ParseHeader, LengthsAndThePlaceAreTaken) {
   const ReconstructOptions options = Parse(header).options;
   EXPECT_EQ(options.lengths.max_error, 0.02);
   EXPECT_FALSE(options.encode.max_error);
+  v1::ControlOptions& control = *header.mutable_options()->mutable_control();
+  control.set_close_holes_below_length(12);
+  EXPECT_EQ(Parse(header).options.lengths.close_holes_below, 12);
+  control.set_close_holes_below_ratio(0.5);
+  EXPECT_THAT(Faults(header),
+              testing::ElementsAre("header.options.control.close_holes_below_length"));
+  control.Clear();
   EXPECT_EQ(options.place, (ScanPlace{0.001, UpDirection::kMinusY, "EPSG:25832"}));
   encode.set_max_error_ratio(0.01);
   EXPECT_THAT(Faults(header), testing::ElementsAre("header.options.encode.max_error_length"));
