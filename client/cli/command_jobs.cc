@@ -33,7 +33,7 @@ struct JobsArguments {
   std::string scan, request_id, job_id;
   SurfaceOutputArguments surface;
   ScanArguments reading;
-  ReconstructArguments options;
+  ReconstructArguments options, mesh_options;  // of submit, of convert
   std::optional<double> timeout_seconds;
   size_t limit = 20;
   bool wait = false, json = false, quiet = false;
@@ -161,13 +161,22 @@ std::string RandomRequestId() {
                       absl::Hex(random(), absl::kZeroPad8));
 }
 
-absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
+absl::StatusOr<ScanFile> LoadInput(const JobsArguments& arguments,
+                                   const ReconstructArguments& wanted) {
+  const WantedLayers layers = LayersFor(wanted);
+  return wanted.input == ShapeInput::kScan
+             ? LoadScan(arguments.scan, arguments.reading, layers)
+             : LoadMesh(arguments.scan, arguments.reading.format, layers.colors);
+}
+
+// A scan or a mesh, as `wanted` says.
+absl::Status Submit(const JobsArguments& arguments, const ReconstructArguments& wanted,
+                    const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  RILIEVO_ASSIGN_OR_RETURN(v1::ReconstructOptions options, OptionsFrom(arguments.options));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading,
-                                                         LayersFor(arguments.options)));
-  RILIEVO_RETURN_IF_ERROR(SetPlace(arguments.options, arguments.scan, scan.place, &options));
+  RILIEVO_ASSIGN_OR_RETURN(v1::ReconstructOptions options, OptionsFrom(wanted));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadInput(arguments, wanted));
+  RILIEVO_RETURN_IF_ERROR(SetPlace(wanted, arguments.scan, scan.place, &options));
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
   absl::StatusOr<v1::Job> submitted =
@@ -185,6 +194,14 @@ absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& st
   RILIEVO_RETURN_IF_ERROR(StatusOfEnd(job));
   return arguments.surface.output.empty() ? absl::OkStatus()
                                           : Fetch(arguments, target, job.job_id(), stop);
+}
+
+absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
+  return Submit(arguments, arguments.options, stop);
+}
+
+absl::Status RunConvert(const JobsArguments& arguments, const std::stop_token& stop) {
+  return Submit(arguments, arguments.mesh_options, stop);
 }
 
 absl::Status RunList(const JobsArguments& arguments, const std::stop_token& stop) {
@@ -275,10 +292,12 @@ CLI::App* AddJobCommand(CLI::App* jobs, const std::string& name, const std::stri
   return app;
 }
 
-void AddSubmit(CLI::App* app, JobsArguments* a) {
-  app->add_option(
-         "SCAN", a->scan,
-         "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, E57, PTX; - is standard input")
+void AddSubmit(CLI::App* app, ShapeInput input, JobsArguments* a) {
+  const bool of_scans = input == ShapeInput::kScan;
+  app->add_option(of_scans ? "SCAN" : "MESH", a->scan,
+                  of_scans ? "the points: PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, LAZ, E57, PTX; - is "
+                             "standard input"
+                           : "the mesh: PLY, OBJ, STL, GLB; - is standard input")
       ->required();
   app->add_option(
       "--request-id", a->request_id,
@@ -286,8 +305,8 @@ void AddSubmit(CLI::App* app, JobsArguments* a) {
   app->add_flag("--wait", a->wait, "wait until the job is finished");
   AddSurfaceOutput(app, "the command then waits for it; ", &a->surface);
   AddFormatOption(app, &a->reading.format);
-  AddScanOptions(app, &a->reading);
-  AddReconstructOptions(app, ShapeInput::kScan, &a->options);
+  if (of_scans) AddScanOptions(app, &a->reading);
+  AddReconstructOptions(app, input, of_scans ? &a->options : &a->mesh_options);
 }
 
 }  // namespace
@@ -304,7 +323,10 @@ Command AddJobs(CLI::App& program) {
   };
   CLI::App* submit =
       add(AddCommand(jobs, "submit", "Upload a scan and queue a job", a.get()), RunSubmit);
-  AddSubmit(submit, a.get());
+  AddSubmit(submit, ShapeInput::kScan, a.get());
+  CLI::App* convert =
+      add(AddCommand(jobs, "convert", "Upload a mesh and queue a job", a.get()), RunConvert);
+  AddSubmit(convert, ShapeInput::kMesh, a.get());
   CLI::App* list = add(AddCommand(jobs, "list", "List the latest jobs", a.get()), RunList);
   list->add_option("--limit", a->limit, "largest number of jobs")->capture_default_str();
   CLI::App* show =
@@ -320,10 +342,11 @@ Command AddJobs(CLI::App& program) {
   CLI::App* remove_scan = add(
       AddCommand(jobs, "delete-scan", "Remove a scan that was uploaded", a.get()), RunDeleteScan);
   remove_scan->add_option("SCAN_ID", a->scan, "as `jobs show` tells it")->required();
-  for (CLI::App* app : {submit, list, show, watch, fetch, cancel, remove, remove_scan}) {
+  for (CLI::App* app : {submit, convert, list, show, watch, fetch, cancel, remove, remove_scan}) {
     app->add_flag("--json", a->json, "print JSON");
   }
-  for (CLI::App* app : {submit, watch}) app->add_flag("--quiet", a->quiet, "show no progress");
+  for (CLI::App* app : {submit, convert, watch})
+    app->add_flag("--quiet", a->quiet, "show no progress");
   return {jobs, [a, commands](const std::stop_token& stop) {
             for (const auto& [app, run] : commands) {
               if (app->parsed()) return run(*a, stop);

@@ -77,6 +77,7 @@ absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional
   LoadedShape shape;
   shape.place = decoded.metadata.place;
   shape.diagonal = surface.frame.diagonal;
+  shape.colors = ColorsAtLevel(surface, used);
   const auto count_at = [&] { return static_cast<size_t>(shape.mesh.vertices.cols()); };
   const std::vector<float> heights = surface.heights;
   if (part == ShownPart::kDomain) std::fill(surface.heights.begin(), surface.heights.end(), 0.f);
@@ -99,6 +100,7 @@ LoadedShape ShapeOf(MeshFile file) {
   shape.mesh = std::move(file.mesh);
   shape.place = std::move(file.place);
   shape.sources = std::move(file.source);
+  shape.colors = std::move(file.colors);
   shape.description =
       shape.mesh.triangles.cols() > 0
           ? absl::StrCat(file.format, " mesh, ", Grouped(shape.mesh.triangles.cols()), " faces")
@@ -153,7 +155,14 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
 absl::StatusOr<ScanFile> LoadMesh(const std::string& path, const std::string& format,
                                   bool with_colors) {
   return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
-    RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(in, NameOf(path, format)));
+    const std::string name = NameOf(path, format);
+    HeadedInput input(in);
+    RILIEVO_ASSIGN_OR_RETURN(const FileKind kind, RecognizeFile(input.head(), input.size(), name));
+    if (kind == FileKind::kDss) {
+      return absl::InvalidArgumentError(
+          "a .dss file holds a surface already, not a mesh; 'rilievo export' makes a mesh of it");
+    }
+    RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(input.stream(), name));
     if (file.mesh.triangles.cols() == 0) {
       return absl::InvalidArgumentError(absl::StrCat(
           Counted(file.mesh.vertices.cols(), "point", "points"),

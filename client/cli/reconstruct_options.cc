@@ -78,10 +78,14 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
   app->add_option("--max-level", a->max_level,
-                  "levels of heights; default as many as the points are dense enough for")
+                  absl::StrCat("levels of heights; default as many as ",
+                               input == ShapeInput::kScan ? "the points are dense enough for"
+                                                          : "suit the triangles"))
       ->check(CLI::Range(0, 8));
-  app->add_option("--control-faces", a->control_faces,
-                  "about how many faces the control mesh has; default chosen from the points")
+  app->add_option(
+         "--control-faces", a->control_faces,
+         absl::StrCat("about how many faces the control mesh has; default chosen from the ",
+                      input == ShapeInput::kScan ? "points" : "triangles"))
       ->check(CLI::Range(0, 200000));
   app->add_option("--threads", a->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));

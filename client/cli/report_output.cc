@@ -83,11 +83,14 @@ std::string ErrorText(const v1::ReconstructReport& report) {
   };
   // The way back ends at a point, so it is never below about half the spacing of the points.
   const char* const input = InputName(report.road());
+  const std::string apart =
+      report.mesh().triangles() > 0
+          ? ""
+          : absl::StrCat(", the points being ", both(report.median_spacing_ratio()), " apart");
   return absl::StrCat(input, " to surface: ", ScanErrorText(error), "; surface to ", input,
                       ": RMS ", both(report.error().surface_to_points().rms()), ", max ",
-                      both(report.error().surface_to_points().max()), ", the points being ",
-                      both(report.median_spacing_ratio()),
-                      " apart; across the surface, the larger of both ways: RMS ",
+                      both(report.error().surface_to_points().max()), apart,
+                      "; across the surface, the larger of both ways: RMS ",
                       both(report.error().rms_across()), "; % of the diagonal, ",
                       LengthText(error.diagonal, error.place));
 }

@@ -155,7 +155,7 @@ absl::StatusOr<FileKind> RecognizeFile(string_view head, uint64_t size, const st
   if (!line.empty() && (LooksLikeNumbers(line) || ParseXyzHeading(line))) return FileKind::kXyz;
   return absl::InvalidArgumentError(
       "neither content nor extension is that of a known format (PLY, PCD, XYZ, PTS, TXT, OBJ, LAS, "
-      "LAZ, E57, PTX)");
+      "LAZ, E57, PTX, STL, GLB, DSS)");
 }
 
 }  // namespace rilievo

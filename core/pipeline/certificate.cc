@@ -12,6 +12,7 @@
 #include "core/base/run_concurrently.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/meshes/check_mesh.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/shape_input.h"
 #include "core/scan/scan_surface.h"
@@ -28,20 +29,25 @@ DssDistance Distance(const DistanceSummary& summary) {
   return {summary.rms, summary.mean, summary.p95, summary.max};
 }
 
-// The points that the errors of the file are about.
+// The points or the triangles that the errors of the file are about.
 absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& stated,
                                  const SpatialFrame& frame, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface cleaned, scan.triangles.cols() > 0
-                                                    ? PointsOfMesh(scan, context)
-                                                    : PointsOfScan(scan, stated.options, context));
-  Shape points = PointsToMeasure(std::move(cleaned.cloud));
-  if (cleaned.frame.center == frame.center && cleaned.frame.diagonal == frame.diagonal) {
-    return points;
+  Shape points;
+  SpatialFrame cleaned;
+  if (scan.triangles.cols() > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(CheckedMesh mesh, CheckMesh(scan, context));
+    points = {std::move(mesh.vertices), std::move(mesh.triangles)};
+    cleaned = mesh.frame;
+  } else {
+    RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, PointsOfScan(scan, stated.options, context));
+    points = PointsToMeasure(std::move(surface.cloud));
+    cleaned = surface.frame;
   }
+  if (cleaned.center == frame.center && cleaned.diagonal == frame.diagonal) return points;
   for (auto point : points.vertices.colwise()) {
-    point = frame.UnitFromScan(cleaned.frame.ScanFromUnit(point));
+    point = frame.UnitFromScan(cleaned.ScanFromUnit(point));
   }
-  const auto scale = static_cast<float>(cleaned.frame.diagonal / frame.diagonal);
+  const auto scale = static_cast<float>(cleaned.diagonal / frame.diagonal);
   for (float& gap : points.gaps) gap *= scale;
   return points;
 }
@@ -149,6 +155,10 @@ absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context) {
   return MeasureTwoSided(surface, points, MeasureOptions{kSamples}, context);
+}
+
+Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh) {
+  return mesh.triangles.cols() > 0 ? mesh : PointsToMeasure(cloud);
 }
 
 Shape PointsToMeasure(OrientedCloud cloud) {

@@ -47,6 +47,9 @@ absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context);
 
+// What errors are measured against: `mesh` where it has triangles, else PointsToMeasure().
+Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh);
+
 // The points of a scan as errors are measured against, with their normals and with three spacings
 // as their gaps: holes of about twenty points still count as seen.
 Shape PointsToMeasure(OrientedCloud cloud);
@@ -74,7 +77,8 @@ struct CertifiedBytes {
 };
 
 // Decodes the bytes that go out, and writes into them what they are worth. `points`: those of the
-// scan (PointsToMeasure), unless errors are not to be measured. `metadata`: what the maker states.
+// scan, or the given mesh (ShapeToMeasure), unless errors are not to be measured. `metadata`: what
+// the maker states.
 absl::StatusOr<CertifiedBytes> Certify(EncodedSurface encoded, const DssMetadata& metadata,
                                        std::optional<Shape> points, const PipelineContext& context);
 

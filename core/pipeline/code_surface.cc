@@ -28,10 +28,11 @@ Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
 }
 
 // `to_keep`: as the certificate will state it.
-absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& shape, bool to_keep,
+absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& mesh,
+                                      const Shape& shape, bool to_keep,
                                       const PipelineContext& context) {
   const StageScope scope(Stage::kMeasure, context);
-  if (to_keep) return MeasureTriangles(shape, PointsToMeasure(cloud), context);
+  if (to_keep) return MeasureTriangles(shape, ShapeToMeasure(cloud, mesh), context);
   TwoSidedError error;
   RILIEVO_ASSIGN_OR_RETURN(error.b_to_a,
                            MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context));
@@ -153,8 +154,8 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded) {
   return std::clamp(std::max(left, kShareOfOwn * own), kFinest, 10 * kCoarsest);
 }
 
-absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurface sampled,
-                                         const DssMetadata& metadata,
+absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape& mesh,
+                                         SampledSurface sampled, const DssMetadata& metadata,
                                          const ReconstructOptions& options,
                                          const PipelineContext& context) {
   CodedSurface coded;
@@ -162,8 +163,9 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurf
   if (options.measure) {
     Shape shape = std::move(sampled.shape);
     shape.filled = FilledVertices(sampled.surface, options.control);
-    RILIEVO_ASSIGN_OR_RETURN(coded.uncoded.error,
-                             Measure(cloud, shape, options.encode.max_error.has_value(), context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        coded.uncoded.error,
+        Measure(cloud, mesh, shape, options.encode.max_error.has_value(), context));
   }
   coded.domain = std::move(sampled.domain);
   coded.surface = std::move(sampled.surface);
@@ -175,8 +177,8 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurf
   return coded;
 }
 
-absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface coded,
-                                       const ReconstructOptions& options,
+absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, const Shape& mesh,
+                                       CodedSurface coded, const ReconstructOptions& options,
                                        const PipelineContext& context) {
   coded.keeps_error = !options.encode.max_error || !options.measure;
   if (coded.keeps_error) return coded;
@@ -184,7 +186,7 @@ absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface 
   if (own >= limit || !NoiseAllows(limit, coded.uncoded.noise)) return coded;
   const PipelineContext silent = context.Silent();
   RILIEVO_ASSIGN_OR_RETURN(const SearchableShape points,
-                           MakeSearchable(PointsToMeasure(cloud), silent));
+                           MakeSearchable(ShapeToMeasure(cloud, mesh), silent));
   KeepSearch search(limit, own);
   double coding = CodingErrorWithin(limit, coded.uncoded);
   std::optional<EncodedSurface> kept;

@@ -49,10 +49,12 @@ struct CodedSurface {
   bool keeps_error = false;  // encode.max_error, as the certificate measures it: see KeepError()
 };
 
-// Measures how far the surface lies from the points of the cloud and encodes it. `metadata`: what
-// is known before. RESOURCE_EXHAUSTED when encode.max_bytes cannot be kept.
-absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, SampledSurface sampled,
-                                         const DssMetadata& metadata,
+// Measures how far the surface lies from the points of the cloud, and for an error asked for from
+// what ShapeToMeasure() says, and encodes it. `mesh`: the given one, unit frame; without triangles
+// where a scan was given. `metadata`: what is known before. RESOURCE_EXHAUSTED when
+// encode.max_bytes cannot be kept.
+absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape& mesh,
+                                         SampledSurface sampled, const DssMetadata& metadata,
                                          const ReconstructOptions& options,
                                          const PipelineContext& context);
 
@@ -64,8 +66,8 @@ inline constexpr int kKeepErrorRounds = 6;
 // encode.max_error and close to it: `keeps_error`. Else `encoded` is the nearest one tried, or
 // untouched where the surface itself is farther off than that or noise does not allow it. Without
 // max_error or without measuring there is nothing to keep: as given.
-absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, CodedSurface coded,
-                                       const ReconstructOptions& options,
+absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, const Shape& mesh,
+                                       CodedSurface coded, const ReconstructOptions& options,
                                        const PipelineContext& context);
 
 int64_t BytesOf(const EncodedSurface& encoded);

@@ -32,9 +32,9 @@ absl::StatusOr<double> Fraction(const char* name, double length, double diagonal
   const double fraction = length / diagonal;
   if (fraction >= range.low && fraction <= range.high) return fraction;
   return absl::InvalidArgumentError(
-      absl::StrCat(name, ": ", length, " is ", 100 * fraction, " % of the diagonal of the points, ",
-                   diagonal, "; it must lie between ", range.low * diagonal, " and ",
-                   range.high * diagonal, " (all in the unit of the scan)"));
+      absl::StrCat(name, ": ", length, " is ", 100 * fraction, " % of the diagonal, ", diagonal,
+                   "; it must lie between ", range.low * diagonal, " and ", range.high * diagonal,
+                   " (all in the unit of the coordinates)"));
 }
 
 }  // namespace

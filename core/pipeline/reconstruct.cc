@@ -94,6 +94,7 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
       SummarizeTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
   report.components = static_cast<int>(topology.components);
   report.boundary_loops = static_cast<int>(topology.boundary_loops);
+  report.close_asked = options.control.boundary == BoundaryRule::kClose;
   report.genus = static_cast<int>(topology.genus);
   report.diagonal = surface.frame.diagonal;
   report.control_vertices = static_cast<int>(mesh.vertices.cols());
@@ -165,8 +166,8 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
   CodedSurface coded;
   if (!faces_given && in.pages == nullptr &&
       (options.encode.max_error || options.encode.max_bytes)) {
-    RILIEVO_ASSIGN_OR_RETURN(coded,
-                             SearchControlFaces(oriented, control, metadata, options, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        coded, SearchControlFaces(oriented, input.given_mesh, control, metadata, options, context));
     cloud = CloudAlone(std::move(oriented));
   } else {
     const auto fit = faces_given ? FitDomain : FitUnderNoise;
@@ -179,9 +180,10 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
                                                       options, context, &sampled));
     }
     cloud = CloudAlone(std::move(oriented));
-    RILIEVO_ASSIGN_OR_RETURN(coded,
-                             CodeSurface(cloud, std::move(sampled), metadata, options, context));
-    RILIEVO_ASSIGN_OR_RETURN(coded, KeepError(cloud, std::move(coded), options, context));
+    RILIEVO_ASSIGN_OR_RETURN(coded, CodeSurface(cloud, input.given_mesh, std::move(sampled),
+                                                metadata, options, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        coded, KeepError(cloud, input.given_mesh, std::move(coded), options, context));
   }
   CodedColors coded_colors;
   if (!colors.empty()) {
@@ -189,7 +191,10 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
                              ColorSurface(cloud, colors, all_options, context, &coded));
   }
   std::optional<Shape> points;
-  if (options.measure) points = PointsToMeasure(std::move(cloud));
+  if (options.measure) {
+    const bool is_mesh = input.given_mesh.triangles.cols() > 0;
+    points = is_mesh ? std::move(input.given_mesh) : PointsToMeasure(std::move(cloud));
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       CertifiedBytes certified,
       Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));

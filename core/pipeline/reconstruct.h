@@ -65,6 +65,7 @@ struct ReconstructReport {
   std::string topology;            // "planar", "spherical", "arbitrary", "user"
   std::string topology_reason;
   int components = 0, boundary_loops = 0, genus = 0;
+  bool close_asked = false;  // BoundaryRule::kClose
   int control_vertices = 0, control_faces = 0, max_level = 0;
   int64_t surface_vertices = 0, surface_faces = 0;  // at max_level
   double domain_rms = 0;                            // cloud to domain surface after the fit

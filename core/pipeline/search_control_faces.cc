@@ -36,9 +36,11 @@ struct Trial {
 
 class Search {
  public:
-  Search(const ScanSurface& scan, const ControlMeshResult& start, const DssMetadata& metadata,
-         const ReconstructOptions& options, const PipelineContext& context)
+  Search(const ScanSurface& scan, const Shape& mesh, const ControlMeshResult& start,
+         const DssMetadata& metadata, const ReconstructOptions& options,
+         const PipelineContext& context)
       : scan_(scan),
+        mesh_(mesh),
         start_(start.mesh),
         topology_(start.topology),
         metadata_(metadata),
@@ -127,7 +129,7 @@ class Search {
                                              const ReconstructOptions& options) const {
     RILIEVO_ASSIGN_OR_RETURN(SampledSurface sampled,
                              SampleHeights(scan_, topology_, domain, options, context_));
-    return CodeSurface(scan_.cloud, std::move(sampled), metadata_, options, context_);
+    return CodeSurface(scan_.cloud, mesh_, std::move(sampled), metadata_, options, context_);
   }
 
   absl::Status TryDomain(const Domain& domain, double step, const ReconstructOptions& options) {
@@ -172,8 +174,8 @@ class Search {
   }
 
   absl::Status KeepBest() {
-    RILIEVO_ASSIGN_OR_RETURN(best_->coded,
-                             KeepError(scan_.cloud, std::move(best_->coded), options_, context_));
+    RILIEVO_ASSIGN_OR_RETURN(
+        best_->coded, KeepError(scan_.cloud, mesh_, std::move(best_->coded), options_, context_));
     return absl::OkStatus();
   }
 
@@ -208,6 +210,7 @@ class Search {
   }
 
   const ScanSurface& scan_;
+  const Shape& mesh_;  // the given one
   const ControlMesh& start_;
   const Topology topology_;
   const DssMetadata& metadata_;
@@ -221,12 +224,12 @@ class Search {
 
 }  // namespace
 
-absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan,
+absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan, const Shape& mesh,
                                                 const ControlMeshResult& start,
                                                 const DssMetadata& metadata,
                                                 const ReconstructOptions& options,
                                                 const PipelineContext& context) {
-  return Search(scan, start, metadata, options, context).Run();
+  return Search(scan, mesh, start, metadata, options, context).Run();
 }
 
 }  // namespace rilievo

@@ -15,7 +15,8 @@ namespace rilievo {
 // reconstruction. The best one is decoded and measured, and coded again more finely or more
 // coarsely until the error asked for is kept (KeepError). Where it cannot be, though noise allows
 // it, meshes of more faces are tried in the same way.
-absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan,
+// `mesh`: see CodeSurface().
+absl::StatusOr<CodedSurface> SearchControlFaces(const ScanSurface& scan, const Shape& mesh,
                                                 const ControlMeshResult& start,
                                                 const DssMetadata& metadata,
                                                 const ReconstructOptions& options,

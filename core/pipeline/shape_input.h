@@ -10,6 +10,7 @@
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/scan/scan_surface.h"
+#include "core/surface/measure_error.h"
 
 namespace rilievo {
 
@@ -20,6 +21,7 @@ struct ShapedInput {
   ReconstructOptions options;  // lengths as fractions of the diagonal
   std::string hash;            // HashOfScan()
   MeshFigures mesh = {};       // of a scan: none
+  Shape given_mesh = {};       // unit frame: what errors are measured against; of a scan: none
 };
 
 // `spent`: where the memory of `scan` may go once its points have been checked; or null.
@@ -34,9 +36,8 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context);
 
-// The points that ShapeScan() and ShapeMesh() work on, made once more to check a surface.
+// The points that ShapeScan() works on, made once more to check a surface.
 absl::StatusOr<ScanSurface> PointsOfScan(const PointCloud& scan, const ReconstructOptions& options,
                                          const RunContext& context);
-absl::StatusOr<ScanSurface> PointsOfMesh(const PointCloud& mesh, const RunContext& context);
 
 }  // namespace rilievo

@@ -102,16 +102,12 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
                            WithoutLengths(options, checked.frame.diagonal));
   std::optional<StageScope> scope(std::in_place, Stage::kNeighbors, context);
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, ScanOfMesh(checked, colors, context));
+  Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
                            ControlOfMesh(std::move(checked), scan, fractions.control, context));
-  return ShapedInput{std::move(scan), std::move(control), std::move(fractions), std::move(hash),
-                     figures};
-}
-
-absl::StatusOr<ScanSurface> PointsOfMesh(const PointCloud& mesh, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const CheckedMesh checked, CheckMesh(mesh, context));
-  return ScanOfMesh(checked, {}, context);
+  return ShapedInput{std::move(scan), std::move(control),   std::move(fractions), std::move(hash),
+                     figures,         std::move(given_mesh)};
 }
 
 }  // namespace rilievo

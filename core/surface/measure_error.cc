@@ -180,6 +180,17 @@ bool IsFilled(const Shape& shape, int face) {
   return std::all_of(corners.begin(), corners.end(), [&](int v) { return shape.filled[v] != 0; });
 }
 
+double RmsWhereNotFilled(const Shape& shape, const SurfaceSamples& samples,
+                         const std::vector<double>& squared) {
+  double sum = 0, counted = 0;
+  for (size_t i = 0; i < squared.size(); ++i) {
+    if (IsFilled(shape, samples.faces[i])) continue;
+    sum += squared[i];
+    counted += 1;
+  }
+  return std::sqrt(sum / std::max(counted, 1.0));
+}
+
 // Squared distances of samples from a cloud with gaps; `across_rms` becomes TwoSidedError's.
 absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
     const Shape& from, const SurfaceSamples& samples, const Shape& to,
@@ -207,13 +218,7 @@ absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
               std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
         }
       }));
-  double sum = 0, counted = 0;
-  for (int64_t i = 0; i < count; ++i) {
-    if (IsFilled(from, samples.faces[i])) continue;
-    sum += across[i];
-    counted += 1;
-  }
-  *across_rms = std::sqrt(sum / std::max(counted, 1.0));
+  *across_rms = RmsWhereNotFilled(from, samples, across);
   return squared;
 }
 
@@ -240,6 +245,7 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& 
       const auto sample = [&](int64_t i) -> Vector3d { return taken.places.col(i); };
       RILIEVO_ASSIGN_OR_RETURN(squared,
                                SquaredDistances(taken.places.cols(), sample, to_tree, context));
+      if (to.triangles.cols() > 0) way.across_rms = RmsWhereNotFilled(from, taken, squared);
     }
     const std::vector<int> vertices = VerticesInOrder(from, order);
     const auto corner = [&](int64_t i) { return vertex(vertices[i]); };

@@ -24,16 +24,16 @@ struct TwoSidedError {
   double mean = 0;  // of both means
   double p95 = 0;   // of both sample sets pooled
   double max = 0;   // the larger maximum
-  // The larger RMS of both ways, where b is a point set with `gaps`; of a sample of a that has its
-  // nearest point no farther off than that along the surface, only the distance across the surface
-  // counts: the part along the normal of a's triangle (point-to-plane distance, D2 of MPEG's point
-  // cloud metrics; Tian et al., ICIP 2017). So points that are far apart are no error of the
-  // surface; parts of it that no points are near to are, by their whole distance. Beside a sharp
-  // edge the nearest point may lie on its other side: with `normals`, where the four nearest points
-  // show sides whose planes meet at 30 degrees or more, the distance from the plane of the nearest
-  // point of each side counts instead where it is less and that point no farther off along the
-  // plane than a third of its gap. Samples of triangles that are `filled` do not count. -1 without
-  // gaps.
+  // The larger RMS of both ways, where b has triangles, or is a point set with `gaps`; there, of a
+  // sample of a that has its nearest point no farther off than that along the surface, only the
+  // distance across the surface counts: the part along the normal of a's triangle (point-to-plane
+  // distance, D2 of MPEG's point cloud metrics; Tian et al., ICIP 2017). So points that are far
+  // apart are no error of the surface; parts of it that no points are near to are, by their whole
+  // distance. Beside a sharp edge the nearest point may lie on its other side: with `normals`,
+  // where the four nearest points show sides whose planes meet at 30 degrees or more, the distance
+  // from the plane of the nearest point of each side counts instead where it is less and that point
+  // no farther off along the plane than a third of its gap. Samples of triangles of a that are
+  // `filled` do not count. -1 for points without gaps.
   double across_rms = -1;
 };
 

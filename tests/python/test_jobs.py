@@ -4,6 +4,7 @@ import threading
 import unittest
 
 from scans import sheet, sphere
+from test_convert import torus
 
 import rilievo
 from rilievo.connection import error_of_status
@@ -39,6 +40,19 @@ class JobsTest(unittest.TestCase):
             self.jobs.get(job.job_id)
         with self.assertRaises(rilievo.NotFound):
             job.delete()
+
+    def test_a_mesh_is_converted(self):
+        around, across = 400, 200  # more than a piece of triangles
+        vertices, faces = torus(around, across)
+        job = self.jobs.convert(vertices, faces, max_level=2, control_faces=500)
+        surface = job.fetch(timeout=120)
+        self.assertEqual(surface.report["genus"], 1)
+        self.assertEqual(surface.report["mesh"]["triangles"], 2 * around * across)
+        direct = rilievo.convert(vertices, faces, max_level=2, control_faces=500,
+                                 server=self.server)
+        self.assertEqual(surface.to_bytes(), direct.to_bytes())
+        with self.assertRaises(TypeError):
+            self.jobs.convert(vertices, faces, boundary="close")
 
     def test_of_several_servers_another_one_is_asked(self):
         with rilievo.Jobs(f"127.0.0.1:1,{self.server.address},127.0.0.1:2") as jobs:

@@ -12,9 +12,9 @@ import grpc
 from .connection import Server, as_server, error_of, error_of_status
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, InvalidArgument, NotFound,
                      RilievoError, Unavailable)
-from .options import Options, as_message
+from .options import MeshOptions, Options, as_message
 from .reconstruction import ProgressCallback, check_digest, progress_of, report_of
-from .scan import Packed, pack
+from .scan import Packed, pack, pack_mesh
 from .surface import Surface
 from .v1 import jobs_pb2, jobs_pb2_grpc
 
@@ -143,9 +143,20 @@ class Jobs:
         """Uploads what the server does not have, and creates the job. The same `request_id` (1 to
         64 letters, digits, '-' and '_') gives the same job, however often it is called. Arguments
         as of reconstruct()."""
-        message, scan = as_message(options), pack(points, sensor, point_normals, point_colors)
+        return self._create(pack(points, sensor, point_normals, point_colors), as_message(options),
+                            request_id, timeout)
+
+    def convert(self, vertices: Any, faces: Any, *, vertex_colors: Any = None,
+                request_id: Optional[str] = None, timeout: Optional[float] = None,
+                **options: "Unpack[MeshOptions]") -> Job:
+        """submit() of a triangle mesh; arguments as of rilievo.convert()."""
+        return self._create(pack_mesh(vertices, faces, vertex_colors),
+                            as_message(options, "convert", MeshOptions), request_id, timeout)
+
+    def _create(self, scan: Packed, message: Any, request_id: Optional[str],
+                timeout: Optional[float]) -> Job:
         digest = hashlib.sha256()
-        for piece in scan.pieces():
+        for piece in _pieces(scan):
             digest.update(piece)
         request = jobs_pb2.CreateJobRequest(
             request_id=request_id or str(uuid.uuid4()), scan_id=digest.hexdigest(),
@@ -202,7 +213,7 @@ class Jobs:
                 raise
 
     def _upload(self, scan: Packed, digest: bytes, tries: "_Tries") -> None:
-        total = scan.points.nbytes
+        total = scan.points.nbytes + scan.triangles.nbytes
         query = jobs_pb2.GetUploadRequest(upload_id=digest.hex())
         known = 0
 
@@ -210,7 +221,7 @@ class Jobs:
             message = jobs_pb2.UploadScanRequest
             yield message(header=jobs_pb2.UploadHeader(upload_id=digest.hex(), offset=begin,
                                                        total_bytes=total))
-            for piece in scan.pieces(begin):
+            for piece in _pieces(scan, begin):
                 yield message(chunk=piece)
             yield message(end=jobs_pb2.UploadEnd(total_bytes=total, sha256=digest))
 
@@ -278,6 +289,17 @@ class Jobs:
             raise DataLoss("the server ended before the surface did")
         check_digest(digest, data)
         return bytes(data)
+
+
+def _pieces(scan: Packed, begin: int = 0) -> Iterator[bytes]:
+    """What is uploaded, from byte `begin` on: the points, and of a mesh its triangles."""
+    skipped = min(begin, scan.points.nbytes)
+    yield from scan.pieces(skipped)
+    skipped = begin - skipped
+    for piece in scan.triangle_pieces():
+        if skipped < len(piece):
+            yield piece[skipped:]
+        skipped = max(0, skipped - len(piece))
 
 
 class _Tries:

@@ -109,7 +109,7 @@ struct Made {
     coded = SampleAndCode(prepared, std::move(domain), options).value();
   }
   bool Keep() {
-    coded = KeepError(prepared.scan.cloud, std::move(coded), options, {}).value();
+    coded = KeepError(prepared.scan.cloud, {}, std::move(coded), options, {}).value();
     return coded.keeps_error;
   }
   double Error() const {

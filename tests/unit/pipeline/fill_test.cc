@@ -5,6 +5,8 @@
 #include <functional>
 #include <numbers>
 
+#include "core/codec/container/dss.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/surface/displaced_surface.h"
 #include "tests/unit/geometry/test_meshes.h"
@@ -50,6 +52,43 @@ TEST(FillTest, ACapOfASphereComesBack) {
     EXPECT_EQ(made->report.boundary_loops, 0);
     EXPECT_LT(FillError(*made, is_missing), most) << height;
   }
+}
+
+// Of caps of a sphere, the one with the shorter rim.
+TEST(FillTest, HolesWithAShortRimAloneAreClosed) {
+  const Inside small = [](const Eigen::Vector3d& p) { return p[2] > 0.9; };
+  const Inside large = [](const Eigen::Vector3d& p) { return p[2] < -0.6; };
+  const PointCloud scan =
+      SphereWithout(12000, [&](const Eigen::Vector3d& p) { return small(p) || large(p); });
+  ReconstructOptions options;  // rims of 2.74 and 5.03
+  for (const auto& [length, loops] : {std::pair(2.4, 2), {3.5, 1}, {6.0, 0}}) {
+    options.lengths.close_holes_below = length;
+    const auto made = Reconstruct(scan, options, RunContext{});
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_EQ(made->report.boundary_loops, loops) << length;
+    EXPECT_EQ(made->report.components, 1);
+    if (loops < 2) {
+      EXPECT_LT(FillError(*made, small), 3e-4) << length;
+    }
+    if (loops < 1) {
+      EXPECT_LT(FillError(*made, large), 8e-4) << length;
+    }
+  }
+}
+
+// The part without points is no error: it was asked for.
+TEST(FillTest, AnErrorAskedForIsThatOfThePartsWithPoints) {
+  const Inside is_missing = [](const Eigen::Vector3d& p) { return p[2] > 0.4; };
+  const PointCloud scan = SphereWithout(12000, is_missing);
+  ReconstructOptions options;
+  options.control.boundary = BoundaryRule::kClose;
+  options.encode.max_error = 1e-3;
+  const auto made = Reconstruct(scan, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_FALSE(made->report.error_unreachable) << made->report.error.across_rms;
+  EXPECT_GT(made->report.error.a_to_b.rms, 1e-2) << "nothing is filled";
+  const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
+  EXPECT_TRUE(VerifyCertificate(decoded, &scan, RunContext{})->agrees());
 }
 
 }  // namespace

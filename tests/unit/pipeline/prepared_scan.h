@@ -37,7 +37,7 @@ inline absl::StatusOr<CodedSurface> SampleAndCode(const PreparedScan& prepared, 
   absl::StatusOr<SampledSurface> sampled =
       SampleHeights(prepared.scan, prepared.control.topology, std::move(domain), options, {});
   if (!sampled.ok()) return sampled.status();
-  return CodeSurface(prepared.scan.cloud, *std::move(sampled), {}, options, {});
+  return CodeSurface(prepared.scan.cloud, {}, *std::move(sampled), {}, options, {});
 }
 
 }  // namespace rilievo

@@ -11,7 +11,7 @@ namespace {
 
 absl::StatusOr<CodedSurface> Search(const PreparedScan& prepared,
                                     const ReconstructOptions& options) {
-  return SearchControlFaces(prepared.scan, prepared.control, {}, options, {});
+  return SearchControlFaces(prepared.scan, {}, prepared.control, {}, options, {});
 }
 
 TEST(SearchControlFacesTest, AnErrorIsKeptInFewerBytesThanWithTheUsualFaces) {

@@ -114,6 +114,34 @@ TEST(ShapeMeshTest, TheFileIsConfirmedByItsMesh) {
   EXPECT_EQ(VerifyCertificate(decoded, &mesh, RunContext{})->scan, StatedScan::kOther);
 }
 
+TEST(ShapeMeshTest, ErrorsAreThoseFromItsTriangles) {
+  const PointCloud mesh = MeshInput(testing::Torus(40, 24));
+  const auto made = Reconstruct(mesh, {}, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  const TwoSidedError& stated = made->report.error;
+  const TwoSidedError measured = ErrorOf(mesh, *made);
+  EXPECT_NEAR(stated.rms / measured.rms, 1, 0.1);
+  // Its points are farther apart than the surface is away from it.
+  EXPECT_LT(stated.a_to_b.max, 0.5 * made->report.median_spacing);
+  EXPECT_EQ(stated.across_rms, std::max(stated.a_to_b.rms, stated.b_to_a.rms));
+}
+
+TEST(ShapeMeshTest, HolesWithAShortRimAreClosed) {
+  ControlMesh opened = testing::Torus(40, 24);
+  opened.faces = Eigen::Matrix3Xi(opened.faces.rightCols(opened.faces.cols() - 8));
+  ReconstructOptions options;
+  const PointCloud mesh = MeshInput(opened);
+  EXPECT_EQ(Reconstruct(mesh, options, RunContext{})->report.boundary_loops, 1);
+  options.lengths.close_holes_below = 2;
+  const auto made = Reconstruct(mesh, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->report.boundary_loops, 0);
+  EXPECT_EQ(made->report.genus, 1);
+  EXPECT_GT(made->report.heights_filled, 0);
+  const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
+  EXPECT_TRUE(VerifyCertificate(decoded, &mesh, RunContext{})->agrees());
+}
+
 TEST(ShapeMeshTest, TheBytesDoNotDependOnTheThreads) {
   const PointCloud mesh = MeshInput(testing::Torus(30, 16));
   std::vector<uint8_t> bytes[2];

@@ -83,6 +83,17 @@ TEST(MeasureTwoSidedTest, AcrossTheSurfaceTheSpacingOfPointsDoesNotCount) {
   }
   points.gaps.assign(points.vertices.cols(), 0.03f);
   EXPECT_NEAR(Measure(SquareShape(0, 50), points).across_rms, std::sqrt(1 / 24.0), 2e-3);
+  // ... but not where that part was filled in.
+  Shape square = SquareShape(0, 50);
+  for (const auto vertex : square.vertices.colwise()) {
+    square.filled.push_back(vertex[0] > 0.499 ? 1 : 0);
+  }
+  const TwoSidedError seen = Measure(square, points);
+  EXPECT_NEAR(seen.across_rms, 0, 1e-12);
+  EXPECT_GT(seen.a_to_b.rms, 0.2);
+  square.filled.pop_back();
+  EXPECT_EQ(MeasureTwoSided(square, points, {}, RunContext()).status().code(),
+            absl::StatusCode::kInvalidArgument);
   points.gaps.pop_back();
   EXPECT_EQ(MeasureTwoSided(SquareShape(0, 5), points, {}, RunContext()).status().code(),
             absl::StatusCode::kInvalidArgument);
@@ -133,6 +144,11 @@ TEST(MeasureTwoSidedTest, TheMaximumSeesEveryVertex) {
   EXPECT_DOUBLE_EQ(error.a_to_b.max, 0.5);
   EXPECT_DOUBLE_EQ(error.max, 0.5);
   EXPECT_LT(error.a_to_b.mean, 0.01);
+}
+
+TEST(MeasureTwoSidedTest, AcrossTrianglesItIsTheLargerOfBothWays) {
+  const TwoSidedError error = Measure(SquareShape(0.1, 5), SquareShape(0, 5));
+  EXPECT_NEAR(error.across_rms, 0.1, 1e-12);
 }
 
 TEST(MeasureTwoSidedTest, SymmetricUnderExchange) {
