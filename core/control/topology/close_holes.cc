@@ -29,7 +29,7 @@ constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
 constexpr int kShapeRounds = 2;
 constexpr double kFlatDihedralDegrees = 40;
 
-using Triangles = std::vector<std::array<int, 3>>;
+using FillTriangles = std::vector<std::array<int, 3>>;
 using Edges = std::set<std::pair<int, int>>;  // lower vertex first
 
 std::pair<int, int> EdgeOf(int a, int b) { return std::minmax(a, b); }
@@ -75,7 +75,7 @@ class LeastArea {
     }
   }
 
-  void AddTo(Triangles* triangles) const {
+  void AddTo(FillTriangles* triangles) const {
     if (!std::isfinite(area_[At(0, count_ - 1)])) return;
     std::vector<std::pair<int, int>> waiting = {{0, count_ - 1}};
     while (!waiting.empty()) {
@@ -122,8 +122,8 @@ double AreaOf(const Eigen::Matrix3Xd& vertices, const std::array<int, 3>& triang
   return (vertices.col(triangle[1]) - origin).cross(vertices.col(triangle[2]) - origin).norm() / 2;
 }
 
-// Triangles around a new vertex amid the polygon.
-void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, Triangles* triangles) {
+// FillTriangles around a new vertex amid the polygon.
+void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, FillTriangles* triangles) {
   const auto middle = static_cast<int>(mesh->vertices.cols());
   const Vector3d mean = mesh->vertices(Eigen::all, polygon).rowwise().mean();
   mesh->vertices.conservativeResize(3, middle + 1);
@@ -133,7 +133,7 @@ void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, Triangles* trian
   }
 }
 
-void AppendFaces(const Triangles& triangles, ControlMesh* mesh) {
+void AppendFaces(const FillTriangles& triangles, ControlMesh* mesh) {
   const Eigen::Index before = mesh->faces.cols();
   mesh->faces.conservativeResize(3, before + static_cast<Eigen::Index>(triangles.size()));
   for (size_t i = 0; i < triangles.size(); ++i) {
@@ -158,7 +158,7 @@ absl::StatusOr<bool> HalveLongEdges(Eigen::Index first_new, double longest, Cont
   if (edges.empty()) return false;
   std::sort(edges.begin(), edges.end());
   std::vector<uint8_t> is_cut(static_cast<size_t>(mesh->faces.cols()), 0);
-  Triangles halves;
+  FillTriangles halves;
   std::vector<Vector3d> middles;
   for (const auto& [length, edge] : edges) {
     const auto faces = topology.edge_faces.col(edge);
@@ -193,7 +193,7 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
   const Eigen::Index face_count = mesh.faces.cols();
   Edges edges;
   for (const auto edge : topology.edge_vertices.colwise()) edges.emplace(edge[0], edge[1]);
-  Triangles triangles;
+  FillTriangles triangles;
   double rims = 0, area = 0;
   int64_t rim_edges = 0;
   for (std::vector<int>& rim : BoundaryLoops(topology)) {
