@@ -12,7 +12,6 @@
 #include "core/base/parallel_for.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
-#include "core/geometry/frame_limit.h"
 #include "core/points/morton_order.h"
 
 namespace rilievo {
@@ -27,9 +26,6 @@ constexpr double kStrayFactor = 50.0;
 // Standard deviations below this share of the diagonal count as no extent: about ten times what
 // rounding the coordinates to float32 leaves of a line or a plane.
 constexpr double kFlatRatio = 1e-6;
-// Largest half of a diagonal and |coordinate| of the centre: what rounding adds to the frame of a
-// surface still fits a file.
-constexpr double kMostLength = kMostFrameLength / 4;
 
 struct Columns {
   std::vector<int> kept;
@@ -49,39 +45,14 @@ Columns FiniteColumns(const Eigen::Matrix3Xd& points) {
   return result;
 }
 
-// The points that are not absurdly far from nearly all others. Works on halved coordinates, so
-// that no difference of finite numbers overflows.
-absl::StatusOr<Columns> DropStrays(const Eigen::Matrix3Xd& points, const std::vector<int>& columns,
+// The points within the limit of strays.
+absl::StatusOr<Columns> DropStrays(const Eigen::Matrix3Xd& points, std::vector<int> columns,
                                    const RunContext& context) {
-  const size_t count = columns.size();
-  const size_t trim =
-      std::max<size_t>(1, static_cast<size_t>(kStrayQuantile * static_cast<double>(count)));
-  Eigen::Vector3d low, high;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(3, 1, context, [&](int64_t first, int64_t last) {
-    std::vector<double> values(count);
-    for (int64_t axis = first; axis < last; ++axis) {
-      for (size_t i = 0; i < count; ++i) values[i] = points(axis, columns[i]) / 2;
-      std::nth_element(values.begin(), values.begin() + trim, values.end());
-      low[axis] = values[trim];
-      std::nth_element(values.begin() + trim, values.end() - 1 - trim, values.end());
-      high[axis] = values[count - 1 - trim];
-    }
-  }));
-  const Eigen::Vector3d center = low / 2 + high / 2;
-  const double reach = kStrayFactor * (high - low).stableNorm();
-  Columns result;
-  if (!(reach > 0)) {  // nearly all points are one: there is no extent to measure by
-    result.kept = columns;
-    return result;
-  }
-  for (const int column : columns) {
-    if ((points.col(column) / 2 - center).lpNorm<Eigen::Infinity>() <= reach) {
-      result.kept.push_back(column);
-    } else {
-      ++result.dropped;
-    }
-  }
-  return result;
+  RILIEVO_ASSIGN_OR_RETURN(const Eigen::AlignedBox3d limit, StrayLimit(points, columns, context));
+  const size_t before = columns.size();
+  std::erase_if(columns, [&](int column) { return !limit.contains(points.col(column)); });
+  const auto dropped = static_cast<int64_t>(before - columns.size());
+  return Columns{std::move(columns), dropped};
 }
 
 // The cells that a ball of radius `distance` around a point touches are runs of the sorted codes,
@@ -221,28 +192,29 @@ absl::Status CheckOptions::Validate() const {
       absl::StrCat("duplicate_distance: ", duplicate_distance, " is outside [0, 0.01]"));
 }
 
-absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
-                                           const std::vector<int>& columns) {
-  Eigen::Vector3d low = points.col(columns.front());
-  Eigen::Vector3d high = low;
-  for (const int column : columns) {
-    low = low.cwiseMin(points.col(column));
-    high = high.cwiseMax(points.col(column));
-  }
-  const double half_diagonal = (high / 2 - low / 2).stableNorm();
-  if (half_diagonal < std::numeric_limits<double>::min()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "points: all ", columns.size(), " finite points are identical; a surface needs at least ",
-        kMinScanPoints, " distinct ones"));
-  }
+// Works on halved coordinates, so that no difference of finite numbers overflows.
+absl::StatusOr<Eigen::AlignedBox3d> StrayLimit(const Eigen::Ref<const Eigen::Matrix3Xd>& points,
+                                               const std::vector<int>& columns,
+                                               const RunContext& context) {
+  const size_t count = columns.size();
+  const size_t trim =
+      std::max<size_t>(1, static_cast<size_t>(kStrayQuantile * static_cast<double>(count)));
+  Eigen::Vector3d low, high;
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(3, 1, context, [&](int64_t first, int64_t last) {
+    std::vector<double> values(count);
+    for (int64_t axis = first; axis < last; ++axis) {
+      for (size_t i = 0; i < count; ++i) values[i] = points(axis, columns[i]) / 2;
+      std::nth_element(values.begin(), values.begin() + trim, values.end());
+      low[axis] = values[trim];
+      std::nth_element(values.begin() + trim, values.end() - 1 - trim, values.end());
+      high[axis] = values[count - 1 - trim];
+    }
+  }));
   const Eigen::Vector3d center = low / 2 + high / 2;
-  const double farthest = std::max(half_diagonal, center.cwiseAbs().maxCoeff());
-  if (!(farthest <= kMostLength)) {
-    return absl::InvalidArgumentError(absl::StrCat("points: they reach ", farthest,
-                                                   ", which is too large; at most ", kMostLength,
-                                                   " is taken, give them in a larger unit"));
-  }
-  return SpatialFrame{low + (high - low) / 2, 2 * half_diagonal};
+  double reach = kStrayFactor * (high - low).stableNorm();
+  // Nearly all points are one: there is no extent to measure by.
+  if (!(reach > 0)) reach = std::numeric_limits<double>::infinity();
+  return Eigen::AlignedBox3d(2 * (center.array() - reach), 2 * (center.array() + reach));
 }
 
 absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions& options,
@@ -255,7 +227,8 @@ absl::StatusOr<CheckedScan> CheckScan(const PointCloud& scan, const CheckOptions
   result.non_finite = finite.dropped;
   RILIEVO_RETURN_IF_ERROR(CheckCount(result, static_cast<int64_t>(finite.kept.size())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  RILIEVO_ASSIGN_OR_RETURN(const Columns near, DropStrays(scan.points, finite.kept, context));
+  RILIEVO_ASSIGN_OR_RETURN(const Columns near,
+                           DropStrays(scan.points, std::move(finite.kept), context));
   result.strays = near.dropped;
   RILIEVO_ASSIGN_OR_RETURN(result.frame, BoundingFrame(scan.points, near.kept));
   context.Report(Stage::kCheck, 0.2);

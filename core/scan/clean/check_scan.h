@@ -1,7 +1,7 @@
 // Input validation: which points of a scan can be used, and the frame all later stages work in.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -22,10 +22,11 @@ struct CheckOptions {
   absl::Status Validate() const;
 };
 
-// The bounding box of some points, finite ones. INVALID_ARGUMENT when they are all at one place or
-// too far out for the frame of a surface (kMostFrameLength).
-absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
-                                           const std::vector<int>& columns);
+// Points outside are strays: absurdly far from nearly all of those at `columns`, finite ones, which
+// may be a sample. CANCELLED is the only error.
+absl::StatusOr<Eigen::AlignedBox3d> StrayLimit(const Eigen::Ref<const Eigen::Matrix3Xd>& points,
+                                               const std::vector<int>& columns,
+                                               const RunContext& context);
 
 // A scan whose points are finite, distinct and span at least a plane.
 struct CheckedScan {

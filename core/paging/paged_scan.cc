@@ -1,0 +1,106 @@
+#include "core/paging/paged_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
+#include "core/codec/bytes/crc32c.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int64_t kPointBytes = 3 * sizeof(double);
+
+// Chooses a point of each cell while the points come along the curve.
+class CellThinner {
+ public:
+  CellThinner(const SpatialFrame& curve, int level, int64_t cells)
+      : curve_(curve), level_(level), chosen_(3, cells) {}
+
+  void Add(const Eigen::Vector3d& point) {
+    const Eigen::Vector3d unit = curve_.UnitFromScan(point);
+    Eigen::Vector3d middle;
+    uint32_t cell[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      cell[axis] = MortonCell(unit[axis]) >> (kMortonBits - level_);
+      middle[axis] = std::ldexp(cell[axis] + 0.5, -level_) - 0.5;
+    }
+    const uint64_t code = MortonCode(cell[0], cell[1], cell[2]);
+    const double distance = (unit - middle).squaredNorm();
+    if (count_ > 0 && code == code_ && distance >= distance_) return;
+    if (count_ == 0 || code != code_) ++count_;
+    code_ = code;
+    distance_ = distance;
+    chosen_.col(count_ - 1) = point;
+  }
+
+  Eigen::Matrix3Xd Finish() {
+    chosen_.conservativeResize(3, count_);
+    return std::move(chosen_);
+  }
+
+ private:
+  const SpatialFrame& curve_;
+  int level_;
+  Eigen::Matrix3Xd chosen_;
+  int64_t count_ = 0;
+  uint64_t code_ = 0;    // of the last cell
+  double distance_ = 0;  // of its chosen point from its middle
+};
+
+}  // namespace
+
+int64_t PagedScan::CountOf(int page) const {
+  return std::min<int64_t>(kPagePoints, size_ - int64_t{page} * kPagePoints);
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Read(int page) const {
+  Eigen::Matrix3Xd points(3, CountOf(page));
+  const auto bytes = static_cast<size_t>(points.cols() * kPointBytes);
+  RILIEVO_RETURN_IF_ERROR(
+      file_.ReadAt(int64_t{page} * kPagePoints * kPointBytes, points.data(), bytes));
+  const auto* const data = reinterpret_cast<const uint8_t*>(points.data());
+  if (Crc32c(std::span(data, bytes)) != pages_[page].checksum) {
+    return absl::DataLossError(absl::StrCat("page ", page, " of ", pages_.size(),
+                                            " of the scan is damaged on the scratch disk"));
+  }
+  return points;
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::PointsIn(const Eigen::AlignedBox3d& box,
+                                                     const RunContext& context) const {
+  std::vector<Eigen::Vector3d> within;
+  for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
+    if (!box.intersects(pages_[page].box)) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
+    for (const auto point : points.colwise()) {
+      if (box.contains(point)) within.emplace_back(point);
+    }
+  }
+  return Eigen::Map<const Eigen::Matrix3Xd>(within.empty() ? nullptr : within.front().data(), 3,
+                                            static_cast<Eigen::Index>(within.size()));
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunContext& context) const {
+  int level = kMortonBits;
+  while (level > 0 && cells_[level] > most) --level;
+  const bool all = size_ <= most;
+  CellThinner thinner(curve_, level, all ? 0 : cells_[level]);
+  Eigen::Matrix3Xd whole(3, all ? size_ : 0);
+  for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
+    if (all) {
+      whole.middleCols(int64_t{page} * kPagePoints, points.cols()) = points;
+    } else {
+      for (const auto point : points.colwise()) thinner.Add(point);
+    }
+  }
+  return all ? whole : thinner.Finish();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,76 @@
+// A scan too large for memory: its points on disk along a Morton curve, in pages.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/geometry/spatial_frame.h"
+#include "core/paging/scratch_file.h"
+#include "core/points/morton_order.h"
+
+namespace rilievo {
+
+// Points of a page; the last one may have fewer.
+inline constexpr int kPagePoints = 4096;
+
+struct Page {
+  Eigen::AlignedBox3d box;  // of its points, scan frame
+  uint32_t checksum = 0;    // CRC-32C
+};
+
+struct PagingFigures {
+  int64_t points_in = 0;
+  int64_t non_finite = 0, duplicates = 0, strays = 0;  // dropped; see CheckedScan
+};
+
+// The cells of `level` are cubes of side 2^-level in the unit frame of the curve.
+using CellCounts = std::array<int64_t, kMortonBits + 1>;
+
+// Made by ScanPager. Finite points, none twice, no strays (CheckedScan), in the order of
+// ComputeMortonOrder.
+class PagedScan {
+ public:
+  PagedScan(ScratchFile file, std::vector<Page> pages, int64_t size, const SpatialFrame& curve,
+            const CellCounts& cells, const PagingFigures& figures)
+      : file_(std::move(file)),
+        pages_(std::move(pages)),
+        size_(size),
+        curve_(curve),
+        cells_(cells),
+        figures_(figures) {}
+
+  int64_t size() const { return size_; }
+  // Whose unit frame the curve fills: the box of the points.
+  const SpatialFrame& curve() const { return curve_; }
+  const std::vector<Page>& pages() const { return pages_; }
+  // How many cells of each level hold points.
+  const CellCounts& cells() const { return cells_; }
+  const PagingFigures& figures() const { return figures_; }
+
+  // Column = point, scan frame. DATA_LOSS when the page is not what was written.
+  absl::StatusOr<Eigen::Matrix3Xd> Read(int page) const;
+
+  // All points within the box (scan frame), in order; pages that do not touch it are not read.
+  absl::StatusOr<Eigen::Matrix3Xd> PointsIn(const Eigen::AlignedBox3d& box,
+                                            const RunContext& context) const;
+
+  // All points, or, where they are more than `most`, the one nearest to its middle of each cell of
+  // the finest level with at most `most` cells. Scan frame, in order.
+  absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const RunContext& context) const;
+
+ private:
+  int64_t CountOf(int page) const;
+
+  ScratchFile file_;
+  std::vector<Page> pages_;
+  int64_t size_;
+  SpatialFrame curve_;
+  CellCounts cells_;
+  PagingFigures figures_;
+};
+
+}  // namespace rilievo

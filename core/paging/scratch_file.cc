@@ -1,0 +1,92 @@
+#include "core/paging/scratch_file.h"
+
+#include <fcntl.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+
+namespace rilievo {
+namespace {
+
+absl::StatusCode CodeOfErrno(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return absl::StatusCode::kNotFound;
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return absl::StatusCode::kPermissionDenied;
+    default:
+      return absl::StatusCode::kResourceExhausted;
+  }
+}
+
+}  // namespace
+
+absl::Status ScratchFile::Failed(int error) const {
+  const char* remedy = error == ENOSPC || error == EDQUOT
+                           ? "; free some space, or name another folder: two copies of the points "
+                             "are kept there, 48 bytes a point"
+                           : "";
+  return absl::Status(CodeOfErrno(error), absl::StrCat("scratch folder ", folder_, ": ",
+                                                       std::string(strerror(error)), remedy));
+}
+
+absl::StatusOr<ScratchFile> ScratchFile::Create(const std::string& folder) {
+  std::string name = absl::StrCat(folder, "/rilievo-scratch-XXXXXX");
+  ScratchFile file(folder, mkostemp(name.data(), O_CLOEXEC));
+  if (file.number_ < 0) return file.Failed(errno);
+  unlink(name.c_str());
+  return file;
+}
+
+ScratchFile& ScratchFile::operator=(ScratchFile&& other) noexcept {
+  std::swap(folder_, other.folder_);
+  std::swap(number_, other.number_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+ScratchFile::~ScratchFile() {
+  if (number_ >= 0) close(number_);
+}
+
+absl::Status ScratchFile::WriteAt(int64_t offset, const void* data, size_t bytes) {
+  const char* from = static_cast<const char*>(data);
+  while (bytes > 0) {
+    const ssize_t written = pwrite(number_, from, bytes, offset);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return Failed(errno);
+    from += written;
+    offset += written;
+    bytes -= static_cast<size_t>(written);
+  }
+  size_ = std::max(size_, offset);
+  return absl::OkStatus();
+}
+
+absl::Status ScratchFile::ReadAt(int64_t offset, void* data, size_t bytes) const {
+  char* to = static_cast<char*>(data);
+  while (bytes > 0) {
+    const ssize_t taken = pread(number_, to, bytes, offset);
+    if (taken < 0 && errno == EINTR) continue;
+    if (taken < 0) return Failed(errno);
+    if (taken == 0) {
+      return absl::DataLossError(
+          absl::StrCat("scratch folder ", folder_, ": a file of this run is shorter than it was"));
+    }
+    to += taken;
+    offset += taken;
+    bytes -= static_cast<size_t>(taken);
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,255 @@
+#include "core/pipeline/heights_from_pages.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/codec/mesh/face_groups.h"
+#include "core/displacement/sample_displacement.h"
+#include "core/loop/crease_topology.h"
+#include "core/loop/face_vertices.h"
+#include "core/loop/level_rings.h"
+#include "core/loop/patch_lattice.h"
+#include "core/loop/sub_mesh.h"
+
+namespace rilievo {
+namespace {
+
+// Points this far beyond what a part may reach still tell of its heights: of the coarse points'
+// spacings (heights of a block agree with those of the whole from eight spacings of all points on).
+constexpr double kHaloSpacings = 8;
+
+using Box = Eigen::AlignedBox3d;
+
+// What no part changes.
+struct Whole {
+  const ScanSurface& coarse;
+  const ControlMesh& mesh;
+  MeshTopology topology;
+  std::vector<SharpEdge> sharp;
+  int level = 0;           // of the heights that are measured
+  std::vector<Box> reach;  // of each control face: where its displaced surface lies, unit frame
+};
+
+absl::StatusOr<MeshTopology> TopologyOf(const ControlMesh& mesh) {
+  return BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
+}
+
+// The limit surface of a face lies in the convex hull of the control points of the faces that touch
+// it; heights add what the coarse ones show.
+std::vector<Box> ReachOfFaces(const MeshTopology& topology, const DisplacedSurface& coarse) {
+  std::vector<Box> around(topology.vertex_count);
+  for (const auto face : topology.faces.colwise()) {
+    for (const int v : face) {
+      for (const int other : face) around[v].extend(coarse.control_mesh.vertices.col(other));
+    }
+  }
+  std::vector<Box> reach(topology.face_count());
+  const FaceVertices vertices(topology, coarse.max_level);
+  std::vector<int> of_face;
+  for (int f = 0; f < topology.face_count(); ++f) {
+    vertices.Of(f, of_face);
+    double highest = 0;
+    for (const int v : of_face) highest = std::max(highest, std::abs(double{coarse.heights[v]}));
+    for (const int v : topology.faces.col(f)) reach[f].extend(around[v]);
+    reach[f].min().array() -= highest;
+    reach[f].max().array() += highest;
+  }
+  return reach;
+}
+
+FaceGroups PartsOf(const MeshTopology& topology, const ControlMesh& mesh, int64_t points,
+                   int64_t part_points) {
+  constexpr double kGrid = 1 << 20;  // fine enough to tell faces apart
+  std::vector<GridPoint> grid(topology.vertex_count);
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      grid[v][axis] = static_cast<int32_t>(std::lround(kGrid * mesh.vertices(axis, v)));
+    }
+  }
+  const double faces = static_cast<double>(topology.face_count());
+  const double share = static_cast<double>(part_points) / static_cast<double>(points);
+  return GroupFaces(topology, grid, std::max(1, static_cast<int>(std::ceil(faces * share))));
+}
+
+// The points of a block as a scan of their own, whose sides are those of the coarse points. No
+// points where they are too few for a surface.
+absl::StatusOr<OrientedCloud> AnalyzeBlock(Eigen::Matrix3Xd points, int64_t points_of_scan,
+                                           const Whole& whole, const ReconstructOptions& options,
+                                           const RunContext& context) {
+  PointCloud block;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
+                           whole.coarse.index.NearestOfEach(points, context));
+  block.points = std::move(points);
+  block.sights.normals = whole.coarse.cloud.normals(Eigen::all, nearest).cast<float>();
+  ScanOptions scan = options.scan;
+  scan.sights = {SightRule::kIgnore, SightRule::kUse};
+  // Islands are as large as they would have to be in the whole.
+  scan.outliers.min_component_share =
+      std::min(0.1, scan.outliers.min_component_share * static_cast<double>(points_of_scan) /
+                        static_cast<double>(block.points.cols()));
+  CheckOptions check = options.check;
+  absl::StatusOr<CheckedScan> checked = CheckScan(block, check, context);
+  block = PointCloud();
+  if (absl::IsInvalidArgument(checked.status())) return OrientedCloud();
+  RILIEVO_RETURN_IF_ERROR(checked.status());
+  absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), scan, context);
+  if (absl::IsInvalidArgument(analyzed.status())) return OrientedCloud();
+  RILIEVO_RETURN_IF_ERROR(analyzed.status());
+  const SpatialFrame& frame = analyzed->frame;
+  OrientedCloud cloud = std::move(analyzed->cloud);
+  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
+  const auto scale = static_cast<float>(frame.diagonal);
+  for (float& spacing : cloud.spacing) spacing *= scale;
+  for (float& noise : cloud.noise) noise *= scale;
+  cloud.median_spacing *= frame.diagonal;
+  cloud.median_noise *= frame.diagonal;
+  return cloud;
+}
+
+// Some control faces with all that their heights depend on.
+struct Part {
+  SubMesh sub;
+  std::vector<int> face_there;  // of each face of `sub` of the part itself; -1: of the halo
+};
+
+Part CutPart(const Whole& whole, const std::vector<int>& members, const Box& box) {
+  std::vector<uint8_t> wanted(whole.topology.face_count(), 0);
+  for (size_t f = 0; f < wanted.size(); ++f) wanted[f] = box.intersects(whole.reach[f]);
+  Part part;
+  part.sub =
+      CutFacesOut(whole.topology, whole.mesh.vertices, wanted, whole.sharp, whole.mesh.corners);
+  for (const int f : part.sub.faces) {
+    part.face_there.push_back(std::binary_search(members.begin(), members.end(), f) ? f : -1);
+  }
+  return part;
+}
+
+// Heights and places of the finest level, filled part by part.
+class WholeHeights {
+ public:
+  WholeHeights(const Whole& whole, SampledSurface* sampled)
+      : whole_(whole),
+        vertices_(whole.topology, whole.level),
+        known_(static_cast<size_t>(vertices_.count()), 0),
+        surface_(sampled->surface),
+        shape_(sampled->shape) {
+    surface_.max_level = whole.level;
+    surface_.heights.assign(known_.size(), 0.0f);
+    surface_.sources.assign(known_.size(), HeightSource::kFilled);
+    shape_ = Shape();
+    shape_.vertices.resize(3, static_cast<Eigen::Index>(known_.size()));
+    shape_.children_per_face = 1 << (2 * whole.level);
+    FindTriangles();
+  }
+
+  // Of those that no part before has.
+  void Take(const Part& part, const MeshTopology& control, const LimitSurface& limit,
+            const DisplacementField& field) {
+    const std::vector<int> there =
+        VerticesThere(FaceVertices(control, whole_.level), vertices_, part.face_there);
+    for (size_t v = 0; v < there.size(); ++v) {
+      const int to = there[v];
+      if (to < 0 || known_[to] != 0) continue;
+      known_[to] = 1;
+      const auto from = static_cast<Eigen::Index>(v);
+      surface_.heights[to] = field.heights[v];
+      surface_.sources[to] = field.source[v];
+      shape_.vertices.col(to) =
+          limit.positions.col(from) + double{field.heights[v]} * limit.normals.col(from);
+    }
+  }
+
+ private:
+  void FindTriangles() {
+    if (whole_.level == 0) {
+      shape_.triangles = whole_.topology.faces;
+      return;
+    }
+    const PatchLattice lattice(whole_.level);
+    const Eigen::Matrix3Xi& local = lattice.triangles();
+    shape_.triangles.resize(3, local.cols() * whole_.topology.face_count());
+    std::vector<int> of_face;
+    for (int f = 0; f < whole_.topology.face_count(); ++f) {
+      vertices_.Of(f, of_face);
+      shape_.triangles.middleCols(f * local.cols(), local.cols()) =
+          local.unaryExpr([&](int v) { return of_face[v]; });
+    }
+  }
+
+  const Whole& whole_;
+  FaceVertices vertices_;
+  std::vector<uint8_t> known_;
+  DisplacedSurface& surface_;
+  Shape& shape_;
+};
+
+DisplacementField NoHeights(int64_t vertices) {
+  DisplacementField field;
+  field.heights.assign(static_cast<size_t>(vertices), 0.0f);
+  field.source.assign(static_cast<size_t>(vertices), HeightSource::kFilled);
+  return field;
+}
+
+absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::vector<int>& members,
+                         const ReconstructOptions& options, const RunContext& context,
+                         WholeHeights* heights) {
+  Box box;
+  for (const int f : members) box.extend(whole.reach[f]);
+  const double halo = kHaloSpacings * whole.coarse.cloud.median_spacing;
+  box.min().array() -= halo;
+  box.max().array() += halo;
+  const SpatialFrame& frame = whole.coarse.frame;
+  const Box in_scan(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
+  RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, scan.PointsIn(in_scan, context));
+  for (auto point : points.colwise()) point = frame.UnitFromScan(point);
+  RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
+                           AnalyzeBlock(std::move(points), scan.size(), whole, options, context));
+  const Part part = CutPart(whole, members, box);
+  const ControlMesh& mesh = part.sub.mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineToVertices(mesh, whole.level, context));
+  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
+                           EvaluateLimit(refinement, mesh.vertices, whole.level, context));
+  DisplacementField field = NoHeights(limit.positions.cols());
+  if (cloud.points.cols() > 0) {
+    const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+    const LevelRings rings = whole.level == 0
+                                 ? LevelRings(control_rings)
+                                 : LevelRings::After(refinement.levels[whole.level - 1]);
+    RILIEVO_ASSIGN_OR_RETURN(
+        field, SampleDisplacement(cloud, refinement, rings, limit, options.displacement, context));
+  }
+  heights->Take(part, refinement.levels.front(), limit, field);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status MeasureHeightsFromPages(const PagedScan& scan, const ScanSurface& coarse,
+                                     int64_t part_points, const ReconstructOptions& options,
+                                     const PipelineContext& context, SampledSurface* sampled) {
+  const StageScope scope(Stage::kDisplacement, context);
+  const ControlMesh& mesh = sampled->surface.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, TopologyOf(mesh));
+  RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(mesh, topology));
+  RILIEVO_ASSIGN_OR_RETURN(const int level,
+                           LevelFor(options, scan.size(), coarse.cloud, mesh.faces.cols()));
+  std::vector<Box> reach = ReachOfFaces(topology, sampled->surface);
+  const Whole whole{coarse, mesh, std::move(topology), creases.edges, level, std::move(reach)};
+  const FaceGroups parts = PartsOf(whole.topology, mesh, scan.size(), part_points);
+  WholeHeights heights(whole, sampled);
+  const PipelineContext silent = context.Silent();
+  for (int part = 0; part < parts.count(); ++part) {
+    RILIEVO_RETURN_IF_ERROR(
+        MeasurePart(scan, whole, parts.members[part], options, silent, &heights));
+    context.Report(Stage::kDisplacement, (part + 1.0) / parts.count());
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace rilievo

@@ -1,0 +1,144 @@
+#include "core/paging/scan_pager.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+
+#include "core/geometry/point_cloud.h"
+#include "core/scan/clean/check_scan.h"
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+// A sphere far from the origin, as on a map's grid.
+Eigen::Matrix3Xd FarSphere(int points) {
+  Eigen::Matrix3Xd sphere = SphereCloud(points, 3).cloud.points;
+  sphere.colwise() += Eigen::Vector3d(4e5, 5e6, 120);
+  return sphere;
+}
+
+PagedScan Paged(const Eigen::Matrix3Xd& points, int64_t run_points, Eigen::Index block = 700) {
+  auto pager = ScanPager::Create(::testing::TempDir(), run_points);
+  EXPECT_TRUE(pager.ok()) << pager.status();
+  for (Eigen::Index i = 0; i < points.cols(); i += block) {
+    EXPECT_TRUE(pager->Add(points.middleCols(i, std::min(block, points.cols() - i))).ok());
+  }
+  auto scan = pager->Finish(RunContext{});
+  EXPECT_TRUE(scan.ok()) << scan.status();
+  return *std::move(scan);
+}
+
+Eigen::Matrix3Xd AllPoints(const PagedScan& scan) {
+  Eigen::Matrix3Xd points(3, scan.size());
+  for (int page = 0; page < static_cast<int>(scan.pages().size()); ++page) {
+    const auto of_page = scan.Read(page);
+    EXPECT_TRUE(of_page.ok()) << of_page.status();
+    points.middleCols(int64_t{page} * kPagePoints, of_page->cols()) = *of_page;
+  }
+  return points;
+}
+
+TEST(ScanPager, PutsPointsInTheOrderOfTheCheckedScan) {
+  PointCloud cloud{FarSphere(20000)};
+  const PagedScan paged = Paged(cloud.points, 1500);
+  const auto checked = CheckScan(cloud, CheckOptions{}, RunContext{});
+  ASSERT_TRUE(checked.ok());
+  ASSERT_EQ(paged.size(), checked->points.cols());
+  Eigen::Matrix3Xd expected(3, paged.size());
+  for (Eigen::Index i = 0; i < expected.cols(); ++i) {
+    expected.col(i) = cloud.points.col(checked->source_index[i]);
+  }
+  EXPECT_EQ(AllPoints(paged), expected);
+  EXPECT_EQ(paged.curve().diagonal, checked->frame.diagonal);
+}
+
+TEST(ScanPager, DoesNotDependOnRunsBlocksOrTheOrderOfThePoints) {
+  const Eigen::Matrix3Xd points = FarSphere(9000);
+  const Eigen::Matrix3Xd expected = AllPoints(Paged(points, 1 << 20));
+  EXPECT_EQ(AllPoints(Paged(points, 100, 33)), expected);
+  EXPECT_EQ(AllPoints(Paged(points.rowwise().reverse(), 4000)), expected);
+}
+
+TEST(ScanPager, DropsWhatIsNotFiniteStraysAndDuplicates) {
+  Eigen::Matrix3Xd points(3, 5005);
+  points.leftCols(5000) = FarSphere(5000);
+  points.col(5000) = points.col(17);
+  points.col(5001) = points.col(4000);
+  points.col(5002) << std::numeric_limits<double>::quiet_NaN(), 0, 0;
+  points.col(5003) << 0, std::numeric_limits<double>::infinity(), 0;
+  points.col(5004) << 1e30, 0, 0;
+  const PagedScan paged = Paged(points, 1000);
+  EXPECT_EQ(paged.size(), 5000);
+  EXPECT_EQ(paged.figures().points_in, 5005);
+  EXPECT_EQ(paged.figures().duplicates, 2);
+  EXPECT_EQ(paged.figures().non_finite, 2);
+  EXPECT_EQ(paged.figures().strays, 1);
+  EXPECT_LT(paged.curve().diagonal, 4);
+}
+
+TEST(ScanPager, RefusesTooFewPoints) {
+  auto pager = ScanPager::Create(::testing::TempDir());
+  ASSERT_TRUE(pager.ok());
+  Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Constant(3, 40, 2.0);
+  points.col(3) << 1, 2, 3;
+  ASSERT_TRUE(pager->Add(points).ok());
+  const auto scan = pager->Finish(RunContext{});
+  EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(scan.status().message(), ::testing::HasSubstr("2 distinct finite points"));
+}
+
+TEST(ScanPager, NamesAFolderThatIsNotThere) {
+  const auto pager = ScanPager::Create("/no/such/folder");
+  EXPECT_EQ(pager.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(pager.status().message(), ::testing::HasSubstr("/no/such/folder"));
+}
+
+TEST(PagedScan, FindsThePointsOfABox) {
+  const Eigen::Matrix3Xd points = FarSphere(30000);
+  const PagedScan paged = Paged(points, 8000);
+  const Eigen::Vector3d low = points.col(0).array() - 0.2, high = points.col(0).array() + 0.3;
+  const Eigen::AlignedBox3d box(low, high);
+  const auto found = paged.PointsIn(box, RunContext{});
+  ASSERT_TRUE(found.ok());
+  int64_t expected = 0;
+  for (const auto point : points.colwise()) expected += box.contains(point);
+  EXPECT_EQ(found->cols(), expected);
+  EXPECT_GT(expected, 100);
+  for (const auto point : found->colwise()) EXPECT_TRUE(box.contains(point));
+  const auto none = paged.PointsIn(Eigen::AlignedBox3d(high, low), RunContext{});
+  ASSERT_TRUE(none.ok());
+  EXPECT_EQ(none->cols(), 0);
+}
+
+TEST(PagedScan, ThinsToOnePointACell) {
+  const PagedScan paged = Paged(FarSphere(30000), 8000);
+  const auto thinned = paged.Thinned(6000, RunContext{});
+  ASSERT_TRUE(thinned.ok());
+  int level = kMortonBits;
+  while (paged.cells()[level] > 6000) --level;
+  ASSERT_EQ(thinned->cols(), paged.cells()[level]);
+  EXPECT_GT(thinned->cols(), 1500);
+  std::map<std::tuple<double, double, double>, int> taken;
+  for (const auto point : thinned->colwise()) {
+    const Eigen::Vector3d unit = paged.curve().UnitFromScan(point);
+    const Eigen::Vector3d cell =
+        ((unit.array() + 0.5) * std::ldexp(1.0, level)).floor().min(std::ldexp(1.0, level) - 1);
+    EXPECT_EQ(++(taken[{cell.x(), cell.y(), cell.z()}]), 1);
+  }
+}
+
+TEST(PagedScan, KeepsAllPointsThatAreFewEnough) {
+  const PagedScan paged = Paged(FarSphere(5000), 2000);
+  const auto thinned = paged.Thinned(5000, RunContext{});
+  ASSERT_TRUE(thinned.ok());
+  EXPECT_EQ(*thinned, AllPoints(paged));
+}
+
+}  // namespace
+}  // namespace rilievo
