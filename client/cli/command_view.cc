@@ -92,6 +92,13 @@ absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArgume
 
 absl::StatusOr<Coloring> ColoringOf(const LoadedShape& shape, const ViewArguments& arguments,
                                     const RunContext& context) {
+  if (arguments.colors == "own") {
+    if (shape.colors.size() != static_cast<size_t>(shape.mesh.vertices.cols())) {
+      return UsageError(
+          absl::StrCat("--colors own: ", arguments.input, " has no colours; leave --colors out"));
+    }
+    return Coloring{ColorsAsGiven(shape.colors), "those of the input"};
+  }
   if (arguments.colors == "displacement") return ColorByDisplacement(shape);
   if (arguments.colors == "error") return ColorByError(shape, arguments, context);
   if (arguments.colors == "flags") {
@@ -287,10 +294,11 @@ Command AddView(CLI::App& program) {
       ->check(CLI::IsMember({"surface", "domain", "control-mesh"}))
       ->capture_default_str();
   app->add_option("--colors", arguments->colors,
-                  "shade; displacement (red above the smooth surface, blue below); error (distance "
+                  "shade; own (the colours that IN has); displacement (red above the smooth "
+                  "surface, blue below); error (distance "
                   "of the scan's points, white to red); flags (measured stone, smoothed blue, "
                   "filled in orange); normals")
-      ->check(CLI::IsMember({"shade", "displacement", "error", "flags", "normals"}))
+      ->check(CLI::IsMember({"shade", "own", "displacement", "error", "flags", "normals"}))
       ->capture_default_str();
   app->add_option("--scan", arguments->scan, "the scan of --colors error");
   AddScanOptions(app, &arguments->reading);

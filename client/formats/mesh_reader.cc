@@ -185,9 +185,10 @@ absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& nam
   if (kind == FileKind::kObj) return ReadObjMesh(input.stream());
   if (kind == FileKind::kStl) return ReadStlMesh(input.stream());
   if (kind == FileKind::kGlb) return ReadGlbMesh(input.stream());
-  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), name));
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, ReadScanStream(input.stream(), name, {.colors = true}));
   MeshFile file;
   file.mesh.vertices = std::move(scan.cloud.points);
+  file.colors = std::move(scan.cloud.sights.colors);
   file.format = std::move(scan.format);
   file.place = std::move(scan.place);
   return file;

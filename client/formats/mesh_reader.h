@@ -18,7 +18,7 @@ struct MeshFile {
   // only when each vertex has one.
   TriangleMesh mesh;
   std::vector<uint8_t> source;  // vertex property 'source' of a PLY (see HeightSource), or empty
-  std::vector<Rgb> colors;      // of PLY, OBJ and GLB, where each vertex has one, or empty
+  std::vector<Rgb> colors;      // where each vertex has one, or empty
   std::string format;           // for people
   ScanPlace place = {};         // of formats of scans, see ScanFile; of GLB metres, y up
 };

@@ -23,6 +23,17 @@ Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources) {
   return colors;
 }
 
+Eigen::Matrix3Xf ColorsAsGiven(std::span<const Rgb> colors) {
+  Eigen::Matrix3Xf linear(3, static_cast<Eigen::Index>(colors.size()));
+  for (size_t i = 0; i < colors.size(); ++i) {
+    for (size_t channel = 0; channel < 3; ++channel) {
+      linear(static_cast<Eigen::Index>(channel), static_cast<Eigen::Index>(i)) =
+          static_cast<float>(LinearFromSrgb(colors[i][channel] / 255.0));
+    }
+  }
+  return linear;
+}
+
 Eigen::Matrix3Xf ColorsByNormal(const Eigen::Matrix3Xd& normals) {
   return (0.5 * normals.array() + 0.5).matrix().cast<float>();
 }

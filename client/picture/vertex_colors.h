@@ -5,11 +5,16 @@
 #include <cstdint>
 #include <span>
 
+#include "core/geometry/rgb.h"
+
 namespace rilievo {
 
 // Linear RGB a vertex by its HeightSource: measured stone, smoothed blue, filled orange, anything
 // else grey.
 Eigen::Matrix3Xf ColorsBySource(std::span<const uint8_t> sources);
+
+// Linear RGB of colours as they are.
+Eigen::Matrix3Xf ColorsAsGiven(std::span<const Rgb> colors);
 
 // The colour of a direction: x, y, z from -1 to 1 as red, green, blue from 0 to 1.
 Eigen::Matrix3Xf ColorsByNormal(const Eigen::Matrix3Xd& normals);

@@ -50,6 +50,27 @@ int PixelsOf(const Image& image, const std::function<bool(int, int, int)>& kind)
 
 bool Background(int r, int g, int b) { return r == 255 && g == 255 && b == 255; }
 
+TEST_F(ViewTest, OwnColoursAreDrawn) {
+  std::ofstream(At("a.obj")) << "v -1 -1 0 0 1 0\nv 1 -1 0 0 1 0\nv 1 1 0 0 1 0\nf 1 2 3\n";
+  const auto draw = [&](const std::string& input, const std::string& colors) {
+    return Run({"view", At(input), "-o", At("a.png"), "--size", "64x64", "--elevation", "89",
+                "--colors", colors});
+  };
+  const auto green = [](int r, int g, int b) { return g > 100 && r < g / 2 && b < g / 2; };
+  ASSERT_EQ(draw("a.obj", "own").code, 0);
+  EXPECT_GT(PixelsOf(Picture("a.png"), green), 100);
+  ASSERT_EQ(draw("a.obj", "shade").code, 0);
+  EXPECT_EQ(PixelsOf(Picture("a.png"), green), 0);
+  std::ofstream(At("points.csv")) << "x,y,z,red,green,blue\n0,0,0,0,200,0\n1,0,0,0,200,0\n"
+                                     "1,1,0,0,200,0\n0,1,0,0,200,0\n";
+  ASSERT_EQ(draw("points.csv", "own").code, 0);
+  EXPECT_GT(PixelsOf(Picture("a.png"), green), 3);
+  std::ofstream(At("plain.obj")) << "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nf 1 2 3\n";
+  const Ended refused = draw("plain.obj", "own");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("has no colours"));
+}
+
 TEST_F(ViewTest, EdgesAreDrawnWhereTheyAreSeen) {
   // Two triangles over each other: the lower one's edges are hidden but for its rim.
   std::ofstream(At("a.obj")) << "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
