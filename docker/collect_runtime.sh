@@ -30,6 +30,10 @@ for library in $(ldd "$@" | awk '$2 == "=>" {print $3} $1 ~ /^\/.*[^:]$/ {print 
   owner=$(dpkg-query -S "$file" 2>/dev/null || dpkg-query -S "${file#/usr}")
   describe_package "${owner%%:*}"
 done
+# Whom an S3 store's certificate may come from.
+mkdir -p "$libraries/etc/ssl/certs"
+cp -Lp /etc/ssl/certs/ca-certificates.crt "$libraries/etc/ssl/certs/"
+describe_package ca-certificates
 cp -Lp /etc/os-release "$libraries/etc/os-release"
 echo 'rilievo:x:10001:10001:rilievod:/nonexistent:/usr/sbin/nologin' >"$libraries/etc/passwd"
 echo 'rilievo:x:10001:' >"$libraries/etc/group"

@@ -36,7 +36,7 @@ struct ServerOptions {
   // Where jobs are kept: a folder, or a postgres:// URL where many servers and workers share one
   // store; empty: nowhere, and nothing of a client outlives its call.
   std::string store;
-  std::string blobs;        // of a shared store: pg: or file:FOLDER; empty: pg:
+  std::string blobs;        // of a shared store: pg:, file:FOLDER or s3:...; empty: pg:
   bool serve_only = false;  // of a shared store: kept jobs are left to others
   std::chrono::milliseconds keep_time{7 * 24 * 3'600'000LL};  // finished jobs, unused scans, > 0
   int64_t keep_bytes = 20'000'000'000;                        // of all that the store holds, > 0

@@ -346,7 +346,7 @@ void JobBoard::RequeueUntried(StoredJob stored) {
   // end while it was worked on. A job that was cancelled meanwhile is refused, and is off the
   // board. Others who share the store may be able to, and take it for the same attempt.
   if (stored.claim != 0) job.set_attempts(job.attempts() - 1);
-  store_->Release(stored).IgnoreError();
+  store_->Release(stored, /*last=*/true).IgnoreError();
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job.job_id());
   if (!IsOn(found, stored)) return;

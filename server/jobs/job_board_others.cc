@@ -92,7 +92,7 @@ void JobBoard::TellOthers() {
       auto event = live.events->LatestProgress();
       if (!event || event->sequence() == live.told) continue;
       live.told = event->sequence();
-      news.emplace_back(JobClaim{id, live.stored.claim}, *std::move(event));
+      news.emplace_back(JobClaim{id, live.stored.claim, live.stored.worker}, *std::move(event));
     }
   }
   for (const auto& [claim, event] : news) {
@@ -101,20 +101,20 @@ void JobBoard::TellOthers() {
 }
 
 void JobBoard::Compare(const std::vector<JobClaim>& held) {
-  std::map<std::string, int64_t> numbers;
-  for (const JobClaim& claim : held) numbers[claim.job_id] = claim.number;
+  std::map<std::string, JobClaim> unknown;
+  for (const JobClaim& claim : held) unknown[claim.job_id] = claim;
   std::vector<std::string> lost;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, live] : jobs_) {
-      const auto found = numbers.find(id);
-      const bool ours = found != numbers.end() && found->second == live.stored.claim;
-      if (ours) numbers.erase(found);
+      const auto found = unknown.find(id);
+      const bool ours = found != unknown.end() && found->second.number == live.stored.claim;
+      if (ours) unknown.erase(found);
       if (!ours) lost.push_back(id);
     }
   }
   for (const std::string& id : lost) Lose(id);
-  for (const auto& [id, number] : numbers) store_->Release(JobClaim{id, number}).IgnoreError();
+  for (const auto& [id, claim] : unknown) store_->Release(claim).IgnoreError();
 }
 
 void JobBoard::BeginDrain() {

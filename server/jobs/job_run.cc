@@ -16,6 +16,9 @@
 namespace rilievo {
 namespace {
 
+// Where scans cannot be read whoever tries again at once gets no further, and keeps others from it.
+constexpr std::chrono::seconds kStorePause{1};
+
 v1::Job FailedRun(v1::Job job, const CallError& error) {
   job.set_state(v1::JOB_STATE_FAILED);
   *job.mutable_error() = RpcStatus(error);
@@ -60,16 +63,25 @@ JobRun::JobRun(ServiceCore* core, JobStore* store, StoredJob stored,
   progress_.Clear();
 }
 
+absl::Status JobRun::NotToBeHad(const absl::Status& status) {
+  core_->pool.Hold(kStorePause);
+  return absl::UnavailableError(status.message());
+}
+
 absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
-  RILIEVO_ASSIGN_OR_RETURN(const auto header, WholeHeader(store_->blobs(), stored_));
-  auto parsed = ParseHeader(header, core_->options);
+  const auto header = WholeHeader(store_->blobs(), stored_);
+  if (absl::IsFailedPrecondition(header.status())) return header.status();
+  if (!header.ok()) return NotToBeHad(header.status());
+  auto parsed = ParseHeader(*header, core_->options);
   if (const auto* error = std::get_if<CallError>(&parsed)) {
     return StatusOf(*error);
   }
   *job = std::get<JobRequest>(std::move(parsed));
   absl::StatusOr<FileDescriptor> scan = store_->blobs().Read(stored_.job.scan_id());
-  if (absl::IsNotFound(scan.status())) return absl::DataLossError("the stored scan is gone");
-  if (!scan.ok()) return absl::UnavailableError(scan.status().message());
+  if (absl::IsNotFound(scan.status()) || absl::IsDataLoss(scan.status())) {
+    return absl::DataLossError("the stored scan is gone");
+  }
+  if (!scan.ok()) return NotToBeHad(scan.status());
   RunContext context;
   context.stop = stop_.get_token();
   context.threads = job->threads;

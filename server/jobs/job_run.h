@@ -50,6 +50,8 @@ class JobRun final : public LiveCall {
 
  private:
   absl::StatusOr<JobResult> Reconstruct(JobRequest* job);
+  // What the store cannot give just now, here: no job begins for a moment.
+  absl::Status NotToBeHad(const absl::Status& status);
   void Log(const JobOutcome& outcome, const JobRequest& request,
            const absl::StatusOr<JobResult>& result, double seconds) const;
 

@@ -76,7 +76,18 @@ constexpr Migration kMigrations[] = {{1, R"(
     since TIMESTAMPTZ NOT NULL DEFAULT now(), PRIMARY KEY(name, begins));
   ALTER TABLE parts ALTER bytes SET STORAGE EXTERNAL;
   CREATE TABLE upload_turns(name BYTEA PRIMARY KEY, turn BIGINT NOT NULL,
-    busy_until TIMESTAMPTZ NOT NULL))"}};
+    busy_until TIMESTAMPTZ NOT NULL))"},
+                                     {1, R"(
+  -- Objects of an S3 bucket. Without a name it is no blob: one that is being written (`upload`: in
+  -- parts), was removed or set aside (`was`: its name), which goes in time.
+  CREATE TABLE objects(
+    key BYTEA PRIMARY KEY,
+    name BYTEA UNIQUE,
+    bytes BIGINT NOT NULL DEFAULT 0,
+    upload BYTEA NOT NULL DEFAULT '',
+    was BYTEA NOT NULL DEFAULT '',
+    remove_after TIMESTAMPTZ);
+  CREATE INDEX objects_to_remove ON objects(remove_after) WHERE remove_after IS NOT NULL)"}};
 
 constexpr int64_t kVersion = std::size(kMigrations);
 

@@ -10,6 +10,7 @@
 #include "server/postgres/postgres_database.h"
 #include "server/postgres/postgres_schema.h"
 #include "server/postgres/postgres_uploads.h"
+#include "server/s3/s3_blobs.h"
 #include "server/store/blob_folder.h"
 
 namespace rilievo {
@@ -24,6 +25,18 @@ constexpr char kFile[] = "file:", kPg[] = "pg:";
 std::string FolderOf(const std::string& blobs) {
   const std::string path = blobs.substr(sizeof(kFile) - 1);
   return absl::StartsWith(path, "//") ? path.substr(2) : path;
+}
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(
+    const std::string& blobs, const std::shared_ptr<PostgresConnections>& connections) {
+  if (IsS3Url(blobs)) {
+    RILIEVO_ASSIGN_OR_RETURN(const S3Place place, ParseS3Url(blobs));
+    return S3Blobs::Open(connections, place);
+  }
+  if (!absl::StartsWith(blobs, kFile)) return PostgresBlobs::Open(connections);
+  RILIEVO_ASSIGN_OR_RETURN(BlobFolder folder,
+                           BlobFolder::Open(FolderOf(blobs), BlobFolder::Users::kMany));
+  return std::make_unique<BlobFolder>(std::move(folder));
 }
 
 // The database's wall clock, which all who share a store go by; from now on this machine counts.
@@ -41,11 +54,12 @@ absl::StatusOr<StoreClock::Source> ClockOf(Database* database) {
 
 absl::Status CheckBlobsUrl(const std::string& blobs) {
   if (blobs.empty() || blobs == kPg) return absl::OkStatus();
+  if (IsS3Url(blobs)) return ParseS3Url(blobs).status();
   if (absl::StartsWith(blobs, kFile) && absl::StartsWith(FolderOf(blobs), "/")) {
     return absl::OkStatus();
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("blobs: ", blobs, "; give pg: or file:FOLDER with the folder's whole path"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "blobs: ", blobs, "; give pg:, file:FOLDER with the folder's whole path, or s3://BUCKET"));
 }
 
 absl::StatusOr<std::unique_ptr<JobStore>> OpenPostgresStore(const std::string& url,
@@ -70,14 +84,8 @@ absl::StatusOr<std::unique_ptr<JobStore>> OpenPostgresStore(const std::string& u
   }
   parts.tables = std::make_unique<LeasePool<JobTables>>(std::move(tables));
   const auto connections = std::make_shared<PostgresConnections>(std::move(of_bytes));
-  const bool in_parts = !absl::StartsWith(blobs, kFile);
-  if (in_parts) {
-    RILIEVO_ASSIGN_OR_RETURN(parts.blobs, PostgresBlobs::Open(connections));
-  } else {
-    RILIEVO_ASSIGN_OR_RETURN(BlobFolder folder,
-                             BlobFolder::Open(FolderOf(blobs), BlobFolder::Users::kMany));
-    parts.blobs = std::make_unique<BlobFolder>(std::move(folder));
-  }
+  const bool in_parts = blobs.empty() || blobs == kPg;
+  RILIEVO_ASSIGN_OR_RETURN(parts.blobs, OpenBlobs(blobs, connections));
   parts.uploads = std::make_unique<PostgresUploads>(connections, parts.blobs.get(), in_parts);
   return JobStore::Open(std::move(parts), std::move(settings));
 }

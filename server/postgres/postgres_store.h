@@ -10,11 +10,12 @@
 
 namespace rilievo {
 
-// INVALID_ARGUMENT unless `blobs` is "pg:", "file:FOLDER" or empty.
+// INVALID_ARGUMENT unless `blobs` is "pg:", "file:FOLDER", "s3://BUCKET..." or empty.
 absl::Status CheckBlobsUrl(const std::string& blobs);
 
 // `url`: see CheckPostgresUrl(). `blobs`: where scans, surfaces and control meshes are, "pg:" (in
-// the same database; the default) or "file:FOLDER", a folder that all servers and workers have.
+// the same database; the default), "file:FOLDER", a folder that all servers and workers have, or
+// objects of a bucket (ParseS3Url()).
 // Makes or brings up to date what is there. UNAVAILABLE when the database cannot be reached.
 absl::StatusOr<std::unique_ptr<JobStore>> OpenPostgresStore(const std::string& url,
                                                             const std::string& blobs,

@@ -20,16 +20,6 @@ struct Turn {
   int64_t number = 0;
 };
 
-// Of all that is stored.
-absl::StatusOr<Sha256> HashOf(PostgresParts parts, const std::string& upload) {
-  Sha256 hash;
-  RILIEVO_RETURN_IF_ERROR(parts.Read(PartsOf(upload), [&](const std::string& bytes) {
-    AddBytes(bytes.data(), bytes.size(), &hash);
-    return absl::OkStatus();
-  }));
-  return hash;
-}
-
 // An upload that is whole, in the database that has the blobs too.
 class WholeParts final : public StagedBlob {
  public:
@@ -70,6 +60,10 @@ class PostgresUploadWriter final : public UploadWriter {
  private:
   absl::Status Leave();
   absl::Status Drop();
+  // The one that begins there, empty at the end. The turn goes on for as long as parts are read.
+  absl::StatusOr<std::string> PartAt(int64_t begin) const;
+  // Of all that is stored.
+  absl::StatusOr<Sha256> StoredHash() const;
   // To where blobs are, from the database.
   absl::StatusOr<std::unique_ptr<StagedBlob>> Move() const;
 
@@ -121,13 +115,39 @@ absl::Status PostgresUploadWriter::Drop() {
   });
 }
 
+absl::StatusOr<std::string> PostgresUploadWriter::PartAt(int64_t begin) const {
+  const auto connection = connections_->Take();
+  std::string part;
+  const absl::Status read = connection->TransactUnflushed([&]() -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(Query renewal, connection->Prepare(absl::StrCat(
+                                                "UPDATE upload_turns SET busy_until = ", kBusy,
+                                                " WHERE name = $1 AND turn = $2")));
+    RILIEVO_RETURN_IF_ERROR(renewal.Bind(turn_.upload).Bind(turn_.number).Run());
+    if (connection->Changes() != 1) return UploadTakenOver();
+    RILIEVO_ASSIGN_OR_RETURN(part,
+                             PostgresParts(connection.get()).PartAt(PartsOf(turn_.upload), begin));
+    return absl::OkStatus();
+  });
+  if (!read.ok()) return read;
+  return part;
+}
+
+absl::StatusOr<Sha256> PostgresUploadWriter::StoredHash() const {
+  Sha256 hash;
+  for (int64_t at = 0; at < size_;) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::string part, PartAt(at));
+    if (part.empty()) return absl::DataLossError("parts of what was sent are missing");
+    AddBytes(part.data(), part.size(), &hash);
+    at += static_cast<int64_t>(part.size());
+  }
+  return hash;
+}
+
 absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresUploadWriter::Move() const {
   std::string part;
   int64_t at = 0;
   return blobs_->StageFrom([&]() -> absl::StatusOr<std::string_view> {
-    const auto connection = connections_->Take();
-    RILIEVO_ASSIGN_OR_RETURN(part,
-                             PostgresParts(connection.get()).PartAt(PartsOf(turn_.upload), at));
+    RILIEVO_ASSIGN_OR_RETURN(part, PartAt(at));
     at += static_cast<int64_t>(part.size());
     return std::string_view(part);
   });
@@ -136,8 +156,7 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresUploadWriter::Move() const {
 absl::Status PostgresUploadWriter::Finish(int64_t total_bytes, const std::string& sha256,
                                           const Take& take) {
   if (size_ == total_bytes && !hash_) {
-    RILIEVO_ASSIGN_OR_RETURN(hash_,
-                             HashOf(PostgresParts(connections_->Take().get()), turn_.upload));
+    RILIEVO_ASSIGN_OR_RETURN(hash_, StoredHash());
   }
   const std::string stored = hash_ ? ContentName(*hash_) : "";
   if (size_ != total_bytes || stored != sha256) {

@@ -28,7 +28,7 @@ absl::Status CheckStorePlace(const CommandLine& line) {
     if (!line.check_store && line.backup.empty()) return absl::OkStatus();
     return absl::InvalidArgumentError(
         "--check-store and --backup are for a folder; use PostgreSQL's own pg_amcheck and pg_dump, "
-        "and copy the folder of --blobs after the dump");
+        "and copy the folder or bucket of --blobs after the dump");
   }
   if (options.store.find("://") != std::string::npos) {
     return absl::InvalidArgumentError(
@@ -88,7 +88,9 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
                       "that belongs in ~/.pgpass, PGPASSFILE or a service file)");
   app->add_option("--blobs", options.blobs,
                   "with --store postgres://...: where scans and surfaces are kept; pg: (the same "
-                  "database, the default) or file:FOLDER, which all servers have")
+                  "database, the default), file:FOLDER, which all servers have, or "
+                  "s3://BUCKET[/PREFIX][?endpoint=URL&region=NAME], with credentials from AWS_... "
+                  "variables or ~/.aws/credentials")
       ->needs(store);
   CLI::Option* serve_only =
       app->add_flag("--serve-only", options.serve_only,

@@ -30,6 +30,8 @@
 #include "server/postgres/postgres_store.h"
 #include "server/reconstruction_server.h"
 #include "server/rilievod/daemon_options.h"
+#include "server/s3/s3_credentials.h"
+#include "server/s3/s3_place.h"
 #include "server/store/store_backup.h"
 #include "server/store/store_check.h"
 #include "server/worker/in_worker_process.h"
@@ -136,9 +138,10 @@ absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
 
 // What an operator may not know that others can see or do.
 void Warn(const ServerOptions& options) {
+  const std::string credentials = IsS3Url(options.blobs) ? S3CredentialsFile() : "";
   for (const auto& [name, path] :
        {std::pair("--tokens", &options.tokens), std::pair("--tls-key", &options.tls_key),
-        std::pair("--store", &options.store)}) {
+        std::pair("--store", &options.store), std::pair("credentials of S3", &credentials)}) {
     if (path->empty() || IsPostgresUrl(*path) || !IsOpenToOthers(*path)) continue;
     LogMessage(absl::StrCat("warning: ", name, " ", *path,
                             " is open to all users of this machine; chmod o= ", *path));

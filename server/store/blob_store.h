@@ -69,6 +69,10 @@ class BlobStore {
   virtual absl::Status SetAside(const std::string& name) const = 0;
 
   virtual absl::StatusOr<std::vector<FileEntry>> List() const = 0;
+
+  // What was let go and is still there goes, where that takes longer than letting go. Called now
+  // and then; takes some seconds at most while all goes well.
+  virtual absl::Status Sweep() const { return absl::OkStatus(); }
 };
 
 }  // namespace rilievo

@@ -25,7 +25,8 @@ absl::StatusOr<v1::ReconstructHeader> WholeHeader(const BlobStore& blobs, const 
   const absl::Status damaged = absl::FailedPreconditionError(
       "the control mesh of the job is damaged or lost; create the job again");
   const auto file = blobs.Read(stored.mesh);
-  if (!file.ok()) return absl::IsNotFound(file.status()) ? damaged : file.status();
+  if (absl::IsNotFound(file.status()) || absl::IsDataLoss(file.status())) return damaged;
+  RILIEVO_RETURN_IF_ERROR(file.status());
   RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file->Size());
   std::string bytes(static_cast<size_t>(size), '\0');
   RILIEVO_RETURN_IF_ERROR(file->ReadAt(0, bytes.data(), bytes.size()));

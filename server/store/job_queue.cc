@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/store/job_record.h"
 
 namespace rilievo {
 namespace {
@@ -30,9 +31,9 @@ const std::string& NextInTurn() {
 }
 
 const std::string& NextSuspect() {
-  static const std::string sql = absl::StrCat(
-      "SELECT number FROM queue WHERE worker = '' AND suspect = 1 AND $3 = 1 AND ",
-      Fits("$2", "$3"), " ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED");
+  static const std::string sql =
+      absl::StrCat("SELECT number FROM queue WHERE worker = '' AND suspect = 1 AND $3 = 1 AND ",
+                   Fits("$2", "$3"), " ORDER BY number LIMIT 1 FOR UPDATE SKIP LOCKED");
   return sql;
 }
 
@@ -98,7 +99,7 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Take(const std::string& number
                                               " CONFLICT(client) DO UPDATE SET last_turn ="
                                               " excluded.last_turn"));
   RILIEVO_RETURN_IF_ERROR(turn.Bind(query.Bytes(2)).Post());
-  return JobClaim{query.Bytes(0), query.Integer(1)};
+  return JobClaim{query.Bytes(0), query.Integer(1), demand.worker};
 }
 
 absl::Status JobQueue::Lock(const std::string& job_id) {
@@ -107,11 +108,14 @@ absl::Status JobQueue::Lock(const std::string& job_id) {
   return query.Bind(job_id).Post();
 }
 
-absl::Status JobQueue::Release(const JobClaim& claim, bool suspect) {
+absl::Status JobQueue::Release(const JobClaim& claim, bool suspect, bool last) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare("UPDATE queue SET worker = '', lease_until = NULL, event ="
-                                      " '', suspect = $3 WHERE job_id = $1 AND claim = $2"));
-  return query.Bind(claim.job_id).Bind(claim.number).Bind(int64_t{suspect}).Post();
+      Query query,
+      database_->Prepare(absl::StrCat(
+          "UPDATE queue SET worker = '', lease_until = NULL, event = '', suspect = $4",
+          last ? ", number = DEFAULT" : "", " WHERE job_id = $1 AND claim = $2 AND worker = $3")));
+  query.Bind(claim.job_id).Bind(claim.number).Bind(claim.worker);
+  return query.Bind(int64_t{suspect}).Post();
 }
 
 absl::StatusOr<std::vector<JobClaim>> JobQueue::Renew(const ClaimDemand& worker, int64_t* freed) {
@@ -140,16 +144,20 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::RenewLeases(const std::string& w
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
     if (!row) return claims;
-    claims.push_back({query.Bytes(0), query.Integer(1)});
+    claims.push_back({query.Bytes(0), query.Integer(1), worker});
   }
 }
 
-// In the order of their numbers, as whoever renews several leases locks them.
+// In the order of their numbers, as whoever renews several leases locks them. Whoever takes one
+// that had begun counts an unclean end: by then it may have to be alone.
 absl::StatusOr<int64_t> JobQueue::FreeLost() {
   RILIEVO_ASSIGN_OR_RETURN(
       Query query,
       database_->Prepare(absl::StrCat(
-          "UPDATE queue SET worker = '', lease_until = NULL, event = '' WHERE number IN (SELECT"
+          "UPDATE queue SET worker = '', lease_until = NULL, event = '', suspect = CASE WHEN"
+          " EXISTS(SELECT 1 FROM jobs WHERE jobs.job_id = queue.job_id AND unclean_ends >= ",
+          kSuspectEnds - 1,
+          ") THEN 1 ELSE suspect END WHERE number IN (SELECT"
           " number FROM queue WHERE worker <> '' AND lease_until < now() AND"
           " pg_postmaster_start_time() < now() - ",
           kLease, " ORDER BY number FOR UPDATE SKIP LOCKED)")));
@@ -161,8 +169,9 @@ absl::Status JobQueue::Tell(const JobClaim& claim, const std::string& event) {
   return database_->TransactUnflushed([&]() -> absl::Status {
     RILIEVO_ASSIGN_OR_RETURN(
         Query query,
-        database_->Prepare("UPDATE queue SET event = $3 WHERE job_id = $1 AND claim = $2"));
-    return query.Bind(claim.job_id).Bind(claim.number).Bind(event).Post();
+        database_->Prepare("UPDATE queue SET event = $4 WHERE job_id = $1 AND claim = $2 AND"
+                           " worker = $3"));
+    return query.Bind(claim.job_id).Bind(claim.number).Bind(claim.worker).Bind(event).Post();
   });
 }
 

@@ -13,11 +13,12 @@
 
 namespace rilievo {
 
-// A job that a worker has taken. Nobody else has one of that number: what a worker writes without
-// it, or with an older one, is refused.
+// A job that a worker has taken. What a worker writes with an older number is refused, and with
+// that of another worker: numbers come again where a database was restored from a backup.
 struct JobClaim {
   std::string job_id;
   int64_t number = 0;
+  std::string worker;
 };
 
 // What a worker takes.
@@ -47,11 +48,11 @@ class JobQueue {
 
   // Within a transaction: nobody else changes the job, or takes it, until the end of that.
   absl::Status Lock(const std::string& job_id);
-  // Gives a job back, as one to be taken with others or not.
-  absl::Status Release(const JobClaim& claim, bool suspect);
+  // Gives a job back, as one to be taken with others or not; `last`: behind all that wait.
+  absl::Status Release(const JobClaim& claim, bool suspect, bool last);
 
   // In a transaction of its own: leases of all claims of a worker go on; these claims. Then jobs
-  // whose lease is over are free.
+  // whose lease is over are free, as suspects where one more unclean end makes them that.
   // `freed`: set to their number.
   absl::StatusOr<std::vector<JobClaim>> Renew(const ClaimDemand& worker, int64_t* freed);
 

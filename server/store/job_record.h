@@ -19,14 +19,16 @@ struct StoredJob {
   std::string mesh = {};  // blob of a v1::ControlMesh; empty without one
   // Attempts that ended with the server or with a worker that was killed, since the last clean end.
   int unclean_ends = 0;
-  // In a shared store, of who works on it (JobClaim), 0 without; not part of the record.
+  // In a shared store: whose work it is (JobClaim), 0 and nobody's without; not part of the record.
   int64_t claim = 0;
+  std::string worker = {};
   int64_t memory = 0;  // that it may need, bytes, by estimate; for those who choose what to work on
 };
 
 // From so many unclean ends on a job is worked on alone, and when nothing else waits: it may take
 // others along.
-inline bool IsSuspect(const StoredJob& stored) { return stored.unclean_ends >= 3; }
+inline constexpr int kSuspectEnds = 3;
+inline bool IsSuspect(const StoredJob& stored) { return stored.unclean_ends >= kSuspectEnds; }
 
 inline bool IsFinished(v1::JobState state) {
   return state == v1::JOB_STATE_SUCCEEDED || state == v1::JOB_STATE_FAILED ||

@@ -117,8 +117,9 @@ class JobStore {
   // changed.
   absl::Status Update(const StoredJob& job);
 
-  // The same, and gives up the claim: whoever comes next may work on it.
-  absl::Status Release(const StoredJob& job);
+  // The same, and gives up the claim: whoever comes next may work on it; `last`: when what waits
+  // now has been taken.
+  absl::Status Release(const StoredJob& job, bool last = false);
 
   // The same for a job that succeeded: stores its surface first, and fills in `surface`.
   absl::Status Finish(StoredJob job, const std::vector<std::vector<uint8_t>>& surface);

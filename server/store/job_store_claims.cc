@@ -16,6 +16,7 @@ absl::StatusOr<std::optional<StoredJob>> JobStore::Claim(const ClaimDemand& dema
     ReportDamaged(tables.get());
     if (stored) {
       stored->claim = claim->number;
+      stored->worker = claim->worker;
       return stored;
     }
     // Its record is damaged, or it was removed just now.
@@ -29,22 +30,22 @@ absl::StatusOr<std::vector<JobClaim>> JobStore::Renew(const ClaimDemand& worker,
   return JobQueue(&tables->database()).Renew(worker, freed == nullptr ? &count : freed);
 }
 
-absl::Status JobStore::Release(const StoredJob& stored) {
+absl::Status JobStore::Release(const StoredJob& stored, bool last) {
   const auto tables = tables_->Take();
   return Write(tables.get(), [&]() -> absl::Status {
     RILIEVO_RETURN_IF_ERROR(ChangeJob(tables.get(), stored));
     if (stored.claim == 0) return absl::OkStatus();
     return JobQueue(&tables->database())
-        .Release({stored.job.job_id(), stored.claim}, IsSuspect(stored));
+        .Release({stored.job.job_id(), stored.claim, stored.worker}, IsSuspect(stored), last);
   });
 }
 
-// A job that its last worker left behind may well have been begun: whoever takes it sees that.
+// A job that its last worker left behind may well have been begun: whoever takes it counts that.
 absl::Status JobStore::Release(const JobClaim& claim) {
   const auto tables = tables_->Take();
   JobQueue queue(&tables->database());
   RILIEVO_ASSIGN_OR_RETURN(const auto stored, tables->Find(claim.job_id));
-  return queue.Release(claim, stored && IsSuspect(*stored));
+  return queue.Release(claim, stored && stored->unclean_ends >= kSuspectEnds - 1, /*last=*/false);
 }
 
 absl::Status JobStore::Tell(const JobClaim& claim, const v1::JobEvent& event) {

@@ -126,6 +126,7 @@ absl::StatusOr<int64_t> JobStore::Clean() {
       if (more) break;
     }
   }
+  RILIEVO_RETURN_IF_ERROR(blobs_->Sweep());
   const auto tables = tables_->Take();
   if (shared_) {
     RILIEVO_RETURN_IF_ERROR(

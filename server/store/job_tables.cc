@@ -200,7 +200,7 @@ absl::StatusOr<bool> JobTables::Update(const StoredJob& stored, int64_t now_ms) 
     const char* const held = stored.claim == 0
                                  ? ""
                                  : " AND EXISTS(SELECT 1 FROM queue WHERE job_id = $6 AND claim ="
-                                   " $7 AND worker <> '')";
+                                   " $7 AND worker = $8)";
     RILIEVO_ASSIGN_OR_RETURN(
         Query query,
         database_->Prepare(absl::StrCat("UPDATE jobs SET surface = $1, end_ms = $2, unclean_ends ="
@@ -209,7 +209,7 @@ absl::StatusOr<bool> JobTables::Update(const StoredJob& stored, int64_t now_ms) 
                                         held)));
     query.Bind(stored.surface).Bind(end_ms).Bind(stored.unclean_ends).Bind(row.job);
     query.Bind(row.checksum).Bind(stored.job.job_id());
-    if (stored.claim != 0) query.Bind(stored.claim);
+    if (stored.claim != 0) query.Bind(stored.claim).Bind(stored.worker);
     RILIEVO_RETURN_IF_ERROR(query.Run());
     if (database_->Changes() != 1) return false;
   }

@@ -11,7 +11,7 @@ programs=$(ls "$root"/rilievo_*.deb)
 development=$(ls "$root"/librilievo-dev_*.deb)
 depends=$(dpkg-deb -f "$programs" Depends)
 echo "$(basename "$programs"): $(stat -c %s "$programs") bytes; $depends"
-for library in libc6 'libgrpc++' libsqlite3 libpq5 libpng16; do
+for library in libc6 'libgrpc++' libsqlite3 libpq5 libcurl4 libpng16; do
   grep -q "$library" <<<"$depends" || { echo "no dependency on $library" >&2; exit 1; }
 done
 dpkg-deb -x "$programs" "$root/programs"

@@ -86,6 +86,22 @@ TEST_F(JobBoardTest, AKilledAttemptIsRepeatedAndTheJobCountedOnce) {
   EXPECT_THAT(Metrics(), HasSubstr("rilievo_attempts_ended_total{status=\"OK\"} 1\n"));
 }
 
+// As where the disk or the network of the scans is away.
+TEST_F(JobBoardTest, AScanThatCannotBeReadIsTriedOnceASecond) {
+  Open();
+  const StoredJob stored = Stored("a");
+  const std::filesystem::path scan = test_ / ("store/blobs/" + stored.job.scan_id());
+  std::filesystem::rename(scan, scan.string() + "x");
+  std::filesystem::create_symlink(scan, scan);  // of itself
+  board().Add(stored);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  EXPECT_THAT(Metrics(), HasSubstr("rilievo_attempts_ended_total{status=\"UNAVAILABLE\"} 2\n"));
+  std::filesystem::rename(scan.string() + "x", scan);
+  const v1::Job done = WaitForEnd("a");
+  EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
+  EXPECT_EQ(done.attempts(), 1u);
+}
+
 TEST_F(JobBoardTest, AJobWhoseWorkerIsAlwaysKilledFails) {
   work_.answers.assign(10, absl::AbortedError("killed"));
   Open();

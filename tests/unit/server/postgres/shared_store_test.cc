@@ -190,9 +190,8 @@ TEST_F(SharedStoreTest, BytesThatTheDatabaseLostAreNotTakenForWritten) {
   writer = *store_->uploads().Continue("u", 0);
   ASSERT_TRUE(writer->Append(piece).ok());
   ASSERT_TRUE(database_->Execute("DELETE FROM parts").ok());
-  const absl::Status finished = writer->Finish(1000, ContentNameOf(piece), [](const auto& blob) {
-    return blob.Adopt(nullptr);
-  });
+  const absl::Status finished = writer->Finish(
+      1000, ContentNameOf(piece), [](const auto& blob) { return blob.Adopt(nullptr); });
   EXPECT_TRUE(absl::IsUnavailable(finished)) << finished;
 }
 
@@ -218,6 +217,60 @@ TEST_F(SharedStoreTest, ALateResultChangesNothing) {
   EXPECT_EQ(store_->Get("", "a")->surface, ContentNameOf("\x02"));
   EXPECT_TRUE(other_->Renew(Worker("other"))->empty());
   Counts();
+}
+
+// As after a database was restored from a backup: the count of claims begins again where it was.
+TEST_F(SharedStoreTest, TheSameNumberOfAnotherWorkerIsNoClaim) {
+  Of("c", "a");
+  StoredJob late = **store_->Claim(Worker("late"));
+  ASSERT_TRUE(
+      database_->Execute("UPDATE queue SET worker = '', claim = 0, lease_until = NULL").ok());
+  const StoredJob second = **other_->Claim(Worker("other"));
+  ASSERT_EQ(second.claim, late.claim);
+  v1::JobEvent event;
+  event.set_sequence(7);
+  ASSERT_TRUE(store_->Tell({"a", late.claim, late.worker}, event).ok());
+  EXPECT_FALSE(other_->Look("", "a")->event.has_value());
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->Update(late)));
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->Finish(Finished(late), {{1}})));
+  EXPECT_TRUE(absl::IsFailedPrecondition(store_->Release(late)));
+  EXPECT_TRUE(store_->Release(JobClaim{"a", late.claim, late.worker}).ok());
+  EXPECT_EQ(other_->Renew(Worker("other"))->size(), 1u) << "it has its job still";
+  EXPECT_TRUE(other_->Finish(Finished(second), {{2}}).ok());
+}
+
+// Whoever takes it next counts the third unclean end: it must be alone by then.
+TEST_F(SharedStoreTest, AJobThatTookTwoMachinesAlongIsASuspectTheThirdTime) {
+  Of("c", "suspect");
+  StoredJob begun = **store_->Claim(Worker("w"));
+  begun.unclean_ends = 2;
+  ASSERT_TRUE(store_->Update(begun).ok());
+  Of("c", "other");
+  LetLeasesRunOut();
+  ASSERT_TRUE(store_->Renew(Worker("v")).ok());
+  EXPECT_THAT(Order(Worker("v")), ElementsAre("other"));
+  EXPECT_THAT(Order(Worker("v", 1'000, /*idle=*/true)), ElementsAre("suspect"));
+}
+
+TEST_F(SharedStoreTest, OneThatCouldNotBeTriedGoesBehindTheOthers) {
+  for (const char* id : {"a", "b", "c"}) Of("c", id);
+  const StoredJob first = **store_->Claim(Worker("w"));
+  ASSERT_TRUE(store_->Release(first, /*last=*/true).ok());
+  EXPECT_THAT(Order(Worker("w")), ElementsAre("b", "c", "a"));
+}
+
+TEST_F(SharedStoreTest, AnUploadIsBusyForAsLongAsItsEndTakes) {
+  const std::string scan(2'500'000, 's'), name = ContentNameOf(scan);
+  ASSERT_TRUE((*store_->uploads().Continue("u", 0))->Append(scan.substr(0, 1'000'000)).ok());
+  auto writer = *store_->uploads().Continue("u", 1'000'000);
+  ASSERT_TRUE(writer->Append(scan.substr(0, 1'500'000)).ok());
+  ASSERT_TRUE(database_->Execute("UPDATE upload_turns SET busy_until = now()").ok());
+  const absl::Status done = writer->Finish(2'500'000, name, [&](const StagedBlob& staged) {
+    EXPECT_FALSE(*other_->uploads().RemoveIfIdle("u")) << "reading it takes its time";
+    return staged.Adopt(nullptr);
+  });
+  EXPECT_TRUE(done.ok()) << done;
+  EXPECT_EQ(*store_->blobs().BytesOf(name), 2'500'000);
 }
 
 TEST_F(SharedStoreTest, ALeaseThatIsRenewedGoesOn) {
@@ -262,7 +315,7 @@ TEST_F(SharedStoreTest, EventsAreSeenElsewhere) {
   v1::JobEvent event;
   event.set_sequence(7);
   event.mutable_progress()->set_fraction(0.5);
-  ASSERT_TRUE(store_->Tell({"a", mine.claim}, event).ok());
+  ASSERT_TRUE(store_->Tell({"a", mine.claim, "w"}, event).ok());
   EXPECT_EQ(other_->Look("", "a")->event->sequence(), 7u);
   ASSERT_TRUE(store_->Release(mine).ok());
   EXPECT_FALSE(other_->Look("", "a")->event.has_value()) << "of an attempt that is over";

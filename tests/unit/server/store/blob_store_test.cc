@@ -1,5 +1,6 @@
 #include "server/store/blob_store.h"
 
+#include <fstream>
 #include <random>
 
 #include "server/store/content_name.h"
@@ -48,7 +49,7 @@ TEST_P(BlobStoreTest, LargeOnesOfOddPiecesAreWhole) {
   std::mt19937 random(3);
   std::string bytes;
   std::vector<std::vector<uint8_t>> pieces;
-  while (bytes.size() < 5'000'000) {
+  while (bytes.size() < 18'000'000) {
     std::vector<uint8_t> piece(random() % 700'000);
     for (uint8_t& byte : piece) byte = static_cast<uint8_t>(random());
     bytes.append(piece.begin(), piece.end());
@@ -76,7 +77,9 @@ TEST_P(BlobStoreTest, OneThatIsSetAsideMayComeAgain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, BlobStoreTest,
-                         testing::Values(StorePlace::kFolder, StorePlace::kPostgres), NameOfPlace);
+                         testing::Values(StorePlace::kFolder, StorePlace::kPostgres,
+                                         StorePlace::kPostgresAndS3),
+                         NameOfPlace);
 
 }  // namespace
 }  // namespace rilievo

@@ -1,5 +1,5 @@
 // Blobs and uploads of the test, without tables: in a folder, in PostgreSQL, and uploads there with
-// blobs in a folder.
+// blobs in a folder or in S3.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,6 +12,7 @@
 #include "server/postgres/postgres_database.h"
 #include "server/postgres/postgres_schema.h"
 #include "server/postgres/postgres_uploads.h"
+#include "server/s3/s3_blobs.h"
 #include "server/store/blob_folder.h"
 #include "server/store/partial_uploads.h"
 #include "tests/unit/server/store/job_store_fixture.h"
@@ -26,6 +27,10 @@ class BytesTest : public testing::TestWithParam<StorePlace> {
       url_ = server->NewDatabase();
       PostgresDatabase database(url_);
       ASSERT_TRUE(MakePostgresTables(&database).ok());
+    }
+    if (GetParam() == StorePlace::kPostgresAndS3) {
+      RILIEVO_TEST_S3(bucket);
+      s3_url_ = bucket->NewUrl();
     }
     Reopen();
   }
@@ -47,6 +52,8 @@ class BytesTest : public testing::TestWithParam<StorePlace> {
     const bool in_parts = GetParam() == StorePlace::kPostgres;
     if (in_parts) {
       blobs_ = *PostgresBlobs::Open(connections);
+    } else if (!s3_url_.empty()) {
+      blobs_ = *S3Blobs::Open(connections, *ParseS3Url(s3_url_));
     } else {
       blobs_ = std::make_unique<BlobFolder>(folder);
     }
@@ -54,7 +61,7 @@ class BytesTest : public testing::TestWithParam<StorePlace> {
   }
 
   TestFolder test_;
-  std::string url_;
+  std::string url_, s3_url_;
   std::unique_ptr<BlobStore> blobs_;
   std::unique_ptr<ScanUploads> uploads_;
 };

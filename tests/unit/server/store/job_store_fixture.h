@@ -1,4 +1,5 @@
-// Stores of the test, whose clocks the test sets: in a folder, and in PostgreSQL.
+// Stores of the test, whose clocks the test sets: in a folder, and in PostgreSQL with bytes there,
+// in a folder or in S3.
 #pragma once
 
 #include <gmock/gmock.h>
@@ -16,11 +17,12 @@
 #include "server/store/job_store.h"
 #include "server/store/sqlite_database.h"
 #include "tests/unit/server/postgres/test_postgres.h"
+#include "tests/unit/server/s3/test_s3.h"
 #include "tests/unit/server/store/test_folder.h"
 
 namespace rilievo {
 
-enum class StorePlace { kFolder, kPostgres, kPostgresAndFolder };
+enum class StorePlace { kFolder, kPostgres, kPostgresAndFolder, kPostgresAndS3 };
 
 class StoreFixture : public testing::Test {
  protected:
@@ -34,6 +36,12 @@ class StoreFixture : public testing::Test {
     if (place_ != StorePlace::kFolder) {
       RILIEVO_TEST_POSTGRES(server);
       url_ = server->NewDatabase();
+    }
+    if (place_ == StorePlace::kPostgresAndS3) {
+      RILIEVO_TEST_S3(bucket);
+      blobs_url_ = bucket->NewUrl();
+    } else if (place_ == StorePlace::kPostgresAndFolder) {
+      blobs_url_ = "file:" + (test_ / "blobs");
     }
     Reopen();
   }
@@ -91,8 +99,7 @@ class StoreFixture : public testing::Test {
 
   absl::StatusOr<std::unique_ptr<JobStore>> OpenOne() {
     if (place_ == StorePlace::kFolder) return JobStore::Open(test_ / "store", settings_);
-    const bool in_folder = place_ == StorePlace::kPostgresAndFolder;
-    return OpenPostgresStore(url_, in_folder ? "file:" + (test_ / "blobs") : "pg:", settings_);
+    return OpenPostgresStore(url_, blobs_url_, settings_);
   }
 
   std::string Blob(uint8_t value, size_t size = 10) {
@@ -132,7 +139,7 @@ class StoreFixture : public testing::Test {
 
   const StorePlace place_;
   TestFolder test_;
-  std::string url_;
+  std::string url_, blobs_url_ = "pg:";
   int64_t wall_ = 1'700'000'000'000, steady_ = 5'000;
   std::vector<std::string> reports_;
   StoreSettings settings_;
@@ -152,14 +159,15 @@ class FolderStoreTest : public StoreFixture {
 };
 
 inline std::string NameOfPlace(const testing::TestParamInfo<StorePlace>& place) {
-  const char* const names[] = {"Folder", "Postgres", "PostgresAndFolder"};
+  const char* const names[] = {"Folder", "Postgres", "PostgresAndFolder", "PostgresAndS3"};
   return names[static_cast<int>(place.param)];
 }
 
-#define RILIEVO_OF_EVERY_STORE(fixture)                                                            \
-  INSTANTIATE_TEST_SUITE_P(                                                                        \
-      Of, fixture,                                                                                 \
-      testing::Values(StorePlace::kFolder, StorePlace::kPostgres, StorePlace::kPostgresAndFolder), \
+#define RILIEVO_OF_EVERY_STORE(fixture)                                                           \
+  INSTANTIATE_TEST_SUITE_P(                                                                       \
+      Of, fixture,                                                                                \
+      testing::Values(StorePlace::kFolder, StorePlace::kPostgres, StorePlace::kPostgresAndFolder, \
+                      StorePlace::kPostgresAndS3),                                                \
       NameOfPlace)
 
 }  // namespace rilievo

@@ -1,0 +1,50 @@
+// Blobs as objects of an S3 bucket; the database of the fleet says which object is which blob.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "server/s3/s3_bucket.h"
+#include "server/store/blob_store.h"
+#include "server/store/database.h"
+#include "server/store/lease_pool.h"
+
+namespace rilievo {
+
+// Rows of the table `objects` of PostgreSQL. Each object has a key of its own, which never comes
+// again: what is written, adopted and removed at the same time by many servers cannot meet, and
+// nobody waits for the bucket with a lock of the database. A row is there before its object and
+// goes after it, so that nothing is left in the bucket that no row knows.
+class S3Blobs final : public BlobStore {
+ public:
+  // Writes and removes a small object, to see that it may. UNAVAILABLE when it cannot.
+  static absl::StatusOr<std::unique_ptr<S3Blobs>> Open(
+      std::shared_ptr<LeasePool<Database>> connections, const S3Place& place);
+
+  absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
+  // In memory.
+  absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
+  // As the bucket has it.
+  absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
+  absl::Status Remove(const std::string& name) const override;
+  // The object stays for a week; its row has the name as `was`.
+  absl::Status SetAside(const std::string& name) const override;
+  absl::StatusOr<std::vector<FileEntry>> List() const override;
+  absl::Status Sweep() const override;
+
+ private:
+  S3Blobs(std::shared_ptr<LeasePool<Database>> connections, const S3Place& place)
+      : connections_(std::move(connections)), bucket_(place) {}
+
+  absl::StatusOr<std::string> KeyOf(const std::string& name) const;
+  // Makes the object none of a blob's, to be removed after that time.
+  absl::Status LetGo(const std::string& name, const std::string& after) const;
+
+  const std::shared_ptr<LeasePool<Database>> connections_;
+  const S3Bucket bucket_;
+};
+
+}  // namespace rilievo

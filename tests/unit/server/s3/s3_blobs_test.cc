@@ -1,0 +1,115 @@
+// What is about objects; the rest is in store/blob_store_test.cc.
+#include "server/s3/s3_blobs.h"
+
+#include <gtest/gtest.h>
+
+#include "server/postgres/postgres_database.h"
+#include "server/postgres/postgres_schema.h"
+#include "server/store/content_name.h"
+#include "tests/unit/server/postgres/test_postgres.h"
+#include "tests/unit/server/s3/test_s3.h"
+
+namespace rilievo {
+namespace {
+
+class S3BlobsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    RILIEVO_TEST_POSTGRES(postgres);
+    RILIEVO_TEST_S3(s3);
+    place_ = *ParseS3Url(s3->NewUrl());
+    const std::string url = postgres->NewDatabase();
+    database_ = std::make_unique<PostgresDatabase>(url);
+    ASSERT_TRUE(MakePostgresTables(database_.get()).ok());
+    std::vector<std::unique_ptr<Database>> one;
+    one.push_back(std::make_unique<PostgresDatabase>(url));
+    auto opened = S3Blobs::Open(std::make_shared<LeasePool<Database>>(std::move(one)), place_);
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    blobs_ = *std::move(opened);
+  }
+
+  int64_t Rows(const std::string& where) {
+    return *database_->Number("SELECT COUNT(*) FROM objects WHERE " + where);
+  }
+  std::string Key() {
+    auto query = *database_->Prepare("SELECT key FROM objects");
+    EXPECT_TRUE(*query.Step());
+    return query.Bytes(0);
+  }
+  void LetTimePass() {
+    ASSERT_TRUE(database_
+                    ->Execute("UPDATE objects SET remove_after = now() - interval '1 second'"
+                              " WHERE remove_after IS NOT NULL")
+                    .ok());
+  }
+
+  S3Place place_;
+  std::unique_ptr<PostgresDatabase> database_;
+  std::unique_ptr<S3Blobs> blobs_;
+};
+
+TEST_F(S3BlobsTest, WhatIsRemovedGoesFromTheBucketLater) {
+  const std::string name = *blobs_->Put({{'a'}});
+  const S3Bucket bucket(place_);
+  const std::string key = Key();
+  ASSERT_TRUE(blobs_->Remove(name).ok());
+  ASSERT_TRUE(blobs_->Sweep().ok());
+  EXPECT_TRUE(bucket.BytesOf(key).ok()) << "somebody may be about to read it";
+  EXPECT_EQ(*blobs_->Put({{'a'}}), name) << "another object";
+  LetTimePass();
+  ASSERT_TRUE(blobs_->Sweep().ok());
+  EXPECT_TRUE(absl::IsNotFound(bucket.BytesOf(key).status()));
+  EXPECT_EQ(Rows("true"), 1);
+  EXPECT_EQ(*blobs_->BytesOf(name), 1);
+}
+
+TEST_F(S3BlobsTest, WhatWasBegunAndNeverAdoptedGoesToo) {
+  {
+    const auto staged = blobs_->Stage({{'a'}});
+    ASSERT_TRUE(staged.ok()) << staged.status();
+    EXPECT_EQ(Rows("name IS NULL AND remove_after > now() + interval '23 hours'"), 1);
+  }
+  // Breaks off after the first part of several.
+  const std::string piece(9 << 20, 'b');
+  int pieces = 0;
+  const auto broken = blobs_->StageFrom([&]() -> absl::StatusOr<std::string_view> {
+    if (++pieces > 2) return absl::UnknownError("no more");
+    return piece;
+  });
+  EXPECT_FALSE(broken.ok());
+  EXPECT_EQ(Rows("length(upload) > 0"), 1);
+  LetTimePass();
+  ASSERT_TRUE(blobs_->Sweep().ok());
+  EXPECT_EQ(Rows("true"), 0);
+}
+
+TEST_F(S3BlobsTest, OfTheSameBytesTwiceOneObjectStays) {
+  const auto first = *blobs_->Stage({{'a'}});
+  const auto second = *blobs_->Stage({{'a'}});
+  ASSERT_TRUE(first->Adopt(nullptr).ok());
+  ASSERT_TRUE(second->Adopt(nullptr).ok());
+  EXPECT_EQ(Rows("name IS NOT NULL"), 1);
+  EXPECT_EQ(blobs_->List()->size(), 1u);
+}
+
+TEST_F(S3BlobsTest, ARowThatTheDatabaseLostIsNoBlob) {
+  const auto staged = *blobs_->Stage({{'a'}});
+  ASSERT_TRUE(database_->Execute("DELETE FROM objects").ok());
+  EXPECT_TRUE(absl::IsUnavailable(staged->Adopt(nullptr)));
+}
+
+TEST_F(S3BlobsTest, AnObjectThatIsLostIsNotFound) {
+  const std::string name = *blobs_->Put({{'a'}});
+  ASSERT_TRUE(S3Bucket(place_).Remove(Key()).ok());
+  EXPECT_TRUE(absl::IsNotFound(blobs_->Read(name).status()));
+  EXPECT_TRUE(absl::IsNotFound(blobs_->BytesOf(name).status()));
+}
+
+TEST_F(S3BlobsTest, OneThatIsSetAsideIsKeptForAWeekUnderItsName) {
+  const std::string name = *blobs_->Put({{'a'}});
+  ASSERT_TRUE(blobs_->SetAside(name).ok());
+  EXPECT_EQ(Rows("was = '" + name + "' AND remove_after > now() + interval '6 days'"), 1);
+}
+
+}  // namespace
+}  // namespace rilievo
