@@ -17,7 +17,7 @@ namespace rilievo {
 namespace {
 
 // Where scans cannot be read whoever tries again at once gets no further, and keeps others from it.
-constexpr std::chrono::seconds kStorePause{1};
+constexpr std::chrono::seconds kReadPause{1};
 
 v1::Job FailedRun(v1::Job job, const CallError& error) {
   job.set_state(v1::JOB_STATE_FAILED);
@@ -64,7 +64,7 @@ JobRun::JobRun(ServiceCore* core, JobStore* store, StoredJob stored,
 }
 
 absl::Status JobRun::NotToBeHad(const absl::Status& status) {
-  core_->pool.Hold(kStorePause);
+  core_->pool.Hold(kReadPause);
   return absl::UnavailableError(status.message());
 }
 
