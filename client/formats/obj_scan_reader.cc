@@ -13,7 +13,7 @@ namespace rilievo {
 
 absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
-  PointCollector points;
+  PointCollector points(wanted.sink);
   SightCollector sights(wanted);
   uint64_t faces = 0;
   ObjVisitor visitor;

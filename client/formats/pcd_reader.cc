@@ -231,7 +231,8 @@ absl::Status Truncated(const PcdHeader& header, uint64_t read) {
 
 // The points so far, with what is read of them besides.
 struct PcdPoints {
-  PcdPoints(const PcdHeader& header, const WantedLayers& wanted) : sights(wanted) {
+  PcdPoints(const PcdHeader& header, const WantedLayers& wanted)
+      : points(wanted.sink), sights(wanted) {
     const int red = header.sights.color_column(header.columns);
     sights.set_color_kind(red < 0 ? ColorCollector::Kind::kBytes
                                   : ColorCollector::KindOf(header.fields[red].type));

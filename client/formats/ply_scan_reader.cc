@@ -78,7 +78,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   const PlyElement& element = header.elements[vertex.element_index];
   PlyStations stations(header, wanted);
   SightCollector sights(wanted);
-  PointCollector points;
+  PointCollector points(wanted.sink);
   const VertexColumns columns(element, vertex.position, wanted, stations, &sights);
   ScanFile scan;
   const auto read_vertices = [&]() -> absl::Status {

@@ -1,4 +1,4 @@
-// A growing list of points that ends as a matrix without a second copy.
+// A growing list of points that ends as a matrix without a second copy, or goes on to a sink.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,35 +6,64 @@
 #include <cstdint>
 #include <utility>
 
+#include "client/formats/point_layers.h"
+
 namespace rilievo {
 
 class PointCollector {
  public:
-  // Room for `count` points. Only for counts that the bytes at hold really allow.
-  void Reserve(uint64_t count) { Grow(static_cast<Eigen::Index>(count)); }
+  // With a sink nothing is kept: points go to it in blocks.
+  explicit PointCollector(PointSink* sink = nullptr) : sink_(sink) {}
 
-  void Add(double x, double y, double z) {
-    if (count_ == points_.cols()) Grow(std::max<Eigen::Index>(1024, count_ + count_ / 2));
-    points_(0, count_) = x;
-    points_(1, count_) = y;
-    points_(2, count_) = z;
-    ++count_;
+  // Room for `count` points. Only for counts that the bytes at hold really allow.
+  void Reserve(uint64_t count) {
+    if (sink_ == nullptr) Grow(static_cast<Eigen::Index>(count));
   }
 
-  int64_t count() const { return count_; }
+  void Add(double x, double y, double z) {
+    if (kept_ == points_.cols()) MakeRoom();
+    points_(0, kept_) = x;
+    points_(1, kept_) = y;
+    points_(2, kept_) = z;
+    ++kept_;
+  }
 
+  int64_t count() const { return passed_on_ + kept_; }
+
+  // Those that are kept.
   Eigen::Matrix3Xd Finish() {
-    points_.conservativeResize(3, count_);
+    if (sink_ != nullptr) PassOn();
+    points_.conservativeResize(3, kept_);
     return std::move(points_);
   }
 
  private:
+  static constexpr Eigen::Index kBlock = 1 << 14;
+
+  void MakeRoom() {
+    if (sink_ == nullptr) {
+      Grow(std::max<Eigen::Index>(1024, kept_ + kept_ / 2));
+    } else if (kept_ == kBlock) {
+      PassOn();
+    } else {
+      Grow(kBlock);
+    }
+  }
+
+  void PassOn() {
+    sink_->Take(points_.leftCols(kept_));
+    passed_on_ += kept_;
+    kept_ = 0;
+  }
+
   void Grow(Eigen::Index columns) {
     if (columns > points_.cols()) points_.conservativeResize(3, columns);
   }
 
+  PointSink* sink_;
   Eigen::Matrix3Xd points_;
-  Eigen::Index count_ = 0;
+  Eigen::Index kept_ = 0;
+  int64_t passed_on_ = 0;
 };
 
 }  // namespace rilievo

@@ -186,7 +186,7 @@ class PtxReader {
 
   ByteSource& source_;
   const WantedLayers wanted_;
-  PointCollector points_;
+  PointCollector points_{wanted_.sink};
   SightCollector sights_;
   std::vector<float> intensity_;
   Eigen::Matrix3d rotation_;  // scan = rotation * local + translation

@@ -223,7 +223,7 @@ class XyzReader {
 
   ByteSource& source_;
   const WantedLayers wanted_;
-  PointCollector points_;
+  PointCollector points_{wanted_.sink};
   SightCollector sights_;
   SightColumns sight_columns_;
   std::vector<double> values_;                   // of the point at hand, by place in columns_
