@@ -57,7 +57,9 @@ absl::Status Align(const AlignArguments& arguments, std::stop_token stop) {
     return UsageError(absl::StrCat(arguments.scans[0], ": one scan alone; give at least two"));
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::string> outputs, OutputsOf(arguments));
-  RILIEVO_RETURN_IF_ERROR(CheckFiles({arguments.scans, outputs, {arguments.json ? "-" : ""}}));
+  std::vector<std::string> inputs = arguments.scans;
+  inputs.push_back(arguments.reading.trajectory);
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({inputs, outputs, {arguments.json ? "-" : ""}}));
   RunContext context;
   context.stop = std::move(stop);
   context.threads = arguments.threads;
@@ -92,6 +94,7 @@ Command AddAlign(CLI::App& program) {
                   "for each; without it they are measured only; - is standard output (.ply)");
   AddFormatOption(app, &a->reading.format);
   AddScanOptions(app, &a->reading);
+  AddTrajectoryOption(app, &a->reading);
   AddPlaceOptions(app, &a->place);
   app->add_option("--threads", a->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));

@@ -49,6 +49,7 @@ Command AddDiagnose(CLI::App& program) {
   app->add_option("SCAN", arguments->scan, "the points; - is standard input")->required();
   AddFormatOption(app, &arguments->reading.format);
   AddScanOptions(app, &arguments->reading);
+  AddTrajectoryOption(app, &arguments->reading);
   app->add_option("--threads", arguments->threads, "threads to use; default all")
       ->check(CLI::Range(0, 1024));
   app->add_flag("--json", arguments->json, "print JSON");

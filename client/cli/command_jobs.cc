@@ -103,7 +103,9 @@ void Print(const v1::Job& job, const JobsArguments& arguments) {
 // Where the surface goes; what it is made from is not overwritten.
 absl::StatusOr<SurfaceTarget> CheckedTarget(const JobsArguments& arguments) {
   RILIEVO_ASSIGN_OR_RETURN(SurfaceTarget target, SurfaceTargetOf(arguments.surface));
-  CommandFiles files{{arguments.scan}, PathsOf({target}), {arguments.json ? "-" : ""}};
+  CommandFiles files{{arguments.scan, arguments.reading.trajectory},
+                     PathsOf({target}),
+                     {arguments.json ? "-" : ""}};
   AppendFilesOf(arguments.options, &files.inputs);
   AppendFilesOf(arguments.connection, &files.inputs);
   RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
@@ -305,7 +307,10 @@ void AddSubmit(CLI::App* app, ShapeInput input, JobsArguments* a) {
   app->add_flag("--wait", a->wait, "wait until the job is finished");
   AddSurfaceOutput(app, "the command then waits for it; ", &a->surface);
   AddFormatOption(app, &a->reading.format);
-  if (of_scans) AddScanOptions(app, &a->reading);
+  if (of_scans) {
+    AddScanOptions(app, &a->reading);
+    AddTrajectoryOption(app, &a->reading);
+  }
   AddReconstructOptions(app, input, of_scans ? &a->options : &a->mesh_options);
 }
 

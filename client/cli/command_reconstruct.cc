@@ -75,7 +75,9 @@ absl::Status Run(const Arguments& arguments, std::stop_token stop) {
   const auto read = [&](const std::string& path) {
     return arguments.merge ? ReadMerged(arguments, stop) : ReadOne(arguments, path);
   };
-  return MakeSurfaces(arguments.making, SurfaceNames(arguments), read, {arguments.kept_scan}, stop);
+  MakingArguments making = arguments.making;
+  making.further_inputs = {arguments.scan.trajectory};
+  return MakeSurfaces(making, SurfaceNames(arguments), read, {arguments.kept_scan}, stop);
 }
 
 }  // namespace
@@ -91,6 +93,7 @@ Command AddReconstruct(CLI::App& program) {
   AddMakingOptions(app, ShapeInput::kScan, &a->making);
   AddFormatOption(app, &a->scan.format);
   AddScanOptions(app, &a->scan);
+  AddTrajectoryOption(app, &a->scan);
   CLI::Option* merge = app->add_flag(
       "--merge", a->merge,
       "one surface of all scans, which must share unit, way up and coordinate reference system");

@@ -171,6 +171,7 @@ Command AddVerify(CLI::App& program) {
                   "the scan or mesh it was made from: checks the errors too");
   AddFormatOption(app, &arguments->reading.format);
   AddScanOptions(app, &arguments->reading);
+  AddTrajectoryOption(app, &arguments->reading);
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
 }

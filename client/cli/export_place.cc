@@ -30,10 +30,11 @@ void AddExportPlace(CLI::App* app, ExportPlaceArguments* arguments) {
 
 absl::Status CheckExportPlace(const ExportPlaceArguments& arguments, const std::string& output,
                               const std::string& extension) {
-  const bool tells = extension == "glb" || extension == "usda";
-  if (!tells && !arguments.place.up.empty()) {
+  const bool has_none =
+      extension == "ply" || extension == "obj" || extension == "stl" || extension == "png";
+  if (has_none && !arguments.place.up.empty()) {
     return UsageError(absl::StrCat(output, ": .", extension,
-                                   " has no way up; leave --up out, or write .glb or .usda"));
+                                   " has no way up; leave --up out, or write .glb, .3mf or .usda"));
   }
   if (extension == "png" && !arguments.origin.empty()) {
     return UsageError(absl::StrCat(output, ": .png holds heights alone; leave --origin out"));
@@ -59,10 +60,11 @@ absl::StatusOr<Eigen::Vector3d> OriginOf(const ExportPlaceArguments& arguments,
 
 std::string RoundingWarning(const std::string& extension, const Eigen::Matrix3Xd& vertices,
                             const ScanPlace& place) {
-  if (extension != "stl") return "";
+  if (extension != "stl" && extension != "3mf") return "";
   const double rounding = FloatRounding(vertices), diagonal = DiagonalOf(vertices);
   if (!(rounding > kFineRounding * diagonal)) return "";
-  return absl::StrCat("STL keeps seven digits of a coordinate: vertices move by up to ",
+  return absl::StrCat(extension == "stl" ? "STL" : "3MF",
+                      " keeps seven digits of a coordinate: vertices move by up to ",
                       LengthText(rounding, place), " (", Percent(rounding / diagonal),
                       " of the diagonal); rilievo export --origin auto avoids that");
 }

@@ -12,6 +12,7 @@
 #include "client/formats/keep_classes.h"
 #include "client/formats/mesh_reader.h"
 #include "client/formats/open_input.h"
+#include "client/formats/trajectory.h"
 #include "client/formats/with_input.h"
 #include "core/base/status_macros.h"
 #include "core/surface/displaced_surface.h"
@@ -128,10 +129,22 @@ void AddScanOptions(CLI::App* app, ScanArguments* arguments) {
       ->check(CLI::Range(0, 255));
 }
 
+void AddTrajectoryOption(CLI::App* app, ScanArguments* arguments) {
+  app->add_option(
+      "--trajectory", arguments->trajectory,
+      "where the scanner was at the GPS times of a LAS or LAZ file: lines of time, x, y, z in the "
+      "coordinates of the scan, or a table whose heading names these");
+}
+
 absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
                                   const WantedLayers& layers) {
   WantedLayers wanted = layers;
   wanted.classes.assign(arguments.classes.begin(), arguments.classes.end());
+  std::optional<Trajectory> trajectory;
+  if (wanted.stations && !arguments.trajectory.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(trajectory, ReadTrajectory(arguments.trajectory));
+    wanted.trajectory = &*trajectory;
+  }
   return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
     const std::string name = NameOf(path, arguments.format);
     HeadedInput input(in);
@@ -139,6 +152,11 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     const bool is_mesh = kind == FileKind::kStl || kind == FileKind::kGlb;
     RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, is_mesh ? ReadMeshVertices(input.stream(), name, wanted)
                                                     : ReadScanStream(input.stream(), name, wanted));
+    if (trajectory && kind != FileKind::kLas) {
+      return absl::InvalidArgumentError(
+          "--trajectory needs the GPS times of its points, which LAS and LAZ files have; leave it "
+          "out");
+    }
     if (is_mesh && !wanted.classes.empty()) {
       RILIEVO_RETURN_IF_ERROR(KeepClasses(wanted.classes, &scan));
     }

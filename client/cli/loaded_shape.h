@@ -36,13 +36,18 @@ struct ScanArguments {
   std::string format;             // see AddFormatOption; may be empty
   bool points_only = false;       // a mesh may stand for its vertices
   std::vector<int> classes = {};  // see WantedLayers
+  std::string trajectory = {};    // a file, see Trajectory; empty: none
 };
 
 // --points-only and --classes of a command; `arguments` must outlive it.
 void AddScanOptions(CLI::App* app, ScanArguments* arguments);
 
+// --trajectory of a command that uses stations; `arguments` must outlive it.
+void AddTrajectoryOption(CLI::App* app, ScanArguments* arguments);
+
 // All inputs: "-" is the standard input. INVALID_ARGUMENT for a mesh (PLY and OBJ with faces, STL,
-// GLB) unless its vertices alone are wanted.
+// GLB) unless its vertices alone are wanted, and for a trajectory where stations are wanted of a
+// scan without GPS times.
 absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& arguments,
                                   const WantedLayers& wanted = {});
 

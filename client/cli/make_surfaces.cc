@@ -166,6 +166,8 @@ absl::Status MakeSurfaces(const MakingArguments& arguments, const std::vector<st
                            SurfaceTargets(names, arguments.surface));
   CommandFiles files{
       arguments.inputs, PathsOf(targets), {arguments.report, arguments.json ? "-" : ""}};
+  files.inputs.insert(files.inputs.end(), arguments.further_inputs.begin(),
+                      arguments.further_inputs.end());
   files.outputs.insert(files.outputs.end(), further_outputs.begin(), further_outputs.end());
   AppendFilesOf(arguments.options, &files.inputs);
   AppendFilesOf(arguments.connection, &files.inputs);

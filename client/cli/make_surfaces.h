@@ -17,6 +17,7 @@ namespace rilievo {
 
 struct MakingArguments {
   std::vector<std::string> inputs;
+  std::vector<std::string> further_inputs;  // read besides them; empty names are none
   std::string report;
   SurfaceOutputArguments surface;
   ServerArguments connection;

@@ -11,8 +11,6 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo {
-namespace {
-
 namespace fs = std::filesystem;
 
 absl::Status MakeFolder(const std::string& path) {
@@ -23,8 +21,6 @@ absl::Status MakeFolder(const std::string& path) {
                           absl::StrCat(path, ": cannot be made a folder: ", error.message())),
                       ExitCode::kOutput);
 }
-
-}  // namespace
 
 bool NamesAFolder(const std::string& path) {
   std::error_code error;

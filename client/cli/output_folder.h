@@ -1,4 +1,4 @@
-// A folder that gets one file for each scan.
+// A folder that gets several files.
 #pragma once
 
 #include <string>
@@ -10,6 +10,9 @@ namespace rilievo {
 
 // Whether an output is one: it exists, or ends with '/'.
 bool NamesAFolder(const std::string& path);
+
+// Makes the folder unless it is there; kOutput where it cannot be made.
+absl::Status MakeFolder(const std::string& path);
 
 // A file for each scan, named as the scan with this extension (".dss"), in the folder, which is
 // made. kUsage for two scans of one name, kOutput where it cannot be made.

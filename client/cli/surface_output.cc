@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 bool IsMesh(const std::string& extension) {
-  const std::vector<std::string> meshes = {"ply", "obj", "stl", "glb", "usda"};
+  const std::vector<std::string> meshes = {"ply", "obj", "stl", "glb", "3mf", "usda"};
   return std::find(meshes.begin(), meshes.end(), extension) != meshes.end();
 }
 
@@ -44,7 +44,10 @@ absl::Status WriteMeshOf(const DecodedSurface& decoded, const std::string& path,
                            Tessellate(surface, surface.max_level, context));
   const std::string warning = RoundingWarning(extension, mesh.vertices, place);
   if (!warning.empty()) std::cerr << Wrap(absl::StrCat(path, ": ", warning), 2) << '\n';
-  return WriteMesh(path, extension, mesh, SourcesAtLevel(surface, surface.max_level), {}, place);
+  PointLayers layers;
+  layers.colors = surface.colors;
+  return WriteMesh(path, extension, mesh, SourcesAtLevel(surface, surface.max_level), layers,
+                   place);
 }
 
 absl::Status WriteDss(const std::string& path, std::span<const uint8_t> dss) {
@@ -58,7 +61,7 @@ CLI::Option* AddSurfaceOutput(CLI::App* app, const std::string& what,
   CLI::Option* output = app->add_option(
       "-o,--output", arguments->output,
       absl::StrCat("the surface, a .dss file; or a mesh of it at its finest level: .ply, .obj, "
-                   ".stl, .glb, .usda; ",
+                   ".stl, .glb, .3mf, .usda; ",
                    what, "- is standard output (.dss)"));
   app->add_flag("--keep-dss", arguments->keep_dss,
                 "with a mesh as the output: keep the .dss file beside it");
@@ -78,7 +81,7 @@ absl::StatusOr<SurfaceTarget> SurfaceTargetOf(const SurfaceOutputArguments& argu
   if (!extension.empty() && extension != "dss" && extension != "stream") {
     return UsageError(absl::StrCat("--output ", path, ": .", extension,
                                    " is not known; write .dss for the surface, or .ply, .obj, "
-                                   ".stl, .glb or .usda for a mesh of it"));
+                                   ".stl, .glb, .3mf or .usda for a mesh of it"));
   }
   if (arguments.keep_dss) {
     return UsageError(

@@ -90,8 +90,8 @@ class E57Reader {
 
  private:
   // The fields that are read of a scan, in the order of their values: place, state, intensity,
-  // colour and its state, class; all but the first only where the scan has them and they are
-  // wanted.
+  // colour and its state, class, normal; all but the first only where the scan has them and they
+  // are wanted.
   std::vector<int> WantedFields(const ScanDescription& scan) const {
     std::vector<int> fields(scan.place.begin(), scan.place.end());
     if (scan.invalid_state >= 0) fields.push_back(scan.invalid_state);
@@ -101,6 +101,7 @@ class E57Reader {
       if (scan.color_invalid >= 0) fields.push_back(scan.color_invalid);
     }
     if (HasClasses(scan)) fields.push_back(scan.classification);
+    if (HasNormals(scan)) fields.insert(fields.end(), scan.normal.begin(), scan.normal.end());
     return fields;
   }
   bool HasIntensity(const ScanDescription& scan) const {
@@ -109,6 +110,10 @@ class E57Reader {
   bool HasColors(const ScanDescription& scan) const { return wanted_.colors && scan.color[0] >= 0; }
   bool HasClasses(const ScanDescription& scan) const {
     return !wanted_.classes.empty() && scan.classification >= 0;
+  }
+
+  bool HasNormals(const ScanDescription& scan) const {
+    return wanted_.normals && scan.normal[0] >= 0;
   }
 
   // Those of the scans with records. Each section bounds the points of its scan; sections that
@@ -134,6 +139,8 @@ class E57Reader {
           absl::StrCat("E57: 0 points in ", ScanCount(), ", the file holds none"));
     }
     points_.Reserve(records);
+    any_normals_ = std::any_of(scans_.begin(), scans_.end(),
+                               [&](const ScanDescription& scan) { return HasNormals(scan); });
     return sections;
   }
 
@@ -167,7 +174,14 @@ class E57Reader {
       if (scan.color_invalid >= 0 && values[next++][i] != 0) color.fill(std::nan(""));
       sights_.AddColor(color.data());
     }
-    if (HasClasses(scan)) sights_.AddClass(values[next][i]);
+    if (HasClasses(scan)) sights_.AddClass(values[next++][i]);
+    if (!any_normals_) return;
+    Eigen::Vector3d normal = UnknownPlace();
+    if (HasNormals(scan)) {
+      normal = scan.rotation *
+               Eigen::Vector3d(values[next][i], values[next + 1][i], values[next + 2][i]);
+    }
+    sights_.AddNormal(normal);
   }
 
   // A scan in spherical coordinates has its sensor at their origin; so has one in cartesian
@@ -210,10 +224,11 @@ class E57Reader {
   const std::vector<ScanDescription> scans_;
   const std::string crs_;
   const WantedLayers wanted_;
-  PointCollector points_;
+  PointCollector points_{wanted_.sink};
   SightCollector sights_;
   std::vector<float> intensity_;
   uint64_t invalid_ = 0;
+  bool any_normals_ = false;  // of some scan, and wanted
 };
 
 }  // namespace

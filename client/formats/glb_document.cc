@@ -1,10 +1,12 @@
 #include "client/formats/glb_document.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "client/formats/meshopt/unpack_rows.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -17,6 +19,7 @@ constexpr uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk
 constexpr uint64_t kMostJsonBytes = uint64_t{16} << 20;
 // A value takes up to a hundred bytes of memory and two of the file.
 constexpr uint64_t kMostJsonValues = 1'000'000;
+constexpr char kMeshopt[] = "EXT_meshopt_compression";
 
 template <typename... Words>
 absl::Status GlbError(const Words&... words) {
@@ -29,7 +32,7 @@ bool StartsWithWord(std::string_view text, std::string_view prefix) {
 
 // What no mesh is made of.
 bool IsPassedOver(int depth, const std::string& key) {
-  if (key == "extras" || key == "extensions" || key == "name") return true;
+  if (key == "extras" || key == "name") return true;
   if (depth > 1) return false;
   for (const char* used : {"scene", "scenes", "nodes", "meshes", "accessors", "bufferViews",
                            "buffers", "extensionsRequired"}) {
@@ -61,16 +64,16 @@ absl::Status CheckExtensions(const Json& root) {
     if (!entry.is_string()) return GlbError("'extensionsRequired' holds what is not a name");
     const std::string& name = entry.get_ref<const std::string&>();
     bool harmless = false;
-    for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"}) {
+    for (const char* prefix : {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_",
+                               "KHR_mesh_quantization", kMeshopt}) {
       harmless |= StartsWithWord(name, prefix);
     }
     if (harmless) continue;
     const char* remedy = "export the mesh without it";
     if (name == "KHR_draco_mesh_compression") remedy = "export the mesh without Draco compression";
-    if (name == "EXT_meshopt_compression" || name == "KHR_meshopt_compression") {
-      remedy = "export the mesh without meshopt compression";
+    if (name == "KHR_meshopt_compression") {
+      remedy = "export the mesh with EXT_meshopt_compression, or without compression";
     }
-    if (name == "KHR_mesh_quantization") remedy = "export the mesh with positions of 32-bit float";
     return GlbError("the file requires the extension ", name, ", which is not read; ", remedy);
   }
   return absl::OkStatus();
@@ -143,6 +146,23 @@ absl::StatusOr<size_t> WidthOf(const Json& accessor) {
 
 double GlbRows::Value(uint64_t row, size_t column) const {
   return LoadScalar(bytes + row * stride + column * ScalarSize(type), type, kSwapGlb);
+}
+
+double GlbRows::Real(uint64_t row, size_t column) const {
+  const double value = Value(row, column);
+  if (!normalized) return value;
+  switch (type) {  // glTF 2.0, section 3.6.2.2
+    case ScalarType::kI8:
+      return std::max(value / 127, -1.0);
+    case ScalarType::kU8:
+      return value / 255;
+    case ScalarType::kI16:
+      return std::max(value / 32767, -1.0);
+    case ScalarType::kU16:
+      return value / 65535;
+    default:
+      return value;
+  }
 }
 
 absl::StatusOr<GlbDocument> GlbDocument::Read(ByteSource* source) {
@@ -234,7 +254,7 @@ absl::StatusOr<GlbRows> GlbDocument::RowsOf(const Json& accessor) const {
   rows.normalized = normalized != nullptr && *normalized == true;
   RILIEVO_ASSIGN_OR_RETURN(const uint64_t view_index, Whole(accessor, "bufferView"));
   RILIEVO_ASSIGN_OR_RETURN(const Json* view, Item("bufferViews", view_index));
-  RILIEVO_ASSIGN_OR_RETURN(const std::string_view bytes, BytesOf(*view));
+  RILIEVO_ASSIGN_OR_RETURN(const std::string_view bytes, BytesOf(view_index));
   const size_t row_bytes = rows.width * ScalarSize(rows.type);
   RILIEVO_ASSIGN_OR_RETURN(const uint64_t stride, Whole(*view, "byteStride", row_bytes));
   RILIEVO_ASSIGN_OR_RETURN(const uint64_t offset, Whole(accessor, "byteOffset", 0));
@@ -253,14 +273,43 @@ absl::StatusOr<GlbRows> GlbDocument::RowsOf(const Json& accessor) const {
   return rows;
 }
 
-absl::StatusOr<std::string_view> GlbDocument::BytesOf(const Json& view) const {
-  RILIEVO_ASSIGN_OR_RETURN(const uint64_t buffer, Whole(view, "buffer"));
+absl::StatusOr<std::string_view> GlbDocument::BytesOf(uint64_t index) const {
+  RILIEVO_ASSIGN_OR_RETURN(const Json* view, Item("bufferViews", index));
+  const Json* extensions = Find(*view, "extensions");
+  const Json* compression = extensions != nullptr ? Find(*extensions, kMeshopt) : nullptr;
+  if (compression == nullptr) return StoredBytes(*view);
+  const auto known = unpacked_.find(index);
+  if (known != unpacked_.end()) return known->second;
+  absl::StatusOr<std::string> bytes = UnpackedBytes(*compression);
+  if (!bytes.ok()) {
+    return absl::Status(bytes.status().code(),
+                        absl::StrCat("bufferViews[", index, "]: ", bytes.status().message()));
+  }
+  return unpacked_.emplace(index, *std::move(bytes)).first->second;
+}
+
+absl::StatusOr<std::string> GlbDocument::UnpackedBytes(const Json& compression) const {
+  PackedRows packed;
+  RILIEVO_ASSIGN_OR_RETURN(packed.bytes, StoredBytes(compression));
+  RILIEVO_ASSIGN_OR_RETURN(packed.rows, Whole(compression, "count"));
+  RILIEVO_ASSIGN_OR_RETURN(packed.stride, Whole(compression, "byteStride"));
+  for (const auto& [name, word] :
+       {std::pair("mode", &packed.mode), std::pair("filter", &packed.filter)}) {
+    const Json* member = Find(compression, name);
+    if (member != nullptr && member->is_string()) *word = member->get<std::string>();
+  }
+  return UnpackRows(packed);
+}
+
+// `range`: an object with 'buffer', 'byteOffset' and 'byteLength'.
+absl::StatusOr<std::string_view> GlbDocument::StoredBytes(const Json& range) const {
+  RILIEVO_ASSIGN_OR_RETURN(const uint64_t buffer, Whole(range, "buffer"));
   RILIEVO_ASSIGN_OR_RETURN(const Json* item, Item("buffers", buffer));
   if (buffer != 0 || Find(*item, "uri") != nullptr) {
     return GlbError("buffers[", buffer, "] is not within the file; pack all into one .glb");
   }
-  RILIEVO_ASSIGN_OR_RETURN(const uint64_t offset, Whole(view, "byteOffset", 0));
-  RILIEVO_ASSIGN_OR_RETURN(const uint64_t length, Whole(view, "byteLength"));
+  RILIEVO_ASSIGN_OR_RETURN(const uint64_t offset, Whole(range, "byteOffset", 0));
+  RILIEVO_ASSIGN_OR_RETURN(const uint64_t length, Whole(range, "byteLength"));
   if (offset > binary_.size() || length > binary_.size() - offset) {
     return GlbError("its bufferView has ", length, " bytes from ", offset,
                     ", the file's chunk BIN has ", binary_.size());

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -21,8 +23,9 @@ struct GlbRows {
   size_t width = 0;  // values a row, 1 to 4
   bool normalized = false;
 
-  // `row` < count, `column` < width; a normalized integer is not yet divided.
+  // `row` < count, `column` < width. Value: a normalized integer is not yet divided.
   double Value(uint64_t row, size_t column) const;
+  double Real(uint64_t row, size_t column) const;
 };
 
 class GlbDocument {
@@ -31,7 +34,8 @@ class GlbDocument {
 
   // Uses the bytes in `source`, which must outlive the document and is not to be read on meanwhile.
   // The JSON may have 16 MiB and a million values. INVALID_ARGUMENT for other bytes than those of
-  // GLB 2 and for required extensions that change the geometry, DATA_LOSS when the bytes end early.
+  // GLB 2 and for required extensions that change the geometry but KHR_mesh_quantization and
+  // EXT_meshopt_compression; DATA_LOSS when the bytes end early.
   static absl::StatusOr<GlbDocument> Read(ByteSource* source);
 
   const Json& root() const { return json_; }
@@ -41,7 +45,7 @@ class GlbDocument {
   absl::StatusOr<const Json*> Item(const char* name, uint64_t index) const;
 
   // INVALID_ARGUMENT when the accessor is sparse, without bytes, in another file, or beyond the
-  // bytes of this one.
+  // bytes of this one; the errors of UnpackRows().
   absl::StatusOr<GlbRows> Rows(uint64_t accessor) const;
 
   // A member of an object: nullptr where there is none.
@@ -57,10 +61,14 @@ class GlbDocument {
   GlbDocument(Json json, std::string_view binary) : json_(std::move(json)), binary_(binary) {}
 
   absl::StatusOr<GlbRows> RowsOf(const Json& accessor) const;
-  absl::StatusOr<std::string_view> BytesOf(const Json& view) const;
+  // Of bufferViews[index].
+  absl::StatusOr<std::string_view> BytesOf(uint64_t index) const;
+  absl::StatusOr<std::string_view> StoredBytes(const Json& range) const;
+  absl::StatusOr<std::string> UnpackedBytes(const Json& compression) const;
 
   Json json_;
   std::string_view binary_;
+  mutable std::map<uint64_t, std::string> unpacked_;  // by bufferView, once it was asked for
 };
 
 }  // namespace rilievo

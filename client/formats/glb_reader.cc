@@ -48,8 +48,8 @@ absl::StatusOr<std::optional<GlbRows>> RowsNamed(const GlbDocument& document, co
 
 absl::Status CheckPrimitive(const Primitive& primitive) {
   const GlbRows& positions = primitive.positions;
-  if (positions.type != ScalarType::kF32 || positions.width != 3) {
-    return absl::InvalidArgumentError("POSITION must be VEC3 of 32-bit float");
+  if (positions.type == ScalarType::kU32 || positions.width != 3) {
+    return absl::InvalidArgumentError("POSITION must be VEC3 of float, bytes or shorts");
   }
   if (primitive.colors) {
     const GlbRows& colors = *primitive.colors;
@@ -160,7 +160,7 @@ class MeshOfScene {
     }
     const Eigen::Vector3d place =
         scene_from_mesh *
-        Eigen::Vector3d(positions.Value(row, 0), positions.Value(row, 1), positions.Value(row, 2));
+        Eigen::Vector3d(positions.Real(row, 0), positions.Real(row, 1), positions.Real(row, 2));
     const int64_t before = vertices_.count();
     const int vertex = vertices_.Add(place.x(), place.y(), place.z());
     if (vertices_.count() > before && all_have_colors_) AddColor(*primitive.colors, row);
@@ -168,12 +168,9 @@ class MeshOfScene {
   }
 
   void AddColor(const GlbRows& colors, uint64_t row) {
-    const double full = colors.type == ScalarType::kF32  ? 1
-                        : colors.type == ScalarType::kU8 ? 255
-                                                         : 65535;
     Rgb& color = colors_.emplace_back();
     for (size_t channel = 0; channel < 3; ++channel) {
-      color[channel] = SrgbFromLinear(colors.Value(row, channel) / full);
+      color[channel] = SrgbFromLinear(colors.Real(row, channel));
     }
   }
 

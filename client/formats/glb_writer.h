@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <ostream>
 #include <span>
 #include <string>
@@ -30,5 +32,13 @@ struct GlbTexture {
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
                           std::ostream& out, const PointLayers& layers = {},
                           const ScanPlace& place = {}, const GlbTexture* texture = nullptr);
+
+// INVALID_ARGUMENT for what WriteGlbMesh() does not take, whatever the size.
+absl::Status CheckGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                          const PointLayers& layers);
+
+// glTF's vertex colours are linear (section 3.7.2.1), a scan's are sRGB. 16 bits, for 8 linear ones
+// would merge dark colours.
+std::array<uint16_t, 256> GlbColorsFromSrgb();
 
 }  // namespace rilievo

@@ -16,6 +16,9 @@ namespace rilievo {
 inline constexpr size_t kLasRecordSizes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
 inline constexpr size_t kLasColorOffsets[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
 
+// Where in a point its GPS time is, a double (0: it has none).
+inline constexpr size_t kLasTimeOffsets[] = {0, 20, 0, 20, 20, 20, 22, 22, 22, 22, 22};
+
 // ASPRS LAS 1.0 to 1.4.
 struct LasHeader {
   int minor_version = 0;

@@ -3,11 +3,13 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/las_header.h"
 #include "client/formats/las_variable_records.h"
@@ -15,6 +17,8 @@
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
+#include "client/formats/sight_collector.h"
+#include "client/formats/trajectory.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -48,11 +52,22 @@ class LasReader {
 
   int64_t count() const { return points_.count(); }
 
+  // INVALID_ARGUMENT where no point has a time of the trajectory.
+  absl::Status CheckTimes() const {
+    if (wanted_.trajectory == nullptr || has_stations_) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "LAS: the points have times from %.3f to %.3f, the trajectory from %.3f to %.3f: export "
+        "both with the same kind of time, seconds of the GPS week or GPS seconds less 1e9",
+        first_time_, last_time_, wanted_.trajectory->first_time(),
+        wanted_.trajectory->last_time()));
+  }
+
   ScanFile Finish() {
     ScanFile scan;
     scan.format = absl::StrCat(header_.compressed ? "LAZ 1." : "LAS 1.", header_.minor_version,
                                ", point format ", header_.point_format);
     if (withheld_ > 0) absl::StrAppend(&scan.format, ", without ", withheld_, " withheld points");
+    scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
     scan.place.up = UpDirection::kZ;  // LAS 1.4 R15: Z is the elevation
     scan.place.crs = std::move(records_.crs);
@@ -120,6 +135,7 @@ class LasReader {
     points_.Add(point[0], point[1], point[2]);
     if (wanted_.intensity) intensity_.push_back(LoadAs<uint16_t>(record + 12, kSwap));
     if (!wanted_.classes.empty()) classes_.push_back(ClassOf(record, header_.point_format));
+    if (wanted_.trajectory != nullptr) AddStation(record);
     if (color_offset_ == 0) return;
     std::array<uint16_t, 3> color;
     for (size_t channel = 0; channel < 3; ++channel) {
@@ -129,15 +145,27 @@ class LasReader {
     colors_.push_back(color);
   }
 
+  void AddStation(const char* record) {
+    const auto time = LoadAs<double>(record + kLasTimeOffsets[header_.point_format], kSwap);
+    const Eigen::Vector3d place = wanted_.trajectory->At(time);
+    has_stations_ |= place.allFinite();
+    first_time_ = std::min(first_time_, time);
+    last_time_ = std::max(last_time_, time);
+    sights_.AddStation(place);
+  }
+
   const LasHeader header_;
   const WantedLayers wanted_;
   const size_t color_offset_;
   LasVariableRecords records_;
-  PointCollector points_;
+  PointCollector points_{wanted_.sink};
   std::vector<float> intensity_;
   std::vector<uint8_t> classes_;
   std::vector<std::array<uint16_t, 3>> colors_;
   uint16_t largest_channel_ = 0;
+  SightCollector sights_{wanted_};
+  bool has_stations_ = false;  // some point has
+  double first_time_ = std::numeric_limits<double>::infinity(), last_time_ = -first_time_;
   uint64_t withheld_ = 0;
 };
 
@@ -146,12 +174,18 @@ class LasReader {
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted) {
   ByteSource source(in);
   RILIEVO_ASSIGN_OR_RETURN(const LasHeader header, ReadLasHeader(&source));
+  if (wanted.trajectory != nullptr && kLasTimeOffsets[header.point_format] == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("LAS: points of the format ", header.point_format,
+                     " have no GPS time, which a trajectory needs; leave it out"));
+  }
   LasReader reader(header, wanted);
   RILIEVO_RETURN_IF_ERROR(reader.Read(&source));
   if (reader.count() == 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("LAS: all ", header.point_count, " points are marked as withheld"));
   }
+  RILIEVO_RETURN_IF_ERROR(reader.CheckTimes());
   return reader.Finish();
 }
 

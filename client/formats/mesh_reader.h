@@ -36,7 +36,8 @@ absl::StatusOr<MeshFile> ReadStlMesh(std::istream& in);
 // format splits vertices by normals and texture places; triangles without three are left out. Of a
 // vertex with several colours the first is taken. Points, lines, morph targets and textures are
 // passed over; INVALID_ARGUMENT for skins, sparse accessors, other buffers than the file's own, and
-// required extensions that store the geometry otherwise (Draco, meshopt, quantization).
+// required extensions that store the geometry otherwise (Draco); EXT_meshopt_compression and
+// KHR_mesh_quantization are read.
 absl::StatusOr<MeshFile> ReadGlbMesh(std::istream& in);
 
 // By content first, by the extension of `name` second.

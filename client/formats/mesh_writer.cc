@@ -10,6 +10,7 @@
 #include "client/formats/file_kind.h"
 #include "client/formats/glb_writer.h"
 #include "client/formats/number_text.h"
+#include "client/formats/threemf/threemf_writer.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
@@ -196,13 +197,15 @@ absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
 absl::Status WriteMesh(const std::string& path, const std::string& extension,
                        const TriangleMesh& mesh, std::span<const HeightSource> sources,
                        const PointLayers& layers, const ScanPlace& place) {
-  if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb") {
+  if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb" &&
+      extension != "3mf") {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": the extension must be .ply, .obj, .stl or .glb"));
+        absl::StrCat(path, ": the extension must be .ply, .obj, .stl, .glb or .3mf"));
   }
   return WriteFileAtomically(path, [&](std::ostream& out) {
     if (extension == "obj") return WriteObjMesh(mesh, out, layers);
     if (extension == "stl") return WriteStlMesh(mesh, out);
+    if (extension == "3mf") return Write3mfMesh(mesh, out, layers, place);
     if (extension == "glb") return WriteGlbMesh(mesh, sources, out, layers, place);
     return WritePlyMesh(mesh, sources, out, layers);
   });

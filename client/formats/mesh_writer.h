@@ -35,9 +35,9 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out,
 // triangles (INVALID_ARGUMENT beyond).
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
 
-// By the extension of `path`: .ply, .obj, .stl or .glb; INVALID_ARGUMENT for any other. Layers are
-// for .ply and .glb, their colours for .obj too; `place` is for .glb. Atomic, see
-// WriteFileAtomically().
+// By the extension of `path`: .ply, .obj, .stl, .glb or .3mf; INVALID_ARGUMENT for any other.
+// Layers are for .ply and .glb, their colours for .obj and .3mf too; `place` is for .glb and .3mf.
+// Atomic, see WriteFileAtomically().
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources, const PointLayers& layers = {},
                        const ScanPlace& place = {});

@@ -1,6 +1,7 @@
 // What a scan says of its points beside where they are.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -10,12 +11,27 @@
 
 namespace rilievo {
 
+class Trajectory;
+
+// Takes a scan's points as they are read. It remembers what went wrong.
+class PointSink {
+ public:
+  virtual ~PointSink() = default;
+  // Column = point, as in the file.
+  virtual void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) = 0;
+};
+
 // Which of them are wanted; each costs memory.
 struct WantedLayers {
   bool intensity = false;
   bool colors = false, stations = false, normals = false;  // of PointCloud::sights
   // The points of these classes alone (LAS: 2 is ground, 6 buildings); empty: all points.
   std::vector<uint8_t> classes = {};
+  // Where the sensor was at the times of the points (LAS, LAZ); null: not known.
+  const Trajectory* trajectory = nullptr;
+  // Takes the points instead of the cloud, which stays without any; null: none does. Layers and
+  // classes are not to be wanted then.
+  PointSink* sink = nullptr;
 };
 
 // One value a point or vertex, or empty where there are none or none were wanted.

@@ -60,7 +60,9 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wante
 // Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
 // coordinates in double, so map grids keep what the file has. Points marked as withheld are left
 // out. 16-bit colours become 8 bits. The coordinate reference system is that of the variable length
-// records (las_variable_records.h); which unit it has is not asked of it.
+// records (las_variable_records.h); which unit it has is not asked of it. With a trajectory a point's
+// station is where that was at its GPS time. INVALID_ARGUMENT for a trajectory where the points have
+// no times, or none that it has.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
 
 // ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
@@ -68,7 +70,8 @@ absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wante
 // have a pose that is not the identity. Points marked as invalid are left out. Each page that is
 // read is compared with its checksum. A pipe is read into memory first. Colours become 8 bits by
 // their limits. The unit is the metre, the coordinate reference system that of the element
-// coordinateMetadata.
+// coordinateMetadata. Normals are those of the extension E57_NOR_surface_normals (nor:normalX, ...),
+// turned by the pose; points of scans without them have none where others do.
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame,

@@ -9,6 +9,7 @@ import tempfile
 import unittest
 import zlib
 
+import lib3mf
 import numpy as np
 from check_usda import UsdError, check
 from scans import GOLDEN, command_line, program
@@ -211,6 +212,25 @@ class ExportTest(unittest.TestCase):
             self.assertEqual((issues["numErrors"], issues["numWarnings"]), (0, 0),
                              f"{path.name}: {issues['messages'][:5]}")
             self.assertEqual(report["info"]["totalTriangleCount"] > 0, True)
+
+    def test_lib3mf_reads_3mf_without_a_warning(self):
+        try:
+            lib3mf.load()
+        except OSError:
+            self.skipTest(f"{lib3mf.LIBRARY} is not installed")
+        vertices = self.surface.vertices()
+        for unit, name, factor in (("mm", "millimeter", 1), ("m", "meter", 1),
+                                   ("in", "inch", 1), ("dm", "millimeter", 100)):
+            model = lib3mf.read(str(self.export("a.3mf", "--unit", unit)))
+            self.assertEqual((model.unit, model.warnings), (name, 0))
+            self.assertTrue(model.is_closed)
+            np.testing.assert_allclose(model.vertices, factor * vertices, rtol=1e-6, atol=1e-6)
+            np.testing.assert_array_equal(model.triangles, self.surface.faces())
+        (self.folder / "open.dss").write_bytes(command_line(
+            np.random.default_rng(1).uniform(size=(3000, 3)) * (1, 1, 0), ["--topology", "planar"]))
+        model = lib3mf.read(str(self.export("open.3mf", "--up", "y",
+                                            source=self.folder / "open.dss")))
+        self.assertEqual((model.is_closed, model.warnings), (False, 0))
 
     def test_refusals(self):
         for name, arguments, part in (("a.fbx", [], ".usda"), ("a.usda", ["--level", "9"], "level"),

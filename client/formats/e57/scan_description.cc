@@ -210,6 +210,10 @@ class DescriptionReader {
     if (!is_number(scan_.classification)) scan_.classification = -1;
     scan_.color_invalid = FieldNumber("isColorInvalid");
     if (!is_number(scan_.color_invalid)) scan_.color_invalid = -1;
+    if (!FindFields({"nor:normalX", "nor:normalY", "nor:normalZ"}, &scan_.normal) ||
+        !is_number(scan_.normal[0]) || !is_number(scan_.normal[1]) || !is_number(scan_.normal[2])) {
+      scan_.normal = {-1, -1, -1};
+    }
     constexpr string_view kChannels[] = {"colorRed", "colorGreen", "colorBlue"};
     const XmlElement* limits = data3d_.Child("colorLimits");
     for (size_t channel = 0; channel < 3; ++channel) {

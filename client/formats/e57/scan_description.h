@@ -35,6 +35,7 @@ struct ScanDescription {
   int invalid_state = -1;                   // 0 for valid records
   int intensity = -1, classification = -1;
   std::array<int, 3> color = {-1, -1, -1};
+  std::array<int, 3> normal = {-1, -1, -1};             // of the extension E57_NOR_surface_normals
   int color_invalid = -1;                               // 0 for records with a colour
   std::array<std::array<double, 2>, 3> color_limits{};  // darkest, brightest value a channel
   bool has_pose = false;                                // file = rotation * scan + translation

@@ -1,4 +1,4 @@
-// The GPS time of a point of the formats 1, 3, 4 and 5.
+// The GPS times of points.
 #pragma once
 
 #include <array>
@@ -9,30 +9,41 @@
 
 namespace rilievo::laz {
 
-// LASzip's item GPSTIME11, version 2: up to four interleaved sequences of times, each continued by
-// a multiple of its last step and a correction (Isenburg 2013, section "Compressing gpstime11").
-// Nobody reads the times here, so that only what the decoding of later points hangs on is kept of
-// them: the steps.
+// LASzip's items GPSTIME11, version 2, and the times of POINT14: up to four interleaved sequences
+// of times, as the 64 bits of a double, each continued by a multiple of its last step and a
+// correction (Isenburg 2013, section "Compressing gpstime11").
 class GpsTimeDecoder {
  public:
-  void Skip(ArithmeticDecoder* decoder);
+  // In layers a time that stays has no symbol: it is asked for only where it changes.
+  enum class Repeats { kHaveSymbols, kAreLeftOut };
+
+  // `first`: the bits of the time before the first that is decoded.
+  GpsTimeDecoder(uint64_t first, Repeats repeats);
+
+  // The bits of the next time.
+  uint64_t Decode(ArithmeticDecoder* decoder);
+
+  uint64_t last() const { return sequences_[current_].time; }
 
  private:
   struct Sequence {
-    uint32_t step = 0;      // modulo 2^32
+    uint64_t time = 0;      // bits of a double
+    uint32_t step = 0;      // modulo 2^32, of both signs
     int extreme_steps = 0;  // in a row that were no multiple of `step`
   };
 
   // Both return whether the point's time is another sequence's.
-  bool SkipWithoutStep(ArithmeticDecoder* decoder);
-  bool SkipWithStep(ArithmeticDecoder* decoder);
-  void SkipWholeTime(ArithmeticDecoder* decoder);
-  // The next step is not a multiple of the last; the fourth in a row replaces it.
-  void NoteExtremeStep(uint32_t step);
+  bool DecodeWithoutStep(ArithmeticDecoder* decoder);
+  bool DecodeWithStep(ArithmeticDecoder* decoder);
+  void DecodeWholeTime(ArithmeticDecoder* decoder);
+  void Advance(uint32_t step);
+  // By a step that is not a multiple of the last; the fourth in a row replaces it.
+  void AdvanceFar(uint32_t step);
 
+  const uint32_t repeat_symbols_;
   std::array<Sequence, 4> sequences_;
   uint32_t current_ = 0, newest_ = 0;
-  SymbolModel without_step_{6}, multiples_{516};
+  SymbolModel without_step_, multiples_;
   IntegerDecoder corrections_{32, 9};
 };
 

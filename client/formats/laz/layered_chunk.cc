@@ -9,9 +9,10 @@
 namespace rilievo::laz {
 namespace {
 
-// In the order of the file. Of the point come then, behind the intensity, scan angles,
-// user data, sources and times; behind the colours near infrared, waveforms and each extra byte.
-constexpr size_t kPlace = 0, kZ = 1, kClasses = 2, kFlags = 3, kIntensity = 4, kColors = 9;
+// In the order of the file. Behind the intensity come scan angles, user data and sources; behind
+// the colours near infrared, waveforms and each extra byte.
+constexpr size_t kPlace = 0, kZ = 1, kClasses = 2, kFlags = 3, kIntensity = 4, kTimes = 8,
+                 kColors = 9;
 
 size_t LayerCount(const LazParameters& parameters) {
   return kColors + (parameters.color_offset > 0 ? 1 : 0) + (parameters.near_infrared ? 1 : 0) +
@@ -50,9 +51,11 @@ absl::StatusOr<std::unique_ptr<LayeredChunk>> LayeredChunk::Read(const LazParame
              .z = layer(kZ),
              .classes = {},
              .flags = layer(kFlags),
-             .intensity = {}};
+             .intensity = {},
+             .times = {}};
     if (!wanted.classes.empty()) point.classes = layer(kClasses);
     if (wanted.intensity) point.intensity = layer(kIntensity);
+    if (wanted.trajectory != nullptr) point.times = layer(kTimes);
   }
   std::unique_ptr<LayeredChunk> chunk(new LayeredChunk(point_count, first, point));
   if (wanted.colors && parameters.color_offset > 0) {

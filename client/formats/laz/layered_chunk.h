@@ -17,7 +17,7 @@ namespace rilievo::laz {
 
 // Behind the first point, as it is, stand the number of points, the size of each layer and the
 // layers. Those that nobody asks for are passed over, and so are classes, scan angles, user data,
-// sources, times, near infrared, waveforms and extra bytes.
+// sources, near infrared, waveforms and extra bytes.
 class LayeredChunk {
  public:
   // Reads it all. DATA_LOSS for a chunk of no points and for one that is cut off. The source must

@@ -31,8 +31,8 @@ class LazRecords {
                                                           const WantedLayers& wanted);
 
   // The next of header.point_count records, valid until the next call, or nullptr: see status().
-  // Its x, y, z, returns and flags are those of the point, and of intensity, classes and colours
-  // what is wanted; the other bytes are without meaning.
+  // Its x, y, z, returns and flags are those of the point, and of intensity, classes, colours and,
+  // for a trajectory, times what is wanted; the other bytes are without meaning.
   const char* Next();
 
   // DATA_LOSS, with the chunk and the point, where the file is cut off or damaged;

@@ -1,5 +1,6 @@
 #include "client/formats/laz/point14_decoder.h"
 
+#include "client/formats/las_header.h"
 #include "client/formats/laz/place_decoder.h"
 #include "client/formats/laz/record_fields.h"
 #include "client/formats/laz/return_contexts.h"
@@ -15,7 +16,8 @@ constexpr uint32_t kChannelChanged = 64;
 }  // namespace
 
 struct Point14Decoder::Channel {
-  explicit Channel(const Point& before) : last(before), place(before.z) {
+  Channel(const Point& before, uint64_t time)
+      : last(before), place(before.z), times(time, GpsTimeDecoder::Repeats::kAreLeftOut) {
     last_intensities.fill(before.intensity);
   }
 
@@ -26,6 +28,7 @@ struct Point14Decoder::Channel {
   PlaceDecoder place;
   IntegerDecoder intensities{16, 4};
   std::array<uint16_t, 8> last_intensities;
+  GpsTimeDecoder times;
 };
 
 Point14Decoder::Point14Decoder(const char* first, const Point14Layers& layers)
@@ -33,7 +36,8 @@ Point14Decoder::Point14Decoder(const char* first, const Point14Layers& layers)
       z_(layers.z),
       classes_(layers.classes),
       flags_(layers.flags),
-      intensity_(layers.intensity) {
+      intensity_(layers.intensity),
+      times_(layers.times) {
   const uint32_t returns = Load<uint8_t>(first + 14), flags = Load<uint8_t>(first + 15);
   channel_ = (flags >> 4) & 3;
   channels_[channel_] =
@@ -44,19 +48,20 @@ Point14Decoder::Point14Decoder(const char* first, const Point14Layers& layers)
                                       .number = returns & 15,
                                       .count = returns >> 4,
                                       .flags = (flags & 15) | (flags >> 2 & 48),
-                                      .classification = Load<uint8_t>(first + 16)});
+                                      .classification = Load<uint8_t>(first + 16)},
+                                Load<uint64_t>(first + kLasTimeOffsets[6]));
 }
 
 Point14Decoder::~Point14Decoder() = default;
 
 bool Point14Decoder::failed() const {
   return place_.decoder.failed() || z_.decoder.failed() || classes_.decoder.failed() ||
-         flags_.decoder.failed() || intensity_.decoder.failed();
+         flags_.decoder.failed() || intensity_.decoder.failed() || times_.decoder.failed();
 }
 
 bool Point14Decoder::at_end() const {
   return place_.decoder.at_end() && z_.decoder.at_end() && classes_.decoder.at_end() &&
-         flags_.decoder.at_end() && intensity_.decoder.at_end();
+         flags_.decoder.at_end() && intensity_.decoder.at_end() && times_.decoder.at_end();
 }
 
 void Point14Decoder::DecodeReturn(Channel* channel, uint32_t changed) {
@@ -92,7 +97,9 @@ bool Point14Decoder::Decode(char* record) {
   const bool channel_changed = (changed & kChannelChanged) != 0;
   if (channel_changed) {
     channel_ = (channel_ + place_.decoder.Decode(&channel->channels) + 1) & 3;
-    if (!channels_[channel_]) channels_[channel_] = std::make_unique<Channel>(channel->last);
+    if (!channels_[channel_]) {
+      channels_[channel_] = std::make_unique<Channel>(channel->last, channel->times.last());
+    }
     channel = channels_[channel_].get();
   }
   channel->time_changed = (changed & kTimeChanged) != 0;
@@ -117,6 +124,7 @@ bool Point14Decoder::Decode(char* record) {
     point.intensity = channel->last_intensities[first_last << 1 | time_changed] +=
         static_cast<uint16_t>(channel->intensities.Decode(&intensity_.decoder, first_last));
   }
+  if (times_.present && channel->time_changed) channel->times.Decode(&times_.decoder);
 
   Store(point.x, record);
   Store(point.y, record + 4);
@@ -126,6 +134,7 @@ bool Point14Decoder::Decode(char* record) {
   Store(static_cast<uint8_t>((point.flags & 15) | channel_ << 4 | (point.flags & 48) << 2),
         record + 15);
   Store(static_cast<uint8_t>(point.classification), record + 16);
+  Store(channel->times.last(), record + kLasTimeOffsets[6]);
   return channel_changed;
 }
 

@@ -7,13 +7,14 @@
 #include <string_view>
 
 #include "client/formats/laz/arithmetic_decoder.h"
+#include "client/formats/laz/gps_time_decoder.h"
 
 namespace rilievo::laz {
 
 // The layers that are read; one that is empty stays as the first point of the chunk has it.
 struct Point14Layers {
   std::string_view place;  // scanner channel, returns, x and y
-  std::string_view z, classes, flags, intensity;
+  std::string_view z, classes, flags, intensity, times;
 };
 
 // LASzip's item POINT14, versions 3 and 4: the prediction of POINT10 with four scanner channels
@@ -25,8 +26,8 @@ class Point14Decoder {
   Point14Decoder(const char* first, const Point14Layers& layers);
   ~Point14Decoder();
 
-  // Writes x, y, z, intensity, returns, flags and class of the next point into `record`, the rest
-  // stays. Returns whether its scanner channel is not that of the point before.
+  // Writes x, y, z, intensity, returns, flags, class and time of the next point into `record`, the
+  // rest stays. Returns whether its scanner channel is not that of the point before.
   bool Decode(char* record);
 
   uint32_t channel() const { return channel_; }
@@ -55,7 +56,7 @@ class Point14Decoder {
     ArithmeticDecoder decoder;
   };
 
-  Layer place_, z_, classes_, flags_, intensity_;
+  Layer place_, z_, classes_, flags_, intensity_, times_;
   uint32_t channel_;
   std::array<std::unique_ptr<Channel>, 4> channels_;
 };

@@ -2,8 +2,8 @@
 # The viewer's tests, a part of them or all:
 #   client/web/tests/run.sh BUILD_DIR [PART [NAME_PATTERN]]
 # build: the page, the gateway, the tests and their types, which the other parts need; gateway; decoder:
-# against the compiled one; page: in Chromium; formats: scans of scanners on the page; first_layer: the
-# page again, where time is measured.
+# against the compiled one; page: in Chromium; formats: scans of scanners on the page; exports: files
+# that the command line writes, read by others; first_layer: the page again, where time is measured.
 # Ends with 77 (skipped, for ctest) and a sentence where a tool is not there.
 set -euo pipefail
 build=$(cd "$1" && pwd)
@@ -42,7 +42,7 @@ export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
 export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
 export GOLDEN=$root/tests/golden CORPUS=$root/tests/fuzz/corpus REFERENCE=$web/tests/reference
 status=0
-[ "$part" = all ] && part="gateway decoder page formats first_layer"
+[ "$part" = all ] && part="gateway decoder page formats exports first_layer"
 for name in $part; do
   node --test ${3:+--test-name-pattern="$3"} "generated/tests/$name.test.js" || status=1
 done

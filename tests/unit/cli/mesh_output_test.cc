@@ -12,7 +12,7 @@ using MeshOutputTest = ProgramFixture;
 TEST_F(MeshOutputTest, IsWhatExportMakes) {
   ASSERT_EQ(Run({"simulate", "torus", "-o", At("scan.ply"), "--points", "3000"}).code, 0);
   ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--quiet"}).code, 0);
-  for (const std::string extension : {"ply", "obj", "stl", "glb", "usda"}) {
+  for (const std::string extension : {"ply", "obj", "stl", "glb", "3mf", "usda"}) {
     const std::string mesh = At("m." + extension), expected = At("e." + extension);
     const Ended made = Run({"reconstruct", At("scan.ply"), "-o", mesh});
     ASSERT_EQ(made.code, 0) << made.err;

@@ -4,22 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 
+#include "tests/unit/formats/glb_parts.h"
 #include "tests/unit/formats/surface_samples.h"
 
 namespace rilievo {
 namespace {
-
-template <typename T>
-T At(const std::string& bytes, size_t offset) {
-  T value;
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
 
 struct Glb {
   nlohmann::json json;
@@ -31,21 +26,14 @@ struct Glb {
     const auto& a = json["accessors"][accessor];
     const auto& view = json["bufferViews"][a["bufferView"].get<int>()];
     const size_t size = a["type"] == "VEC3" ? 3 * sizeof(T) : sizeof(T);
-    return At<T>(binary, view["byteOffset"].get<size_t>() + i * view.value("byteStride", size) +
-                             k * sizeof(T));
+    return testing::LoadAt<T>(binary, view["byteOffset"].get<size_t>() +
+                                          i * view.value("byteStride", size) + k * sizeof(T));
   }
 };
 
 Glb TakeApart(const std::string& bytes) {
-  EXPECT_EQ(bytes.substr(0, 4), "glTF");
-  EXPECT_EQ(At<uint32_t>(bytes, 4), 2u);
-  EXPECT_EQ(At<uint32_t>(bytes, 8), bytes.size());
-  const auto json_bytes = At<uint32_t>(bytes, 12);
-  EXPECT_EQ(bytes.substr(16, 4), "JSON");
-  EXPECT_EQ(json_bytes % 4, 0u);
-  EXPECT_EQ(bytes.substr(24 + json_bytes, 4), std::string("BIN\0", 4));
-  EXPECT_EQ(At<uint32_t>(bytes, 20 + json_bytes), bytes.size() - 28 - json_bytes);
-  return {nlohmann::json::parse(bytes.substr(20, json_bytes)), bytes.substr(28 + json_bytes)};
+  testing::GlbParts parts = testing::TakeGlbApart(bytes);
+  return {std::move(parts.json), std::move(parts.binary)};
 }
 
 TEST(GlbWriterTest, HoldsTheMeshAndKeepsMapGrids) {
@@ -89,9 +77,9 @@ TEST(GlbWriterTest, HoldsTheMeshAndKeepsMapGrids) {
 }
 
 // A point of the file's mesh node in the scene, as glTF 2.0 section 3.5.3 multiplies.
-Eigen::Vector3d InScene(const nlohmann::json& json, const Eigen::Vector3d& local) {
-  const auto& root = json["nodes"][0];
-  EXPECT_EQ(json["scenes"][0]["nodes"], nlohmann::json({0}));
+Eigen::Vector3d InScene(const nlohmann::json& document, const Eigen::Vector3d& local) {
+  const auto& root = document["nodes"][0];
+  EXPECT_EQ(document["scenes"][0]["nodes"], nlohmann::json({0}));
   EXPECT_EQ(root["children"], nlohmann::json({1}));
   const auto vector = [](const nlohmann::json& row) {
     return Eigen::Vector3d(row[0].get<double>(), row[1].get<double>(), row[2].get<double>());
@@ -100,7 +88,7 @@ Eigen::Vector3d InScene(const nlohmann::json& json, const Eigen::Vector3d& local
   const Eigen::Quaterniond turn(q[3].get<double>(), q[0].get<double>(), q[1].get<double>(),
                                 q[2].get<double>());
   EXPECT_NEAR(turn.norm(), 1, 1e-15);
-  const Eigen::Vector3d moved = local + vector(json["nodes"][1]["translation"]);
+  const Eigen::Vector3d moved = local + vector(document["nodes"][1]["translation"]);
   return turn * vector(root["scale"]).cwiseProduct(moved);
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/formats/scan_reader.h"
+#include "client/formats/trajectory.h"
 
 namespace rilievo::testing {
 namespace {
@@ -48,6 +49,32 @@ TEST_P(LazSamplesTest, HoldsThePointsOfItsUncompressedTwin) {
   const auto plain_classes = ReadLasScan(plain_in, classes)->classes;
   EXPECT_EQ(plain_classes.size(), static_cast<size_t>(plain->cloud.points.cols()));
   EXPECT_EQ(ReadLasScan(packed_in, classes)->classes, plain_classes);
+}
+
+// From the time itself follows where it was, so that stations tell the times.
+Trajectory Clock() {
+  std::stringstream way;
+  way.precision(17);
+  for (double time = 0; time < 300000; time += Trajectory::kLongestGap) {
+    way << time << ' ' << time << " 0 0\n";
+  }
+  return *Trajectory::Read(way);
+}
+
+TEST_P(LazSamplesTest, HasTheTimesOfItsUncompressedTwin) {
+  const fs::path path = SampleFolder() / GetParam();
+  const Trajectory clock = Clock();
+  const WantedLayers wanted = {.stations = true, .trajectory = &clock};
+  const auto plain = ReadScan(path.string() + ".las", wanted);
+  const auto packed = ReadScan(path.string() + ".laz", wanted);
+  ASSERT_EQ(packed.status().code(), plain.status().code());
+  const std::string name = GetParam();
+  ASSERT_EQ(plain.ok(),
+            name.find("time") != name.npos || name == "autzen_trim" || name == "extrabytes");
+  if (!plain.ok()) return;
+  EXPECT_GT(plain->cloud.sights.stations.cols(), 1000);
+  EXPECT_EQ(packed->cloud.sights.stations, plain->cloud.sights.stations);
+  EXPECT_EQ(packed->cloud.sights.station_of, plain->cloud.sights.station_of);
 }
 
 INSTANTIATE_TEST_SUITE_P(OtherPrograms, LazSamplesTest,
@@ -104,6 +131,25 @@ TEST_P(LazFormatTest, HoldsThePointsOfTheFormula) {
     for (int k = 0; colored && k < 3; ++k) {
       EXPECT_EQ(scan->cloud.sights.colors[i][k], (1000 * (k + 1) + i * 257 % 3000) >> 8);
     }
+  }
+}
+
+// laz-perf was given point i with a time that grows, the same in all formats that have one.
+TEST(LazSampleTest, TimesAreTheSamePointwiseAndLayered) {
+  const fs::path source = fs::path(__FILE__).parent_path().parent_path().parent_path();
+  const Trajectory clock = Clock();
+  const auto sights = [&](int format) {
+    const std::string name = "packed_" + std::to_string(format) + ".laz";
+    const auto scan = ReadScan((source / "fuzz/corpus/las" / name).string(),
+                               {.stations = true, .trajectory = &clock});
+    EXPECT_TRUE(scan.ok()) << scan.status();
+    return scan.ok() ? scan->cloud.sights : PointSights();
+  };
+  const PointSights pointwise = sights(1);
+  EXPECT_GT(pointwise.stations.cols(), 10);
+  for (const int format : {3, 6, 7, 8}) {
+    EXPECT_EQ(sights(format).stations, pointwise.stations) << format;
+    EXPECT_EQ(sights(format).station_of, pointwise.station_of) << format;
   }
 }
 

@@ -69,6 +69,33 @@ testing::E57Scan E57Points(const char* x, const char* y, const char* z, std::str
   return scan;
 }
 
+TEST(SightsTest, E57NormalsAreTurnedByThePose) {
+  // A quarter turn about z: x becomes y.
+  const std::string pose =
+      "<pose type=\"Structure\"><rotation type=\"Structure\"><w type=\"Float\">"
+      "0.70710678118654752</w><x type=\"Float\"/><y type=\"Float\"/>"
+      "<z type=\"Float\">0.70710678118654752</z></rotation></pose>";
+  testing::E57Scan with = E57Points("cartesianX", "cartesianY", "cartesianZ", pose);
+  with.columns.push_back(testing::E57Reals("nor:normalX", true, {1, 0}));
+  with.columns.push_back(testing::E57Reals("nor:normalY", true, {0, 0.5}));
+  with.columns.push_back(testing::E57Reals("nor:normalZ", false, {0, 0.25}));
+  with.columns.push_back(testing::E57Integers("classification", 0, 7, {2, 6}));
+  const testing::E57Scan without = E57Points("cartesianX", "cartesianY", "cartesianZ", "");
+  const Eigen::Matrix3Xf normals = SightsIn(testing::E57File({with, without}), "a.e57").normals;
+  ASSERT_EQ(normals.cols(), 4);
+  EXPECT_LT((normals.col(0) - Eigen::Vector3f(0, 1, 0)).norm(), 1e-6f);
+  EXPECT_LT((normals.col(1) - Eigen::Vector3f(-0.5f, 0, 0.25f)).norm(), 1e-6f);
+  EXPECT_TRUE(normals.col(2).array().isNaN().all());
+  EXPECT_EQ(SightsIn(testing::E57File({without}), "a.e57").normals.cols(), 0);
+  EXPECT_EQ(SightsIn(testing::E57File({with}), "a.e57", {.stations = true}).normals.cols(), 0);
+  WantedLayers ground = kBoth;
+  ground.classes = {6};
+  EXPECT_LT((SightsIn(testing::E57File({with}), "a.e57", ground).normals.col(0) -
+             Eigen::Vector3f(-0.5f, 0, 0.25f))
+                .norm(),
+            1e-6f);
+}
+
 TEST(SightsTest, E57HasTheOriginOfEachScan) {
   const auto pose = [](const std::string& x) {
     return "<pose type=\"Structure\"><translation type=\"Structure\"><x type=\"Float\">" + x +

@@ -1,0 +1,23 @@
+// Meshes as small binary glTF 2.0 files.
+#pragma once
+
+#include <ostream>
+#include <span>
+
+#include "absl/status/status.h"
+#include "client/formats/glb_writer.h"
+
+namespace rilievo {
+
+// What WriteGlbMesh() writes, quantised (KHR_mesh_quantization) and compressed
+// (EXT_meshopt_compression, by libmeshoptimizer): positions as 16-bit steps of the longest side of
+// the bounding box, so that none moves by more than 2^-16 of its diagonal; normals as octahedra of
+// 8 bits (Meyer et al. 2010, "On floating-point normal vectors"); places of a texture as 16 bits;
+// sources, colours and intensity as they are. Vertices and triangles come in another order, and
+// vertices that no triangle has are left out. The errors of WriteGlbMesh().
+absl::Status WriteCompressedGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
+                                    std::ostream& out, const PointLayers& layers = {},
+                                    const ScanPlace& place = {},
+                                    const GlbTexture* texture = nullptr);
+
+}  // namespace rilievo
