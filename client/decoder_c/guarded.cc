@@ -13,8 +13,9 @@ RilievoCode CodeOf(absl::StatusCode code) {
   switch (code) {
     case absl::StatusCode::kInvalidArgument:
     case absl::StatusCode::kOutOfRange:
-    case absl::StatusCode::kFailedPrecondition:
       return RILIEVO_INVALID_ARGUMENT;
+    case absl::StatusCode::kFailedPrecondition:
+      return RILIEVO_FAILED_PRECONDITION;
     case absl::StatusCode::kResourceExhausted:
       return RILIEVO_RESOURCE_EXHAUSTED;
     case absl::StatusCode::kUnimplemented:
@@ -60,6 +61,6 @@ absl::Status NotNull(const void* pointer, const char* name) {
 
 }  // namespace rilievo::decoder_c
 
-int rilievo_decoder_abi_version(void) { return 5; }
+int rilievo_decoder_abi_version(void) { return 6; }
 const char* rilievo_decoder_version(void) { return RILIEVO_VERSION; }
 const char* rilievo_last_error(void) { return rilievo::decoder_c::last_error_text; }

@@ -1,3 +1,5 @@
+#include "client/decoder_c/mesh.h"
+
 #include <limits>
 #include <memory>
 #include <span>
@@ -10,25 +12,8 @@
 #include "core/codec/container/decode_region.h"
 #include "core/surface/adaptive_tessellation.h"
 
-struct RilievoMesh {
-  Eigen::Matrix3Xd vertices;
-  Eigen::Matrix3Xi faces;
-  Eigen::Matrix3Xf normals;
-  std::vector<uint8_t> flags;
-  std::vector<rilievo::Rgb> colors;
-  std::vector<int> numbers;
-};
-
 namespace rilievo::decoder_c {
 namespace {
-
-RilievoMesh* WrapMesh(TriangleMesh mesh) {
-  auto wrapped = std::make_unique<RilievoMesh>();
-  wrapped->normals = mesh.normals.cast<float>();
-  wrapped->vertices = std::move(mesh.vertices);
-  wrapped->faces = std::move(mesh.triangles);
-  return wrapped.release();
-}
 
 // Flags before the mesh: they are made in the same order, and a mesh is handed out only complete.
 std::vector<uint8_t> Flags(const std::vector<HeightSource>& sources) {
@@ -87,6 +72,15 @@ absl::Status TessellateSparsely(const DisplacedSurface& surface, const AdaptiveO
 }
 
 }  // namespace
+
+RilievoMesh* WrapMesh(TriangleMesh mesh) {
+  auto wrapped = std::make_unique<RilievoMesh>();
+  wrapped->normals = mesh.normals.cast<float>();
+  wrapped->vertices = std::move(mesh.vertices);
+  wrapped->faces = std::move(mesh.triangles);
+  return wrapped.release();
+}
+
 }  // namespace rilievo::decoder_c
 
 using rilievo::decoder_c::Elements;

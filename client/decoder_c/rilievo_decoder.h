@@ -27,11 +27,12 @@ extern "C" {
 /* The numbers are those of gRPC's status codes. */
 typedef enum RilievoCode {
   RILIEVO_OK = 0,
-  RILIEVO_INVALID_ARGUMENT = 3,   /* an argument out of range, or bytes that are no .dss */
-  RILIEVO_RESOURCE_EXHAUSTED = 8, /* no memory left */
-  RILIEVO_UNIMPLEMENTED = 12,     /* a newer format version */
-  RILIEVO_INTERNAL = 13,          /* a defect of this library */
-  RILIEVO_DATA_LOSS = 15          /* cut off or corrupted; the sentence names the chunk */
+  RILIEVO_INVALID_ARGUMENT = 3,    /* an argument out of range, or bytes that are no .dss */
+  RILIEVO_RESOURCE_EXHAUSTED = 8,  /* no memory left */
+  RILIEVO_FAILED_PRECONDITION = 9, /* since 6, of rilievo_combine() alone */
+  RILIEVO_UNIMPLEMENTED = 12,      /* a newer format version */
+  RILIEVO_INTERNAL = 13,           /* a defect of this library */
+  RILIEVO_DATA_LOSS = 15           /* cut off or corrupted; the sentence names the chunk */
 } RilievoCode;
 
 /* Where a height comes from: the flag of a vertex. Smoothed heights are told from measured ones
@@ -44,7 +45,7 @@ typedef struct RilievoEvaluator RilievoEvaluator;
 typedef struct RilievoFinder RilievoFinder;
 typedef struct RilievoVoxels RilievoVoxels;
 
-/* 5; grows when functions are added. */
+/* 6; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -143,6 +144,24 @@ RILIEVO_API const uint8_t* rilievo_mesh_colors(const RilievoMesh* mesh, size_t* 
  * none for other meshes. */
 RILIEVO_API const uint32_t* rilievo_mesh_vertex_numbers(const RilievoMesh* mesh, size_t* count);
 
+/* Since 6. A mesh of triangles from elsewhere: x, y, z of each vertex, three vertex numbers a
+ * triangle. Equal vertices are one; what hangs together faces outwards; where more than two
+ * triangles meet at an edge those that bound a solid are linked. So vertices and triangles may be
+ * others than those given. It has no normals and no flags. On failure *mesh is NULL. */
+RILIEVO_API RilievoCode rilievo_mesh_create(const double* vertices, size_t vertex_count,
+                                            const uint32_t* faces, size_t face_count, int threads,
+                                            RilievoMesh** mesh);
+
+/* What lies in either of two solids, in both, or in the first alone. */
+enum { RILIEVO_UNION = 0, RILIEVO_INTERSECTION = 1, RILIEVO_DIFFERENCE = 2 };
+
+/* Since 6. The solid that two closed meshes, of the same coordinates, make together: triangles
+ * again, closed, without normals and flags. FAILED_PRECONDITION where a mesh is open, is inside out
+ * or overlaps itself where the other one cuts it, and where nothing is left. On failure *mesh is
+ * NULL. */
+RILIEVO_API RilievoCode rilievo_combine(const RilievoMesh* a, const RilievoMesh* b, int operation,
+                                        int threads, RilievoMesh** mesh);
+
 /* Since 3. The surface at any parameter of a control face: u weighs its second corner, v its third,
  * u >= 0, v >= 0, u + v <= 1. It passes through the vertices of the finest level; between them the
  * limit surface is exact and what displaces it is linear. `smooth`: not 0 for the limit surface
@@ -176,8 +195,8 @@ RILIEVO_API RilievoCode rilievo_find_closest(const RilievoFinder* finder, const 
                                              double* parameters, double* distances,
                                              double* positions);
 
-/* What the voxels of a surface tell: which ones it meets; of a closed one, whose centres are inside;
- * how far their centres are from it, negative inside of a closed one. */
+/* What the voxels of a surface tell: which ones it meets; of a closed one, whose centres are
+ * inside; how far their centres are from it, negative inside of a closed one. */
 enum { RILIEVO_SHELL = 0, RILIEVO_SOLID = 1, RILIEVO_DISTANCE = 2 };
 
 /* Since 5. The triangles of `level` (negative: the finest that is there) as voxels: `resolution` of
@@ -194,8 +213,8 @@ RILIEVO_API void rilievo_voxels_free(RilievoVoxels* voxels); /* NULL is fine */
 RILIEVO_API const double* rilievo_voxels_frame(const RilievoVoxels* voxels, size_t* count);
 /* Since 5. How many voxels there are along x, y and z. */
 RILIEVO_API const uint32_t* rilievo_voxels_size(const RilievoVoxels* voxels, size_t* count);
-/* Since 5. 1 for each voxel of a shell or a solid, 0 for the others; x runs fastest, z slowest. None
- * for distances. */
+/* Since 5. 1 for each voxel of a shell or a solid, 0 for the others; x runs fastest, z slowest.
+ * None for distances. */
 RILIEVO_API const uint8_t* rilievo_voxels_filled(const RilievoVoxels* voxels, size_t* count);
 /* Since 5. The distances in the same order, scan unit; none for shells and solids. */
 RILIEVO_API const float* rilievo_voxels_distances(const RilievoVoxels* voxels, size_t* count);

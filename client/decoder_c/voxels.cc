@@ -51,11 +51,15 @@ absl::Status Fill(const TriangleMesh& mesh, const VoxelGrid& grid, int kind, int
     RILIEVO_ASSIGN_OR_RETURN(voxels->distances, field.Layers(0, grid.size.z(), context));
     return absl::OkStatus();
   }
-  RILIEVO_ASSIGN_OR_RETURN(const VoxelBits bits, kind == RILIEVO_SHELL
-                                                     ? ShellVoxels(mesh, grid, context)
-                                                     : SolidVoxels(mesh, grid, context));
+  const absl::StatusOr<VoxelBits> bits =
+      kind == RILIEVO_SHELL ? ShellVoxels(mesh, grid, context) : SolidVoxels(mesh, grid, context);
+  // Older than the code for it.
+  if (absl::IsFailedPrecondition(bits.status())) {
+    return absl::InvalidArgumentError(bits.status().message());
+  }
+  RILIEVO_RETURN_IF_ERROR(bits.status());
   voxels->filled.resize(static_cast<size_t>(grid.count()));
-  for (int64_t i = 0; i < grid.count(); ++i) voxels->filled[static_cast<size_t>(i)] = bits.At(i);
+  for (int64_t i = 0; i < grid.count(); ++i) voxels->filled[static_cast<size_t>(i)] = bits->At(i);
   return absl::OkStatus();
 }
 

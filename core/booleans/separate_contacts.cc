@@ -230,41 +230,6 @@ class Thinner {
   std::unordered_map<uint64_t, int> on_edge_;
 };
 
-// Triangles of three different vertices; of those over the same three, as many as face the one side
-// more than the other.
-Eigen::Matrix3Xi WithoutPairs(const Eigen::Matrix3Xi& triangles) {
-  struct Entry {
-    Corners corners;  // ascending
-    int sign;
-    Eigen::Index triangle;
-  };
-  std::vector<Entry> entries;
-  for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-    Corners c = {triangles(0, t), triangles(1, t), triangles(2, t)};
-    const bool even = (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2;
-    std::sort(c.begin(), c.end());
-    if (c[0] != c[1] && c[1] != c[2]) entries.push_back({c, even ? 1 : -1, t});
-  }
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return std::tie(a.corners, a.triangle) < std::tie(b.corners, b.triangle);
-  });
-  std::vector<Eigen::Index> kept;
-  for (size_t begin = 0, end; begin < entries.size(); begin = end) {
-    int sum = 0;
-    for (end = begin; end < entries.size() && entries[end].corners == entries[begin].corners;
-         ++end) {
-      sum += entries[end].sign;
-    }
-    for (size_t i = begin; i < end && sum != 0; ++i) {
-      if ((entries[i].sign > 0) != (sum > 0)) continue;
-      kept.push_back(entries[i].triangle);
-      sum -= entries[i].sign;
-    }
-  }
-  std::sort(kept.begin(), kept.end());
-  return triangles(Eigen::all, kept);
-}
-
 // By vertex, the lowest one of its component.
 std::vector<int> ComponentsOf(const TriangleMesh& mesh) {
   VertexSets sets(mesh.vertices.cols());
@@ -324,9 +289,10 @@ absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, double width,
   if (!thinner.Run()) return WithoutFilms(std::move(mesh), width);
   PointCloud cloud;
   cloud.points = mesh.vertices;
-  cloud.triangles = WithoutPairs(thinner.triangles());
-  if (cloud.triangles.cols() == 0) return TriangleMesh();
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh apart, SolidOfMesh(cloud, context));
+  cloud.triangles = thinner.triangles();
+  absl::StatusOr<TriangleMesh> separated = SolidOfMesh(cloud, context);
+  if (absl::IsInvalidArgument(separated.status())) return TriangleMesh();  // all face each other
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh apart, std::move(separated));
   const auto count = static_cast<int>(apart.vertices.cols());
   const bool sound = BuildMeshTopology(apart.triangles, count).ok() &&
                      SummarizeTopology(apart.triangles, count).closed();

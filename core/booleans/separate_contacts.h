@@ -9,10 +9,9 @@ namespace rilievo {
 
 // `mesh`, an oriented 2-manifold without boundary. Parts of it that hang together through necks
 // narrower than `width`, at a point or along an edge, are parts of their own afterwards, and
-// components thinner than that are left out. Triangles that are thinner are taken out, those that
-// face each other cancel out, and where more than two meet at an edge CheckMesh() separates them.
-// Where that would open the mesh, it stays as it is. Without triangles: nothing was
-// left. CANCELLED.
+// components thinner than that are left out. Triangles that are thinner are taken out, and
+// SolidOfMesh() separates what is left. Where that would open the mesh, it stays as it is. Without
+// triangles: nothing was left. CANCELLED.
 absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, double width,
                                               const RunContext& context);
 

@@ -10,7 +10,7 @@ namespace rilievo {
 absl::StatusOr<TriangleMesh> SolidOfMesh(const PointCloud& mesh, const RunContext& context) {
   RunContext silent = context;
   silent.progress = nullptr;  // no stage of a reconstruction
-  RILIEVO_ASSIGN_OR_RETURN(CheckedMesh checked, CheckMesh(mesh, silent));
+  RILIEVO_ASSIGN_OR_RETURN(CheckedMesh checked, CheckMesh(mesh, silent, OppositeTriangles::kNone));
   TriangleMesh solid{std::move(checked.vertices), std::move(checked.triangles), {}};
   for (Eigen::Index v = 0; v < solid.vertices.cols(); ++v) {
     const Eigen::Vector3d given = mesh.points.col(checked.source_vertex[static_cast<size_t>(v)]);

@@ -8,7 +8,8 @@
 
 namespace rilievo {
 
-// CheckMesh() without its frame: vertices stay where they are in the points of `mesh`.
+// CheckMesh() without its frame and without triangles that face each other: vertices stay where
+// they are in the points of `mesh`, and solids glued at a whole face are one.
 absl::StatusOr<TriangleMesh> SolidOfMesh(const PointCloud& mesh, const RunContext& context);
 
 }  // namespace rilievo

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/statusor.h"
 
 namespace rilievo {
 
@@ -25,6 +28,11 @@ struct SpatialFrame {
 inline SpatialFrame Between(const SpatialFrame& inner, const SpatialFrame& outer) {
   return {outer.UnitFromScan(inner.center), inner.diagonal / outer.diagonal};
 }
+
+// That of the bounding box of some points, finite ones. INVALID_ARGUMENT when they are all at one
+// place or too far out for the frame of a surface (kMostFrameLength).
+absl::StatusOr<SpatialFrame> BoundingFrame(const Eigen::Matrix3Xd& points,
+                                           const std::vector<int>& columns);
 
 // Nearly the same frame in few digits, so that a file's takes 15 bytes and not 32: the diagonal
 // keeps 20 binary digits after the first, the centre lies on a grid of 2^-10 to 2^-11 of it.

@@ -10,7 +10,6 @@
 #include "core/base/parallel_sort.h"
 #include "core/base/status_macros.h"
 #include "core/meshes/linked_triangles.h"
-#include "core/scan/clean/check_scan.h"
 
 namespace rilievo {
 namespace {
@@ -38,31 +37,40 @@ absl::StatusOr<std::vector<int>> FirstAtPlace(const PointCloud& mesh, const RunC
   return first;
 }
 
-// The triangles of three different places, each set of three once.
+// The triangles of three different places, each set of three once at most.
 absl::StatusOr<Eigen::Matrix3Xi> DistinctTriangles(const Eigen::Matrix3Xi& given,
                                                    const std::vector<int>& first_at_place,
+                                                   OppositeTriangles opposite,
                                                    const RunContext& context) {
   struct Entry {
     std::array<int, 3> corners;  // ascending
     int triangle;
+    int side;  // that it faces: 1 or -1
     bool operator<(const Entry& other) const {
       return std::tie(corners, triangle) < std::tie(other.corners, other.triangle);
     }
   };
   std::vector<Entry> entries;
   for (int t = 0; t < given.cols(); ++t) {
-    Entry entry{{}, t};
+    Entry entry{{}, t, 0};
     for (int k = 0; k < 3; ++k) entry.corners[k] = first_at_place[given(k, t)];
-    std::sort(entry.corners.begin(), entry.corners.end());
     const auto& [a, b, c] = entry.corners;
+    entry.side = (a < b) + (b < c) + (c < a) == 2 ? 1 : -1;
+    std::sort(entry.corners.begin(), entry.corners.end());
     if (a >= 0 && a != b && b != c) entries.push_back(entry);
   }
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<Entry>(), context, &entries));
-  const auto same = [](const Entry& x, const Entry& y) { return x.corners == y.corners; };
-  entries.erase(std::unique(entries.begin(), entries.end(), same), entries.end());
-  std::vector<int> kept(entries.size());
-  std::transform(entries.begin(), entries.end(), kept.begin(),
-                 [](const Entry& entry) { return entry.triangle; });
+  std::vector<int> kept;
+  for (size_t begin = 0, end; begin < entries.size(); begin = end) {
+    int sides = 0;
+    for (end = begin; end < entries.size() && entries[end].corners == entries[begin].corners;
+         ++end) {
+      sides += entries[end].side;
+    }
+    if (sides == 0 && opposite == OppositeTriangles::kNone) continue;
+    while (entries[begin].side * sides < 0) ++begin;
+    kept.push_back(entries[begin].triangle);
+  }
   std::sort(kept.begin(), kept.end());
   Eigen::Matrix3Xi distinct(3, static_cast<int64_t>(kept.size()));
   for (size_t i = 0; i < kept.size(); ++i) {
@@ -91,23 +99,26 @@ absl::Status CheckTriangles(const PointCloud& mesh) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& context) {
+absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& context,
+                                      OppositeTriangles opposite) {
   context.Report(Stage::kCheck, 0);
   RILIEVO_RETURN_IF_ERROR(CheckTriangles(mesh));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> first, FirstAtPlace(mesh, context));
   CheckedMesh checked;
   checked.figures.triangles = mesh.triangles.cols();
   LinkedTriangles linked;
-  RILIEVO_ASSIGN_OR_RETURN(linked.faces, DistinctTriangles(mesh.triangles, first, context));
+  RILIEVO_ASSIGN_OR_RETURN(linked.faces,
+                           DistinctTriangles(mesh.triangles, first, opposite, context));
   std::vector<int> places;  // the points at them
   for (int i = 0; i < static_cast<int>(first.size()); ++i) {
     checked.figures.welded_vertices += first[i] >= 0 && first[i] != i;
     if (first[i] == i) places.push_back(i);
   }
   if (linked.faces.cols() == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("triangles: none of the ", mesh.triangles.cols(),
-                     " has three finite corners at three different places"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "triangles: none of the ", mesh.triangles.cols(),
+        " has three finite corners at three different places",
+        opposite == OppositeTriangles::kNone ? " and none over it that faces back" : ""));
   }
   RILIEVO_ASSIGN_OR_RETURN(const SpatialFrame frame, BoundingFrame(mesh.points, places));
   checked.frame = Rounded(frame);

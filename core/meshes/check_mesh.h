@@ -38,12 +38,19 @@ struct CheckedMesh {
 // unless there is at least one and every corner is one of the points.
 absl::Status CheckTriangles(const PointCloud& mesh);
 
+// What becomes of triangles with the same corners that face one side as often as the other.
+enum class OppositeTriangles {
+  kOne,   // one of them stays: solids glued at a whole face keep it as a wall
+  kNone,  // they bound no volume: solids glued at a whole face become one
+};
+
 // Vertices at the same place become one. Where an edge has more than two triangles, the two around
-// each wedge of a solid stay together, and others are apart; of two triangles with the same corners
-// one is taken, so solids glued at a whole face keep it as a wall. Each piece faces the side that
+// each wedge of a solid stay together, and others are apart; of triangles with the same corners one
+// is taken, or none where `opposite` says so. Each piece faces the side that
 // most of its area has, but a closed one whose triangles did not agree faces outwards. Pieces
 // without area are dropped. INVALID_ARGUMENT as CheckTriangles(), or when no triangle is left that
 // has an area, or when the mesh is too far out for the frame of a surface (kMostFrameLength).
-absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& context);
+absl::StatusOr<CheckedMesh> CheckMesh(const PointCloud& mesh, const RunContext& context,
+                                      OppositeTriangles opposite = OppositeTriangles::kOne);
 
 }  // namespace rilievo

@@ -3,6 +3,7 @@
     surface = rilievo.reconstruct(points, max_error=1e-3)
     vertices, faces = surface.vertices(), surface.faces()
     surface = rilievo.convert(vertices, faces)
+    rilievo.combine(surface, (vertices, faces), "difference")
     rilievo.read("owl.dss").mesh(level=2)
 
 Surfaces are decoded by the same library as everywhere else, so their vertices are the same bits.
@@ -19,9 +20,10 @@ from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlM
 if TYPE_CHECKING:
     from .connection import Server
     from .jobs import Job, Jobs
+    from .merging import merge
     from .options import UNITS
     from .private_server import PrivateServer
-    from .reconstruction import Progress, convert, reconstruct
+    from .reconstruction import Progress, combine, convert, reconstruct
 
 __version__ = "0.1.0"
 __all__ = [
@@ -30,13 +32,14 @@ __all__ = [
     "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
-    "Surface", "UNITS", "Unavailable", "Voxels", "convert", "read", "reconstruct",
+    "Surface", "UNITS", "Unavailable", "Voxels", "combine", "convert", "merge", "read",
+    "reconstruct",
 ]
 
 _WITH_GRPC = {
     "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
-    "Server": "connection", "UNITS": "options", "convert": "reconstruction",
-    "reconstruct": "reconstruction",
+    "Server": "connection", "UNITS": "options", "combine": "reconstruction",
+    "convert": "reconstruction", "merge": "merging", "reconstruct": "reconstruction",
 }
 
 

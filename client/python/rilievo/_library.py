@@ -9,11 +9,12 @@ from typing import Any, Optional, Tuple, Type
 import numpy as np
 import numpy.typing as npt
 
-from .errors import DataLoss, InvalidArgument, ResourceExhausted, RilievoError, ServerDefect
+from .errors import (DataLoss, FailedPrecondition, InvalidArgument, ResourceExhausted,
+                     RilievoError, ServerDefect)
 
 _NAMES = ("librilievo_decoder.so.1", "librilievo_decoder.so", "librilievo_decoder.dylib")
-_ERRORS = {3: InvalidArgument, 8: ResourceExhausted, 12: RilievoError, 13: ServerDefect,
-           15: DataLoss}
+_ERRORS = {3: InvalidArgument, 8: ResourceExhausted, 9: FailedPrecondition, 12: RilievoError,
+           13: ServerDefect, 15: DataLoss}
 _ELEMENTS = {
     "rilievo_surface_info": ctypes.c_char, "rilievo_surface_frame": ctypes.c_double,
     "rilievo_surface_heights": ctypes.c_float, "rilievo_control_vertices": ctypes.c_double,
@@ -71,6 +72,9 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
             ctypes.c_double, ctypes.c_int, ctypes.c_int, out]
         library.rilievo_voxels_free.argtypes = [pointer]
         library.rilievo_voxels_free.restype = None
+    if library.rilievo_decoder_abi_version() >= 6:
+        library.rilievo_mesh_create.argtypes = [pointer, size, pointer, size, ctypes.c_int, out]
+        library.rilievo_combine.argtypes = [pointer, pointer, ctypes.c_int, ctypes.c_int, out]
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
@@ -172,6 +176,29 @@ def tessellate_adaptively(surface: Handle, tolerance: float, triangles: int,
     check(library().rilievo_tessellate_adaptively(surface.address, tolerance, triangles, threads,
                                                   ctypes.byref(mesh), ctypes.byref(error)))
     return Handle(mesh.value or 0, "rilievo_mesh_free"), error.value
+
+
+def mesh_of_arrays(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32],
+                   threads: int) -> Handle:
+    _need_combine()
+    mesh = ctypes.c_void_p()
+    check(library().rilievo_mesh_create(vertices.ctypes.data, len(vertices), faces.ctypes.data,
+                                        len(faces), threads, ctypes.byref(mesh)))
+    return Handle(mesh.value or 0, "rilievo_mesh_free")
+
+
+def combine(a: Handle, b: Handle, operation: int, threads: int) -> Handle:
+    """Of two meshes."""
+    _need_combine()
+    mesh = ctypes.c_void_p()
+    check(library().rilievo_combine(a.address, b.address, operation, threads, ctypes.byref(mesh)))
+    return Handle(mesh.value or 0, "rilievo_mesh_free")
+
+
+def _need_combine() -> None:
+    if library().rilievo_decoder_abi_version() < 6:
+        raise RilievoError("this decoder library is of an older version and combines nothing; "
+                           "install the one of this version")
 
 
 def evaluator(surface: Handle, smooth: bool, threads: int) -> Handle:

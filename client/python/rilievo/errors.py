@@ -5,7 +5,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 class FieldViolation(NamedTuple):
     """A field of the request at fault."""
     parameter: str
-    """The argument of reconstruct() or convert() that it came from, such as "max_error"; "" for
+    """The argument of the call that it came from, such as "max_error"; "" for
     none."""
     field: str
     """Its path in the protocol, such as "header.options.encode.max_error_ratio"."""
@@ -41,7 +41,8 @@ class LimitExceeded(InvalidArgument):
 
 
 class FailedPrecondition(RilievoError):
-    """The points are sound but cannot be had as asked, or the server keeps no jobs."""
+    """The points are sound but cannot be had as asked, solids cannot be combined, or the server
+    keeps no jobs."""
 
 
 class NotFound(RilievoError, LookupError):

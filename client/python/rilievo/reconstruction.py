@@ -1,18 +1,21 @@
-"""Points or a mesh in, surface out, in one call."""
+"""Points, a mesh or two solids in, surface out, in one call."""
 import contextlib
 import hashlib
 import threading
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Optional, Union
+from typing import (TYPE_CHECKING, Any, Callable, Dict, Iterator, Literal, Optional, Tuple, Union,
+                    cast)
 
 import grpc
+import numpy as np
 
+from . import _library
 from .connection import Server, as_server, error_of
-from .errors import DataLoss, RilievoError
-from .options import MeshOptions, Options, as_message
+from .errors import DataLoss, InvalidArgument, RilievoError
+from .options import UNITS, MeshOptions, Options, as_message
 from .private_server import PrivateServer
-from .scan import Packed, pack, pack_mesh
-from .surface import Surface
+from .scan import Packed, arrays_of_mesh, pack, pack_mesh, refuse
+from .surface import Place, Surface
 from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 
 if TYPE_CHECKING:
@@ -33,6 +36,8 @@ class Progress:
 
 ProgressCallback = Callable[[Progress], Any]
 LayerCallback = Callable[[Surface], Any]
+Operation = Literal["union", "intersection", "difference"]
+_OPERATIONS = ("union", "intersection", "difference")
 
 
 def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
@@ -84,6 +89,69 @@ def convert(vertices: Any, faces: Any, *, vertex_colors: Any = None,
     message = as_message(options, "convert", MeshOptions)
     mesh = pack_mesh(vertices, faces, vertex_colors)
     return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
+
+
+def combine(a: Union[Surface, Tuple[Any, Any]], b: Union[Surface, Tuple[Any, Any]],
+            operation: Operation, *, server: Optional[Union[str, Server]] = None,
+            progress: Optional[ProgressCallback] = None,
+            layer: Optional[LayerCallback] = None, timeout: Optional[float] = None,
+            **options: "Unpack[MeshOptions]") -> Surface:
+    """Makes a surface of what two solids are together.
+
+    a, b      closed Surfaces, at their finest level; or meshes: (vertices, faces) as of convert()
+    operation "union", what is inside of a or b; "intersection", of both; "difference", of a alone
+    options   as of convert(). Unit, way up and coordinate reference system are those of the
+              surfaces, unless they are given; then they are taken for those of both
+
+    server, progress, layer, timeout, interruption and errors: as of convert(). FailedPrecondition
+    where a solid is open or overlaps itself, and where nothing is left. Colours are not carried
+    over.
+    """
+    if operation not in _OPERATIONS:
+        raise refuse("operation", f"{operation!r} is not one of "
+                     f"{', '.join(map(repr, _OPERATIONS))}")
+    message = as_message(_with_place(a, b, options), "combine", MeshOptions)
+    threads = options.get("threads") or 0
+    handle = _library.combine(_solid_of(a, "a", threads), _solid_of(b, "b", threads),
+                              _OPERATIONS.index(operation), threads)
+    mesh = pack_mesh(handle.array("rilievo_mesh_vertices", 3),
+                     handle.array("rilievo_mesh_faces", 3))
+    return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
+
+
+def _solid_of(solid: Any, parameter: str, threads: int) -> _library.Handle:
+    if isinstance(solid, Surface):
+        return solid._finest(threads)
+    vertices, faces = arrays_of_mesh(solid, parameter)
+    try:
+        return _library.mesh_of_arrays(vertices, np.ascontiguousarray(faces, np.uint32), threads)
+    except InvalidArgument as error:
+        raise refuse(parameter, str(error)) from None
+
+
+def _with_place(a: Any, b: Any, options: MeshOptions) -> MeshOptions:
+    """What the options leave out is what both solids say; refuses what they contradict."""
+    places = [solid.place if isinstance(solid, Surface) else Place(None, None, None)
+              for solid in (a, b)]
+    completed: Any = dict(options)
+    for parameter, field in (("unit", "metres_per_unit"), ("up", "up"), ("crs", "crs")):
+        if completed.get(parameter) is not None:
+            continue
+        of_a, of_b = (getattr(place, field) for place in places)
+        if of_a != of_b:
+            raise refuse(parameter, f"of a it is {of_a}, of b {of_b}; bring both into one system "
+                         "first, or say which one their coordinates are in")
+        completed[parameter] = _unit_of(of_a) if parameter == "unit" else of_a
+    return cast(MeshOptions, completed)
+
+
+def _unit_of(metres: Optional[float]) -> Optional[str]:
+    if metres is None:
+        return None
+    for unit, length in UNITS.items():
+        if float(length) == metres:
+            return unit
+    raise refuse("unit", f"a unit of {metres} metres is not one of {', '.join(map(repr, UNITS))}")
 
 
 def _call(scan: Packed, options: Any, points: str, server: Optional[Union[str, Server]],
@@ -236,5 +304,5 @@ def _fields_of(message: Any) -> Dict[str, Any]:
     return values
 
 
-__all__ = ["LayerCallback", "Progress", "ProgressCallback", "RilievoError", "convert",
-           "reconstruct"]
+__all__ = ["LayerCallback", "Operation", "Progress", "ProgressCallback", "RilievoError", "combine",
+           "convert", "reconstruct"]

@@ -188,15 +188,21 @@ def pack_mesh(vertices: Any, faces: Any, vertex_colors: Any = None) -> Packed:
     return Packed(*_records(wide, columns), triangles=triangles.astype(np.uint32))
 
 
-def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:
+def arrays_of_mesh(mesh: Tuple[Any, Any],
+                   parameter: str) -> Tuple[npt.NDArray[np.float64], npt.NDArray[Any]]:
     """`mesh`: (vertices (n, 3), faces (m, 3))."""
     try:
         vertices, faces = mesh
     except (TypeError, ValueError):
-        raise refuse("control_mesh", "must be a pair: vertices (n, 3), faces (m, 3)") from None
-    positions = coordinates(vertices, "control_mesh").astype("<f8", copy=False)
-    numbers = _corners(faces, len(positions), "control_mesh")
-    return options_pb2.ControlMesh(positions=positions.tobytes(),
+        raise refuse(parameter, "must be a pair: vertices (n, 3), faces (m, 3)") from None
+    positions = coordinates(vertices, parameter)
+    return positions, _corners(faces, len(positions), parameter)
+
+
+def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:
+    """`mesh`: (vertices (n, 3), faces (m, 3))."""
+    positions, numbers = arrays_of_mesh(mesh, "control_mesh")
+    return options_pb2.ControlMesh(positions=positions.astype("<f8", copy=False).tobytes(),
                                    faces=numbers.reshape(-1).tolist())
 
 

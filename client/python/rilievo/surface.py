@@ -280,6 +280,10 @@ class Surface:
                 self._meshes.popitem(last=False)
             return mesh
 
+    def _finest(self, threads: int) -> _library.Handle:
+        """The triangles of max_level, for the decoder."""
+        return _library.tessellate(self._handle, self.max_level, threads)
+
     def vertices(self, level: Optional[int] = None) -> npt.NDArray[np.float64]:
         """(n, 3), scan frame."""
         return self.mesh(level).vertices

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -328,6 +329,69 @@ TEST(CInterfaceTest, LevelsAndTolerancesOutOfRange) {
             RILIEVO_INVALID_ARGUMENT);
 }
 
+MeshPtr BoxOf(double low, double high) {
+  std::vector<double> vertices;
+  for (int v = 0; v < 8; ++v) {
+    for (int axis = 0; axis < 3; ++axis) vertices.push_back((v >> axis & 1) != 0 ? high : low);
+  }
+  const std::vector<uint32_t> faces = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                       2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+  RilievoMesh* mesh = nullptr;
+  EXPECT_EQ(rilievo_mesh_create(vertices.data(), 8, faces.data(), 12, 1, &mesh), RILIEVO_OK)
+      << rilievo_last_error();
+  return MeshPtr(mesh);
+}
+
+double VolumeOf(const RilievoMesh* mesh) {
+  const auto vertices = All(rilievo_mesh_vertices, mesh);
+  const auto faces = All(rilievo_mesh_faces, mesh);
+  double volume = 0;
+  for (size_t f = 0; f < faces.size(); f += 3) {
+    Eigen::Matrix3d corners;
+    for (int k = 0; k < 3; ++k) {
+      corners.col(k) = Eigen::Map<const Eigen::Vector3d>(&vertices[3 * faces[f + k]]);
+    }
+    volume += corners.determinant() / 6;
+  }
+  return volume;
+}
+
+TEST(CInterfaceTest, SolidsAreCombined) {
+  const MeshPtr a = BoxOf(0, 2), b = BoxOf(1, 3);
+  const double volumes[] = {15, 1, 7};
+  for (const int operation : {RILIEVO_UNION, RILIEVO_INTERSECTION, RILIEVO_DIFFERENCE}) {
+    RilievoMesh* mesh = nullptr;
+    ASSERT_EQ(rilievo_combine(a.get(), b.get(), operation, 1, &mesh), RILIEVO_OK);
+    const MeshPtr combined(mesh);
+    EXPECT_NEAR(VolumeOf(mesh), volumes[operation], 1e-9);
+    EXPECT_TRUE(All(rilievo_mesh_normals, static_cast<const RilievoMesh*>(mesh)).empty());
+  }
+}
+
+TEST(CInterfaceTest, WhatIsNoSolidIsNotCombined) {
+  const MeshPtr box = BoxOf(0, 1), far = BoxOf(5, 6);
+  const SurfacePtr open = Decode(Golden("sheet_and_octahedron_v2.dss"));
+  const MeshPtr sheet = Tessellated(open.get(), 1);
+  RilievoMesh* mesh = nullptr;
+  EXPECT_EQ(rilievo_combine(box.get(), sheet.get(), RILIEVO_UNION, 1, &mesh),
+            RILIEVO_FAILED_PRECONDITION);
+  EXPECT_THAT(rilievo_last_error(), HasSubstr("the second shape is open"));
+  EXPECT_EQ(rilievo_combine(box.get(), far.get(), RILIEVO_INTERSECTION, 1, &mesh),
+            RILIEVO_FAILED_PRECONDITION);
+  EXPECT_THAT(rilievo_last_error(), HasSubstr("nothing is left"));
+  EXPECT_EQ(rilievo_combine(box.get(), far.get(), 3, 1, &mesh), RILIEVO_INVALID_ARGUMENT);
+  EXPECT_EQ(rilievo_combine(box.get(), nullptr, 0, 1, &mesh), RILIEVO_INVALID_ARGUMENT);
+  EXPECT_EQ(rilievo_combine(box.get(), far.get(), 0, 1, nullptr), RILIEVO_INVALID_ARGUMENT);
+  const double vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (const uint32_t last : {3u, 4'000'000'000u}) {
+    const uint32_t faces[] = {0, 1, last};
+    EXPECT_EQ(rilievo_mesh_create(vertices, 3, faces, 1, 1, &mesh), RILIEVO_INVALID_ARGUMENT);
+    EXPECT_THAT(rilievo_last_error(), HasSubstr("there are the vertices 0 to 2"));
+  }
+  EXPECT_EQ(rilievo_mesh_create(nullptr, 3, nullptr, 0, 1, &mesh), RILIEVO_INVALID_ARGUMENT);
+  EXPECT_EQ(mesh, nullptr);
+}
+
 TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
   RilievoSurface* surface = nullptr;
   const uint8_t text[] = "solid";
@@ -339,7 +403,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 5);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 6);
 }
 
 }  // namespace

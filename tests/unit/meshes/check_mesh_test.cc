@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "core/geometry/mesh_topology.h"
@@ -116,6 +117,25 @@ TEST(CheckMeshTest, SolidsThatShareAVertexAreApart) {
   const CheckedMesh mesh = CheckMesh(MeshOf(both), RunContext{}).value();
   EXPECT_EQ(SummaryOf(mesh).components, 2);
   EXPECT_EQ(mesh.vertices.cols(), 16);
+}
+
+// Two cubes with a face in common, and one of its triangles once more.
+TEST(CheckMeshTest, OppositeTrianglesStayOrGo) {
+  const ControlMesh both = testing::Union(Cube({0, 0, 0}), Cube({1, 0, 0}));
+  const CheckedMesh one = CheckMesh(MeshOf(both), RunContext{}, OppositeTriangles::kNone).value();
+  EXPECT_EQ(one.figures.dropped, 4);
+  EXPECT_EQ(SummaryOf(one).components, 1);
+  EXPECT_TRUE(SummaryOf(one).closed());
+  EXPECT_NEAR(Volume(one) * std::pow(one.frame.diagonal, 3), 2, 1e-9);
+  EXPECT_EQ(CheckMesh(MeshOf(both), RunContext{}).value().figures.dropped, 2);
+  PointCloud thrice = MeshOf(Cube({0, 0, 0}));
+  thrice.triangles.conservativeResize(3, 14);
+  thrice.triangles.col(12) = thrice.triangles.col(0);
+  thrice.triangles.col(13) = thrice.triangles.col(0).reverse();
+  const CheckedMesh same = CheckMesh(thrice, RunContext{}, OppositeTriangles::kNone).value();
+  EXPECT_EQ(same.figures.dropped, 2);
+  EXPECT_EQ(same.figures.flipped, 0);
+  EXPECT_TRUE(SummaryOf(same).closed());
 }
 
 TEST(CheckMeshTest, AWallOnAFloorIsASheetOfItsOwn) {
