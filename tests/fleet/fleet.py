@@ -1,4 +1,5 @@
-"""PostgreSQL, servers and workers as processes, each killed and started as a test likes."""
+"""PostgreSQL, an S3 store, servers and workers as processes, each killed and started as a test
+likes."""
 import os
 import pathlib
 import pwd
@@ -7,23 +8,25 @@ import subprocess
 import time
 
 from hosts import free_port
+from swift_s3 import KEY, SECRET
 
 POSTGRES = pathlib.Path("/usr/lib/postgresql/15/bin")
+HERE = pathlib.Path(__file__).parent
 
 
 class Process:
     """A program on a host, in a session of its own, with its words in a file."""
 
-    def __init__(self, network, host, command, log, user=None):
-        self._host, self._log, self._user = host, log, user
+    def __init__(self, network, host, command, log, variables=None):
+        self._log, self._environment = log, {**os.environ, **(variables or {})}
         self.command = network.command(host) + [str(word) for word in command]
         self.process = None
 
     def start(self):
         with open(self._log, "ab") as log:
             self.process = subprocess.Popen(self.command, stdin=subprocess.DEVNULL, stdout=log,
-                                            stderr=log, start_new_session=True, user=self._user,
-                                            cwd="/")
+                                            stderr=log, start_new_session=True, cwd="/",
+                                            env=self._environment)
         return self
 
     def running(self):
@@ -59,6 +62,7 @@ class Process:
             self.kill()
 
     def words(self):
+        """All that it said, also before it was killed."""
         with open(self._log, encoding="utf-8", errors="replace") as file:
             return file.read()
 
@@ -85,17 +89,37 @@ class Postgres(Process):
                             ["setpriv", "--reuid=postgres", "--regid=postgres", "--init-groups"] +
                             self.command[len(network.command("database")):])
         self._folder = folder
-        self.url = f"postgres://rilievo@{address}:{self.port}/rilievo"
+        self._server = f"postgres://rilievo@{address}:{self.port}"
 
     def _tool(self, command):
         user = {"user": self.user} if os.geteuid() == 0 else {}
         return subprocess.run([str(word) for word in command], check=True, cwd="/",
                               capture_output=True, text=True, **user).stdout
 
+    def _on(self, tool, *words):
+        return self._tool([POSTGRES / tool, "-h", self._folder, "-p", self.port, "-U", "rilievo",
+                           *words])
+
     def ask(self, sql, database="rilievo"):
         """The first column of the first row, as text."""
-        return self._tool([POSTGRES / "psql", "-h", self._folder, "-p", self.port, "-U", "rilievo",
-                           "-d", database, "-Atc", sql]).strip()
+        return self._on("psql", "-d", database, "-Atc", sql).strip()
+
+    def make(self, name):
+        """A new database; its URL."""
+        self.ask(f"CREATE DATABASE {name}", "postgres")
+        return f"{self._server}/{name}"
+
+    def dump(self, name):
+        """The dump of a database that may be in use."""
+        file = self._folder / f"{name}.dump"
+        self._on("pg_dump", "-Fc", "-d", name, "-f", file)
+        return file
+
+    def restore(self, file, name):
+        """Into a new database; its URL."""
+        url = self.make(name)
+        self._on("pg_restore", "-d", name, "--exit-on-error", file)
+        return url
 
     def start(self):
         """Again where the children of one that was killed hold its files for a moment."""
@@ -111,17 +135,46 @@ class Postgres(Process):
                 pass
         raise RuntimeError(f"PostgreSQL does not start: {self.words()[-2000:]}")
 
+    def stop(self):
+        if self.running():
+            self.kill(signal.SIGINT)
+            self.process.wait(20)
+
+
+class S3(Process):
+    """Swift (swift_s3.py) on the host "blobs"."""
+
+    def __init__(self, network, folder):
+        address, port = network.address("blobs"), free_port()
+        (folder / "s3").mkdir()
+        super().__init__(network, "blobs", ["/usr/bin/python3", "-B", HERE / "swift_s3.py",
+                                            folder / "s3", address, port, "rilievo"],
+                         folder / "s3.log")
+        self.blobs = f"s3://rilievo/fleet?endpoint=http://{address}:{port}"
+        self.variables = {"AWS_ACCESS_KEY_ID": KEY, "AWS_SECRET_ACCESS_KEY": SECRET}
+
+    def start(self):
+        """False where Swift is not installed."""
+        said = len(self.words()) if self.process else 0
+        super().start()
+        while "ready" not in self.words()[said:]:
+            if not self.running():
+                return False
+            time.sleep(0.1)
+        return True
+
 
 class Fleet:
-    """A database, servers that only answer and workers that only work."""
+    """Servers that only answer and workers that only work, over one database of that name."""
 
-    def __init__(self, network, folder, servers, workers):
-        self.network = network
-        self.database = Postgres(network, folder).start()
-        self.database.ask("CREATE DATABASE rilievo", "postgres")
-        program = os.environ["RILIEVOD"]
+    def __init__(self, network, folder, database, name, url, servers, workers, *, program=None,
+                 blobs=None, variables=None):
+        self.network, self.folder, self.database, self.name = network, folder, database, name
+        folder = folder / name
+        folder.mkdir(mode=0o700)
+        program = program or os.environ["RILIEVOD"]
         self.ports = [free_port() for _ in range(servers)]
-        store = ["--store", self.database.url]
+        store = ["--store", url] + (["--blobs", blobs] if blobs else [])
         self.tokens = {name: subprocess.run(
             [program, "--make-token", name, "--tokens", str(folder / "tokens")], check=True,
             capture_output=True, text=True).stdout.split()[-1] for name in ("ann", "bob")}
@@ -130,9 +183,9 @@ class Fleet:
         work = [program, "--work-only", "--max-concurrent-jobs", 1, "--threads", 1] + store
         self.servers = [
             Process(network, f"s{number}", serve + ["--listen", f"{address}:{port}"],
-                    folder / f"s{number}.log")
+                    folder / f"s{number}.log", variables)
             for number, (address, port) in enumerate(self.addresses())]
-        self.workers = [Process(network, f"w{number}", work, folder / f"w{number}.log")
+        self.workers = [Process(network, f"w{number}", work, folder / f"w{number}.log", variables)
                         for number in range(workers)]
 
     def addresses(self):
@@ -145,11 +198,17 @@ class Fleet:
         return self
 
     def waiting(self):
-        return int(self.database.ask("SELECT COUNT(*) FROM queue"))
+        return int(self.database.ask("SELECT COUNT(*) FROM queue", self.name))
+
+    def replace(self, process, program):
+        """In order: the old one goes, one of that program comes."""
+        old = process.process
+        process.kill(signal.SIGTERM)
+        old.wait(60)
+        process.command = [str(program) if word.endswith("rilievod") else word
+                           for word in process.command]
+        process.start()
 
     def stop(self):
         for process in self.workers + self.servers:
             process.stop()
-        if self.database.running():
-            self.database.kill(signal.SIGINT)
-            self.database.process.wait(20)

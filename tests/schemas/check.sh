@@ -106,8 +106,10 @@ check "the fleet's manifests match the schemas" \
   node tests/schemas/check_manifests.mjs "$modules" deploy/fleet/kubernetes.yaml
 check "the fleet's compose file matches the schema" \
   node tests/schemas/check_compose.mjs "$modules" deploy/fleet/compose.yaml
+check "the fleet's compose file with a front matches the schema" \
+  node tests/schemas/check_compose.mjs "$modules" deploy/fleet/front.yaml
 for part in kubernetes.yaml:rilievod kubernetes.yaml:rilievo-worker compose.yaml:server \
-  compose.yaml:second-server compose.yaml:worker; do
+  compose.yaml:second-server compose.yaml:worker front.yaml:server front.yaml:second-server; do
   file=deploy/fleet/${part%:*}
   mapfile -t options < <(node tests/schemas/container_arguments.mjs "$modules" "$file" "${part#*:}" |
     sed 's,\$(RILIEVO_STORE),postgres://rilievo@db/rilievo,; /^--tokens=/d')

@@ -30,7 +30,7 @@ std::string TextOf(const fs::path& path) {
 }
 
 std::vector<std::string> Names(const std::string& text) {
-  const std::regex name("[a-z][a-z_/]*");
+  const std::regex name("[a-z][a-z0-9_/]*");
   return {std::sregex_token_iterator(text.begin(), text.end(), name), {}};
 }
 
@@ -81,7 +81,7 @@ struct Place {
 
 Place PlaceOf(const std::string& path) {
   std::smatch match;
-  if (std::regex_search(path, match, std::regex("^(?:core/)?([a-z]+)/(?:([a-z_]+)/)?"))) {
+  if (std::regex_search(path, match, std::regex("^(?:core/)?([a-z]+)/(?:([a-z0-9_]+)/)?"))) {
     const std::string room = match[1];
     const bool in_core = path.starts_with("core/");
     if (in_core || room == "server") return {room, match[2].matched ? match[2] : match[1]};

@@ -329,6 +329,21 @@ TEST_F(SharedStoreTest, ADamagedRowLeavesTheQueue) {
   EXPECT_TRUE(absl::IsDataLoss(other_->Get("", "a").status()));
 }
 
+// As when the first server of this version comes to those of the version before, which go on.
+TEST_F(SharedStoreTest, TablesOfTheVersionBeforeAreBroughtUpToDateUnderItsServers) {
+  ASSERT_TRUE(
+      database_->Execute("DROP TABLE objects; DELETE FROM rilievo_schema WHERE version = 2").ok());
+  Of("c", "a");
+  const StoredJob mine = **store_->Claim(Worker("before"));
+  const auto upgraded = OpenOne();
+  ASSERT_TRUE(upgraded.ok()) << upgraded.status();
+  EXPECT_EQ(*database_->Number("SELECT COUNT(*) FROM objects"), 0);
+  EXPECT_EQ((*upgraded)->Get("", "a")->job.job_id(), "a");
+  Of("c", "b");
+  ASSERT_TRUE(store_->Finish(Finished(mine), {{1}}).ok());
+  EXPECT_EQ((*(*upgraded)->Claim(Worker("now")))->job.job_id(), "b");
+}
+
 // Deletions and uploads of the same bytes at two servers: never a scan without its bytes.
 TEST_F(SharedStoreTest, CollectionMeetsUploads) {
   const std::string bytes(10, '\x09');

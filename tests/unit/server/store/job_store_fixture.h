@@ -170,4 +170,11 @@ inline std::string NameOfPlace(const testing::TestParamInfo<StorePlace>& place) 
                       StorePlace::kPostgresAndS3),                                                \
       NameOfPlace)
 
+// Of what is the same wherever bytes are outside of the database.
+#define RILIEVO_OF_EVERY_STORE_BUT_S3(fixture)                                                     \
+  INSTANTIATE_TEST_SUITE_P(                                                                        \
+      Of, fixture,                                                                                 \
+      testing::Values(StorePlace::kFolder, StorePlace::kPostgres, StorePlace::kPostgresAndFolder), \
+      NameOfPlace)
+
 }  // namespace rilievo

@@ -148,7 +148,7 @@ TEST_P(JobStoreRoomTest, AnUploadCountsWithAllThatItAnnounced) {
   Counts();
 }
 
-RILIEVO_OF_EVERY_STORE(JobStoreRoomTest);
+RILIEVO_OF_EVERY_STORE_BUT_S3(JobStoreRoomTest);
 
 }  // namespace
 }  // namespace rilievo
