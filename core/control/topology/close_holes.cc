@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/control/simplify/relax_mesh.h"
 #include "core/control/simplify/simplify_mesh.h"
 #include "core/geometry/mesh_topology.h"
 
@@ -26,7 +25,7 @@ constexpr int kMostSearched = 1000;
 // New edges are halved above this many times the length wanted: halves are nearer to it.
 constexpr double kLongEdge = std::numbers::sqrt2;
 constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
-constexpr int kShapeRounds = 2;
+constexpr int kEvenRounds = 10;
 constexpr double kFlatDihedralDegrees = 40;
 
 using FillTriangles = std::vector<std::array<int, 3>>;
@@ -183,6 +182,23 @@ absl::StatusOr<bool> HalveLongEdges(Eigen::Index first_new, double longest, Cont
   return true;
 }
 
+// Brings vertices from `first_new` on amid their neighbours, in turn.
+absl::Status EvenOut(int first_new, ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
+  const VertexRings rings = BuildVertexRings(topology);
+  for (int round = 0; round < kEvenRounds; ++round) {
+    for (int v = first_new; v < topology.vertex_count; ++v) {
+      Vector3d sum = Vector3d::Zero();
+      for (int k = rings.neighbor_begin[v]; k < rings.neighbor_begin[v + 1]; ++k) {
+        sum += mesh->vertices.col(rings.neighbors[k]);
+      }
+      mesh->vertices.col(v) = sum / (rings.neighbor_begin[v + 1] - rings.neighbor_begin[v]);
+    }
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
@@ -224,11 +240,10 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
   for (bool halved = true; halved;) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
-  }
-  for (int round = 0; round < kShapeRounds; ++round) {
     ImproveValence(&mesh, kFlatDihedralDegrees);
-    RelaxTangentially(&mesh, 3);
   }
+  RILIEVO_RETURN_IF_ERROR(EvenOut(topology.vertex_count, &mesh));
+  ImproveValence(&mesh, kFlatDihedralDegrees);
   return mesh;
 }
 

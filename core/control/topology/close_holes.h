@@ -12,8 +12,8 @@ namespace rilievo {
 // its edges. The outer border of a sheet is the rim of no hole. What tells them apart is the turn
 // of the rim within the surface, the sum of pi less the face angles at its vertices: -2 pi around a
 // hole in a plane, 0 at the ends of a pipe, 2 pi around a sheet (Gauss and Bonnet). A hole turns by
-// at most pi. The new faces come after those of `mesh`, at most a quarter as many; its vertices,
-// creases and corners keep their numbers, and vertices may slide along the surface by a little.
+// at most pi. The new faces come after those of `mesh`, about a quarter as many at most; its
+// vertices, creases and corners keep their numbers and places, but flat edges may be flipped.
 // `mesh`: an oriented manifold; `longest_rim`: in its unit, > 0. CANCELLED when stopped.
 absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
                                        const RunContext& context);

@@ -88,6 +88,7 @@ TEST(MeasureTwoSidedTest, AcrossTheSurfaceTheSpacingOfPointsDoesNotCount) {
   for (const auto vertex : square.vertices.colwise()) {
     square.filled.push_back(vertex[0] > 0.499 ? 1 : 0);
   }
+  points.gaps.assign(points.vertices.cols(), 0.1f);
   const TwoSidedError seen = Measure(square, points);
   EXPECT_NEAR(seen.across_rms, 0, 1e-12);
   EXPECT_GT(seen.a_to_b.rms, 0.2);
