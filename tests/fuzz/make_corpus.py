@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Makes the seeds of the fuzz targets: small files of every kind the readers know.
 
-    make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files
+    make_corpus.py RILIEVO    RILIEVO: the built command, which makes the .dss files and
+                            a compressed GLB
 
 Not made here: unpacked/rows.zst, which zstd 1.5 wrote of the rows of unpacked/rows.gz, and
 las/packed_*.laz, which laz-perf 3 wrote of the points of laz_samples_test.cc.
@@ -263,6 +264,10 @@ def dss(rilievo):
                         "--control-faces", "20", "--max-level", "2"], check=True,
                        stdout=subprocess.DEVNULL)
         put("dss/colored2.dss", pathlib.Path(out).read_bytes())
+        mesh = f"{folder}/small.glb"
+        subprocess.run([rilievo, "export", out, mesh, "--level", "1", "--compress"], check=True,
+                       stdout=subprocess.DEVNULL)
+        put("glb/compressed.glb", pathlib.Path(mesh).read_bytes())
 
 
 if __name__ == "__main__":

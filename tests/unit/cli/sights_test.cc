@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -142,6 +143,63 @@ TEST_F(SightsTest, FlippedNormalsTurnTheSurfaceInsideOut) {
     Reconstruct("sphere.xyz", {"--normals", "ignore"});
     EXPECT_NEAR(volume(), kBall, 0.02 * kBall);
   }
+}
+
+// A LAS 1.2 file of a unit ball of 2000 points, the i-th at the time i / 100.
+std::string BallOfTimes() {
+  constexpr int kCount = 2000;
+  std::string header(227, '\0'), records;
+  const auto put = [&](size_t at, auto value) {
+    header.replace(at, sizeof value, LowBytesFirst(value));
+  };
+  header.replace(0, 4, "LASF");
+  put(24, uint8_t{1});
+  put(25, uint8_t{2});
+  put(94, uint16_t{227});
+  put(96, uint32_t{227});
+  put(104, uint8_t{1});
+  put(105, uint16_t{28});
+  put(107, uint32_t{kCount});
+  for (const size_t axis : {0, 1, 2}) put(131 + 8 * axis, 1e-6);
+  for (int i = 0; i < kCount; ++i) {
+    const double z = 1 - (i + 0.5) * 2 / kCount, r = std::sqrt(1 - z * z), turn = 2.399963 * i;
+    for (const double value : {r * std::cos(turn), r * std::sin(turn), z}) {
+      records += LowBytesFirst(static_cast<int32_t>(std::lround(value * 1e6)));
+    }
+    records += std::string(8, '\0') + LowBytesFirst(i / 100.0);
+  }
+  return header + records;
+}
+
+TEST_F(SightsTest, ATrajectoryTellsWhereLasPointsWereSeenFrom) {
+  Write("ball.las", BallOfTimes());
+  Write("way.csv", "time,x,y,z\n0,-0.1,0,0\n10,0.1,0,0\n20,0.1,0.1,0\n");
+  const auto at_top = [&] {  // which way the surface faces there
+    const TriangleMesh mesh = ReadMesh(At("a.ply"))->mesh;
+    Eigen::Index top;
+    mesh.vertices.row(2).maxCoeff(&top);
+    return mesh.normals(2, top);
+  };
+  EXPECT_TRUE(Reconstruct("ball.las")["stations"].is_null());
+  EXPECT_GT(at_top(), 0.9);
+  const Json report = Reconstruct("ball.las", {"--trajectory", At("way.csv")});
+  EXPECT_EQ(report["stations"]["used"], true);
+  EXPECT_EQ(report["stations"]["points"], 2000);
+  EXPECT_LT(at_top(), -0.9) << "seen from within";
+  Write("points.csv", "x,y,z\n0,0,0\n");
+  for (const auto& [scan, way, part] :
+       {std::tuple("points.csv", "way.csv", "GPS times"),
+        std::tuple("ball.las", "points.csv", "trajectory: line 1"),
+        std::tuple("ball.las", "none.csv", "none.csv: no such file")}) {
+    const Ended refused =
+        Run({"reconstruct", At(scan), "-o", At("b.dss"), "--trajectory", At(way)});
+    EXPECT_NE(refused.code, 0);
+    EXPECT_THAT(refused.err, HasSubstr(part));
+  }
+  EXPECT_EQ(Run({"reconstruct", At("ball.las"), "-o", At("b.dss"), "--trajectory", At("way.csv"),
+                 "--report", At("way.csv")})
+                .code,
+            2);
 }
 
 TEST_F(SightsTest, WhatIsNotBelievedIsSaid) {
