@@ -25,6 +25,9 @@ class DiskPool {
   // First come, first served, on any of the threads.
   void Post(std::function<void()> task);
 
+  // Of a task that takes long and gets on.
+  void Moved() { heart_.Beat(); }
+
   const Heartbeat& heart() const { return heart_; }
 
  private:

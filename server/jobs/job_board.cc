@@ -113,7 +113,8 @@ int64_t JobBoard::MemoryOf(const StoredJob& stored) const {
 
 void JobBoard::Add(StoredJob stored) {
   const std::string id = stored.job.job_id();
-  const int64_t memory = MemoryOf(stored);
+  // The thread that claims jobs has leases to renew: it does not wait for a mesh from far away.
+  const int64_t memory = stored.claim != 0 ? stored.memory : MemoryOf(stored);
   const std::lock_guard lock(mutex_);
   LiveJob& live = jobs_[id];
   const auto watched = elsewhere_.find(id);

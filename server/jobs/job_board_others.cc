@@ -92,7 +92,9 @@ void JobBoard::TellOthers() {
       auto event = live.events->LatestProgress();
       if (!event || event->sequence() == live.told) continue;
       live.told = event->sequence();
-      news.emplace_back(JobClaim{id, live.stored.claim, live.stored.worker}, *std::move(event));
+      news.emplace_back(
+          JobClaim{.job_id = id, .number = live.stored.claim, .worker = live.stored.worker},
+          *std::move(event));
     }
   }
   for (const auto& [claim, event] : news) {

@@ -172,6 +172,7 @@ std::optional<CallError> UploadScanCall::TakeHeader() {
   auto writer = core_->store->uploads().Continue(name_, static_cast<int64_t>(header.offset()));
   if (!writer.ok()) return ErrorOfStore(writer.status());
   writer_ = *std::move(writer);
+  writer_->WhenMoved([core = core_] { core->bulk.Moved(); });
   return std::nullopt;
 }
 

@@ -65,7 +65,7 @@ class PostgresUploadWriter final : public UploadWriter {
   // Of all that is stored.
   absl::StatusOr<Sha256> StoredHash() const;
   // To where blobs are, from the database.
-  absl::StatusOr<std::unique_ptr<StagedBlob>> Move() const;
+  absl::StatusOr<std::unique_ptr<StagedBlob>> ToBlobs() const;
 
   const std::shared_ptr<PostgresConnections> connections_;
   const BlobStore* const blobs_;  // null where blobs are parts too
@@ -116,6 +116,7 @@ absl::Status PostgresUploadWriter::Drop() {
 }
 
 absl::StatusOr<std::string> PostgresUploadWriter::PartAt(int64_t begin) const {
+  Move();
   const auto connection = connections_->Take();
   std::string part;
   const absl::Status read = connection->TransactUnflushed([&]() -> absl::Status {
@@ -143,7 +144,7 @@ absl::StatusOr<Sha256> PostgresUploadWriter::StoredHash() const {
   return hash;
 }
 
-absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresUploadWriter::Move() const {
+absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresUploadWriter::ToBlobs() const {
   std::string part;
   int64_t at = 0;
   return blobs_->StageFrom([&]() -> absl::StatusOr<std::string_view> {
@@ -164,7 +165,7 @@ absl::Status PostgresUploadWriter::Finish(int64_t total_bytes, const std::string
     return UploadMismatch(total_bytes, sha256, size_, stored);
   }
   if (blobs_ == nullptr) return take(WholeParts(connections_.get(), turn_, sha256, size_));
-  RILIEVO_ASSIGN_OR_RETURN(const auto moved, Move());
+  RILIEVO_ASSIGN_OR_RETURN(const auto moved, ToBlobs());
   if (moved->name() != sha256) return UploadTakenOver();  // a later writer has changed them
   RILIEVO_RETURN_IF_ERROR(take(*moved));
   Drop().IgnoreError();

@@ -175,28 +175,28 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> S3Blobs::StageFrom(const BlobSource&
   return staged;
 }
 
-absl::StatusOr<std::string> S3Blobs::KeyOf(const std::string& name) const {
+absl::StatusOr<S3Blobs::Object> S3Blobs::Find(const std::string& name) const {
   const absl::Status none = absl::NotFoundError("no such blob is stored");
   if (!IsContentName(name)) return none;
   const auto connection = connections_->Take();
   RILIEVO_ASSIGN_OR_RETURN(Query query,
-                           connection->Prepare("SELECT key FROM objects WHERE name = $1"));
+                           connection->Prepare("SELECT key, bytes FROM objects WHERE name = $1"));
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Bind(name).Step());
   if (!found) return none;
-  return query.Bytes(0);
+  return Object{query.Bytes(0), query.Integer(1)};
 }
 
 absl::StatusOr<FileDescriptor> S3Blobs::Read(const std::string& name) const {
-  RILIEVO_ASSIGN_OR_RETURN(const std::string key, KeyOf(name));
+  RILIEVO_ASSIGN_OR_RETURN(const Object object, Find(name));
   FileDescriptor memory(memfd_create("blob", MFD_CLOEXEC));
   if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
-  RILIEVO_RETURN_IF_ERROR(bucket_.Get(key, memory));
+  RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, memory));
   return memory;
 }
 
 absl::StatusOr<int64_t> S3Blobs::BytesOf(const std::string& name) const {
-  RILIEVO_ASSIGN_OR_RETURN(const std::string key, KeyOf(name));
-  return bucket_.BytesOf(key);
+  RILIEVO_ASSIGN_OR_RETURN(const Object object, Find(name));
+  return object.bytes;
 }
 
 absl::Status S3Blobs::LetGo(const std::string& name, const std::string& after) const {

@@ -27,7 +27,7 @@ class S3Blobs final : public BlobStore {
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
   // In memory.
   absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
-  // As the bucket has it.
+  // As the table has it: who makes a job does not wait for the bucket.
   absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
   absl::Status Remove(const std::string& name) const override;
   // The object stays for a week; its row has the name as `was`.
@@ -39,7 +39,11 @@ class S3Blobs final : public BlobStore {
   S3Blobs(std::shared_ptr<LeasePool<Database>> connections, const S3Place& place)
       : connections_(std::move(connections)), bucket_(place) {}
 
-  absl::StatusOr<std::string> KeyOf(const std::string& name) const;
+  struct Object {
+    std::string key;
+    int64_t bytes = 0;
+  };
+  absl::StatusOr<Object> Find(const std::string& name) const;
   // Makes the object none of a blob's, to be removed after that time.
   absl::Status LetGo(const std::string& name, const std::string& after) const;
 

@@ -102,9 +102,8 @@ struct S3Bucket::Request {
 
 struct S3Bucket::Answer {
   long http = 0;
-  std::string text;    // where it is no object
-  std::string tag;     // of what was put, with its quotes
-  int64_t length = 0;  // that it was announced with
+  std::string text;  // where it is no object
+  std::string tag;   // of what was put, with its quotes
 };
 
 // A connection that may be used again, and what comes over it.
@@ -170,7 +169,6 @@ void S3Bucket::Connection::Prepare(const S3Place& place, const S3Credentials& cr
     curl_easy_setopt(curl_, CURLOPT_POSTFIELDSIZE_LARGE,
                      static_cast<curl_off_t>(request.body.size()));
   }
-  if (method == "HEAD") curl_easy_setopt(curl_, CURLOPT_NOBODY, 1L);
   curl_easy_setopt(curl_, CURLOPT_CUSTOMREQUEST, request.method);
   curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(curl_, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
@@ -213,9 +211,6 @@ absl::StatusOr<S3Bucket::Answer> S3Bucket::Connection::Perform(const S3Place& pl
         absl::StrCat("S3: ", place.endpoint, ": ", curl_easy_strerror(done)));
   }
   curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &answer_.http);
-  curl_off_t length = 0;
-  curl_easy_getinfo(curl_, CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &length);
-  answer_.length = length;
   return std::move(answer_);
 }
 
@@ -273,11 +268,6 @@ absl::Status S3Bucket::Put(const std::string& key, std::string_view bytes) const
 
 absl::Status S3Bucket::Get(const std::string& key, const FileDescriptor& file) const {
   return Ask({.method = "GET", .key = key, .into = &file}).status();
-}
-
-absl::StatusOr<int64_t> S3Bucket::BytesOf(const std::string& key) const {
-  RILIEVO_ASSIGN_OR_RETURN(const Answer answer, Ask({.method = "HEAD", .key = key}));
-  return answer.length;
 }
 
 absl::Status S3Bucket::Remove(const std::string& key) const {

@@ -23,8 +23,8 @@ namespace rilievo {
 class S3Bucket {
  public:
   struct Patience {
-    std::chrono::seconds retry{20};  // from the first attempt to the begin of the last one
-    std::chrono::seconds stall{15};  // without a byte, before an attempt has failed
+    std::chrono::seconds retry{10};  // from the first attempt to the begin of the last one
+    std::chrono::seconds stall{10};  // without a byte, before an attempt has failed
   };
   explicit S3Bucket(S3Place place) : S3Bucket(std::move(place), Patience()) {}
   S3Bucket(S3Place place, const Patience& patience);
@@ -35,8 +35,6 @@ class S3Bucket {
 
   // Into `file`, which is emptied.
   absl::Status Get(const std::string& key, const FileDescriptor& file) const;
-
-  absl::StatusOr<int64_t> BytesOf(const std::string& key) const;
 
   // OK also when there was none.
   absl::Status Remove(const std::string& key) const;

@@ -87,10 +87,11 @@ absl::StatusOr<bool> JobQueue::Waits(const ClaimDemand& demand) {
 absl::StatusOr<std::optional<JobClaim>> JobQueue::Take(const std::string& number,
                                                        const ClaimDemand& demand, int64_t heads) {
   RILIEVO_ASSIGN_OR_RETURN(
-      Query query, database_->Prepare(absl::StrCat(
-                       "UPDATE queue SET worker = $1, claim = claim + 1, event = '',"
-                       " lease_until = now() + ",
-                       kLease, " WHERE number = (", number, ") RETURNING job_id, claim, client")));
+      Query query,
+      database_->Prepare(absl::StrCat("UPDATE queue SET worker = $1, claim = claim + 1, event = '',"
+                                      " lease_until = now() + ",
+                                      kLease, " WHERE number = (", number,
+                                      ") RETURNING job_id, claim, client, memory")));
   query.Bind(demand.worker).Bind(demand.memory).Bind(int64_t{demand.idle}).Bind(heads);
   RILIEVO_ASSIGN_OR_RETURN(const bool found, query.Step());
   if (!found) return std::nullopt;
@@ -99,7 +100,7 @@ absl::StatusOr<std::optional<JobClaim>> JobQueue::Take(const std::string& number
                                               " CONFLICT(client) DO UPDATE SET last_turn ="
                                               " excluded.last_turn"));
   RILIEVO_RETURN_IF_ERROR(turn.Bind(query.Bytes(2)).Post());
-  return JobClaim{query.Bytes(0), query.Integer(1), demand.worker};
+  return JobClaim{query.Bytes(0), query.Integer(1), demand.worker, query.Integer(3)};
 }
 
 absl::Status JobQueue::Lock(const std::string& job_id) {
@@ -144,7 +145,7 @@ absl::StatusOr<std::vector<JobClaim>> JobQueue::RenewLeases(const std::string& w
   for (;;) {
     RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
     if (!row) return claims;
-    claims.push_back({query.Bytes(0), query.Integer(1), worker});
+    claims.push_back({.job_id = query.Bytes(0), .number = query.Integer(1), .worker = worker});
   }
 }
 

@@ -19,6 +19,7 @@ struct JobClaim {
   std::string job_id;
   int64_t number = 0;
   std::string worker;
+  int64_t memory = 0;  // that the job may need, by estimate, bytes
 };
 
 // What a worker takes.

@@ -17,6 +17,7 @@ absl::StatusOr<std::optional<StoredJob>> JobStore::Claim(const ClaimDemand& dema
     if (stored) {
       stored->claim = claim->number;
       stored->worker = claim->worker;
+      stored->memory = claim->memory;
       return stored;
     }
     // Its record is damaged, or it was removed just now.
@@ -36,7 +37,8 @@ absl::Status JobStore::Release(const StoredJob& stored, bool last) {
     RILIEVO_RETURN_IF_ERROR(ChangeJob(tables.get(), stored));
     if (stored.claim == 0) return absl::OkStatus();
     return JobQueue(&tables->database())
-        .Release({stored.job.job_id(), stored.claim, stored.worker}, IsSuspect(stored), last);
+        .Release({.job_id = stored.job.job_id(), .number = stored.claim, .worker = stored.worker},
+                 IsSuspect(stored), last);
   });
 }
 

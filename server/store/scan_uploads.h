@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -29,6 +30,17 @@ class UploadWriter {
   // upload that went on, as its hash is not known.
   using Take = std::function<absl::Status(const StagedBlob& staged)>;
   virtual absl::Status Finish(int64_t total_bytes, const std::string& sha256, const Take& take) = 0;
+
+  // Calls `moved` now and then while Finish() gets on, where that may take long.
+  void WhenMoved(std::function<void()> moved) { moved_ = std::move(moved); }
+
+ protected:
+  void Move() const {
+    if (moved_) moved_();
+  }
+
+ private:
+  std::function<void()> moved_;
 };
 
 // Thread-safe. An upload has one writer, the latest.
