@@ -179,7 +179,7 @@ std::string FileOf(const std::string& output, const std::string& format) {
 absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string format = FormatOf(arguments);
   RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, format));
-  if (format == kTiles) RILIEVO_RETURN_IF_ERROR(MakeFolder(arguments.output));
+  if (format == kTiles) RILIEVO_RETURN_IF_ERROR(MakeOutputFolder(arguments.output));
   RILIEVO_RETURN_IF_ERROR(CheckFiles({{arguments.input, arguments.carry},
                                       {FileOf(arguments.output, format)},
                                       {arguments.json ? "-" : ""}}));

@@ -13,7 +13,7 @@
 namespace rilievo {
 namespace fs = std::filesystem;
 
-absl::Status MakeFolder(const std::string& path) {
+absl::Status MakeOutputFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (!error || fs::is_directory(path)) return absl::OkStatus();
@@ -30,7 +30,7 @@ bool NamesAFolder(const std::string& path) {
 absl::StatusOr<std::vector<std::string>> PathsInFolder(const std::vector<std::string>& scans,
                                                        const std::string& folder,
                                                        const std::string& extension) {
-  RILIEVO_RETURN_IF_ERROR(MakeFolder(folder));
+  RILIEVO_RETURN_IF_ERROR(MakeOutputFolder(folder));
   std::vector<std::string> paths;
   std::map<std::string, std::string> scan_of;
   for (const std::string& scan : scans) {

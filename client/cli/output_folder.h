@@ -12,7 +12,7 @@ namespace rilievo {
 bool NamesAFolder(const std::string& path);
 
 // Makes the folder unless it is there; kOutput where it cannot be made.
-absl::Status MakeFolder(const std::string& path);
+absl::Status MakeOutputFolder(const std::string& path);
 
 // A file for each scan, named as the scan with this extension (".dss"), in the folder, which is
 // made. kUsage for two scans of one name, kOutput where it cannot be made.
