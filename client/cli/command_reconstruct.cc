@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "client/cli/loaded_shape.h"
 #include "client/cli/make_surfaces.h"
 #include "client/cli/output_target.h"
+#include "client/cli/paged_scan_source.h"
 #include "client/cli/scan_set.h"
 #include "client/formats/scan_writer.h"
 #include "core/base/status_macros.h"
@@ -21,7 +23,8 @@ struct Arguments {
   MakingArguments making;
   ScanArguments scan;
   std::string kept_scan;  // file for the merged scan; empty: none
-  bool merge = false, align = false;
+  bool merge = false, align = false, parts = false;
+  std::string scratch;  // folder of --parts
 
   const std::vector<std::string>& scans() const { return making.inputs; }
 };
@@ -31,6 +34,14 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
                            LoadScan(path, arguments.scan, LayersFor(arguments.making.options)));
   ReportPaths paths{path, scan.format, {}};
   return Source{std::move(scan), std::move(paths)};
+}
+
+absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& path,
+                                 const std::stop_token& stop) {
+  RILIEVO_ASSIGN_OR_RETURN(PagedFile paged,
+                           LoadPaged(path, arguments.scan, arguments.scratch, stop));
+  ReportPaths paths{path, paged.file.format, {}};
+  return Source{std::move(paged.file), std::move(paths), std::move(paged.scan)};
 }
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
@@ -56,6 +67,12 @@ absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_to
   return Source{std::move(scan), std::move(paths)};
 }
 
+// Where temporary files go, as other programs have it; large ones may outlive no restart there.
+std::string DefaultScratchFolder() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/var/tmp";
+}
+
 // The scans that get a surface of their own: all, or the first in the name of all.
 std::vector<std::string> SurfaceNames(const Arguments& arguments) {
   return arguments.merge ? std::vector<std::string>{arguments.scans()[0]} : arguments.scans();
@@ -70,9 +87,29 @@ absl::Status CheckMerge(const Arguments& arguments) {
   return CheckExtension(arguments.kept_scan, "ply", "the merged scan is a PLY file");
 }
 
+// What the points are asked for one by one is not there when they lie on disk.
+absl::Status CheckParts(const Arguments& arguments) {
+  if (!arguments.parts) return absl::OkStatus();
+  const ReconstructArguments& options = arguments.making.options;
+  const auto refuse = [](const char* option) {
+    return UsageError(absl::StrCat("--parts does not go with ", option,
+                                   ": it takes the places of the points alone; leave it out"));
+  };
+  if (!arguments.making.connection.server.empty()) {
+    return UsageError("--parts works in this process; leave --server out");
+  }
+  if (!arguments.scan.classes.empty()) return refuse("--classes");
+  if (!arguments.scan.trajectory.empty()) return refuse("--trajectory");
+  if (options.stations == "use") return refuse("--stations use");
+  if (options.normals == "use") return refuse("--normals use");
+  return absl::OkStatus();
+}
+
 absl::Status Run(const Arguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckMerge(arguments));
+  RILIEVO_RETURN_IF_ERROR(CheckParts(arguments));
   const auto read = [&](const std::string& path) {
+    if (arguments.parts) return ReadPaged(arguments, path, stop);
     return arguments.merge ? ReadMerged(arguments, stop) : ReadOne(arguments, path);
   };
   MakingArguments making = arguments.making;
@@ -103,6 +140,16 @@ Command AddReconstruct(CLI::App& program) {
   app->add_option("--keep-scan", a->kept_scan,
                   "with --merge: write the merged scan to this .ply file, for verify and compare")
       ->needs(merge);
+  CLI::Option* parts = app->add_flag(
+      "--parts", a->parts,
+      "for scans larger than memory: the points go to disk, and the surface is made of them a part "
+      "at a time; stations, normals and colours of the points are not used");
+  parts->excludes(merge);
+  a->scratch = DefaultScratchFolder();
+  app->add_option("--scratch", a->scratch,
+                  "with --parts: the folder for it, with room for 48 bytes a point; nothing stays "
+                  "there (default: TMPDIR, or /var/tmp)")
+      ->needs(parts);
   return {app, [a](std::stop_token stop) { return Run(*a, stop); }};
 }
 

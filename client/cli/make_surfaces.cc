@@ -8,6 +8,7 @@
 #include "absl/strings/str_join.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/output_target.h"
+#include "client/cli/paged_scan_source.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/server_words.h"
 #include "client/cli/working_server.h"
@@ -75,7 +76,8 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
   const ReconstructCallbacks callbacks =
       ShowProgress(scan.cloud.points.cols(), !works_here, &display);
   absl::StatusOr<ReconstructResult> result =
-      client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
+      source.pages != nullptr ? ReconstructPages(*source.pages, options, callbacks.progress, stop)
+                              : client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) {
     return Explain(result.status(), source.paths.scan, arguments.connection.server);
   }

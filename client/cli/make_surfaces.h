@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "client/cli/server_connection.h"
 #include "client/cli/surface_output.h"
 #include "client/formats/scan_reader.h"
+#include "core/paging/paged_scan.h"
 
 namespace rilievo {
 
@@ -31,7 +33,8 @@ void AddMakingOptions(CLI::App* app, ShapeInput input, MakingArguments* argument
 // A scan or a mesh as it was read, and the words for where it comes from.
 struct Source {
   ScanFile scan;
-  ReportPaths paths;  // no target yet
+  ReportPaths paths;                                 // no target yet
+  std::shared_ptr<const PagedScan> pages = nullptr;  // the points of a scan that went to disk
 };
 
 using ReadSource = std::function<absl::StatusOr<Source>(const std::string& path)>;

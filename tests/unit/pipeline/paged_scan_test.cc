@@ -1,0 +1,134 @@
+// Surfaces of scans that lie on disk.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/paging/scan_pager.h"
+#include "core/pipeline/reconstruct.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+Eigen::Matrix3Xd EvenPoints(const AnalyticShape& shape, int points, double noise = 0) {
+  ScannerOptions options;
+  options.points = points;
+  options.views = 0;
+  options.noise = noise;
+  return SimulateScan(shape, options).value().cloud.points;
+}
+
+PagedScan OnDisk(const Eigen::Matrix3Xd& points) {
+  ScanPager pager = ScanPager::Create(::testing::TempDir(), 20000).value();
+  EXPECT_TRUE(pager.Add(points).ok());
+  return pager.Finish(RunContext{}).value();
+}
+
+Reconstruction InParts(const Eigen::Matrix3Xd& points, const PartSizes& sizes,
+                       const ReconstructOptions& options = {}, int threads = 0) {
+  RunContext context;
+  context.threads = threads;
+  return ReconstructPaged(OnDisk(points), sizes, options, context).value();
+}
+
+double RmsFrom(const AnalyticShape& shape, const DisplacedSurface& surface) {
+  const TriangleMesh mesh = Tessellate(surface, surface.max_level, RunContext{}).value();
+  return MeasureAgainstShape(shape, mesh.vertices).rms / shape.diagonal();
+}
+
+// Clean, noisy, with sharp edges, of two components.
+struct PagedCase {
+  std::string shape;
+  double noise;
+};
+class PagedShapes : public ::testing::TestWithParam<PagedCase> {};
+INSTANTIATE_TEST_SUITE_P(PagedScanTest, PagedShapes,
+                         ::testing::Values(PagedCase{"genus2", 0}, PagedCase{"star", 0.001},
+                                           PagedCase{"cutbox", 0}, PagedCase{"pair", 0}));
+
+TEST_P(PagedShapes, PartsAreAsExactAsTheWhole) {
+  const ShapePtr shape = MakeShape(GetParam().shape).value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 60000, GetParam().noise);
+  const Reconstruction whole =
+      Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
+  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 9000});
+  EXPECT_EQ(parts.report.genus, shape->genus());
+  EXPECT_EQ(parts.report.components, shape->components());
+  EXPECT_EQ(parts.report.points_in, 60000);
+  EXPECT_EQ(parts.surface.max_level, whole.surface.max_level);
+  EXPECT_EQ(parts.surface.control_mesh.faces, whole.surface.control_mesh.faces);
+  EXPECT_LT(RmsFrom(*shape, parts.surface), 1.05 * RmsFrom(*shape, whole.surface));
+  EXPECT_LT(parts.report.encoded_bytes, 1.1 * static_cast<double>(whole.report.encoded_bytes));
+}
+
+// Fewer than the whole's, as in a clean scan the heights of a vertex come of the points around it.
+TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 60000);
+  const Reconstruction whole =
+      Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
+  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 9000});
+  ASSERT_EQ(parts.surface.heights.size(), whole.surface.heights.size());
+  const double spacing = whole.report.median_spacing;
+  int64_t apart = 0;
+  double farthest = 0;
+  for (size_t v = 0; v < whole.surface.heights.size(); ++v) {
+    const double difference = std::abs(double{parts.surface.heights[v]} - whole.surface.heights[v]);
+    apart += difference > 0.02 * spacing;
+    farthest = std::max(farthest, difference);
+  }
+  EXPECT_LT(static_cast<double>(apart), 0.001 * static_cast<double>(whole.surface.heights.size()));
+  EXPECT_LT(farthest, 0.2 * spacing);
+}
+
+TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
+  const ShapePtr shape = MakeShape("genus2").value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 120000);
+  const PartSizes sizes{.coarse_points = 20000, .part_points = 15000};
+  const Reconstruction parts = InParts(points, sizes);
+  PointCloud thinned;
+  thinned.points = OnDisk(points).Thinned(sizes.coarse_points, RunContext{}).value();
+  ASSERT_LT(thinned.points.cols(), 20000);
+  const Reconstruction coarse = Reconstruct(thinned, ReconstructOptions{}, RunContext{}).value();
+  EXPECT_LT(RmsFrom(*shape, parts.surface), 0.5 * RmsFrom(*shape, coarse.surface));
+  EXPECT_EQ(parts.report.points_used, 120000);
+}
+
+TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000, 0.0005);
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 5000};
+  const auto bytes = [&](int threads) {
+    return InParts(points, sizes, {}, threads).encoded.Concatenate();
+  };
+  EXPECT_EQ(bytes(1), bytes(3));
+}
+
+TEST(PagedScanTest, TheOrderOfThePointsDoesNotChangeAByte) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000);
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 5000};
+  EXPECT_EQ(InParts(points, sizes).encoded.Concatenate(),
+            InParts(points.rowwise().reverse(), sizes).encoded.Concatenate());
+}
+
+TEST(PagedScanTest, BordersStayOpen) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 40000);
+  const Reconstruction parts = InParts(points, {.coarse_points = 10000, .part_points = 8000});
+  EXPECT_EQ(parts.report.boundary_loops, 1);
+  EXPECT_EQ(parts.report.components, 1);
+}
+
+TEST(PagedScanTest, TheLevelAskedForIsTaken) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000);
+  ReconstructOptions options;
+  for (const int level : {0, 1, 4}) {
+    options.max_level = level;
+    const Reconstruction parts = InParts(points, {8000, 5000}, options);
+    EXPECT_EQ(parts.surface.max_level, level);
+  }
+}
+
+}  // namespace
+}  // namespace rilievo
