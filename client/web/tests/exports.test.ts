@@ -1,7 +1,7 @@
 // What `rilievo export` writes for programs in browsers, read by theirs: three.js, the decoder of
 // meshoptimizer, and the 3D Tiles renderer.
 import assert from 'node:assert/strict';
-import { createReadStream, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { createReadStream, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer, type Server } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -17,6 +17,15 @@ const folder = mkdtempSync(join(tmpdir(), 'rilievo-exports-'));
 const surface = join(folder, 'star.dss');
 let files: Server;
 let address = '';
+
+// What the 3D Tiles renderer takes from a browser.
+Object.assign(globalThis, {
+  window: globalThis,
+  self: globalThis,
+  location: { href: 'http://files/' },
+  requestAnimationFrame: (call: () => void) => setTimeout(call, 0),
+  cancelAnimationFrame: (timer: NodeJS.Timeout) => clearTimeout(timer),
+});
 
 before(async () => {
   rilievo('simulate', 'star', '-o', `${surface}.ply`, '--points', '20000');
@@ -91,7 +100,6 @@ test('a compressed GLB keeps its texture', async () => {
   const cloud = join(folder, 'colors.xyz');
   rilievo('export', surface, join(folder, 'points.obj'), '--level', '3');
   const rows = readFileSync(join(folder, 'points.obj'), 'utf8').split('\n').filter((line) => line.startsWith('v '));
-  const { writeFileSync } = await import('node:fs');
   writeFileSync(cloud, rows.map((row, i) => `${row.slice(2)} ${i % 256} ${(3 * i) % 256} 90`).join('\n'));
   rilievo('reconstruct', cloud, '-o', `${cloud}.dss`, '--quiet');
   rilievo('export', `${cloud}.dss`, join(folder, 'textured.glb'), '--compress', '--texture', '256', '--level', '1');
