@@ -22,10 +22,13 @@ using Eigen::Vector3d;
 constexpr double kMostTurn = std::numbers::pi;
 // Edges of a rim for which the least area is searched for, in time with their cube.
 constexpr int kMostSearched = 1000;
+// Squared lengths of chords count so much beside the area: in a plane all triangles together have
+// the same.
+constexpr double kShortChords = 0.01;
 // New edges are halved above this many times the length wanted: halves are nearer to it.
 constexpr double kLongEdge = std::numbers::sqrt2;
 constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
-constexpr int kEvenRounds = 10;
+constexpr int kShapeRounds = 6, kEvenRounds = 5;
 constexpr double kFlatDihedralDegrees = 40;
 
 using FillTriangles = std::vector<std::array<int, 3>>;
@@ -106,7 +109,8 @@ class LeastArea {
         middle_[At(first, last)] = middle;
       }
     }
-    area_[At(first, last)] = least;
+    const Vector3d chord = vertices_.col(polygon_[last]) - vertices_.col(polygon_[first]);
+    area_[At(first, last)] = least + kShortChords * chord.squaredNorm();
   }
 
   const Eigen::Matrix3Xd& vertices_;
@@ -130,6 +134,15 @@ void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, FillTriangles* t
   for (size_t i = 0; i < polygon.size(); ++i) {
     triangles->push_back({polygon[i], polygon[(i + 1) % polygon.size()], middle});
   }
+}
+
+// Ascending, each edge once.
+void TidyTags(std::vector<Crease>* creases) {
+  const auto ends = [](const Crease& crease) { return std::pair(crease.a, crease.b); };
+  std::sort(creases->begin(), creases->end(),
+            [&](const Crease& x, const Crease& y) { return ends(x) < ends(y); });
+  const auto same = [&](const Crease& x, const Crease& y) { return ends(x) == ends(y); };
+  creases->erase(std::unique(creases->begin(), creases->end(), same), creases->end());
 }
 
 void AppendFaces(const FillTriangles& triangles, ControlMesh* mesh) {
@@ -207,6 +220,7 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   const std::vector<double> angles = AngleSums(mesh);
   const Eigen::Index face_count = mesh.faces.cols();
+  std::vector<Crease> creases = mesh.creases;  // rims are among them until all is done
   Edges edges;
   for (const auto edge : topology.edge_vertices.colwise()) edges.emplace(edge[0], edge[1]);
   FillTriangles triangles;
@@ -228,11 +242,16 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
         edges.insert(EdgeOf(triangles[i][k], triangles[i][kNextCorner[k]]));
       }
     }
+    for (size_t i = 0; i < rim.size(); ++i) {
+      const auto [a, b] = EdgeOf(rim[i], rim[(i + 1) % rim.size()]);
+      mesh.creases.push_back({a, b});
+    }
     rims += length;
     rim_edges += static_cast<int64_t>(rim.size());
   }
   if (triangles.empty()) return mesh;
   AppendFaces(triangles, &mesh);
+  TidyTags(&mesh.creases);
   // Equilateral faces of that area come to the share of faces.
   const double most_faces = kShareOfFaces * static_cast<double>(face_count);
   const double wanted = std::max(rims / static_cast<double>(rim_edges),
@@ -242,8 +261,11 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
     ImproveValence(&mesh, kFlatDihedralDegrees);
   }
-  RILIEVO_RETURN_IF_ERROR(EvenOut(topology.vertex_count, &mesh));
-  ImproveValence(&mesh, kFlatDihedralDegrees);
+  for (int round = 0; round < kShapeRounds; ++round) {
+    RILIEVO_RETURN_IF_ERROR(EvenOut(topology.vertex_count, &mesh));
+    ImproveValence(&mesh, kFlatDihedralDegrees);
+  }
+  mesh.creases = std::move(creases);
   return mesh;
 }
 

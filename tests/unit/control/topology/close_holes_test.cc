@@ -73,7 +73,7 @@ TEST(CloseHolesTest, NewFacesAreAboutAsLargeAsThoseAround) {
   const double fresh = static_cast<double>(closed.faces.cols() - open.faces.cols());
   EXPECT_GT(fresh, 0.5 * 0.25 * 3200);
   EXPECT_LT(fresh, 1.5 * 0.25 * 3200);
-  for (const double roundness : Roundnesses(closed)) EXPECT_GT(roundness, 0.3);
+  for (const double roundness : Roundnesses(closed)) EXPECT_GT(roundness, 0.2);
 }
 
 TEST(CloseHolesTest, ManyNewFacesAreLargerInstead) {
