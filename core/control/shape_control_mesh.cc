@@ -41,7 +41,8 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh fine,
                            SimplifyMesh(std::move(shape), to_fine, context));
   FacePlanes planes;
-  if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kFeaturePlanes)) {
+  const bool find_creases = creases == CreaseRule::kAuto && fine.creases.empty();
+  if (find_creases && !IsLeftOut(Mechanism::kFeaturePlanes)) {
     RILIEVO_ASSIGN_OR_RETURN(planes, FeaturePlanes(cloud, index, fine, context));
   }
   const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
@@ -51,7 +52,7 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
       ImproveValence(&mesh, kFlatDihedralDegrees);
       RelaxTangentially(&mesh, 3);
     }
-    if (creases == CreaseRule::kAuto && !IsLeftOut(Mechanism::kCreases)) {
+    if (find_creases && !IsLeftOut(Mechanism::kCreases)) {
       RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));
     }
     return mesh;

@@ -15,8 +15,9 @@ inline constexpr int kFinerThanControl = 8;
 
 // `shape`, an oriented manifold near the points, simplified to about `target_faces`: its bends
 // sharpened by the planes of the points beside them, faces shorter where points would be left
-// uncovered, creases tagged unless `creases` says no. Topology and borders stay. `border_weight`:
-// see SimplifyOptions::boundary_weight. `index` holds the points of `cloud`; unit frame.
+// uncovered, creases tagged unless `creases` says no or `shape` has them already. Topology and
+// borders stay. `border_weight`: see SimplifyOptions::boundary_weight. `index` holds the points of
+// `cloud`; unit frame.
 absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCloud& cloud,
                                              const PointIndex& index, CreaseRule creases,
                                              int target_faces, double border_weight,

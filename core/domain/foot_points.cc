@@ -28,6 +28,10 @@ constexpr double kBorderGap = 2.0;
 constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
 constexpr double kGapPerOffset = 0.5;
+// Of a foot on a known line, beside that of other samples: no height mends what lies aside of it.
+// Of 30 pairs of combined solids the largest errors came to 0.7 of those with 10, and to the same
+// with 100.
+constexpr double kLineStrength = 30;
 // Nothing farther than this many control edges belongs to a sample, unless it was assigned to it.
 constexpr double kReachInControlEdges = 2.0;
 // Median to standard deviation of a normal distribution.
@@ -107,6 +111,13 @@ double Reach(const DomainSamples& samples, const SampledSurface& surface, int sa
   return kReachInControlEdges * length * (1 << samples.refinement.max_level());
 }
 
+absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
+                                                const RunContext& context) {
+  Eigen::Matrix3Xi triangles(3, ends.cols() / 2);  // without area
+  for (int i = 0; i < triangles.cols(); ++i) triangles.col(i) << 2 * i, 2 * i + 1, 2 * i + 1;
+  return ClosestPointTree::Build(ends, triangles, context);
+}
+
 void Resize(int count, FootPoints* feet) {
   const auto size = static_cast<size_t>(count);
   feet->normals.setZero(3, count);
@@ -131,7 +142,11 @@ FootPointSearch::FootPointSearch(const OrientedCloud& cloud, const PointIndex& i
 absl::Status FootPointSearch::Update(const SampledSurface& surface, const RunContext& context,
                                      FootPoints* foot_points) {
   RILIEVO_RETURN_IF_ERROR(assignment_.Update(surface, context));
+  if (!lines_ && cloud_.sharp_lines.cols() > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(lines_, TreeOfSegments(cloud_.sharp_lines, context));
+  }
   Resize(samples_.size(), foot_points);
+  foot_points->sharp_axes.resize(samples_.sharp.size());
   foot_points->sharp_moves.setZero(3, static_cast<Eigen::Index>(samples_.sharp.size()));
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(samples_.size(), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
@@ -165,17 +180,43 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
   spacing_[i] = sum.spacing();
 }
 
-void FootPointSearch::FindSharp(const SampledSurface& surface, int sample, FootPoints* feet) {
+std::optional<SharpFootPoint> FootPointSearch::FootOnSides(const SampledSurface& surface,
+                                                           int sample) const {
   int found[kNearestOfCrease];
   double squared[kNearestOfCrease];
   const int wanted = std::min(kNearestOfCrease, index_.size());
   const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
-  const auto foot =
-      FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
-  const double reach = Reach(samples_, surface, sample);
-  if (!foot || foot->move.norm() > reach) return;
+  return FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
+}
+
+// Corners have had their places from the beginning.
+std::optional<SharpFootPoint> FootPointSearch::FootOnLine(const SampledSurface& surface,
+                                                          int sample) const {
+  SharpFootPoint foot{Eigen::Vector3d::Zero(),
+                      cloud_.median_spacing,
+                      {Eigen::Matrix3d::Identity(), kLineStrength * Eigen::Vector3d::Ones()}};
+  const bool is_corner = sample < samples_.control_vertex_count() &&
+                         samples_.control_kinds[sample] == VertexKind::kCorner;
+  if (is_corner) return foot;
+  const Eigen::Vector3d position = surface.positions.col(sample);
+  const int segment = lines_->source()[lines_->Closest(position).item];
+  const Eigen::Vector3d from = cloud_.sharp_lines.col(2 * segment),
+                        way = cloud_.sharp_lines.col(2 * segment + 1) - from;
+  const double part = std::clamp((position - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+  foot.move = from + part * way - position;
+  const Eigen::Vector3d along = way.normalized(), across = along.unitOrthogonal();
+  foot.sides.axes << across, along.cross(across), along;
+  foot.sides.strength[2] = 0;
+  return foot;
+}
+
+void FootPointSearch::FindSharp(const SampledSurface& surface, int sample, FootPoints* feet) {
+  const auto foot = lines_ ? FootOnLine(surface, sample) : FootOnSides(surface, sample);
   const auto i = static_cast<size_t>(sample);
-  feet->sharp_moves.col(samples_.sharp_slot[i]) = foot->move;
+  const int slot = samples_.sharp_slot[i];
+  feet->sharp_axes[slot] = foot ? foot->sides : AxesOfSides(samples_, surface, sample);
+  if (!foot || foot->move.norm() > Reach(samples_, surface, sample)) return;
+  feet->sharp_moves.col(slot) = foot->move;
   feet->normals.col(sample) = surface.normals.col(sample);
   feet->offset[i] = foot->move.dot(surface.normals.col(sample));
   feet->weight[i] = 1;

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "core/domain/cloud_assignment.h"
 #include "core/domain/domain_samples.h"
+#include "core/domain/sharp_foot_points.h"
 #include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
+#include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 
@@ -19,8 +22,10 @@ struct FootPoints {
   std::vector<double> offset;  // n_q . (q - S), unit frame; 0 where there is no data
   std::vector<double> weight;  // of the robust loss, in (0, 1]; 0: no data
   // Sharp samples only, in the order of DomainSamples::sharp: the way to where the cloud's sides
-  // meet, across the crease; `offset` is its part along `normals` there.
+  // meet, or to its sharp line where that is known, and the directions in which it is known;
+  // `offset` is its part along `normals` there.
   Eigen::Matrix3Xd sharp_moves;
+  std::vector<SideAxes> sharp_axes;
   // Boundary samples only, zero elsewhere: the outward tangent across the boundary, and the way
   // along it from the sample to the cloud's border, of either sign.
   Eigen::Matrix3Xd conormals;
@@ -48,6 +53,8 @@ class FootPointSearch {
  private:
   void FindFoot(const SampledSurface& surface, int sample, FootPoints* foot_points);
   void FindSharp(const SampledSurface& surface, int sample, FootPoints* foot_points);
+  std::optional<SharpFootPoint> FootOnSides(const SampledSurface& surface, int sample) const;
+  std::optional<SharpFootPoint> FootOnLine(const SampledSurface& surface, int sample) const;
   void FindBorder(const SampledSurface& surface, int sample, FootPoints* foot_points) const;
   void WeighRobustly(FootPoints* foot_points);
 
@@ -56,7 +63,8 @@ class FootPointSearch {
   const DomainSamples& samples_;
   const double robust_spacings_;
   CloudAssignment assignment_;
-  std::vector<double> spacing_;  // of the cloud at each sample's foot
+  std::optional<ClosestPointTree> lines_;  // of the cloud's sharp lines, where it has some
+  std::vector<double> spacing_;            // of the cloud at each sample's foot
   std::vector<double> sorted_;
 };
 

@@ -66,7 +66,7 @@ struct Aim {
     directions.setZero();
     const double beside =
         corner ? tangential_weight * areas.control_vertices[i] * stiffness[i] : 0.0;
-    const SideAxes sides = AxesOfSides(samples, surface, sample);
+    const SideAxes& sides = feet.sharp_axes[samples.sharp_slot[i]];
     const int rows = targets->row_count[i];
     for (int k = 0; k < rows; ++k) {
       const bool data = feet.weight[i] > 0 && sides.strength[k] > kLeastStrength;

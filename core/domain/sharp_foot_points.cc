@@ -89,6 +89,7 @@ std::optional<SharpFootPoint> FindSharpFootPoint(const OrientedCloud& cloud,
     const Vector3d axis = solver.eigenvectors().col(k);
     foot.move += axis.dot(right) / solver.eigenvalues()[k] * axis;
   }
+  foot.sides = AxesOfSides(samples, surface, sample);
   return foot;
 }
 

@@ -25,6 +25,7 @@ inline constexpr double kLeastStrength = 0.03;
 struct SharpFootPoint {
   Eigen::Vector3d move;  // from the sample to where the sides' points meet, across the crease
   double spacing = 0;    // of the points
+  SideAxes sides;        // of the surface there
 };
 
 // `points`: of the cloud, in any number and order; each counts for the side whose normal is nearest

@@ -25,6 +25,7 @@ constexpr double kKnownNoiseSpacings = 1.0 / 3;
 
 // Of position steps.
 constexpr double kFinestStep = 4e-4, kCoarsestStep = 5e-3;
+constexpr double kFinestOfLines = 1e-4;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4, kUsualCodingError = 1e-4;
@@ -72,6 +73,11 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
   domain.position_step = options.encode.position_step;
   if (domain.position_step == 0) {
     domain.position_step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
+    // Heights take up no rounding that moves a crease aside.
+    if (scan.cloud.sharp_lines.cols() > 0) {
+      const double finest = std::max(kFinestOfLines, options.encode.max_error.value_or(0));
+      domain.position_step = std::min(domain.position_step, finest);
+    }
     if (domain.is_filled) domain.position_step = std::min(domain.position_step, kStepWhereFilled);
   }
   return domain;
@@ -79,7 +85,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
 
 absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMesh& start,
                                        int target_faces, const RunContext& context) {
-  if (start.creases.empty() || IsMachined(start)) {
+  if (start.creases.empty() || IsMachined(start) || scan.cloud.sharp_lines.cols() > 0) {
     return CoarserControlMesh(start, target_faces, context);
   }
   const ControlMesh untagged{start.vertices, start.faces, {}, {}};

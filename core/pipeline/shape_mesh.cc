@@ -6,6 +6,7 @@
 
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
+#include "core/control/creases/sharp_edges.h"
 #include "core/control/shape_control_mesh.h"
 #include "core/control/topology/close_holes.h"
 #include "core/meshes/scan_of_mesh.h"
@@ -48,24 +49,39 @@ constexpr int64_t kNeedlePieces = 4;
 // of 1.
 constexpr double kBorderWeight = 20;
 
-absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, const ScanSurface& scan,
+// The ends of its creases, two columns each.
+Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
+  Eigen::Matrix3Xd ends(3, static_cast<Eigen::Index>(2 * mesh.creases.size()));
+  Eigen::Index column = 0;
+  for (const Crease& crease : mesh.creases) {
+    for (const int v : {crease.a, crease.b}) ends.col(column++) = mesh.vertices.col(v);
+  }
+  return ends;
+}
+
+// What is known of its sharp lines goes into the cloud of the scan.
+absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* scan,
                                                 const ControlOptions& options,
                                                 const RunContext& context) {
-  const int target_faces = ControlFacesFor(options, scan.cloud);
-  const double area = std::numbers::pi / 4 * scan.cloud.median_spacing * scan.cloud.median_spacing *
-                      static_cast<double>(scan.cloud.points.cols());
+  const int target_faces = ControlFacesFor(options, scan->cloud);
+  const double area = std::numbers::pi / 4 * scan->cloud.median_spacing *
+                      scan->cloud.median_spacing * static_cast<double>(scan->cloud.points.cols());
   const double share = area / (kFinerThanControl * target_faces);
   const double edge = std::sqrt(4 / std::numbers::sqrt3 * share);
   ControlMesh shape{std::move(mesh.vertices), std::move(mesh.triangles)};
   RILIEVO_ASSIGN_OR_RETURN(
       shape, SplitLongEdges(std::move(shape), kLongestEdge * edge,
                             kNeedlePieces * kFinerThanControl * target_faces, context));
+  if (options.creases == CreaseRule::kAuto) {
+    RILIEVO_RETURN_IF_ERROR(TagSharpEdges(scan->cloud.median_spacing, &shape));
+    scan->cloud.sharp_lines = LinesOf(shape);
+  }
   context.Report(Stage::kControlMesh, 0.3);
   ControlMeshResult control;
   control.topology = Topology::kMesh;
   control.reason = "a mesh was given";
   RILIEVO_ASSIGN_OR_RETURN(
-      control.mesh, ShapeControlMesh(std::move(shape), scan.cloud, scan.index, options.creases,
+      control.mesh, ShapeControlMesh(std::move(shape), scan->cloud, scan->index, options.creases,
                                      target_faces, kBorderWeight, context));
   if (options.close_holes_below > 0) {
     RILIEVO_ASSIGN_OR_RETURN(
@@ -105,7 +121,7 @@ absl::StatusOr<ShapedInput> ShapeMesh(const PointCloud& mesh, PointCloud* spent,
   Shape given_mesh{checked.vertices, checked.triangles};
   scope.emplace(Stage::kControlMesh, context);
   RILIEVO_ASSIGN_OR_RETURN(ControlMeshResult control,
-                           ControlOfMesh(std::move(checked), scan, fractions.control, context));
+                           ControlOfMesh(std::move(checked), &scan, fractions.control, context));
   return ShapedInput{std::move(scan), std::move(control),   std::move(fractions), std::move(hash),
                      figures,         std::move(given_mesh)};
 }

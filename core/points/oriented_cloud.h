@@ -20,6 +20,9 @@ struct OrientedCloud {
   // as between the sheets of a wall about as thin as its points are apart; empty before
   // OrientNormals.
   std::vector<uint8_t> ambiguous;
+  // Where the surface is known to be sharp: columns 2 i and 2 i + 1 are the ends of a segment; unit
+  // frame. Of a scan: empty, for nothing is known of it.
+  Eigen::Matrix3Xd sharp_lines = {};
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };

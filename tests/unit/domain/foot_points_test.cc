@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "tests/unit/domain/analytic_scenes.h"
@@ -176,6 +178,48 @@ TEST(FootPoints, TheBorderIsNotBeyondAGap) {
   for (int i = 0; i < feet.samples_.size(); ++i) {
     if (!feet.samples_.on_boundary(i)) continue;
     EXPECT_LT(feet.feet_.border_offset[i], gap / 2);
+  }
+}
+
+// A crease that lies aside of a known line: the way there is across the line, and known in both
+// directions across it; corners stay.
+TEST(FootPoints, SharpLinesAreMet) {
+  const Eigen::Vector3d half(0.3, 0.3, 0.3);
+  OrientedCloud cloud = BoxCloud(half, 20'000);
+  ControlMesh box = SharpBoxMesh(half, 0.1);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double x : {-0.3, 0.3}) {
+      for (const double y : {-0.3, 0.3}) {
+        for (const double z : {-0.3, 0.3}) {
+          cloud.sharp_lines.conservativeResize(3, cloud.sharp_lines.cols() + 1);
+          Eigen::Vector3d end;
+          end[axis] = z, end[(axis + 1) % 3] = x, end[(axis + 2) % 3] = y;
+          cloud.sharp_lines.rightCols<1>() = end;
+        }
+      }
+    }
+  }
+  box.vertices *= 1.02;
+  const Feet feet(std::move(cloud), box, 1);
+  ASSERT_FALSE(feet.samples_.sharp.empty());
+  for (size_t k = 0; k < feet.samples_.sharp.size(); ++k) {
+    const int sample = feet.samples_.sharp[k];
+    const bool corner = sample < feet.samples_.control_vertex_count() &&
+                        feet.samples_.control_kinds[sample] == VertexKind::kCorner;
+    const Eigen::Vector3d move = feet.feet_.sharp_moves.col(static_cast<Eigen::Index>(k));
+    const SideAxes& axes = feet.feet_.sharp_axes[k];
+    if (corner) {
+      EXPECT_EQ(move.norm(), 0);
+      EXPECT_GT(axes.strength.minCoeff(), 1);
+      continue;
+    }
+    EXPECT_NEAR(std::abs(axes.axes.col(2).dot(move)), 0, 1e-12);
+    EXPECT_EQ(axes.strength[2], 0);
+    Eigen::Vector3d foot = feet.surface_.positions.col(sample) + move;
+    std::sort(foot.data(), foot.data() + 3,
+              [](double a, double b) { return std::abs(a) < std::abs(b); });
+    EXPECT_NEAR(std::abs(foot[1]), 0.3, 1e-9);
+    EXPECT_NEAR(std::abs(foot[2]), 0.3, 1e-9);
   }
 }
 
