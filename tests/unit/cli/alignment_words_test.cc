@@ -47,10 +47,11 @@ TEST(AlignmentWordsTest, ALoopThatDoesNotCloseIsSaidToBeOne) {
   open.fits = false;
   open.fits_alone = true;
   open.rms = open.spread = 0.05;
-  EXPECT_THAT(ReasonOf(report),
-              AllOf(HasSubstr("b.ply and c.ply fit alone, but not together with the others"),
-                    HasSubstr("the loop of scans does not close"),
-                    HasSubstr("30 % overlap, RMS 0.05 m (0.5 %)"), HasSubstr("leave it out")));
+  EXPECT_THAT(
+      ReasonOf(report),
+      AllOf(HasSubstr("b.ply and c.ply fit alone, but not together with the others"),
+            HasSubstr("the loop of scans does not close"),
+            HasSubstr("30.0 % overlap, RMS 0.0500 m (0.500 %)"), HasSubstr("leave it out")));
 }
 
 TEST(AlignmentWordsTest, APairThatDoesNotFitEvenAloneComesFirst) {
@@ -71,7 +72,7 @@ TEST(AlignmentWordsTest, ScansApartAreNamed) {
   report.alignment.pairs[1].overlaps = report.alignment.pairs[1].fits = false;
   report.alignment.pairs[1].overlap = 0.04;
   EXPECT_THAT(ReasonOf(report), AllOf(HasSubstr("c.ply and a.ply, b.ply do not overlap enough"),
-                                      HasSubstr("at most 4 % of the points")));
+                                      HasSubstr("at most 4.00 % of the points")));
 }
 
 }  // namespace

@@ -190,7 +190,7 @@ TEST_F(SightsTest, ATrajectoryTellsWhereLasPointsWereSeenFrom) {
   for (const auto& [scan, way, part] :
        {std::tuple("points.csv", "way.csv", "GPS times"),
         std::tuple("ball.las", "points.csv", "trajectory: line 1"),
-        std::tuple("ball.las", "none.csv", "none.csv: no such file")}) {
+        std::tuple("ball.las", "none.csv", "none.csv: cannot be read")}) {
     const Ended refused =
         Run({"reconstruct", At(scan), "-o", At("b.dss"), "--trajectory", At(way)});
     EXPECT_NE(refused.code, 0);
