@@ -177,6 +177,12 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
   return coded;
 }
 
+absl::StatusOr<EncodedSurface> CodeWithinBytes(const CodedSurface& coded,
+                                               const ReconstructOptions& options,
+                                               const PipelineContext& context) {
+  return Encode(coded, std::nullopt, options, context);
+}
+
 absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, const Shape& mesh,
                                        CodedSurface coded, const ReconstructOptions& options,
                                        const PipelineContext& context) {

@@ -58,6 +58,12 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
                                          const ReconstructOptions& options,
                                          const PipelineContext& context);
 
+// Codes coded.surface once more, within encode.max_bytes, which is asked for. The errors of
+// EncodeDss().
+absl::StatusOr<EncodedSurface> CodeWithinBytes(const CodedSurface& coded,
+                                               const ReconstructOptions& options,
+                                               const PipelineContext& context);
+
 // How often the heights are coded and measured once more, at most.
 inline constexpr int kKeepErrorRounds = 6;
 

@@ -10,8 +10,9 @@
 namespace rilievo {
 namespace {
 
-// Of the bytes asked for, at most.
-constexpr int64_t kColorPart = 3;
+// Of the bytes asked for the part that is kept free for colours until they are coded, and the part
+// that heights are coded once more for when colours leave it.
+constexpr int64_t kColorPart = 3, kWorthOfHeights = 50;
 
 absl::StatusOr<std::vector<Rgb>> ColorsOf(const DisplacedSurface& surface,
                                           const OrientedCloud& cloud, std::span<const Rgb> colors,
@@ -43,7 +44,14 @@ absl::StatusOr<CodedColors> ColorSurface(const OrientedCloud& cloud, std::span<c
   RILIEVO_ASSIGN_OR_RETURN(coded->surface.colors,
                            ColorsOf(coded->surface, cloud, colors, options, silent));
   const StageScope scope(Stage::kEncode, silent);
-  return AddColors(coded->surface, options.encode.max_bytes, silent, &coded->encoded);
+  const std::optional<int64_t> most = options.encode.max_bytes;
+  RILIEVO_ASSIGN_OR_RETURN(CodedColors colors_coded,
+                           AddColors(coded->surface, most, silent, &coded->encoded));
+  if (!most || *most - BytesOf(coded->encoded) < *most / kWorthOfHeights) return colors_coded;
+  ReconstructOptions rest = options;
+  *rest.encode.max_bytes -= colors_coded.bytes;
+  RILIEVO_ASSIGN_OR_RETURN(coded->encoded, CodeWithinBytes(*coded, rest, silent));
+  return AddColors(coded->surface, most, silent, &coded->encoded);
 }
 
 }  // namespace rilievo

@@ -18,7 +18,8 @@ namespace rilievo {
 // are left to the colours.
 ReconstructOptions WithRoomForColors(ReconstructOptions options);
 
-// Gives coded->surface the colours of the cloud's points, and codes them. `options`: as asked for.
+// Gives coded->surface the colours of the cloud's points, and codes them. Bytes that they leave of
+// those asked for go to the heights, which are coded once more. `options`: as asked for.
 absl::StatusOr<CodedColors> ColorSurface(const OrientedCloud& cloud, std::span<const Rgb> colors,
                                          const ReconstructOptions& options,
                                          const PipelineContext& context, CodedSurface* coded);

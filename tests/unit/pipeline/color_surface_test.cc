@@ -73,6 +73,9 @@ TEST(ColorSurfaceTest, TheBytesAskedForHoldShapeAndColours) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_LE(BytesOf(result->encoded), 2500);
   EXPECT_GT(result->report.color_bytes, 0);
+  EXPECT_LT(result->report.color_bytes, 2500 / 4);
+  // What colours leave of their third is not lost.
+  EXPECT_GT(BytesOf(result->encoded), 2500 * 95 / 100);
   const DecodedSurface decoded = DecodeDss(result->encoded.Concatenate(), RunContext{}).value();
   EXPECT_NE(decoded.metadata.options.find("max_bytes=2500"), std::string::npos);
 }
