@@ -114,8 +114,8 @@ async function shownFrom(tiles: TilesRenderer, camera: PerspectiveCamera): Promi
   for (let quiet = 0; quiet < 5; ) {
     tiles.update();
     await new Promise((resolve) => setTimeout(resolve, 20));
-    const { queued = 0, downloading, parsing } = tiles.stats as { queued?: number; downloading: number; parsing: number };
-    quiet = queued + downloading + parsing === 0 ? quiet + 1 : 0;
+    const { stats } = tiles as unknown as { stats: { queued?: number; downloading: number; parsing: number } };
+    quiet = (stats.queued ?? 0) + stats.downloading + stats.parsing === 0 ? quiet + 1 : 0;
   }
   return [...tiles.visibleTiles].map((tile) => (tile as unknown as { internal: { depth: number } }).internal.depth);
 }
