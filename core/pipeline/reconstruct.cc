@@ -139,6 +139,12 @@ ReconstructOptions WithFacesForPages(ReconstructOptions options, const PagedScan
   return options;
 }
 
+// The level asked for is that of all points, not of thinned ones.
+ReconstructOptions WithoutLevel(ReconstructOptions options) {
+  options.max_level.reset();
+  return options;
+}
+
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in,
                                          const ReconstructOptions& given,
                                          const RunContext& caller) {
@@ -174,7 +180,8 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
     RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(oriented, control.mesh, options, context));
     RILIEVO_ASSIGN_OR_RETURN(
         SampledSurface sampled,
-        SampleHeights(oriented, control.topology, std::move(domain), options, context));
+        SampleHeights(oriented, control.topology, std::move(domain),
+                      in.pages == nullptr ? options : WithoutLevel(options), context));
     if (in.pages != nullptr) {
       RILIEVO_RETURN_IF_ERROR(MeasureHeightsFromPages(*in.pages, oriented, in.sizes.part_points,
                                                       options, context, &sampled));
