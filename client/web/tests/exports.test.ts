@@ -7,7 +7,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { validateBytes } from 'gltf-validator';
-import { Box3, BufferGeometry, Mesh, type Object3D, PerspectiveCamera, Raycaster, Vector3 } from 'three';
+import { Box3, type BufferGeometry, Mesh, type Object3D, PerspectiveCamera, Raycaster, Vector3 } from 'three';
 import { MeshoptDecoder } from 'three/examples/jsm/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import { TilesRenderer } from '3d-tiles-renderer/three';
