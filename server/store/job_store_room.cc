@@ -126,14 +126,19 @@ absl::StatusOr<int64_t> JobStore::Clean() {
       if (more) break;
     }
   }
-  RILIEVO_RETURN_IF_ERROR(blobs_->Sweep());
-  const auto tables = tables_->Take();
-  if (shared_) {
-    RILIEVO_RETURN_IF_ERROR(
-        Change(tables.get(), [&] { return JobQueue(&tables->database()).Clean(); }));
+  int64_t stored = 0;
+  {
+    const auto tables = tables_->Take();
+    if (shared_) {
+      RILIEVO_RETURN_IF_ERROR(
+          Change(tables.get(), [&] { return JobQueue(&tables->database()).Clean(); }));
+    }
+    RILIEVO_RETURN_IF_ERROR(tables->database().Shrink());
+    RILIEVO_ASSIGN_OR_RETURN(stored, tables->TotalBytes());
   }
-  RILIEVO_RETURN_IF_ERROR(tables->database().Shrink());
-  return tables->TotalBytes();
+  // Others need the tables meanwhile.
+  RILIEVO_RETURN_IF_ERROR(blobs_->Sweep());
+  return stored;
 }
 
 }  // namespace rilievo

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <sstream>
 #include <thread>
 #include <vector>
@@ -107,8 +109,12 @@ void TestPostgres::Start() {
   server_ = -1;
 }
 
+// With its children: one that is at work would end what it is at.
 void TestPostgres::Kill() {
+  std::ifstream list(absl::StrCat("/proc/", server_, "/task/", server_, "/children"));
+  const std::vector<pid_t> children{std::istream_iterator<pid_t>(list), {}};
   kill(server_, SIGKILL);
+  for (const pid_t child : children) kill(child, SIGKILL);
   waitpid(server_, nullptr, 0);
   server_ = -1;
 }

@@ -16,7 +16,7 @@ class TestPostgres {
   // URL of a new database without tables.
   std::string NewDatabase();
 
-  // kill -9, and what its children hold; then a new one on the same files.
+  // kill -9 of all its processes; then a new one on the same files.
   void Kill();
   void Start();
 
