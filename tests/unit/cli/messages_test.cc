@@ -44,8 +44,8 @@ See 'rilievo --help'.
 See 'rilievo --help'.
 )"},
     {"jobs", 2,
-     R"(rilievo jobs: a command is missing; the commands are submit, list, show, watch,
-  fetch, cancel, delete, delete-scan
+     R"(rilievo jobs: a command is missing; the commands are submit, convert, list,
+  show, watch, fetch, cancel, delete, delete-scan
 See 'rilievo jobs --help'.
 )"},
     {"jobs sumbit scan.ply", 2,
@@ -120,8 +120,8 @@ See 'rilievo reconstruct --help'.
   points of a scan and leave its faces out
 )"},
     {"export a.dss b.blend", 2,
-     R"(rilievo export: b.blend: the extension must be .ply, .obj, .stl, .glb, .usda or
-  .png
+     R"(rilievo export: b.blend: the extension must be .ply, .obj, .stl, .glb, .3mf,
+  .usda or .png; a folder (DIR/) gets 3D Tiles
 )"},
     {"export a.dss b.ply --level 1 --triangles 5", 2,
      R"(rilievo export: --level and --triangles exclude each other; give one of them
