@@ -103,6 +103,7 @@ double ContactWidth(const TriangleMesh& a, const TriangleMesh& b) {
 struct GrowingMesh {
   std::vector<Eigen::Vector3d> vertices;
   std::vector<CutTriangle> triangles;
+  std::vector<uint8_t> at_cut;  // by vertex: a crossing; of those added later: none
 
   Eigen::Matrix3Xi Faces() const {
     Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(triangles.size()));
@@ -113,7 +114,9 @@ struct GrowingMesh {
   }
 };
 
-GrowingMesh UsedPart(const KeptFaces& kept, bool turn_second, const Eigen::Matrix3Xd& places) {
+// Corners from `first_crossing` to `first_added` are crossings.
+GrowingMesh UsedPart(const KeptFaces& kept, bool turn_second, const Eigen::Matrix3Xd& places,
+                     int first_crossing, int first_added) {
   GrowingMesh mesh;
   std::vector<int> number(static_cast<size_t>(places.cols()), -1);
   for (size_t side = 0; side < 2; ++side) {
@@ -127,6 +130,7 @@ GrowingMesh UsedPart(const KeptFaces& kept, bool turn_second, const Eigen::Matri
         if (at < 0) {
           at = static_cast<int>(mesh.vertices.size());
           mesh.vertices.push_back(places.col(corner));
+          mesh.at_cut.push_back(corner >= first_crossing && corner < first_added);
         }
         corner = at;
       }
@@ -222,8 +226,10 @@ absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const Triang
   }
   if (!cut.ok()) return cut.status();
   const std::vector<Crossing>& crossings = cut->crossings.all;
+  const auto first_crossing = static_cast<int>(a.vertices.cols() + b.vertices.cols());
   GrowingMesh growing = UsedPart(cut->kept, operation == SolidOperation::kDifference,
-                                 PlacesOf(a, b, crossings, cut->kept.added, width));
+                                 PlacesOf(a, b, crossings, cut->kept.added, width), first_crossing,
+                                 first_crossing + static_cast<int>(crossings.size()));
   if (growing.triangles.empty()) return absl::FailedPreconditionError(NothingLeft(operation));
   SplitRepeatedDiagonals(&growing);
   CombinedSolids combined;
@@ -235,8 +241,9 @@ absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const Triang
     combined.mesh.vertices.col(static_cast<Eigen::Index>(v)) = growing.vertices[v];
   }
   if (combined.crossings == 0) return combined;
-  RILIEVO_ASSIGN_OR_RETURN(combined.mesh,
-                           SeparateContacts(std::move(combined.mesh), width, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      combined.mesh,
+      SeparateContacts(std::move(combined.mesh), std::move(growing.at_cut), width, context));
   if (combined.mesh.triangles.cols() == 0) {
     return absl::FailedPreconditionError(NothingLeft(operation));
   }

@@ -53,11 +53,13 @@ Eigen::Matrix3Xi ColumnsOf(const std::vector<Corners>& triangles) {
 // is cut there in all triangles around it.
 class Thinner {
  public:
-  Thinner(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles, double width)
+  Thinner(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+          std::vector<uint8_t> at_cut, double width)
       : vertices_(vertices),
         width_(width),
         sets_(vertices.cols()),
-        near_contact_(static_cast<size_t>(vertices.cols()), 0) {
+        near_contact_(std::move(at_cut)) {
+    near_contact_.resize(static_cast<size_t>(vertices.cols()), 0);
     for (const auto triangle : triangles.colwise()) {
       triangles_.push_back({triangle[0], triangle[1], triangle[2]});
     }
@@ -226,7 +228,7 @@ class Thinner {
   bool joins_ = false;
   std::vector<Corners> triangles_;
   size_t cuts_left_ = 0;
-  std::vector<uint8_t> near_contact_;  // by vertex: of a thin triangle
+  std::vector<uint8_t> near_contact_;  // by vertex: at the cut, or of a thin triangle
   std::unordered_map<uint64_t, int> on_edge_;
 };
 
@@ -283,9 +285,9 @@ TriangleMesh WithoutFilms(TriangleMesh mesh, double width) {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, double width,
-                                              const RunContext& context) {
-  Thinner thinner(mesh.vertices, mesh.triangles, width);
+absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
+                                              double width, const RunContext& context) {
+  Thinner thinner(mesh.vertices, mesh.triangles, std::move(at_cut), width);
   if (!thinner.Run()) return WithoutFilms(std::move(mesh), width);
   PointCloud cloud;
   cloud.points = mesh.vertices;

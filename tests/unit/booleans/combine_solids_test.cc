@@ -262,6 +262,16 @@ TEST(CombineSolidsTest, ChainsOfBoxesAreWhatTheirCellsSay) {
   EXPECT_GT(compared, 300);
 }
 
+// Two boxes with a part of an edge in common whose ends no grid holds: the neck there has no thin
+// triangle, because a crossing along the edge lies anywhere.
+TEST(CombineSolidsTest, AnEdgeInCommonJoinsNothing) {
+  const TriangleMesh slab = BoxMesh({1.2588518855573101, 1.5948147494190921, 1.9588941836474516},
+                                    {3.1131244477859283, 2.1956029621292759, 1.9604301920511145}),
+                     block = BoxMesh({3.1131244477859283, 1.5948147494190921, 0.88870298005801518},
+                                     {3.8906340737299505, 2.1956029621292759, 1.9588941836474516});
+  EXPECT_EQ(Combined(slab, block, SolidOperation::kUnion).shape, Is(2, 0));
+}
+
 TEST(CombineSolidsTest, ResultDoesNotDependOnThreads) {
   const TriangleMesh a = SphereMesh(5), b = Moved(TorusMesh(.9, .3, 80, 40), Askew());
   for (const SolidOperation operation : kOperations) {

@@ -42,7 +42,7 @@ TriangleMesh JoinedAlongAnEdge(double neck) {
 TEST(SeparateContactsTest, ANarrowNeckIsTakenApart) {
   const TriangleMesh joined = JoinedAlongAnEdge(kWidth / 4);
   ASSERT_TRUE(Of(joined).closed() && Of(joined).components == 1);
-  const auto apart = SeparateContacts(joined, kWidth, RunContext());
+  const auto apart = SeparateContacts(joined, {}, kWidth, RunContext());
   ASSERT_TRUE(apart.ok());
   EXPECT_EQ(Of(*apart).components, 2);
   EXPECT_TRUE(Of(*apart).closed() && Of(*apart).manifold());
@@ -52,7 +52,7 @@ TEST(SeparateContactsTest, ANarrowNeckIsTakenApart) {
 
 TEST(SeparateContactsTest, AWiderOneStays) {
   const TriangleMesh joined = JoinedAlongAnEdge(100 * kWidth);
-  const auto same = SeparateContacts(joined, kWidth, RunContext());
+  const auto same = SeparateContacts(joined, {}, kWidth, RunContext());
   ASSERT_TRUE(same.ok());
   EXPECT_EQ(same->vertices, joined.vertices);
   EXPECT_EQ(same->triangles, joined.triangles);
@@ -60,11 +60,11 @@ TEST(SeparateContactsTest, AWiderOneStays) {
 
 TEST(SeparateContactsTest, FilmsGo) {
   const TriangleMesh film = BoxMesh({3, 0, 0}, {4, 1, kWidth / 8});
-  const auto left = SeparateContacts(Together(UnitBox(0, 0, 0), film), kWidth, RunContext());
+  const auto left = SeparateContacts(Together(UnitBox(0, 0, 0), film), {}, kWidth, RunContext());
   ASSERT_TRUE(left.ok());
   EXPECT_EQ(Of(*left).components, 1);
   EXPECT_NEAR(VolumeOf(*left), 1, 1e-12);
-  const auto nothing = SeparateContacts(film, kWidth, RunContext());
+  const auto nothing = SeparateContacts(film, {}, kWidth, RunContext());
   ASSERT_TRUE(nothing.ok());
   EXPECT_EQ(nothing->triangles.cols(), 0);
 }
@@ -74,7 +74,7 @@ TEST(SeparateContactsTest, StopsWhenAsked) {
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
-  const auto made = SeparateContacts(JoinedAlongAnEdge(kWidth / 4), kWidth, context);
+  const auto made = SeparateContacts(JoinedAlongAnEdge(kWidth / 4), {}, kWidth, context);
   EXPECT_EQ(made.status().code(), absl::StatusCode::kCancelled);
 }
 
