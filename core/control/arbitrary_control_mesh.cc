@@ -17,13 +17,10 @@
 namespace rilievo {
 namespace {
 
-// Spacings that a handle is wide; a loop of edges zigzags, and is longer than the circle it follows
-// by about 15 %. First those are looked for that are small enough to be noise, then those that
-// bridge sheets or tear them.
-constexpr double kLoopOfCircle = 1.15 * std::numbers::pi;
-constexpr double kTinyHandle = 2 * kLoopOfCircle;
-constexpr double kSmallHandle = 4 * kLoopOfCircle;
-constexpr double kWideHandle = 8 * kLoopOfCircle;
+// Spacings around a handle four spacings wide; a loop of edges zigzags, and is longer than the
+// circle it follows by about 15 %. First those are looked for that are small enough to be noise,
+// then, twice as wide, those that bridge sheets or tear them.
+constexpr double kSmallHandle = 4 * 1.15 * std::numbers::pi;
 
 constexpr double kHandleSearchShare = 1.5;
 
@@ -76,8 +73,8 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
   }
   const LoopSupport support(cloud, index);
   const HandleLengths searches[] = {
-      {.longest = unit * kSmallHandle, .tiny = unit * kTinyHandle},
-      {.longest = unit * kWideHandle, .tiny = 0},
+      {.longest = unit * kSmallHandle, .tiny = unit * kSmallHandle / 2},
+      {.longest = unit * kSmallHandle * 2, .tiny = 0},
   };
   RILIEVO_ASSIGN_OR_RETURN(HandleRemoval clean,
                            RemoveHandles(std::move(trimmed), searches, &support, context));

@@ -3,11 +3,6 @@
 #include "absl/strings/str_cat.h"
 
 namespace rilievo {
-namespace {
-
-constexpr int kMostTargetFaces = 200000;
-
-}  // namespace
 
 const char* TopologyName(Topology topology) {
   switch (topology) {
@@ -28,9 +23,9 @@ const char* TopologyName(Topology topology) {
 }
 
 absl::Status ControlOptions::Validate() const {
-  if (target_faces < 0 || target_faces > kMostTargetFaces) {
-    return absl::InvalidArgumentError(absl::StrCat("target_faces is ", target_faces,
-                                                   "; it must lie in [0, ", kMostTargetFaces, "]"));
+  if (target_faces < 0 || target_faces > kMostControlFaces) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "target_faces is ", target_faces, "; it must lie in [0, ", kMostControlFaces, "]"));
   }
   if (close_holes_below != 0 &&
       !(close_holes_below >= kShortestRim && close_holes_below <= kLongestRim)) {

@@ -29,6 +29,8 @@ enum class CreaseRule {
 const char* TopologyName(Topology topology);
 
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
+// The most that may be asked for or given.
+inline constexpr int kMostControlFaces = 200000;
 
 struct ControlOptions {
   Topology topology = Topology::kAuto;

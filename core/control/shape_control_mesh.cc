@@ -18,10 +18,6 @@ namespace {
 // Seven of eight of its faces go later, in order: down to it blocks serve.
 constexpr double kUnorderedFine = 1;
 
-// Flips and relaxation in turn, across edges flatter than this.
-constexpr int kShapeRounds = 2;
-constexpr double kFlatDihedralDegrees = 40;
-
 // Where the control mesh is simplified once more. Of nine clean shapes the largest errors came to
 // .88 of those with 1 spacing and a cosine of .3, with .4 spacings to .83; that was not tried on
 // thin walls.
@@ -48,10 +44,7 @@ absl::StatusOr<ControlMesh> ShapeControlMesh(ControlMesh shape, const OrientedCl
   const auto simplified = [&](const UncoveredPoints& lost) -> absl::StatusOr<ControlMesh> {
     RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
                              AdaptiveSimplify(lost, fine, simplify, context, planes));
-    for (int round = 0; round < kShapeRounds; ++round) {
-      ImproveValence(&mesh, kFlatDihedralDegrees);
-      RelaxTangentially(&mesh, 3);
-    }
+    ImproveShape(&mesh);
     if (find_creases && !IsLeftOut(Mechanism::kCreases)) {
       RILIEVO_RETURN_IF_ERROR(TagCreases(cloud, index, context, &mesh));
     }

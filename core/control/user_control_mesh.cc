@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/base/status_macros.h"
+#include "core/control/control_options.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/closest_point_tree.h"
 
@@ -18,50 +19,9 @@ namespace {
 constexpr int kMostValence = 64;
 constexpr double kFarthest = 10;  // diagonals
 
-constexpr int kMostFaces = 200000;
 constexpr double kNear = 0.25;  // of the diagonal
 constexpr double kLeastNearShare = 0.5;
-constexpr double kSampleStep = 0.05;  // of the diagonal, between samples of the mesh
-constexpr int kMostStepsPerEdge = 20;
 constexpr int kCloudSamples = 5000;
-
-// Of the samples that cover each face evenly, kSampleStep apart where it is not so large that
-// there would be more than kMostStepsPerEdge along an edge: about kCloudSamples, spread over all.
-Eigen::Matrix3Xd SampleMesh(const ControlMesh& mesh) {
-  const auto steps_of = [&](int64_t face) {
-    const auto corners = mesh.faces.col(face);
-    double longest = 0;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d edge =
-          mesh.vertices.col(corners[(k + 1) % 3]) - mesh.vertices.col(corners[k]);
-      longest = std::max(longest, edge.norm());
-    }
-    return static_cast<int64_t>(
-        std::clamp(std::ceil(longest / kSampleStep), 1.0, double{kMostStepsPerEdge}));
-  };
-  int64_t count = 0;
-  for (int64_t f = 0; f < mesh.faces.cols(); ++f) {
-    const int64_t steps = steps_of(f);
-    count += steps * (steps + 1) / 2;
-  }
-  const int64_t stride = std::max<int64_t>(1, count / kCloudSamples);
-  Eigen::Matrix3Xd samples(3, (count + stride - 1) / stride);
-  int64_t sample = 0, taken = 0;
-  for (int64_t f = 0; f < mesh.faces.cols(); ++f) {
-    const int64_t steps = steps_of(f);
-    for (int64_t i = 0; i < steps; ++i) {
-      for (int64_t j = 0; i + j < steps; ++j) {
-        if (sample++ % stride != 0) continue;
-        const double s = (static_cast<double>(i) + 1.0 / 3) / static_cast<double>(steps);
-        const double t = (static_cast<double>(j) + 1.0 / 3) / static_cast<double>(steps);
-        samples.col(taken++) = (1 - s - t) * mesh.vertices.col(mesh.faces(0, f)) +
-                               s * mesh.vertices.col(mesh.faces(1, f)) +
-                               t * mesh.vertices.col(mesh.faces(2, f));
-      }
-    }
-  }
-  return samples;
-}
 
 // Share of about kCloudSamples columns of `from` that lie within kNear of what the tree holds.
 double NearShare(const Eigen::Matrix3Xd& from, const ClosestPointTree& to) {
@@ -80,11 +40,12 @@ absl::Status CheckNear(const ControlMesh& mesh, const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree points,
                            ClosestPointTree::Build(cloud.points, {}, context));
   const double points_near = NearShare(cloud.points, surface);
-  const double mesh_near = NearShare(SampleMesh(mesh), points);
+  const double mesh_near = NearShare(mesh.vertices, points);
   if (std::min(points_near, mesh_near) >= kLeastNearShare) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrFormat(
       "user_mesh: %.0f %% of the points are within a quarter of the diagonal of the mesh and %.0f "
-      "%% of the mesh is within that of the points; both must be at least %.0f %%: is the mesh in "
+      "%% of its vertices are within that of the points; both must be at least %.0f %%: is the "
+      "mesh in "
       "the coordinates of the scan?",
       100 * points_near, 100 * mesh_near, 100 * kLeastNearShare));
 }
@@ -109,9 +70,10 @@ absl::StatusOr<ControlMesh> CheckUserControlMesh(const ControlMesh& mesh,
                                                  const OrientedCloud& cloud,
                                                  const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  if (mesh.faces.cols() < 1 || mesh.faces.cols() > kMostFaces) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "user_mesh: ", mesh.faces.cols(), " faces; between 1 and ", kMostFaces, " are allowed"));
+  if (mesh.faces.cols() < 1 || mesh.faces.cols() > kMostControlFaces) {
+    return absl::InvalidArgumentError(absl::StrCat("user_mesh: ", mesh.faces.cols(),
+                                                   " faces; between 1 and ", kMostControlFaces,
+                                                   " are allowed"));
   }
   for (int v = 0; v < mesh.vertices.cols(); ++v) {
     if (!mesh.vertices.col(v).allFinite()) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -21,8 +22,6 @@ constexpr double kConvergedMove = 1e-4;
 // points three times as long and 100 MB more, for the same error and bytes of the displaced
 // surface.
 constexpr int64_t kMostSamples = 60'000;
-// Of the progress, when Ceres follows.
-constexpr double kSuzukiShare = 0.2;
 
 absl::Status CheckRange(const char* field, double value, double low, double high) {
   if (value >= low && value <= high) return absl::OkStatus();
@@ -71,7 +70,7 @@ int SampleLevel(const ControlMesh& mesh, int64_t point_count, int asked) {
 }  // namespace
 
 absl::Status FitOptions::Validate() const {
-  constexpr double kInfinity = 1e300;
+  constexpr double kInfinity = std::numeric_limits<double>::max();
   RILIEVO_RETURN_IF_ERROR(CheckRange("suzuki_rounds", suzuki_rounds, 0, 50));
   if (!(suzuki_lambda > 0 && suzuki_lambda <= 1)) {
     return absl::InvalidArgumentError(
@@ -102,7 +101,7 @@ absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointI
   FitState state;
   RILIEVO_RETURN_IF_ERROR(StartRounds(samples, start.vertices, context, &search, &state));
   for (int round = 0; round < options.suzuki_rounds; ++round) {
-    context.Report(Stage::kDomainFit, kSuzukiShare * round / options.suzuki_rounds);
+    context.Report(Stage::kDomainFit, ShareOfRounds(options, round));
     const auto update = [&] {
       SuzukiUpdate(samples, state.feet, options.suzuki_lambda, &state.control_points);
     };

@@ -39,6 +39,12 @@ struct FitOptions {
   absl::Status Validate() const;
 };
 
+// Of the progress: what so many rounds of both methods are of all.
+inline double ShareOfRounds(const FitOptions& options, int rounds) {
+  const int of_ceres = options.method == FitMethod::kLeastSquares ? options.rounds : 0;
+  return static_cast<double>(rounds) / (options.suzuki_rounds + of_ceres);
+}
+
 struct DomainFit {
   ControlMesh control_mesh;  // same faces and tags as given, control points moved
   // Root mean square distance of the cloud's points to the surface: point to plane at the nearest

@@ -12,8 +12,6 @@
 namespace rilievo {
 namespace {
 
-// Of the progress: what came before.
-constexpr double kLeastSquaresBegin = 0.2;
 // A round after which the cloud is farther off than this many times the distance before it is
 // taken back.
 constexpr double kWorse = 1.05;
@@ -30,8 +28,7 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
   RILIEVO_ASSIGN_OR_RETURN(FitEnergy energy, FitEnergy::Build(samples, areas, targets, context));
   double tangential_weight = options.tangential_weight;
   for (int round = 0; round < options.rounds; ++round) {
-    context.Report(Stage::kDomainFit,
-                   kLeastSquaresBegin + (1 - kLeastSquaresBegin) * round / options.rounds);
+    context.Report(Stage::kDomainFit, ShareOfRounds(options, options.suzuki_rounds + round));
     energy.set_fairness(
         FairnessOfRound(options.fairness_start, options.fairness_end, round, options.rounds));
     const std::vector<double> stiffness =

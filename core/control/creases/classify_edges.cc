@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Faces that meet flatter than this are not looked at; the iso-surface rounds sharp edges.
-constexpr double kLeastFold = 0.985;  // cos 10 degrees
 // Sides that meet flatter are no crease: cos 30 degrees.
 constexpr double kSharpCosine = 0.866;
 // Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.

@@ -10,6 +10,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/control/creases/classify_edges.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -17,8 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Faces are looked at whose corners' normals differ more: cos 10 degrees.
-constexpr double kFlat = 0.985;
 constexpr int kFewestPoints = 32, kMostPoints = 128;
 constexpr int kRounds = 4;
 constexpr int kLeastSidePoints = 6;
@@ -110,7 +109,7 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
     for (int k = 0; k < 3; ++k) {
       const int v = mesh.faces(k, f);
-      if (vertex_normals.col(v).dot(planes.normals.col(f)) < kFlat) bent[v] = 1;
+      if (vertex_normals.col(v).dot(planes.normals.col(f)) < kLeastFold) bent[v] = 1;
     }
   }
   const int first = FirstAsked(cloud);

@@ -6,7 +6,6 @@
 #include <numbers>
 #include <optional>
 
-#include "absl/strings/str_cat.h"
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -238,28 +237,11 @@ int64_t MostImplicitNodes(int64_t points) {
   return kNodesBeside + kNodesOfPoint * first + kNodesOfFurtherPoint * (points - first);
 }
 
-absl::Status ImplicitOptions::Validate() const {
-  const auto check = [](const char* name, double value, double low, double high) {
-    if (value >= low && value <= high) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrCat("implicit.", name, " = ", value, " must lie in [", low, ", ", high, "]"));
-  };
-  RILIEVO_RETURN_IF_ERROR(check("cell_spacings", cell_spacings, 0.25, 8));
-  RILIEVO_RETURN_IF_ERROR(check("smooth_cell_spacings", smooth_cell_spacings, 0.25, 8));
-  RILIEVO_RETURN_IF_ERROR(check("border_cell_spacings", border_cell_spacings, 0.25, 8));
-  RILIEVO_RETURN_IF_ERROR(check("cell_thicknesses", cell_thicknesses, 1e-3, 1));
-  RILIEVO_RETURN_IF_ERROR(check("thin_cell_spacings", thin_cell_spacings, 0.25, 8));
-  RILIEVO_RETURN_IF_ERROR(check("cell_noises", cell_noises, 0, 16));
-  RILIEVO_RETURN_IF_ERROR(check("screening", screening, 0, 100));
-  return check("band_cells", band_cells, 2, 8);
-}
-
 absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
                                                      const NeighborGraph& graph,
                                                      const PointIndex& index,
                                                      const ImplicitOptions& options,
                                                      const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
   if (cloud.points.cols() == 0) return absl::InvalidArgumentError("the cloud holds no points");
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> wanted_cells,
                            SizingField(cloud, graph, index, options, context));

@@ -33,7 +33,6 @@ struct ImplicitOptions {
   int band_cells = 3;
   // All around is outside: the zero set closes over openings.
   bool closed = false;
-  absl::Status Validate() const;
 };
 
 // A function on nested grids, coarse to fine. Every cell of a level is either cut into eight cells

@@ -9,9 +9,6 @@
 namespace rilievo {
 namespace {
 
-// As ArbitraryControlMesh() shapes its mesh.
-constexpr int kShapeRounds = 2, kRelaxRounds = 3;
-constexpr double kFlatDihedralDegrees = 40;
 // Few faces have to follow curvature: 1e-4 took 1 to 5 % fewer bytes than the usual 1e-2.
 constexpr double kEvenness = 1e-4;
 
@@ -21,10 +18,7 @@ absl::StatusOr<ControlMesh> CoarserControlMesh(const ControlMesh& mesh, int targ
                                                const RunContext& context) {
   const SimplifyOptions simplify{.target_faces = std::max(target_faces, 4), .evenness = kEvenness};
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh coarser, SimplifyMesh(mesh, simplify, context));
-  for (int round = 0; round < kShapeRounds; ++round) {
-    ImproveValence(&coarser, kFlatDihedralDegrees);
-    RelaxTangentially(&coarser, kRelaxRounds);
-  }
+  ImproveShape(&coarser);
   return coarser;
 }
 

@@ -6,6 +6,7 @@
 #include "core/control/simplify/crease_constraints.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
+#include "core/control/simplify/simplify_mesh.h"
 
 namespace rilievo {
 namespace {
@@ -17,6 +18,8 @@ using Eigen::Vector3d;
 constexpr double kPull = 0.01;
 // Least cosine between the normals of a face before and after a move.
 constexpr double kMinCosine = 0.5;
+constexpr int kShapeRounds = 2, kRelaxRounds = 3;
+constexpr double kFlatDihedralDegrees = 40;
 
 Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
   const Vector3d origin = mesh.vertices.col(a);
@@ -110,6 +113,13 @@ void RelaxTangentially(ControlMesh* mesh, int rounds) {
         mesh->vertices.col(v) = moved;
       }
     }
+  }
+}
+
+void ImproveShape(ControlMesh* mesh) {
+  for (int round = 0; round < kShapeRounds; ++round) {
+    ImproveValence(mesh, kFlatDihedralDegrees);
+    RelaxTangentially(mesh, kRelaxRounds);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/control/simplify/edge_collapser.h"
 #include "core/control/simplify/half_edge_mesh.h"
@@ -33,37 +32,8 @@ bool GoesByBlocks(const ControlMesh& mesh, double share) {
 
 }  // namespace
 
-absl::Status SimplifyOptions::Validate() const {
-  if (target_faces < 4) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("target_faces is ", target_faces, "; at least 4 are needed"));
-  }
-  if (!(max_normal_turn_degrees > 0 && max_normal_turn_degrees <= 90)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "max_normal_turn_degrees is ", max_normal_turn_degrees, "; it must lie in (0, 90]"));
-  }
-  if (max_valence < 6 || max_valence > 32) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("max_valence is ", max_valence, "; it must lie in [6, 32]"));
-  }
-  if (!(evenness >= 1e-6 && evenness <= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("evenness is ", evenness, "; it must lie in [1e-6, 1]"));
-  }
-  if (!(boundary_weight >= 0 && boundary_weight <= 1000)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("boundary_weight is ", boundary_weight, "; it must lie in [0, 1000]"));
-  }
-  if (!(unordered_until >= 1)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("unordered_until is ", unordered_until, "; it must be at least 1"));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions& options,
                                          const RunContext& context, const FacePlanes* planes) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   if (!mesh.vertices.allFinite()) {
     return absl::InvalidArgumentError("the mesh to simplify has a vertex that is not finite");

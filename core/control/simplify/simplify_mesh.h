@@ -26,7 +26,6 @@ struct SimplifyOptions {
   // Down to so many times the target it matters little which vertex goes first, and large meshes go
   // block by block. [1, inf).
   double unordered_until = 8.0;
-  absl::Status Validate() const;
 };
 
 // What the faces of a mesh stand for. Without normals: their own planes.

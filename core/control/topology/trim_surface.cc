@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
@@ -272,26 +271,9 @@ Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
 
 }  // namespace
 
-absl::Status TrimOptions::Validate() const {
-  if (!(support_spacings > 0 && support_spacings <= 10)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("trim.support_spacings = ", support_spacings, " must lie in (0, 10]"));
-  }
-  if (!(filled_hole_spacings >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("trim.filled_hole_spacings = ", filled_hole_spacings, " must be >= 0"));
-  }
-  if (!(min_piece_points >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("trim.min_piece_points = ", min_piece_points, " must be >= 0"));
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
                                         const PointIndex& index, BoundaryRule boundary,
                                         const TrimOptions& options, const RunContext& context) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
   RILIEVO_ASSIGN_OR_RETURN(const Support support,
                            FindSupport(surface, cloud, index, options.support_spacings, context));
   // Pieces without support go first: no hole is filled on their account.

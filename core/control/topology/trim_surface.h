@@ -21,7 +21,6 @@ struct TrimOptions {
   // of four points or more: what wrong normals leave between two sheets is a bubble a few spacings
   // wide. >= 0.
   double min_piece_points = 25;
-  absl::Status Validate() const;
 };
 
 // `surface`: an orientable 2-manifold, all of its vertices used (see SplitFans).

@@ -2,11 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cstdint>
+#include <map>
+#include <utility>
 
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
+#include "core/control/topology/mesh_subset.h"
+#include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
@@ -83,34 +86,6 @@ double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const Fa
   return length;
 }
 
-// Keeps the faces around a vertex at which the kept ones would meet in several fans.
-void KeepPinchedVertices(const ControlMesh& mesh, const MeshTopology& topology,
-                         std::vector<uint8_t>* keep) {
-  for (bool changed = true; changed;) {
-    // The fans at a vertex: its kept corners less the edges between two of them.
-    std::vector<int> fans(mesh.vertices.cols(), 0), kept_corners(mesh.vertices.cols(), 0);
-    for (int f = 0; f < mesh.faces.cols(); ++f) {
-      if ((*keep)[f] == 0) continue;
-      for (const int v : mesh.faces.col(f)) ++fans[v], ++kept_corners[v];
-    }
-    for (int e = 0; e < topology.edge_count(); ++e) {
-      const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
-      if (b < 0 || (*keep)[a] == 0 || (*keep)[b] == 0) continue;
-      --fans[topology.edge_vertices(0, e)];
-      --fans[topology.edge_vertices(1, e)];
-    }
-    changed = false;
-    for (int f = 0; f < mesh.faces.cols(); ++f) {
-      if ((*keep)[f] != 0) continue;
-      for (const int v : mesh.faces.col(f)) {
-        if (fans[v] < 2) continue;
-        (*keep)[f] = 1;
-        changed = true;
-      }
-    }
-  }
-}
-
 void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unmeasured,
                      int min_faces, std::vector<uint8_t>* keep) {
   std::vector<uint8_t> taken(keep->size());
@@ -126,48 +101,21 @@ void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unm
   }
 }
 
-// Ascending.
-std::vector<std::array<int, 2>> KeptEdges(const MeshTopology& topology,
-                                          const std::vector<uint8_t>& keep) {
-  std::vector<std::array<int, 2>> edges;
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
-    if (keep[a] == 0 && (b < 0 || keep[b] == 0)) continue;
-    edges.push_back({topology.edge_vertices(0, e), topology.edge_vertices(1, e)});
+// The kept faces with the tags of their edges and vertices.
+ControlMesh KeptPart(const ControlMesh& mesh, const std::vector<uint8_t>& keep) {
+  MeshSubset part = KeepFaces(mesh, keep);
+  const std::vector<int>& source = part.source_vertex;
+  std::map<std::pair<int, int>, float> sharpness;
+  for (const Crease& crease : mesh.creases) sharpness[{crease.a, crease.b}] = crease.sharpness;
+  const auto count = static_cast<int>(source.size());
+  ForEachEdge(part.mesh.faces, count, [&](int low, int high, const HalfEdgeGroup& /*edge*/) {
+    const auto crease = sharpness.find(std::minmax(source[low], source[high]));
+    if (crease != sharpness.end()) part.mesh.creases.push_back({low, high, crease->second});
+  });
+  for (int v = 0; v < count; ++v) {
+    if (std::ranges::binary_search(mesh.corners, source[v])) part.mesh.corners.push_back(v);
   }
-  std::sort(edges.begin(), edges.end());
-  return edges;
-}
-
-// The kept faces with the vertices and the tags they use.
-ControlMesh KeptPart(const ControlMesh& mesh, const MeshTopology& topology,
-                     const std::vector<uint8_t>& keep) {
-  ControlMesh part;
-  part.faces.resize(3, std::count(keep.begin(), keep.end(), 1));
-  std::vector<int> renamed(mesh.vertices.cols(), -1);
-  int faces = 0;
-  for (int f = 0; f < mesh.faces.cols(); ++f) {
-    if (keep[f] == 0) continue;
-    part.faces.col(faces++) = mesh.faces.col(f);
-    for (const int v : mesh.faces.col(f)) renamed[v] = 0;
-  }
-  std::vector<int> used;
-  for (int v = 0; v < mesh.vertices.cols(); ++v) {
-    if (renamed[v] < 0) continue;
-    renamed[v] = static_cast<int>(used.size());
-    used.push_back(v);
-  }
-  part.vertices = mesh.vertices(Eigen::all, used);
-  for (int& v : part.faces.reshaped()) v = renamed[v];
-  const std::vector<std::array<int, 2>> edges = KeptEdges(topology, keep);
-  for (const Crease& crease : mesh.creases) {
-    if (!std::binary_search(edges.begin(), edges.end(), std::array{crease.a, crease.b})) continue;
-    part.creases.push_back({renamed[crease.a], renamed[crease.b], crease.sharpness});
-  }
-  for (const int v : mesh.corners) {
-    if (renamed[v] >= 0) part.corners.push_back(renamed[v]);
-  }
-  return part;
+  return std::move(part.mesh);
 }
 
 }  // namespace
@@ -196,10 +144,9 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
     for (const int face : region.faces) keep[face] = 0;
   }
   if (std::count(keep.begin(), keep.end(), 0) == 0) return mesh;
-  KeepPinchedVertices(mesh, topology, &keep);
   DropSmallPieces(topology, unmeasured, options.min_piece_faces, &keep);
   if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;
-  return KeptPart(mesh, topology, keep);
+  return KeptPart(mesh, keep);
 }
 
 }  // namespace rilievo

@@ -25,8 +25,8 @@ struct TrimUnmeasuredOptions {
 };
 
 // `unmeasured`: per face of `mesh`, the share of its heights without data. Result: the mesh without
-// the openings, tags and order of vertices and faces kept; the mesh as it is when there are none,
-// or when nothing else would remain.
+// the openings, its tags and the order of its faces kept, each fan with a vertex of its own; the
+// mesh as it is when there are none, or when nothing else would remain.
 absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const std::vector<float>& unmeasured,
                                            const OrientedCloud& cloud, const PointIndex& index,

@@ -138,15 +138,5 @@ TEST(ImplicitFunctionTest, CellsFollowTheSpacing) {
   EXPECT_LT(error.rms / shape.scale, 0.2 * cloud.median_spacing);
 }
 
-TEST(ImplicitFunctionTest, OptionsOutOfRangeAreNamed) {
-  const OrientedShape shape = OrientShape(*MakeTorus(), 1000, kTorusArea);
-  ImplicitOptions options;
-  options.screening = -1;
-  const auto result =
-      FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{});
-  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_NE(result.status().message().find("screening"), absl::string_view::npos);
-}
-
 }  // namespace
 }  // namespace rilievo
