@@ -47,13 +47,16 @@ NonseparatingLoopFinder::NonseparatingLoopFinder(const MeshTopology& topology,
 
 std::vector<int> NonseparatingLoopFinder::LoopAround(int root, double radius) {
   Disc(root, radius);
-  CollectFaces();
-  if (disc_faces_.empty()) return {};
-  const int boundary_loops = CapBoundary();
-  const int euler =
-      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
-  if (Handles(boundary_loops, euler) <= 0) return {};
-  return ShortestTreeLoop(boundary_loops);
+  const std::vector<LoopEdge> edges = LoopEdges();
+  return edges.empty() ? std::vector<int>() : TreeLoop(std::ranges::min(edges).edge);
+}
+
+std::vector<int> NonseparatingLoopFinder::MarkLoops(int root, std::vector<uint8_t>* marks) {
+  std::vector<int> component = Disc(root, std::numeric_limits<double>::infinity());
+  for (const LoopEdge& closing : LoopEdges()) {
+    for (const int v : TreeLoop(closing.edge)) (*marks)[v] = 1;
+  }
+  return component;
 }
 
 double NonseparatingLoopFinder::Length(const std::vector<int>& loop) const {
@@ -94,60 +97,6 @@ const std::vector<int>& NonseparatingLoopFinder::Disc(int root, double radius) {
     }
   }
   return disc_vertices_;
-}
-
-const std::vector<int>& NonseparatingLoopFinder::Patch(int root, double radius) {
-  Provide(topology_.vertex_count, &vertex_stamp_);
-  ++stamp_;
-  disc_vertices_.assign(1, root);
-  rim_.clear();
-  vertex_stamp_[root] = stamp_;
-  for (size_t next = 0; next < disc_vertices_.size(); ++next) {
-    const int v = disc_vertices_[next];
-    bool on_rim = topology_.boundary_vertex[v] != 0;
-    for (const int w : NeighborsOf(v)) {
-      if (vertex_stamp_[w] == stamp_) continue;
-      if ((vertices_.col(w) - vertices_.col(root)).squaredNorm() > radius * radius) {
-        on_rim = true;
-        continue;
-      }
-      vertex_stamp_[w] = stamp_;
-      disc_vertices_.push_back(w);
-    }
-    if (on_rim) rim_.push_back(v);
-  }
-  return disc_vertices_;
-}
-
-// All faces around a vertex off the rim lie in the patch, so the rim alone is looked at: the other
-// edges have two faces of the patch each.
-bool NonseparatingLoopFinder::PatchIsFlat(int root, double radius) {
-  Patch(root, radius);
-  const auto in_patch = [&](int f) {
-    return f >= 0 && vertex_stamp_[topology_.faces(0, f)] == stamp_ &&
-           vertex_stamp_[topology_.faces(1, f)] == stamp_ &&
-           vertex_stamp_[topology_.faces(2, f)] == stamp_;
-  };
-  int faces = 0;
-  for (const int v : disc_vertices_) faces += static_cast<int>(FacesOf(v).size());
-  int vertices = static_cast<int>(disc_vertices_.size());
-  border_.clear();
-  for (const int v : rim_) {
-    for (const int f : FacesOf(v)) faces -= in_patch(f) ? 0 : 1;
-    bool used = false;
-    const std::span<const int> edges = EdgesAt(v), neighbors = NeighborsOf(v);
-    for (size_t i = 0; i < edges.size(); ++i) {
-      if (vertex_stamp_[neighbors[i]] != stamp_) continue;
-      const bool left = in_patch(topology_.edge_faces(0, edges[i]));
-      const bool right = in_patch(topology_.edge_faces(1, edges[i]));
-      used = used || left || right;
-      if (left != right && v < neighbors[i]) border_.push_back(edges[i]);
-    }
-    vertices -= used ? 0 : 1;
-  }
-  if (faces == 0) return true;
-  const int edges = (3 * faces + static_cast<int>(border_.size())) / 2;
-  return Handles(CapBoundary(), vertices - edges + faces) <= 0;
 }
 
 // Faces whose three corners were reached, and their edges.
@@ -227,14 +176,16 @@ int NonseparatingLoopFinder::CapBoundary() {
   return loops;
 }
 
-int NonseparatingLoopFinder::Handles(int boundary_loops, int euler) {
-  return (2 - boundary_loops - euler) / 2;
-}
-
-std::vector<int> NonseparatingLoopFinder::ShortestTreeLoop(int boundary_loops) {
+std::vector<NonseparatingLoopFinder::LoopEdge> NonseparatingLoopFinder::LoopEdges() {
+  CollectFaces();
+  if (disc_faces_.empty()) return {};
+  const int boundary_loops = CapBoundary();
+  const int euler =
+      used_vertices_ - static_cast<int>(disc_edges_.size()) + static_cast<int>(disc_faces_.size());
+  if (2 - boundary_loops - euler < 2) return {};
   // The cotree: faces and caps joined across edges off the shortest-path tree, farthest edges
   // first, so that what stays are the edges that close short loops.
-  std::vector<std::pair<double, int>> candidates;
+  std::vector<LoopEdge> candidates, closing;
   for (const int e : disc_edges_) {
     const int a = topology_.edge_vertices(0, e), b = topology_.edge_vertices(1, e);
     if (parent_edge_[a] == e || parent_edge_[b] == e) continue;
@@ -246,9 +197,8 @@ std::vector<int> NonseparatingLoopFinder::ShortestTreeLoop(int boundary_loops) {
   const int face_count = static_cast<int>(disc_faces_.size());
   sets_.resize(face_count + boundary_loops);
   std::iota(sets_.begin(), sets_.end(), 0);
-  std::pair<double, int> best{std::numeric_limits<double>::infinity(), -1};
-  for (const auto& candidate : candidates) {
-    const int e = candidate.second;
+  for (const LoopEdge& candidate : candidates) {
+    const int e = candidate.edge;
     int dual[2], found = 0;
     for (int side = 0; side < 2; ++side) {
       const int f = topology_.edge_faces(side, e);
@@ -259,14 +209,17 @@ std::vector<int> NonseparatingLoopFinder::ShortestTreeLoop(int boundary_loops) {
     if (a != b) {
       sets_[a] = b;
     } else if (found == 2) {
-      best = std::min(best, candidate);
+      closing.push_back(candidate);
     }
   }
-  if (best.second < 0) return {};
-  // Both ways to the root, without the part they share.
+  return closing;
+}
+
+// Both ways to the root, without the part they share.
+std::vector<int> NonseparatingLoopFinder::TreeLoop(int closing_edge) const {
   std::vector<int> way[2];
   for (int k = 0; k < 2; ++k) {
-    int v = topology_.edge_vertices(k, best.second);
+    int v = topology_.edge_vertices(k, closing_edge);
     way[k].push_back(v);
     while (parent_edge_[v] >= 0) {
       v = topology_.edge_vertices(0, parent_edge_[v]) +

@@ -25,12 +25,11 @@ class NonseparatingLoopFinder {
   // The vertices within geodesic `radius` of `root`, nearest first. Valid until the next call.
   const std::vector<int>& Disc(int root, double radius);
 
-  // The vertices that edges join to `root` within a ball of `radius` around it, in no order. Valid
-  // until the next call.
-  const std::vector<int>& Patch(int root, double radius);
-
-  // Whether that patch has no handle, nor has any part of it: so no disc within has one.
-  bool PatchIsFlat(int root, double radius);
+  // Marks the vertices of loops of which every loop of the component of `root` that does not
+  // separate it, its boundary loops capped, crosses at least one: they are a basis of its first
+  // homology, and no loop but a separating one meets each of them evenly often. Returns the
+  // component.
+  std::vector<int> MarkLoops(int root, std::vector<uint8_t>* marks);
 
   double Length(const std::vector<int>& loop) const;
 
@@ -56,9 +55,17 @@ class NonseparatingLoopFinder {
   }
   void CollectFaces();
   void CollectEdges();
+  // An edge that closes a loop through the root, and how long that is.
+  struct LoopEdge {
+    double length;
+    int edge;
+    auto operator<=>(const LoopEdge&) const = default;
+  };
+
   int CapBoundary();  // numbers the boundary loops; returns how many
-  static int Handles(int boundary_loops, int euler);
-  std::vector<int> ShortestTreeLoop(int boundary_loops);
+  // Those off the tree of the last disc and off its cotree; none where it has no handle.
+  std::vector<LoopEdge> LoopEdges();
+  std::vector<int> TreeLoop(int closing_edge) const;
   int FindSet(int element);
 
   const MeshTopology& topology_;
@@ -67,7 +74,6 @@ class NonseparatingLoopFinder {
   std::vector<double> distance_;  // per vertex, valid where stamped
   std::vector<int> parent_edge_, vertex_stamp_, counted_stamp_;
   std::vector<int> face_slot_, face_stamp_;  // per face, place in disc_faces_
-  std::vector<int> rim_;  // of a patch: vertices with a neighbor out of it, or on the boundary
   std::vector<int> disc_vertices_, disc_faces_, disc_edges_, border_;  // of edges with one face
   int used_vertices_ = 0;                                              // those of the disc's edges
   std::vector<int> boundary_set_;  // per edge of the disc's boundary, valid where on it

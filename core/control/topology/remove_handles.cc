@@ -38,7 +38,6 @@ std::vector<int> Tighten(std::vector<int> loop, double radius, NonseparatingLoop
 std::vector<int> ShortLoop(int root, double max_length, double step,
                            NonseparatingLoopFinder* finder) {
   const double radius = max_length / 2 + step;
-  if (finder->PatchIsFlat(root, radius)) return {};
   std::vector<int> loop = finder->LoopAround(root, radius);
   if (loop.empty() || finder->Length(loop) > max_length + 2 * step) return {};
   if (finder->Length(loop) > max_length) loop = Tighten(std::move(loop), radius, finder);
@@ -57,33 +56,12 @@ Seeds SpreadSeeds(const std::vector<uint8_t>& flagged, double reach,
   Seeds seeds{{}, std::vector<int>(flagged.size(), -1)};
   for (int seed = 0; seed < static_cast<int>(flagged.size()); ++seed) {
     if (flagged[seed] == 0 || seeds.of[seed] >= 0) continue;
-    for (const int v : finder->Patch(seed, reach)) {
+    for (const int v : finder->Disc(seed, reach)) {
       if (flagged[v] != 0 && seeds.of[v] < 0) seeds.of[v] = static_cast<int>(seeds.at.size());
     }
     seeds.at.push_back(seed);
   }
   return seeds;
-}
-
-// Takes back the flags where no disc of `radius` has a handle: a patch twice as wide without one
-// clears all discs around its inner half.
-absl::Status ClearWhereFlat(double radius, const RunContext& context,
-                            NonseparatingLoopFinder* finder,
-                            ScratchPool<NonseparatingLoopFinder>* finders,
-                            std::vector<uint8_t>* flagged) {
-  const Seeds seeds = SpreadSeeds(*flagged, radius, finder);
-  std::vector<uint8_t> flat(seeds.at.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(static_cast<int64_t>(seeds.at.size()), kHeavyBlock, context,
-                                      [&](int64_t begin, int64_t end) {
-                                        const auto own = finders->Take();
-                                        for (int64_t i = begin; i < end; ++i) {
-                                          flat[i] = own->PatchIsFlat(seeds.at[i], 2 * radius);
-                                        }
-                                      }));
-  for (size_t v = 0; v < flagged->size(); ++v) {
-    if (seeds.of[v] >= 0 && flat[seeds.of[v]] != 0) (*flagged)[v] = 0;
-  }
-  return absl::OkStatus();
 }
 
 // Tightens the loops that FindLoops() will most likely ask for, which are off the boundary and the
@@ -131,7 +109,6 @@ absl::StatusOr<std::vector<std::vector<int>>> FindLoops(
   std::vector<std::vector<int>> found, tightened;
   {
     ScratchPool<NonseparatingLoopFinder> finders(prototype);
-    RILIEVO_RETURN_IF_ERROR(ClearWhereFlat(radius, context, &finder, &finders, search));
     const std::vector<int> seeds = SpreadSeeds(*search, step, &finder).at;
     // Of two loops of one handle the first decides, so those short as they are found need no
     // tightening yet.
@@ -276,14 +253,26 @@ struct Connected {
   MeshTopology topology;
 };
 
+// The vertices to search around: every handle goes through one of them.
+std::vector<uint8_t> WhereHandlesAre(const Connected& connected) {
+  const int count = connected.topology.vertex_count;
+  NonseparatingLoopFinder finder(connected.topology, connected.mesh.vertices);
+  std::vector<uint8_t> marks(static_cast<size_t>(count), 0), seen(marks);
+  for (int v = 0; v < count; ++v) {
+    if (seen[v] != 0) continue;
+    for (const int w : finder.MarkLoops(v, &marks)) seen[w] = 1;
+  }
+  return marks;
+}
+
 // Cuts the handles of one search; returns how many.
 absl::StatusOr<int> CutHandles(const HandleLengths& lengths, const LoopSupport* support,
                                const RunContext& context, Connected* connected) {
   int removed = 0;
-  std::vector<uint8_t> search;
+  std::vector<uint8_t> search = WhereHandlesAre(*connected);
   for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    search.resize(connected->topology.vertex_count, 1);
+    search.resize(connected->topology.vertex_count, 1);  // the caps
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<std::vector<int>> loops,
                              FindLoops(connected->topology, connected->mesh.vertices, lengths,
                                        support, context, &search));
