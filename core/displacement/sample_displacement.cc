@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/regularize/fill_heights.h"
@@ -14,28 +13,6 @@
 
 namespace rilievo {
 namespace {
-
-absl::Status CheckInput(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                        const LimitSurface& limit) {
-  const int64_t count = cloud.points.cols();
-  if (count == 0 || cloud.normals.cols() != count ||
-      static_cast<int64_t>(cloud.spacing.size()) != count ||
-      static_cast<int64_t>(cloud.noise.size()) != count) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "cloud: ", count, " points, ", cloud.normals.cols(), " normals, ", cloud.spacing.size(),
-        " spacings, ", cloud.noise.size(), " noises; all four must be equal and not 0"));
-  }
-  const int vertices = refinement.levels.empty() ? 0 : refinement.levels.back().vertex_count;
-  if (vertices == 0 || limit.positions.cols() != vertices || limit.normals.cols() != vertices) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("limit: ", limit.positions.cols(), " positions and ", limit.normals.cols(),
-                     " normals; the finest level has ", vertices, " vertices"));
-  }
-  if (!limit.positions.allFinite() || !limit.normals.allFinite()) {
-    return absl::InvalidArgumentError("limit: positions or normals are not finite");
-  }
-  return absl::OkStatus();
-}
 
 absl::Status KeepWithinBounds(const LevelRings& rings, const LimitSurface& limit, double max_height,
                               const RunContext& context, std::vector<float>* heights) {
@@ -75,7 +52,6 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
     const OrientedCloud& cloud, const LoopRefinement& refinement, const LevelRings& rings,
     const LimitSurface& limit, const DisplacementOptions& options, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
-  RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, refinement, limit));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   context.Report(Stage::kDisplacement, 0.0);
   RILIEVO_ASSIGN_OR_RETURN(SolvedHeights solved,

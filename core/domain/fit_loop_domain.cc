@@ -29,32 +29,6 @@ absl::Status CheckRange(const char* field, double value, double low, double high
       absl::StrCat(field, ": ", value, " is outside [", low, ", ", high, "]"));
 }
 
-absl::Status CheckInput(const OrientedCloud& cloud, const PointIndex& index,
-                        const ControlMesh& start) {
-  const Eigen::Index count = cloud.points.cols();
-  if (count == 0) return absl::InvalidArgumentError("cloud: no points");
-  if (cloud.normals.cols() != count || static_cast<Eigen::Index>(cloud.spacing.size()) != count ||
-      static_cast<Eigen::Index>(cloud.noise.size()) != count || index.size() != count) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "cloud: ", count, " points, but ", cloud.normals.cols(), " normals, ", cloud.spacing.size(),
-        " spacings, ", cloud.noise.size(), " noises and ", index.size(), " points in the index"));
-  }
-  if (!cloud.points.allFinite() || !cloud.normals.allFinite()) {
-    return absl::InvalidArgumentError("cloud: points and normals must be finite");
-  }
-  for (float spacing : cloud.spacing) {
-    if (!(spacing >= 0 && std::isfinite(spacing))) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("cloud: spacing ", spacing, " is no distance"));
-    }
-  }
-  if (start.faces.cols() == 0) return absl::InvalidArgumentError("control mesh: no faces");
-  if (!start.vertices.allFinite()) {
-    return absl::InvalidArgumentError("control mesh: vertices must be finite");
-  }
-  return absl::OkStatus();
-}
-
 // Samples in greater number than the cloud's points would only repeat them: the lowest level, from
 // 1, that has as many, or the asked one, unless that has more than kMostSamples.
 int SampleLevel(const ControlMesh& mesh, int64_t point_count, int asked) {
@@ -93,7 +67,6 @@ absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointI
                                         const ControlMesh& start, const FitOptions& options,
                                         const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
-  RILIEVO_RETURN_IF_ERROR(CheckInput(cloud, index, start));
   const int level = SampleLevel(start, cloud.points.cols(), options.sample_level);
   RILIEVO_ASSIGN_OR_RETURN(const DomainSamples samples, BuildDomainSamples(start, level, context));
   FootPointSearch search(cloud, index, samples, options.robust_spacings);

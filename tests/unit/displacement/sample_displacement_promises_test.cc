@@ -108,28 +108,6 @@ TEST(SampleDisplacementTest, StopsWhenAsked) {
   EXPECT_EQ(reports, 1);
 }
 
-TEST(SampleDisplacementTest, RefusesInputsThatDoNotBelongTogether) {
-  const Scan scan = SphereScan(kSphereRadius, 500);
-  const Domain domain = MakeDomain(Octahedron(0.295, 1), 2);
-  const auto code = [&](const OrientedCloud& cloud, const LimitSurface& limit,
-                        const DisplacementOptions& options) {
-    return SampleDisplacement(cloud, domain.refinement, domain.rings, limit, options, RunContext())
-        .status()
-        .code();
-  };
-  OrientedCloud short_of_normals = scan.cloud;
-  short_of_normals.normals.conservativeResize(3, 499);
-  EXPECT_EQ(code(short_of_normals, domain.limit, {}), absl::StatusCode::kInvalidArgument);
-  LimitSurface coarser = MakeDomain(Octahedron(0.295, 1), 1).limit;
-  EXPECT_EQ(code(scan.cloud, coarser, {}), absl::StatusCode::kInvalidArgument);
-  LimitSurface broken = domain.limit;
-  broken.normals(1, 3) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(code(scan.cloud, broken, {}), absl::StatusCode::kInvalidArgument);
-  DisplacementOptions options;
-  options.max_height = 0;
-  EXPECT_EQ(code(scan.cloud, domain.limit, options), absl::StatusCode::kInvalidArgument);
-}
-
 TEST(DisplacementOptionsTest, EachFieldIsChecked) {
   EXPECT_TRUE(DisplacementOptions().Validate().ok());
   const auto message = [](const std::function<void(DisplacementOptions*)>& spoil) {

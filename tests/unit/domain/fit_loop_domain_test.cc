@@ -276,36 +276,30 @@ TEST(FitLoopDomain, ReportsProgressAndStops) {
             absl::StatusCode::kCancelled);
 }
 
-TEST(FitLoopDomain, RefusesBadInputByName) {
-  OrientedCloud cloud = SphereCloud(0.3, 100);
+TEST(FitLoopDomain, RefusesBadOptionsByName) {
+  const OrientedCloud cloud = SphereCloud(0.3, 100);
   const PointIndex index(cloud.points);
   const ControlMesh mesh = OctahedralSphere(0.3, 1);
-  const auto message = [&](const OrientedCloud& c, const ControlMesh& m, const FitOptions& o) {
-    const auto fit = FitLoopDomain(c, index, m, o, RunContext());
+  const auto message = [&](const FitOptions& o) {
+    const auto fit = FitLoopDomain(cloud, index, mesh, o, RunContext());
     EXPECT_EQ(fit.status().code(), absl::StatusCode::kInvalidArgument);
     return std::string(fit.status().message());
   };
   FitOptions options;
   options.suzuki_lambda = 0;
-  EXPECT_THAT(message(cloud, mesh, options), HasSubstr("suzuki_lambda"));
+  EXPECT_THAT(message(options), HasSubstr("suzuki_lambda"));
   options = {};
   options.rounds = 0;
-  EXPECT_THAT(message(cloud, mesh, options), HasSubstr("rounds: 0"));
+  EXPECT_THAT(message(options), HasSubstr("rounds: 0"));
   options = {};
   options.fairness_end = -1;
-  EXPECT_THAT(message(cloud, mesh, options), HasSubstr("fairness_end"));
+  EXPECT_THAT(message(options), HasSubstr("fairness_end"));
   options = {};
   options.robust_spacings = std::nan("");
-  EXPECT_THAT(message(cloud, mesh, options), HasSubstr("robust_spacings"));
+  EXPECT_THAT(message(options), HasSubstr("robust_spacings"));
   options = {};
   options.tangential_weight = std::nan("");
-  EXPECT_THAT(message(cloud, mesh, options), HasSubstr("tangential_weight"));
-  ControlMesh broken = mesh;
-  broken.vertices(1, 3) = std::nan("");
-  EXPECT_THAT(message(cloud, broken, {}), HasSubstr("vertices"));
-  EXPECT_THAT(message(cloud, ControlMesh(), {}), HasSubstr("no faces"));
-  cloud.normals.conservativeResize(3, 99);
-  EXPECT_THAT(message(cloud, mesh, {}), HasSubstr("99 normals"));
+  EXPECT_THAT(message(options), HasSubstr("tangential_weight"));
 }
 
 TEST(FitLoopDomain, PutsCreasesOnTheEdgesOfABox) {
