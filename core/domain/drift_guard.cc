@@ -11,9 +11,9 @@
 namespace rilievo {
 namespace {
 
-// In spacings: of a limit by the points, and how much farther off it may come to lie; and by what
-// factor where it lay far off, as over a hole.
-constexpr float kByPoints = 1.0f, kFarther = 0.5f, kTimes = 1.5f;
+// How far off a limit may come to lie, in spacings; and by what factor farther than at the start
+// where it lay far off, as over a hole.
+constexpr float kByPoints = 1.0f, kTimes = 1.5f;
 
 }  // namespace
 
@@ -44,7 +44,7 @@ absl::Status UndoDrift(const DomainSamples& samples, const Eigen::Matrix3Xd& bef
   bool any = false;
   for (size_t v = 0; v < gaps.size(); ++v) {
     const float start = gaps_at_start[v];
-    if (!(gaps[v] > std::max({kByPoints, start + kFarther, kTimes * start}))) continue;
+    if (!(gaps[v] > std::max(kByPoints, kTimes * start))) continue;
     control_points->col(v) = before.col(v);
     any = true;
   }

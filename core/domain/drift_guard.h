@@ -21,10 +21,10 @@ absl::StatusOr<std::vector<float>> GapsToPoints(const OrientedCloud& cloud, cons
                                                 const RunContext& context);
 
 // Takes back the moves of the control points from `before` to `*control_points` whose limits are by
-// now more than a spacing off the points, half a spacing of it since the start, and half as far
-// again as at the start (gaps as above). Least squares see nothing of a corner that stands out: no
-// point has its foot there. A limit that its neighbours carried off may stay off. `surface` is that
-// of `*control_points`, on entry and on return.
+// now more than a spacing off the points and half as far again as at the start (gaps as above).
+// Least squares see nothing of a corner that stands out: no point has its foot there. A limit that
+// its neighbours carried off may stay off. `surface` is that of `*control_points`, on entry and on
+// return.
 absl::Status UndoDrift(const DomainSamples& samples, const Eigen::Matrix3Xd& before,
                        const std::vector<float>& gaps_at_start, const std::vector<float>& gaps,
                        const RunContext& context, Eigen::Matrix3Xd* control_points,
