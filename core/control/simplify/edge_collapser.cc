@@ -184,7 +184,7 @@ const EdgeCollapser::Guards& EdgeCollapser::GuardsOf(int edge, const Front& fron
 
 void EdgeCollapser::Push(int edge, Front* front) {
   edges_[edge].queued = true;
-  front->queue.Push(edges_[edge].cost, edge);
+  front->queue.Push(KeyHeap::KeyOf(edges_[edge].cost, edge));
 }
 
 void EdgeCollapser::Evaluate(int edge, const Front& front) {
@@ -197,7 +197,7 @@ void EdgeCollapser::Evaluate(int edge, const Front& front) {
 void EdgeCollapser::Seed(int edge, Front* front) {
   Evaluate(edge, *front);
   edges_[edge].queued = true;
-  front->queue.Append(edges_[edge].cost, edge);
+  front->queue.Append(KeyHeap::KeyOf(edges_[edge].cost, edge));
 }
 
 absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
@@ -212,7 +212,7 @@ absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
         }
       }));
   for (int edge = 0; edge < mesh_.edge_slots(); ++edge) {
-    if (edges_[edge].queued) whole_.queue.Append(edges_[edge].cost, edge);
+    if (edges_[edge].queued) whole_.queue.Append(KeyHeap::KeyOf(edges_[edge].cost, edge));
   }
   return Run(target_faces, context, &whole_);
 }
@@ -265,35 +265,11 @@ absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double sh
   return context.CheckStop();
 }
 
-// The queue hops about the mesh, and what one memory access finds tells where the next one goes:
-// the edges that come next take a step each of that way.
-void EdgeCollapser::FetchAhead(const EdgeQueue& queue) const {
-  if (const int edge = queue.Edge(EdgeQueue::kLine - 1); edge >= 0) {
-    __builtin_prefetch(&edges_[edge]);
-    mesh_.FetchEdge(edge);
-  }
-  if (const int edge = queue.Edge(7); edge >= 0) {
-    if (const int h = mesh_.HalfOfEdge(edge); h >= 0) mesh_.FetchHalf(h);
-  }
-  if (const int edge = queue.Edge(3); edge >= 0) {
-    const int h = mesh_.HalfOfEdge(edge);
-    if (h < 0) return;
-    for (const int v : {mesh_.From(h), mesh_.To(h)}) {
-      __builtin_prefetch(&vertices_[v]);
-      __builtin_prefetch(&vertices_[v].changed);
-      __builtin_prefetch(&positions_[v]);
-      mesh_.FetchVertex(v);
-    }
-  }
-}
-
 absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context, Front* front) {
   front->queue.Order();
   for (int64_t step = 0; !front->queue.empty() && front->faces_left > target_faces; ++step) {
     if (step % kCollapsesPerStopCheck == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    FetchAhead(front->queue);
-    const int edge = front->queue.Edge(0);
-    front->queue.RemoveFirst();
+    const int edge = KeyHeap::IndexOf(front->queue.Pop());
     Edge& first = edges_[edge];
     first.queued = false;
     const int h = mesh_.HalfOfEdge(edge);

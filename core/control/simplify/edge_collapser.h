@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/base/key_heap.h"
 #include "core/base/run_context.h"
 #include "core/control/simplify/crease_constraints.h"
-#include "core/control/simplify/edge_queue.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
 #include "core/control/simplify/simplify_mesh.h"
@@ -63,7 +63,7 @@ class EdgeCollapser {
     // Each edge at most once, under a cost that may be out of date. Costs grow (see Quadric), but
     // for a few beside creases, so a stale one is a lower bound and is brought up to date when it
     // surfaces.
-    EdgeQueue queue;
+    KeyHeap queue;
 
     bool Has(int vertex) const { return inner == nullptr || (*inner)[vertex] != 0; }
   };
@@ -80,7 +80,6 @@ class EdgeCollapser {
   std::vector<Front> BlockFronts(const VertexBlocks& blocks) const;
   void Seed(int edge, Front* front);
   void Evaluate(int edge, const Front& front);
-  void FetchAhead(const EdgeQueue& queue) const;
   absl::Status Run(int64_t target_faces, const RunContext& context, Front* front);
   void Push(int edge, Front* front);
   double CostOf(int edge) const;

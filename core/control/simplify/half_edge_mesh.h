@@ -46,11 +46,6 @@ class HalfEdgeMesh {
     return outgoing >= 0 && half_[outgoing].twin < 0;
   }
 
-  // Hints that what is kept of them is asked for soon.
-  void FetchEdge(int edge) const { __builtin_prefetch(&edge_half_[edge]); }
-  void FetchHalf(int h) const { __builtin_prefetch(&half_[h]); }
-  void FetchVertex(int vertex) const { __builtin_prefetch(&vertex_[vertex]); }
-
   // Calls visit(h) for each half-edge that leaves `vertex`, counter-clockwise.
   template <typename Visit>
   void ForEachOutgoing(int vertex, Visit visit) const {
