@@ -54,8 +54,8 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
   RILIEVO_ASSIGN_OR_RETURN(ZeroSet zero_set, FindZeroSet(graph, index, boundary, context, &cloud));
   context.Report(Stage::kControlMesh, 0.5);
   zero_set.mesh = SplitFans(zero_set.mesh).mesh;
-  RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed, TrimSurface(zero_set.mesh, cloud, index, boundary,
-                                                            TrimOptions{}, context));
+  RILIEVO_ASSIGN_OR_RETURN(ControlMesh trimmed,
+                           TrimSurface(zero_set.mesh, cloud, index, boundary, context));
   zero_set.mesh = ControlMesh();
   if (trimmed.faces.cols() == 0) {
     return absl::FailedPreconditionError(absl::StrCat(

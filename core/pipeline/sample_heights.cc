@@ -72,21 +72,6 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
   return sampled;
 }
 
-// Per control face, the share of its heights that had no data.
-std::vector<float> UnmeasuredShares(const SampledSurface& sampled) {
-  const DisplacedSurface& surface = sampled.surface;
-  std::vector<float> shares(surface.control_mesh.faces.cols(), 0.0f);
-  const float corner_share = 1.0f / static_cast<float>(int64_t{3} << (2 * surface.max_level));
-  for (int64_t f = 0; f < sampled.shape.triangles.cols(); ++f) {
-    for (const int v : sampled.shape.triangles.col(f)) {
-      if (surface.sources[v] == HeightSource::kFilled) {
-        shares[f >> (2 * surface.max_level)] += corner_share;
-      }
-    }
-  }
-  return shares;
-}
-
 }  // namespace
 
 absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
@@ -113,20 +98,18 @@ absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points,
 absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology topology,
                                              Domain domain, const ReconstructOptions& options,
                                              const PipelineContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(SampledSurface sampled,
-                           Displace(scan, std::move(domain), options, context));
-  if (options.control.boundary == BoundaryRule::kClose || topology != Topology::kArbitrary) {
-    return sampled;
+  if (options.control.boundary != BoundaryRule::kClose && topology == Topology::kArbitrary) {
+    const ControlMesh& mesh = domain.fit.control_mesh;
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> unmeasured,
+                             UnmeasuredShares(mesh, scan.cloud, scan.index, context));
+    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh cut,
+                             TrimUnmeasured(mesh, unmeasured, scan.cloud, scan.index,
+                                            options.control.close_holes_below, context));
+    if (cut.faces.cols() < mesh.faces.cols()) {
+      RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, cut, options, context));
+    }
   }
-  const ControlMesh& mesh = sampled.surface.control_mesh;
-  const TrimUnmeasuredOptions trim{.filled_rim = options.control.close_holes_below};
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMesh cut,
-      TrimUnmeasured(mesh, UnmeasuredShares(sampled), scan.cloud, scan.index, trim, context));
-  if (cut.faces.cols() == mesh.faces.cols()) return sampled;
-  sampled = SampledSurface();
-  RILIEVO_ASSIGN_OR_RETURN(Domain cut_domain, FitDomain(scan, cut, options, context));
-  return Displace(scan, std::move(cut_domain), options, context);
+  return Displace(scan, std::move(domain), options, context);
 }
 
 }  // namespace rilievo

@@ -4,25 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
-#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
+#include "core/control/topology/surface_support.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/vertex_normals.h"
-#include "core/points/batched_nearest.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kSupportNeighbors = 8;
-// Least cosine between a point's normal and that of what it supports; 0.58 at the corner of a cube.
-constexpr double kSupportAgreement = 0.4;
-constexpr double kNoiseReach = 4;  // a point supports what lies within this many of its noise
+// What wrong normals leave between two sheets is a bubble a few spacings wide.
+constexpr double kFewestOfPiece = 25;
 constexpr int kMajorityRounds = 3;
 constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
@@ -67,71 +63,6 @@ Links LinkVertices(const ControlMesh& mesh) {
   return links;
 }
 
-struct Support {
-  std::vector<uint8_t> holds;  // per vertex
-  std::vector<float> spacing;  // per vertex, of its nearest point
-};
-
-// What the points around a place on the surface say of it.
-class SupportSum {
- public:
-  SupportSum(const Eigen::Vector3d& position, const Eigen::Vector3d& normal)
-      : position_(position), normal_(normal) {}
-
-  // A point in reach whose normal agrees.
-  void Add(const Eigen::Vector3d& point) {
-    const Eigen::Vector3d offset = point - position_;
-    const Eigen::Vector3d aside = offset - normal_ * normal_.dot(offset);
-    sum_ += aside;
-    nearest_ = std::min(nearest_, aside.norm());
-    farthest_ = std::max(farthest_, aside.norm());
-    ++count_;
-  }
-
-  bool empty() const { return count_ == 0; }
-
-  // Whether all points lie to one side, farther off than points are from each other: beyond the
-  // border of a scan.
-  bool BeyondBorder(double spacing) const {
-    constexpr double kNearestSpacings = 0.9;
-    constexpr double kOneSided = 0.5;
-    return nearest_ > kNearestSpacings * spacing && sum_.norm() > kOneSided * count_ * farthest_;
-  }
-
- private:
-  const Eigen::Vector3d position_, normal_;
-  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
-  double nearest_ = std::numeric_limits<double>::infinity(), farthest_ = 0;
-  int count_ = 0;
-};
-
-absl::StatusOr<Support> FindSupport(const ControlMesh& mesh, const OrientedCloud& cloud,
-                                    const PointIndex& index, double support_spacings,
-                                    const RunContext& context) {
-  const Eigen::Matrix3Xd normals = VertexNormals(mesh.vertices, mesh.faces);
-  const int64_t count = mesh.vertices.cols();
-  Support support{std::vector<uint8_t>(count, 0), std::vector<float>(count, 0.0f)};
-  const int n = std::min(kSupportNeighbors, index.size());
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
-    BatchedNearest nearby(index, cloud.points, n);
-    const auto judge = [&](int64_t v, const int* found, const double* squared) {
-      support.spacing[v] = cloud.spacing[found[0]];
-      SupportSum sum(mesh.vertices.col(v), normals.col(v));
-      for (int i = 0; i < n; ++i) {
-        const double reach = std::max(support_spacings * cloud.spacing[found[i]],
-                                      kNoiseReach * cloud.noise[found[i]]);
-        if (squared[i] <= reach * reach &&
-            cloud.normals.col(found[i]).dot(normals.col(v)) > kSupportAgreement) {
-          sum.Add(cloud.points.col(found[i]));
-        }
-      }
-      support.holds[v] = !sum.empty() && !sum.BeyondBorder(support.spacing[v]);
-    };
-    nearby.OfEach(mesh.vertices, begin, end, judge);
-  }));
-  return support;
-}
-
 // A connected set of vertices that share a flag.
 struct Region {
   std::vector<int> vertices;
@@ -141,7 +72,7 @@ struct Region {
 };
 
 std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Links& links,
-                                          const Support& support) {
+                                          const SurfaceSupport& support) {
   std::vector<Region> regions;
   std::vector<uint8_t> seen(support.holds);
   for (int seed = 0; seed < static_cast<int>(seen.size()); ++seed) {
@@ -187,10 +118,10 @@ bool AllOf(const std::vector<uint8_t>& flags) {
   return std::find(flags.begin(), flags.end(), 0) == flags.end();
 }
 
-// Drops connected pieces whose supported area holds fewer points than `min_points`, a point on each
-// squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each fan
-// with a vertex of its own.
-MeshSubset DropSmallPieces(ControlMesh mesh, const Support& support, double min_points) {
+// Drops connected pieces whose supported area holds fewer points than kFewestOfPiece, a point on
+// each squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each
+// fan with a vertex of its own.
+MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -215,7 +146,7 @@ MeshSubset DropSmallPieces(ControlMesh mesh, const Support& support, double min_
   }
   constexpr double kLeastOfAll = 4;  // no scrap of fewer points is a surface, though the largest
   const double most = points.empty() ? 0 : *std::max_element(points.begin(), points.end());
-  const double least = std::max(std::min(min_points, most), kLeastOfAll);
+  const double least = std::max(std::min(kFewestOfPiece, most), kLeastOfAll);
   std::vector<uint8_t> keep(mesh.faces.cols());
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     const double here = points[find(mesh.faces(0, f))];
@@ -230,10 +161,10 @@ MeshSubset DropSmallPieces(ControlMesh mesh, const Support& support, double min_
 
 // What stays of the surface of an open scan: supported vertices and small holes.
 std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Links& links,
-                                    const Support& support, const TrimOptions& options) {
+                                    const SurfaceSupport& support) {
   std::vector<uint8_t> keep = support.holds;
   for (const Region& region : RegionsWithoutSupport(surface, links, support)) {
-    const bool small = region.diameter <= options.filled_hole_spacings * region.spacing;
+    const bool small = region.diameter <= kFilledHoleSpacings * region.spacing;
     if (!small || region.touches_border) continue;
     for (const int v : region.vertices) keep[v] = 1;
   }
@@ -260,8 +191,8 @@ void SmoothBorder(const std::vector<int>& next_on_border, int rounds, ControlMes
   }
 }
 
-Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
-  Support part;
+SurfaceSupport Inherit(const SurfaceSupport& support, const std::vector<int>& source_vertex) {
+  SurfaceSupport part;
   for (const int v : source_vertex) {
     part.holds.push_back(support.holds[v]);
     part.spacing.push_back(support.spacing[v]);
@@ -273,18 +204,20 @@ Support Inherit(const Support& support, const std::vector<int>& source_vertex) {
 
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
                                         const PointIndex& index, BoundaryRule boundary,
-                                        const TrimOptions& options, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const Support support,
-                           FindSupport(surface, cloud, index, options.support_spacings, context));
+                                        const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(
+      const SurfaceSupport support,
+      FindSupport(surface.vertices, VertexNormals(surface.vertices, surface.faces), cloud, index,
+                  context));
   // Pieces without support go first: no hole is filled on their account.
-  MeshSubset pieces = DropSmallPieces(surface, support, options.min_piece_points);
+  MeshSubset pieces = DropSmallPieces(surface, support);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
     return std::move(pieces.mesh);
   }
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   Links links = LinkVertices(pieces.mesh);
-  const Support left = Inherit(support, pieces.source_vertex);
-  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, links, left, options);
+  const SurfaceSupport left = Inherit(support, pieces.source_vertex);
+  const std::vector<uint8_t> keep = VerticesToKeep(pieces.mesh, links, left);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> keep_face(pieces.mesh.faces.cols());
   for (int f = 0; f < pieces.mesh.faces.cols(); ++f) {
@@ -299,9 +232,9 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   MeshSubset cut = KeepFaces(pieces.mesh, keep_face);
   pieces.mesh = ControlMesh();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  Support all = Inherit(left, cut.source_vertex);
+  SurfaceSupport all = Inherit(left, cut.source_vertex);
   std::fill(all.holds.begin(), all.holds.end(), 1);
-  ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all, options.min_piece_points).mesh;
+  ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all).mesh;
   SmoothBorder(NextOnBorder(trimmed), kBoundaryRounds, &trimmed);
   return trimmed;
 }

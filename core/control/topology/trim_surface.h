@@ -10,24 +10,13 @@
 
 namespace rilievo {
 
-struct TrimOptions {
-  // A vertex is supported when a point whose normal agrees lies within this many of the point's
-  // spacings (or four times its noise). (0, 10].
-  double support_spacings = 1.6;
-  // An unsupported region inside the surface is a hole to be kept filled when its diameter is at
-  // most this many spacings; larger ones are openings of the scan and are cut out. >= 0.
-  double filled_hole_spacings = 10;
-  // Pieces whose supported area, in squared spacings, is less are dropped, but for the largest
-  // of four points or more: what wrong normals leave between two sheets is a bubble a few spacings
-  // wide. >= 0.
-  double min_piece_points = 25;
-};
-
 // `surface`: an orientable 2-manifold, all of its vertices used (see SplitFans).
+// Vertices without support (see FindSupport) are cut away, but for holes within, and so are pieces
+// whose supported area is less than 25 squared spacings, but for the largest of four or more.
 // Result: an orientable 2-manifold, possibly with boundary, possibly of several components.
 // With BoundaryRule::kClose only small pieces are dropped and nothing is cut.
 absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const OrientedCloud& cloud,
                                         const PointIndex& index, BoundaryRule boundary,
-                                        const TrimOptions& options, const RunContext& context);
+                                        const RunContext& context);
 
 }  // namespace rilievo

@@ -9,13 +9,21 @@
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/control/topology/mesh_subset.h"
+#include "core/control/topology/surface_support.h"
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/refinement.h"
 
 namespace rilievo {
 namespace {
 
-constexpr double kMostlyUnmeasured = 0.5;  // share of the heights of a piece
+// A control face is looked at as so many triangles as two subdivisions make of it, and is
+// unmeasured when this share of their corners has no support.
+constexpr int kLevel = 2;
+constexpr double kUnmeasuredShare = 0.75;
+// Where faces are cut, pieces of fewer faces than this that are mostly unmeasured are dropped.
+constexpr int kFewestFaces = 8;
+constexpr double kMostlyUnmeasured = 0.5;
 // Spacings count up to this many times the scan's median: isolated points far from each other
 // support for no sheet over the wide gaps between them.
 constexpr double kWidestSpacing = 3;
@@ -87,7 +95,7 @@ double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const Fa
 }
 
 void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unmeasured,
-                     int min_faces, std::vector<uint8_t>* keep) {
+                     std::vector<uint8_t>* keep) {
   std::vector<uint8_t> taken(keep->size());
   for (size_t f = 0; f < taken.size(); ++f) taken[f] = (*keep)[f] == 0;
   for (int f = 0; f < topology.face_count(); ++f) {
@@ -96,7 +104,7 @@ void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unm
     double unmeasured_faces = 0;
     for (const int face : piece.faces) unmeasured_faces += double{unmeasured[face]};
     const auto faces = static_cast<double>(piece.faces.size());
-    if (faces >= min_faces || unmeasured_faces < kMostlyUnmeasured * faces) continue;
+    if (faces >= kFewestFaces || unmeasured_faces < kMostlyUnmeasured * faces) continue;
     for (const int face : piece.faces) (*keep)[face] = 0;
   }
 }
@@ -120,31 +128,50 @@ ControlMesh KeptPart(const ControlMesh& mesh, const std::vector<uint8_t>& keep) 
 
 }  // namespace
 
+absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
+                                                    const OrientedCloud& cloud,
+                                                    const PointIndex& index,
+                                                    const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, kLevel - 1, context));
+  refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
+                           EvaluateLimit(refinement, mesh.vertices, kLevel, context));
+  RILIEVO_ASSIGN_OR_RETURN(const SurfaceSupport support,
+                           FindSupport(limit.positions, limit.normals, cloud, index, context));
+  std::vector<float> shares(mesh.faces.cols(), 0.0f);
+  const Eigen::Matrix3Xi triangles = FinestFaces(refinement);
+  for (int64_t f = 0; f < triangles.cols(); ++f) {
+    for (const int v : triangles.col(f)) {
+      shares[f >> (2 * kLevel)] += support.holds[v] != 0 ? 0.0f : 1.0f / (3 << (2 * kLevel));
+    }
+  }
+  return shares;
+}
+
 absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const std::vector<float>& unmeasured,
                                            const OrientedCloud& cloud, const PointIndex& index,
-                                           const TrimUnmeasuredOptions& options,
-                                           const RunContext& context) {
+                                           double filled_rim, const RunContext& context) {
   if (IsLeftOut(Mechanism::kTrimUnmeasured)) return mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> taken(unmeasured.size()), keep(unmeasured.size(), 1);
   for (size_t f = 0; f < taken.size(); ++f) {
-    taken[f] = static_cast<double>(unmeasured[f]) < options.unmeasured_share;
+    taken[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
   }
   for (int f = 0; f < topology.face_count(); ++f) {
     if (taken[f] != 0) continue;
     const FaceRegion region = RegionOf(topology, f, &taken);
     if (!region.touches_boundary &&
-        (WidthInSpacings(mesh, region, cloud, index) <= options.filled_hole_spacings ||
-         RimLength(mesh, topology, region) < options.filled_rim)) {
+        (WidthInSpacings(mesh, region, cloud, index) <= kFilledHoleSpacings ||
+         RimLength(mesh, topology, region) < filled_rim)) {
       continue;
     }
     for (const int face : region.faces) keep[face] = 0;
   }
   if (std::count(keep.begin(), keep.end(), 0) == 0) return mesh;
-  DropSmallPieces(topology, unmeasured, options.min_piece_faces, &keep);
+  DropSmallPieces(topology, unmeasured, &keep);
   if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;
   return KeptPart(mesh, keep);
 }

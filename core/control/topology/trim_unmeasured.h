@@ -11,26 +11,20 @@
 
 namespace rilievo {
 
-struct TrimUnmeasuredOptions {
-  // A control face is unmeasured when at least this share of its heights has no data. (0, 1].
-  double unmeasured_share = 0.75;
-  // Unmeasured faces inside the surface are a hole to be kept filled when together they are at most
-  // this wide, in spacings of the points around; wider ones, and those at the boundary, are
-  // openings.
-  double filled_hole_spacings = 10;
-  // Those with a rim that is shorter than this, in the unit of the mesh, are kept too. >= 0.
-  double filled_rim = 0;
-  // Where faces are cut, pieces of fewer faces than this that are mostly unmeasured are dropped.
-  int min_piece_faces = 8;
-};
+// Per face of `mesh`, the share of its limit surface that no point supports (see FindSupport).
+absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
+                                                    const OrientedCloud& cloud,
+                                                    const PointIndex& index,
+                                                    const RunContext& context);
 
-// `unmeasured`: per face of `mesh`, the share of its heights without data. Result: the mesh without
-// the openings, its tags and the order of its faces kept, each fan with a vertex of its own; the
-// mesh as it is when there are none, or when nothing else would remain.
+// `unmeasured`: as UnmeasuredShares() has it for `mesh`. Faces of which that is three quarters are
+// an opening at the boundary, and within the surface where they are wider than a hole that stays
+// filled and their rim is not shorter than `filled_rim`, in the unit of the mesh. Result: the mesh
+// without the openings, its tags and the order of its faces kept, each fan with a vertex of its
+// own; the mesh as it is when there are none, or when nothing else would remain.
 absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const std::vector<float>& unmeasured,
                                            const OrientedCloud& cloud, const PointIndex& index,
-                                           const TrimUnmeasuredOptions& options,
-                                           const RunContext& context);
+                                           double filled_rim, const RunContext& context);
 
 }  // namespace rilievo

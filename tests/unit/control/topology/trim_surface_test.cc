@@ -36,7 +36,7 @@ ControlMesh SurfaceOf(const OrientedShape& shape, BoundaryRule boundary) {
   const ImplicitFunction function =
       FitImplicitFunction(shape.cloud, shape.graph, shape.index, options, RunContext{}).value();
   const ControlMesh iso = SplitFans(ExtractIsoSurface(function, RunContext{}).value()).mesh;
-  return TrimSurface(iso, shape.cloud, shape.index, boundary, TrimOptions{}, RunContext{}).value();
+  return TrimSurface(iso, shape.cloud, shape.index, boundary, RunContext{}).value();
 }
 
 TEST(TrimSurfaceTest, AHemisphereKeepsItsRim) {
@@ -87,7 +87,7 @@ TEST(TrimSurfaceTest, PiecesWithoutPointsGo) {
   both.faces << near.faces, near.faces.array() + static_cast<int>(near.vertices.cols());
   for (const BoundaryRule rule : {BoundaryRule::kKeep, BoundaryRule::kClose}) {
     const ControlMesh kept =
-        TrimSurface(both, sphere.cloud, sphere.index, rule, TrimOptions{}, RunContext{}).value();
+        TrimSurface(both, sphere.cloud, sphere.index, rule, RunContext{}).value();
     EXPECT_EQ(kept.faces.cols(), near.faces.cols());
   }
 }
@@ -105,9 +105,8 @@ TEST(TrimSurfaceTest, ABubbleAFewSpacingsWideGoes) {
     both.vertices << near.vertices, (ratio * near.vertices).colwise() + inside_wall;
     both.faces.resize(3, 2 * near.faces.cols());
     both.faces << near.faces, near.faces.array() + static_cast<int>(near.vertices.cols());
-    const ControlMesh kept = TrimSurface(both, sphere.cloud, sphere.index, BoundaryRule::kClose,
-                                         TrimOptions{}, RunContext{})
-                                 .value();
+    const ControlMesh kept =
+        TrimSurface(both, sphere.cloud, sphere.index, BoundaryRule::kClose, RunContext{}).value();
     return kept.faces.cols();
   };
   EXPECT_EQ(with_ball_of(1.5), near.faces.cols());

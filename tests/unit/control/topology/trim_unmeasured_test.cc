@@ -49,9 +49,7 @@ void MarkBare(int x0, int x1, int y0, int y1, std::vector<float>* unmeasured) {
 
 ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured,
                 const OrientedCloud& cloud) {
-  return TrimUnmeasured(mesh, unmeasured, cloud, PointIndex(cloud.points), TrimUnmeasuredOptions{},
-                        RunContext{})
-      .value();
+  return TrimUnmeasured(mesh, unmeasured, cloud, PointIndex(cloud.points), 0, RunContext{}).value();
 }
 
 ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured) {
@@ -59,6 +57,25 @@ ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured) {
 }
 
 std::vector<float> Nothing() { return std::vector<float>(2 * kSide * kSide, 0.0f); }
+
+TEST(TrimUnmeasuredTest, AFaceIsUnmeasuredWhereNoPointsAre) {
+  const ControlMesh sheet = Sheet();
+  OrientedCloud cloud = PointsOf(sheet);
+  std::vector<int> left;
+  for (int v = 0; v < cloud.points.cols(); ++v) {
+    if (cloud.points(0, v) < 0.5) left.push_back(v);
+  }
+  cloud.points = cloud.points(Eigen::all, left).eval();
+  cloud.noise.assign(left.size(), 0.0f);
+  const std::vector<float> unmeasured =
+      UnmeasuredShares(sheet, cloud, PointIndex(cloud.points), RunContext{}).value();
+  for (int f = 0; f < sheet.faces.cols(); ++f) {
+    const double x = sheet.vertices(0, sheet.faces(0, f));
+    if (x < 0.4 || x > 0.6) {
+      EXPECT_NEAR(unmeasured[f], x < 0.5 ? 0 : 1, 1e-6) << f;
+    }
+  }
+}
 
 TEST(TrimUnmeasuredTest, ASmallHoleInsideStaysFilled) {
   std::vector<float> unmeasured = Nothing();
@@ -83,8 +100,7 @@ TEST(TrimUnmeasuredTest, AWideHoleWithAShortEnoughRimStaysFilled) {
   const OrientedCloud cloud = PointsOf(Sheet());
   for (const double longest : {0.99 * rim, 1.01 * rim}) {
     const ControlMesh cut =
-        TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points),
-                       TrimUnmeasuredOptions{.filled_rim = longest}, RunContext{})
+        TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points), longest, RunContext{})
             .value();
     EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, longest > rim);
   }
