@@ -20,6 +20,7 @@
 #include "core/control/planar/occupied_area.h"
 #include "core/control/planar/plane_frame.h"
 #include "core/control/planar/plane_lattice.h"
+#include "core/control/planar/sheet_test.h"
 #include "core/control/simplify/relax_mesh.h"
 
 namespace rilievo {
@@ -28,11 +29,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// Below this share of one-sheeted cells the points are no height field.
-constexpr double kLeastSingleSheet = 0.75;
-// Median spacings: the smallest hole that is kept open is a disc of this radius...
-constexpr double kHoleSpacings = 3;
-// ...and holds this many control faces.
+// The smallest hole that is kept open holds this many control faces.
 constexpr double kHoleFaces = 2;
 constexpr int kFewestPoints = 3;  // for a height
 
@@ -124,7 +121,7 @@ absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud,
   RILIEVO_RETURN_IF_ERROR(CheckServes(cloud, frame, context));
   const Eigen::Matrix3Xd plane_points =
       frame.axes.transpose() * (cloud.points.colwise() - frame.origin);
-  const double disc = kHoleSpacings * cloud.median_spacing;
+  const double disc = kClosingSpacings * cloud.median_spacing;
   RILIEVO_ASSIGN_OR_RETURN(
       OccupiedArea area,
       FindOccupiedArea(plane_points.topRows<2>(), cloud.spacing, cloud.median_spacing,

@@ -21,10 +21,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kLargestSpacing = 4;    // of the median, for a point's area
 constexpr double kFacingCosine = 0.174;  // 80 degrees
 constexpr double kCellSpacings = 3;      // width of a cell
-constexpr double kSheetGap = 2.5;        // cells between two sheets: a slope of 68 degrees has none
 
 double FacingShare(const OrientedCloud& cloud, const Vector3d& direction) {
   double facing = 0, all = 0;
@@ -57,7 +55,7 @@ struct CellHeights {
 };
 
 // From a cell to those beside it.
-constexpr int64_t kToNextColumn = int64_t{1} << 31, kToNextRow = 1;
+constexpr int64_t kColumnStride = int64_t{1} << 31, kRowStride = 1;
 
 absl::StatusOr<CellHeights> HeightsByCell(const OrientedCloud& cloud, const PlaneFrame& frame,
                                           double width, const RunContext& context) {
@@ -66,7 +64,7 @@ absl::StatusOr<CellHeights> HeightsByCell(const OrientedCloud& cloud, const Plan
     const Vector3d plane = frame.PlaneFromUnit(cloud.points.col(i));
     const auto column = static_cast<int64_t>(std::floor(plane.x() / width));
     const auto row = static_cast<int64_t>(std::floor(plane.y() / width));
-    entries[i] = {column * kToNextColumn + row * kToNextRow, plane.z()};
+    entries[i] = {column * kColumnStride + row * kRowStride, plane.z()};
   }
   RILIEVO_RETURN_IF_ERROR(ParallelSort(std::less<>(), context, &entries));
   CellHeights by_cell;
@@ -92,7 +90,7 @@ double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
   for (const CellHeights::Cell& cell : by_cell.cells) {
     heights.assign(by_cell.Of(cell).begin(), by_cell.Of(cell).end());
     int farthest = 1;
-    for (const int64_t step : {kToNextColumn, kToNextRow}) {
+    for (const int64_t step : {kColumnStride, kRowStride}) {
       for (int apart = 1; apart <= kJoinedCells; ++apart) {
         const int64_t key = cell.key + apart * step;
         const auto beside =
@@ -113,7 +111,7 @@ double BreaksBetweenCells(const CellHeights& by_cell, double gap) {
 }  // namespace
 
 double PointArea(const OrientedCloud& cloud, int i) {
-  const double spacing = std::min(double{cloud.spacing[i]}, kLargestSpacing * cloud.median_spacing);
+  const double spacing = std::min(double{cloud.spacing[i]}, kWidestSpacing * cloud.median_spacing);
   return std::numbers::pi / 4 * spacing * spacing;
 }
 

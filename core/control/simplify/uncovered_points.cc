@@ -98,13 +98,13 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
       ClosestPointTree::Build(surface.vertices, surface.faces, context, surface.children_per_face));
   const int64_t most = kPointsPerFace * control.faces.cols();
   const int64_t stride = (cloud.points.cols() + most - 1) / most;  // along a Morton curve
-  constexpr int kReached = -1;
+  constexpr int kNone = -1;                                        // in reach
   std::vector<int> face_of(static_cast<size_t>((cloud.points.cols() + stride - 1) / stride));
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(face_of.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
         int hint = -1;
         for (int64_t k = begin; k < end; ++k) {
-          face_of[k] = kReached;
+          face_of[k] = kNone;
           const Vector3d point = cloud.points.col(k * stride);
           const double reach = ReachOf(cloud, k * stride, limits).distance, squared = reach * reach;
           if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= squared) continue;
@@ -118,14 +118,14 @@ absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
       }));
   std::vector<int> points_of(static_cast<size_t>(control.faces.cols()));
   for (const int face : face_of) {
-    if (face != kReached) ++points_of[face];
+    if (face != kNone) ++points_of[face];
   }
   UncoveredPoints lost;
   std::vector<uint8_t> counted(points_of.size());
   for (size_t k = 0; k < face_of.size(); ++k) {
     const int face = face_of[k];
     const int64_t point = static_cast<int64_t>(k) * stride;
-    if (face == kReached) continue;
+    if (face == kNone) continue;
     if (points_of[face] < kFewestNoisy && ReachOf(cloud, point, limits).of_noise) continue;
     lost.points.push_back(cloud.points.col(point));
     lost.faces += counted[face] == 0;

@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/planar/harmonic_fill.h"
 #include "core/control/planar/plane_frame.h"
+#include "core/control/planar/sheet_test.h"
 #include "core/control/spherical/octahedron.h"
 #include "core/control/spherical/star_shape.h"
 
@@ -20,10 +21,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLeastCoverage = 0.5;      // share of directions that must meet points
-constexpr double kLeastSingleSheet = 0.85;  // share of those that meet one sheet
-constexpr double kLeastOneSided = 0.85;     // share of points that show the centre the same side
-constexpr int kMostLevels = 7;              // 131 072 faces
+constexpr double kLeastCoverage = 0.5;  // share of directions that must meet points
+constexpr int kMostLevels = 7;          // 131 072 faces
 
 absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center,
                          const RunContext& context) {
@@ -42,12 +41,12 @@ absl::Status CheckServes(const OrientedCloud& cloud, const Vector3d& center,
         100 * check.coverage, 100 * kLeastCoverage));
   }
   const double one_sided = std::max(check.outward, 1 - check.outward);
-  if (one_sided < kLeastOneSided) {
+  if (one_sided < kLeastSingleSheet) {
     return absl::FailedPreconditionError(
         absl::StrFormat("topology spherical cannot serve: %.0f %% of the surface turns its other "
                         "side to the centre (at most %.0f %% can be borne); topology arbitrary "
                         "would serve",
-                        100 * (1 - one_sided), 100 * (1 - kLeastOneSided)));
+                        100 * (1 - one_sided), 100 * (1 - kLeastSingleSheet)));
   }
   return absl::OkStatus();
 }

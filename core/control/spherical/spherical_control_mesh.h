@@ -13,7 +13,7 @@ namespace rilievo {
 // met by rays from the centre, which is where most of the surface is seen from inside. Closed
 // whatever the points; directions that meet none are filled smoothly. 8 * 4^levels faces, the power
 // nearest to the target: 4 098 vertices for 8 192. FAILED_PRECONDITION when the rays meet several
-// sheets in more than 15 % of the directions, points in less than half of them, or more than 15 %
+// sheets in more than 20 % of the directions, points in less than half of them, or more than 20 %
 // of the surface from its other side.
 absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
                                                  const PointIndex& index, int target_faces,

@@ -28,7 +28,6 @@ constexpr int kCenterSteps = 100;
 constexpr double kMargin = 0.3;        // wanted cosine between normal and ray
 constexpr double kRadialCosine = 0.6;  // 53 degrees
 constexpr double kPointsPerCell = 20;  // of a direction cell, on average
-constexpr double kSheetGap = 2.0;      // cell widths between two sheets along a ray
 
 }  // namespace
 
