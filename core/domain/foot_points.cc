@@ -16,11 +16,10 @@ namespace {
 
 // With fewer assigned points than this, a sample asks for its nearest ones too.
 constexpr size_t kEnoughAssigned = 3;
-// So many; and again so many where all the first lie on the other sheet of a thin wall.
+// So many; and so many where all the first lie on the other sheet of a thin wall, at borders and at
+// creases.
 constexpr int kNearest = 8;
-constexpr int kNearestOfThinWall = 32;
-constexpr int kNearestOfBorder = 48;
-constexpr int kNearestOfCrease = 32;
+constexpr int kManyNearest = 32;
 // Beyond a gap of so many spacings lies the far side of an opening, or strays: a boundary that
 // follows them spans open space.
 constexpr double kBorderGap = 2.0;
@@ -88,9 +87,9 @@ class FootSum {
 };
 
 void AddNearestPoints(const PointIndex& index, const Eigen::Vector3d& position, FootSum* sum) {
-  int found[kNearestOfThinWall];
-  double squared[kNearestOfThinWall];
-  for (int wanted : {kNearest, kNearestOfThinWall}) {
+  int found[kManyNearest];
+  double squared[kManyNearest];
+  for (int wanted : {kNearest, kManyNearest}) {
     const int count = index.Nearest(position, wanted, found, squared);
     bool same_sheet = false;
     for (int k = 0; k < count; ++k) same_sheet |= sum->AddNearest(found[k]);
@@ -182,9 +181,9 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
 
 std::optional<SharpFootPoint> FootPointSearch::FootOnSides(const SampledSurface& surface,
                                                            int sample) const {
-  int found[kNearestOfCrease];
-  double squared[kNearestOfCrease];
-  const int wanted = std::min(kNearestOfCrease, index_.size());
+  int found[kManyNearest];
+  double squared[kManyNearest];
+  const int wanted = std::min(kManyNearest, index_.size());
   const int count = index_.Nearest(surface.positions.col(sample), wanted, found, squared);
   return FindSharpFootPoint(cloud_, {found, static_cast<size_t>(count)}, samples_, surface, sample);
 }
@@ -239,9 +238,9 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   feet->conormals.col(sample) = conormal;
   const double step = chord.norm() / 2;
   const double reach = Reach(samples_, surface, sample);
-  int found[kNearestOfBorder];
-  double squared[kNearestOfBorder];
-  const int count = index_.Nearest(position, kNearestOfBorder, found, squared);
+  int found[kManyNearest];
+  double squared[kManyNearest];
+  const int count = index_.Nearest(position, kManyNearest, found, squared);
   const double spacing_here = cloud_.spacing[static_cast<size_t>(found[0])];
   // How far out the points lie that the boundary falls short of, and over which gap each is met.
   std::vector<std::pair<double, double>> beyond;

@@ -11,6 +11,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
+#include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/quadric.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
@@ -30,8 +31,6 @@ constexpr double kCornerCosine = 0.64;
 constexpr double kStay = 0.003;
 // A vertex comes no farther from the points.
 constexpr double kReachSpacings = 1.5;
-// Least cosine between the normals of a face before and after its corners moved.
-constexpr double kUpright = 0.3;
 
 // Weak edges stay where they lead on from a strong one.
 std::vector<uint8_t> Tags(const MeshTopology& topology,
@@ -211,7 +210,7 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, i
     }
     const Vector3d after = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
     const Vector3d before = FaceCross(mesh, face);
-    if (!(after.dot(before) > kUpright * after.norm() * before.norm())) return false;
+    if (!(after.dot(before) > kLeastUpright * after.norm() * before.norm())) return false;
   }
   return true;
 }

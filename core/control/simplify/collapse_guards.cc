@@ -11,8 +11,6 @@ using Eigen::Vector3d;
 
 // Faces flatter than this have no normal to speak of: only their turn in all is checked.
 constexpr double kSliverRoundness = 0.02;
-// Least cosine between the normals of a face before and after one collapse.
-constexpr double kMinStepCosine = 0.2;
 // On squares, well above what rounding could hide.
 constexpr double kClearly = 1 + 1e-6;
 
@@ -42,7 +40,7 @@ bool CollapseGuards::ClearlyKeepShape(int vertex, int other, const Vector3d& pos
                                       double roundness) const {
   const Vector3d& a = positions_[vertex];
   const double least_turn = kClearly * least_turn_cosine_ * least_turn_cosine_;
-  constexpr double kLeastStep = kClearly * kMinStepCosine * kMinStepCosine;
+  constexpr double kLeastStep = kClearly * kLeastUpright * kLeastUpright;
   const double least_roundness = kClearly * roundness * roundness;
   bool clear = true;
   mesh_.ForEachOutgoing(vertex, [&](int h) {
@@ -78,7 +76,7 @@ void CollapseGuards::Inspect(int vertex, int other, const Vector3d& position, Wo
     const bool turned =
         !(cross.dot(reference_normals_[h / 3].cast<double>()) >= least_turn_cosine_ * length);
     const bool jumped = old_roundness > kSliverRoundness &&
-                        cross.dot(old_cross) < kMinStepCosine * length * old_cross.norm();
+                        cross.dot(old_cross) < kLeastUpright * length * old_cross.norm();
     if (turned || jumped) worst->upright = false;
   });
 }

@@ -8,6 +8,9 @@
 
 namespace rilievo {
 
+// Least cosine between the normals of a face before and after one of its corners moves.
+inline constexpr double kLeastUpright = 0.3;
+
 // A mesh as a collapse finds it; all is kept by reference.
 class CollapseGuards {
  public:

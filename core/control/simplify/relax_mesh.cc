@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/crease_constraints.h"
 #include "core/control/simplify/half_edge_mesh.h"
 #include "core/control/simplify/quadric.h"
@@ -16,8 +17,6 @@ using Eigen::Vector3d;
 // Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
 // hundredths of an edge and lets flat parts move freely.
 constexpr double kPull = 0.01;
-// Least cosine between the normals of a face before and after a move.
-constexpr double kMinCosine = 0.5;
 constexpr int kShapeRounds = 2, kRelaxRounds = 3;
 constexpr double kFlatDihedralDegrees = 40;
 
@@ -83,7 +82,7 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const HalfEdgeMesh& half_edges, 
     const int apex = half_edges.From(HalfEdgeMesh::Previous(h));
     const Vector3d before = Cross(mesh, v, to, apex);
     const Vector3d after = (mesh.vertices.col(to) - moved).cross(mesh.vertices.col(apex) - moved);
-    upright &= after.dot(before) > kMinCosine * after.norm() * before.norm();
+    upright &= after.dot(before) > kLeastUpright * after.norm() * before.norm();
   });
   return upright;
 }
