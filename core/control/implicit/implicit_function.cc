@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -29,8 +30,6 @@ constexpr double kMostStride = 1024;
 // many cells behind the point to as many before it.
 constexpr double kProbeCells = 0.75;
 constexpr double kInconsistentDrop = 0.15;
-// From so many points on the memory of the samples, 8 bytes each, is lent to the solution.
-constexpr int64_t kManyPoints = 200'000;
 constexpr double kFewTurned = 5e-5;  // of all points: not worth another solution
 // The most nodes of the finer grids together. Surfaces ask for 1 to 3 a point. Walls as thin as the
 // spacing ask for up to 15; of dense scans they are a small part. Points along curves would have
@@ -105,19 +104,20 @@ void BoundNodes(LevelPlan* plan, std::vector<SparseGrid>* refined) {
 // Flips the normals that point down the function, which are inconsistent with the field of their
 // neighbours (in the spirit of Hou et al. 2022, iterative Poisson reconstruction). Ambiguous
 // normals, whose weight was zero so far, take the side that the function gives them. Looks at the
-// points of the finest level that exists so far. Returns those that changed.
-absl::StatusOr<std::vector<int>> FlipInconsistentNormals(const OrientedCloud& cloud,
-                                                         const LevelPlan& plan,
-                                                         const RunContext& context,
-                                                         ImplicitFunction* function) {
+// points of the finest level that exists so far. Returns how many changed.
+absl::StatusOr<int64_t> FlipInconsistentNormals(const OrientedCloud& cloud, const LevelPlan& plan,
+                                                const RunContext& context,
+                                                ImplicitFunction* function) {
   const GridLevel& level = function->levels.back();
   const Eigen::Vector3d& origin = function->origin;
   std::vector<int8_t>& sides = function->sides;
   const auto count = static_cast<int64_t>(sides.size());
-  std::vector<uint8_t> changed(static_cast<size_t>(count), 0);
+  const auto levels = static_cast<int>(function->levels.size());
+  std::atomic<int64_t> changed = 0;
   RILIEVO_RETURN_IF_ERROR(ParallelFor(count, kLightBlock, context, [&](int64_t begin, int64_t end) {
+    int64_t changed_here = 0;
     for (int64_t i = begin; i < end; ++i) {
-      if (plan.of_point[i] + 1 != static_cast<int>(function->levels.size())) continue;
+      if (plan.of_point[i] + 1 != levels) continue;
       const Eigen::Vector3d point = cloud.points.col(i);
       const bool silent = sides[i] == 0;
       if (silent) sides[i] = 1;
@@ -126,14 +126,11 @@ absl::StatusOr<std::vector<int>> FlipInconsistentNormals(const OrientedCloud& cl
       const bool turn = rise < (silent ? 0 : -kInconsistentDrop) &&
                         (silent || !IsLeftOut(Mechanism::kInconsistentNormals));
       if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
-      changed[i] = turn || silent;
+      changed_here += turn || silent ? 1 : 0;
     }
+    changed += changed_here;
   }));
-  std::vector<int> turned;
-  for (int i = 0; i < count; ++i) {
-    if (changed[i] != 0) turned.push_back(i);
-  }
-  return turned;
+  return changed.load();
 }
 
 // Ambiguous normals start with weight zero.
@@ -194,40 +191,23 @@ absl::StatusOr<ActiveSamples> ActiveSamplesOf(const OrientedCloud& cloud, const 
   return samples;
 }
 
-// Solves the finest level there is so far; and once more when its own points changed sides.
-absl::Status SolveLevel(const OrientedCloud& cloud, const LevelPlan& plan,
-                        const ImplicitOptions& options, const RunContext& context,
-                        ImplicitFunction* function) {
+// Solves the finest level there is so far.
+absl::Status SolveLevel(const OrientedCloud& cloud, const ImplicitOptions& options,
+                        const RunContext& context, ImplicitFunction* function) {
   GridLevel& level = function->levels.back();
   const bool coarsest = function->levels.size() == 1;
-  const auto find_samples = [&] {
-    return ActiveSamplesOf(cloud, level, function->origin, coarsest, context);
-  };
-  RILIEVO_ASSIGN_OR_RETURN(ActiveSamples samples, find_samples());
-  const ScreenedPoisson system{.cloud = cloud,
-                               .sides = function->sides,
-                               .samples = samples,
-                               .grid = level.grid,
-                               .origin = function->origin,
-                               .cell = level.cell,
-                               .screening = options.screening,
-                               .border_free = coarsest && !options.closed,
-                               .iterations = coarsest ? 80 : 24};
-  PoissonSolver solver(system, context);
-  const bool lends_samples = cloud.points.cols() >= kManyPoints;
-  if (lends_samples) samples = ActiveSamples();
-  RILIEVO_RETURN_IF_ERROR(solver.Solve(&level.values));
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> turned,
-                           FlipInconsistentNormals(cloud, plan, context, function));
-  if (static_cast<double>(turned.size()) < kFewTurned * static_cast<double>(cloud.points.cols())) {
-    return absl::OkStatus();
-  }
-  if (lends_samples) {
-    RILIEVO_ASSIGN_OR_RETURN(samples, find_samples());
-  }
-  RILIEVO_RETURN_IF_ERROR(solver.Turn(turned));
-  if (lends_samples) samples = ActiveSamples();
-  return solver.Solve(&level.values);
+  RILIEVO_ASSIGN_OR_RETURN(ActiveSamples samples,
+                           ActiveSamplesOf(cloud, level, function->origin, coarsest, context));
+  return SolvePoisson({.cloud = cloud,
+                       .sides = function->sides,
+                       .samples = std::move(samples),
+                       .grid = level.grid,
+                       .origin = function->origin,
+                       .cell = level.cell,
+                       .screening = options.screening,
+                       .border_free = coarsest && !options.closed,
+                       .iterations = coarsest ? 80 : 24},
+                      context, &level.values);
 }
 
 }  // namespace
@@ -257,7 +237,12 @@ absl::StatusOr<ImplicitFunction> FitImplicitFunction(const OrientedCloud& cloud,
   BoundNodes(&plan, &refined);
   function.levels.push_back(CoarsestLevel(cloud, function.origin, plan.coarsest_cell));
   for (int depth = 0;; ++depth) {
-    RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, plan, options, context, &function));
+    RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, options, context, &function));
+    RILIEVO_ASSIGN_OR_RETURN(const int64_t changed,
+                             FlipInconsistentNormals(cloud, plan, context, &function));
+    if (static_cast<double>(changed) >= kFewTurned * static_cast<double>(cloud.points.cols())) {
+      RILIEVO_RETURN_IF_ERROR(SolveLevel(cloud, options, context, &function));
+    }
     context.Report(Stage::kControlMesh, 0.4 * (depth + 1) / plan.count);
     if (depth + 1 == plan.count) break;
     RILIEVO_ASSIGN_OR_RETURN(GridLevel finer,

@@ -20,8 +20,6 @@ using Fields = std::array<std::vector<float>, 4>;
 
 constexpr size_t kSamplesAtOnce = 4096;  // whose discs are held at a time
 constexpr int kNoNode = -1;
-// How far around a place, in cells, its value and its flux touch nodes, with room for rounding.
-constexpr double kTouched = 2;
 
 // How far the normals around a point agree, in [0, 1]. Where sheets of opposite normals share the
 // cells of this level their fluxes cancel; the points must not hold the function at 0 there, or a
@@ -44,53 +42,11 @@ float Coherence(const Fields& spread, const Vector3d& at, const NodesAround& aro
   return static_cast<float>(ratio * ratio);
 }
 
-// The nodes within `reach` cells of the points, whether the grid has them or not.
-SparseGrid ZoneAround(const ScreenedPoisson& system, const std::vector<int>& points, double reach) {
-  SparseGrid zone;
-  for (const int point : points) {
-    const Vector3d at = (system.cloud.points.col(point) - system.origin) / system.cell;
-    zone.AddBox((at.array() - reach).floor().cast<int>(), (at.array() + reach).ceil().cast<int>());
-  }
-  zone.Seal();
-  return zone;
-}
-
-// Places of the samples whose cell begins in the zone.
-std::vector<size_t> SpeakersIn(const ScreenedPoisson& system, const SparseGrid& zone) {
-  std::vector<size_t> places;
-  for (size_t m = 0; m < system.samples.points.size(); ++m) {
-    const Vector3i cell = system.LatticePoint(m).array().floor().cast<int>();
-    if (zone.Find(cell) >= 0) places.push_back(m);
-  }
-  return places;
-}
-
-ActiveSamples SomeSpeakers(const ActiveSamples& samples, const std::vector<size_t>& places) {
-  ActiveSamples some;
-  for (const size_t place : places) {
-    some.points.push_back(samples.points[place]);
-    some.spacing.push_back(samples.spacing[place]);
-  }
-  return some;
-}
-
-ScreenedPoisson WithSpeakers(const ScreenedPoisson& system, const ActiveSamples& samples) {
-  return {.cloud = system.cloud,
-          .sides = system.sides,
-          .samples = samples,
-          .grid = system.grid,
-          .origin = system.origin,
-          .cell = system.cell,
-          .screening = system.screening,
-          .border_free = system.border_free,
-          .iterations = system.iterations};
-}
-
 }  // namespace
 
 PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext& context)
-    : system_(system), context_(context), size_(system.grid.size()) {
-  LinkNeighbors();
+    : context_(context), size_(system.grid.size()) {
+  LinkNeighbors(system);
   {
     const Fields spread = Spread(system);
     // What the discs took would lie beneath all that follows.
@@ -99,69 +55,21 @@ PoissonOperator::PoissonOperator(const ScreenedPoisson& system, const RunContext
     Run(size_, [&](int64_t begin, int64_t end) {
       for (int64_t node = begin; node < end; ++node) right_side_[node] = Divergence(spread, node);
     });
-    AddScreening(spread);
+    AddScreening(system, spread);
   }
   TransposeScreening();
   FindDiagonal();
 }
 
-std::vector<float> PoissonOperator::TakeRightSide() {
-  kept_.assign(size_, false);
-  kept_values_.clear();
-  kept_values_.reserve(size_ - std::count(right_side_.begin(), right_side_.end(), 0.0f));
-  for (int node = 0; node < size_; ++node) {
-    if (right_side_[node] == 0.0f) continue;
-    kept_[node] = true;
-    kept_values_.push_back(right_side_[node]);
-  }
-  return std::move(right_side_);
-}
-
-// The nodes to which the turned points spread are added up anew, in the order of all samples.
-// Rows that gather from them, and divergences of them, follow; to gather them aright more nodes
-// are needed, and with these all samples that spread to any of them.
-void PoissonOperator::Reread(const std::vector<int>& turned_points) {
-  const std::vector<float>& spacings = system_.samples.spacing;
-  if (spacings.empty()) return;
-  const double disc =
-      SampleSplats::Reach(*std::max_element(spacings.begin(), spacings.end()) / system_.cell);
-  const double touched = disc + kTouched;
-  const SparseGrid changed = ZoneAround(system_, turned_points, touched + 1);
-  const SparseGrid gathering = ZoneAround(system_, turned_points, touched + kTouched);
-  const SparseGrid needed =
-      ZoneAround(system_, turned_points, touched + 2 * kTouched + disc + kTouched);
-  const ActiveSamples near = SomeSpeakers(system_.samples, SpeakersIn(system_, needed));
-  at_cells_ = std::vector<Corners>();  // makes room for the fields
-  Fields spread = Spread(WithSpeakers(system_, near));
-  right_side_.assign(size_, 0.0f);
-  for (int node = 0, k = 0; node < size_; ++node) {
-    if (kept_[node]) right_side_[node] = kept_values_[k++];
-  }
-  for (const Vector3i& at : changed.Nodes()) {
-    const int node = system_.grid.Find(at);
-    if (node >= 0) right_side_[node] = Divergence(spread, node);
-  }
-  const std::vector<size_t> places = SpeakersIn(system_, gathering);
-  const ActiveSamples gatherers = SomeSpeakers(system_.samples, places);
-  std::vector<ScreeningRow> rows(places.size());
-  MakeScreeningRows(WithSpeakers(system_, gatherers), 0, spread, &rows).IgnoreError();
-  spread = Fields();
-  for (size_t k = 0; k < places.size(); ++k) {
-    const int64_t row = RowOf(places[k]);
-    if (row >= 0) row_weights_[row] = rows[k].weights;
-  }
-  FindDiagonal();
-}
-
-void PoissonOperator::LinkNeighbors() {
-  neighbors_ = system_.grid.Neighbors(context_);
+void PoissonOperator::LinkNeighbors(const ScreenedPoisson& system) {
+  neighbors_ = system.grid.Neighbors(context_);
   degree_.resize(size_);
   Run(size_, [&](int64_t begin, int64_t end) {
     for (int64_t node = begin; node < end; ++node) {
       int* neighbor = &neighbors_[6 * static_cast<size_t>(node)];
       const auto missing = std::count(neighbor, neighbor + 6, -1);
       std::replace(neighbor, neighbor + 6, -1, size_);
-      const bool is_free = system_.border_free || missing == 0;
+      const bool is_free = system.border_free || missing == 0;
       degree_[node] = static_cast<uint8_t>(is_free ? 6 - missing : 0);
     }
   });
@@ -197,20 +105,17 @@ float PoissonOperator::Divergence(const Fields& spread, int64_t node) const {
 
 // A row for each sample but those at the rim of the grid, where corners are missing. ActiveSamples
 // in the same cell mostly follow each other and share its corners.
-void PoissonOperator::AddScreening(const Fields& spread) {
-  const size_t count = system_.samples.points.size();
+void PoissonOperator::AddScreening(const ScreenedPoisson& system, const Fields& spread) {
+  const size_t count = system.samples.points.size();
   cells_.reserve(count);  // at most; pages not touched take no room
   row_weights_.reserve(count);
   std::vector<ScreeningRow> rows;
   for (size_t begin = 0; begin < count; begin += kBlock) {
     rows.resize(std::min<size_t>(kBlock, count - begin));
-    if (!MakeScreeningRows(system_, begin, spread, &rows).ok()) break;
+    if (!MakeScreeningRows(system, begin, spread, &rows).ok()) break;
     for (size_t m = 0; m < rows.size(); ++m) {
       const ScreeningRow& row = rows[m];
-      if (row.nodes[0] == kNoNode) {
-        without_row_.push_back(static_cast<uint32_t>(begin + m));
-        continue;
-      }
+      if (row.nodes[0] == kNoNode) continue;
       if (cells_.empty() || cells_.back()[0] != row.nodes[0]) {
         cells_.push_back(row.nodes);
         first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
@@ -219,12 +124,6 @@ void PoissonOperator::AddScreening(const Fields& spread) {
     }
   }
   first_row_.push_back(static_cast<uint32_t>(row_weights_.size()));
-}
-
-int64_t PoissonOperator::RowOf(size_t sample) const {
-  const auto place = std::lower_bound(without_row_.begin(), without_row_.end(), sample);
-  if (place != without_row_.end() && *place == sample) return -1;
-  return static_cast<int64_t>(sample) - (place - without_row_.begin());
 }
 
 // Of as many samples of `system` from `begin` on.

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
@@ -19,16 +20,11 @@ class PoissonOperator {
  public:
   static constexpr int64_t kBlock = 1 << 14;  // nodes a task; sums are formed block by block
 
-  // `system` is read again by Reread(), and must outlive it.
+  // Reads `system` here only.
   PoissonOperator(const ScreenedPoisson& system, const RunContext& context);
 
-  // The sides of these points, ascending, have changed since: what they spread is read anew, bit by
-  // bit as a new operator would.
-  void Reread(const std::vector<int>& turned_points);
-
   int size() const { return size_; }
-  // Keeps of it what Reread() needs; till then there is none.
-  std::vector<float> TakeRightSide();
+  std::vector<float> TakeRightSide() { return std::move(right_side_); }
   bool is_free(int64_t node) const { return degree_[node] != 0; }
   float diagonal(int64_t node) const { return diagonal_[node]; }
 
@@ -110,33 +106,27 @@ class PoissonOperator {
     return sum;
   }
 
-  void LinkNeighbors();
+  void LinkNeighbors(const ScreenedPoisson& system);
   Fields Spread(const ScreenedPoisson& system) const;
   float Divergence(const Fields& spread, int64_t node) const;
-  void AddScreening(const Fields& spread);
+  void AddScreening(const ScreenedPoisson& system, const Fields& spread);
   absl::Status MakeScreeningRows(const ScreenedPoisson& system, size_t begin, const Fields& spread,
                                  std::vector<ScreeningRow>* rows) const;
-  int64_t RowOf(size_t sample) const;  // -1 where it has none
   void TransposeScreening();
   void FindDiagonal();
   Corners Squares(int64_t cell) const;
   int64_t cell_count() const { return static_cast<int64_t>(cells_.size()); }
 
-  const ScreenedPoisson& system_;
   const RunContext& context_;
   int size_;
   std::vector<int> neighbors_;   // 6 a node, size_ for none
   std::vector<uint8_t> degree_;  // 0: frozen
   std::vector<float> diagonal_, right_side_;
-  // Of the right-hand side taken: where it is not 0, and what it is there. It is 0 at most nodes.
-  std::vector<bool> kept_;
-  std::vector<float> kept_values_;
   // The screening: rows of 8 weights, those of cell c from first_row_[c] on. A cell that the
   // samples come back to is there more than once.
   std::vector<std::array<int, 8>> cells_;  // their corners
   std::vector<uint32_t> first_row_;
   std::vector<Corners> row_weights_;
-  std::vector<uint32_t> without_row_;  // samples at the rim of the grid, ascending
   std::vector<Corners> at_cells_;      // what each has for its corners
   std::vector<uint32_t> entry_begin_;  // by node
   std::vector<uint32_t> entries_;      // its places in at_cells_, ascending

@@ -9,32 +9,13 @@ namespace rilievo {
 namespace {
 
 constexpr double kRelativeResidual = 2e-3;  // of the right-hand side; the surface is fitted later
-// Of the samples: where fewer turned, the operator is read again around them alone.
-constexpr double kRereadShare = 1.0 / 400;
 
 }  // namespace
 
-PoissonSolver::PoissonSolver(const ScreenedPoisson& system, const RunContext& context)
-    : system_(system),
-      context_(context),
-      matrix_(std::make_unique<PoissonOperator>(system_, context)) {}
-
-PoissonSolver::~PoissonSolver() = default;
-
-absl::Status PoissonSolver::Turn(const std::vector<int>& turned_points) {
-  RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
-  const auto few = kRereadShare * static_cast<double>(system_.samples.points.size());
-  if (static_cast<double>(turned_points.size()) < few) {
-    matrix_->Reread(turned_points);
-  } else {
-    matrix_.reset();
-    matrix_ = std::make_unique<PoissonOperator>(system_, context_);
-  }
-  return context_.CheckStop();
-}
-
-absl::Status PoissonSolver::Solve(std::vector<float>* values) {
-  PoissonOperator& matrix = *matrix_;
+absl::Status SolvePoisson(ScreenedPoisson system, const RunContext& context,
+                          std::vector<float>* values) {
+  PoissonOperator matrix(system, context);
+  system.samples = ActiveSamples();  // makes room
   const int size = matrix.size();
   std::vector<float>& x = *values;
   std::vector<float> residual = matrix.TakeRightSide();
@@ -57,8 +38,8 @@ absl::Status PoissonSolver::Solve(std::vector<float>* values) {
   PoissonOperator::Sums current =
       products([&](int64_t i) { residual[i] = matrix.is_free(i) ? residual[i] - image[i] : 0.0f; });
   double old_product = 0;
-  for (int iteration = 0; iteration < system_.iterations; ++iteration) {
-    RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
+  for (int iteration = 0; iteration < system.iterations; ++iteration) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const auto [squared, product] = current;
     if (product <= 0 || squared <= goal) break;
     const float beta = iteration == 0 ? 0.0f : static_cast<float>(product / old_product);
@@ -76,7 +57,7 @@ absl::Status PoissonSolver::Solve(std::vector<float>* values) {
       residual[i] -= alpha * image[i];
     });
   }
-  return context_.CheckStop();
+  return context.CheckStop();
 }
 
 }  // namespace rilievo

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -23,7 +22,7 @@ struct ScreenedPoisson {
   const OrientedCloud& cloud;  // points, and the planes they lie on
   // Of the cloud's points: 1, -1: the normal points to the other side, 0: it is not known to which.
   const std::vector<int8_t>& sides;
-  const ActiveSamples& samples;
+  ActiveSamples samples;
   const SparseGrid& grid;
   Eigen::Vector3d origin;  // unit frame, position of node (0, 0, 0)
   double cell;             // unit frame
@@ -38,30 +37,9 @@ struct ScreenedPoisson {
   double SpacingInCells(size_t sample) const { return samples.spacing[sample] / cell; }
 };
 
-class PoissonOperator;
-
-// Conjugate gradients on one level: Solve once, and once more after each Turn.
-class PoissonSolver {
- public:
-  // What `system` refers to must outlive the solver. Only this constructor and Turn() read the
-  // active samples, so their buffer may be released and refilled between calls.
-  PoissonSolver(const ScreenedPoisson& system, const RunContext& context);
-  ~PoissonSolver();
-  PoissonSolver(const PoissonSolver&) = delete;
-  PoissonSolver& operator=(const PoissonSolver&) = delete;
-
-  // `values`: per node, first guess in, solution out. CANCELLED when stopped. It takes the
-  // right-hand side with it.
-  absl::Status Solve(std::vector<float>* values);
-
-  // The sides of these points, ascending, have changed: solves from then on as a new solver would,
-  // made ready in the time that few of them take. CANCELLED when stopped.
-  absl::Status Turn(const std::vector<int>& turned_points);
-
- private:
-  const ScreenedPoisson system_;
-  const RunContext& context_;
-  std::unique_ptr<PoissonOperator> matrix_;
-};
+// Conjugate gradients on one level. `values`: per node, first guess in, solution out. CANCELLED
+// when stopped.
+absl::Status SolvePoisson(ScreenedPoisson system, const RunContext& context,
+                          std::vector<float>* values);
 
 }  // namespace rilievo

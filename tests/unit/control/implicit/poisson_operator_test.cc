@@ -58,26 +58,5 @@ TEST(PoissonOperatorTest, IsSymmetricAndPositive) {
   EXPECT_NEAR(b_of_a, a_of_b, 1e-6 * size);
 }
 
-TEST(PoissonOperatorTest, ReadAgainItIsAsANewOneIs) {
-  TorusProblem problem;
-  const ScreenedPoisson system = problem.system();
-  const RunContext context;
-  PoissonOperator again(system, context);
-  const std::vector<float> before = again.TakeRightSide();
-  const std::vector<int> turned = {7, 1200, 1201, 4999};
-  problem.sides[7] = problem.sides[1200] = problem.sides[4999] = -1;
-  problem.sides[1201] = 0;
-  again.Reread(turned);
-  PoissonOperator fresh(system, context);
-  const std::vector<float> in = RandomValues(fresh.size(), 3);
-  std::vector<float> of_again(in.size()), of_fresh(in.size());
-  again.Apply(in, &of_again);
-  fresh.Apply(in, &of_fresh);
-  EXPECT_EQ(of_again, of_fresh);
-  const std::vector<float> right_side = again.TakeRightSide();
-  EXPECT_EQ(right_side, fresh.TakeRightSide());
-  EXPECT_NE(right_side, before);
-}
-
 }  // namespace
 }  // namespace rilievo

@@ -14,7 +14,7 @@ ActiveSamples Everyone(const OrientedCloud& cloud) {
 }
 
 // On a plane the solution steps from one value below to its negative above, and is 0 on the plane.
-TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
+TEST(PoissonSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
   constexpr int kSide = 40;
   OrientedCloud cloud;
   cloud.points.resize(3, kSide * kSide);
@@ -41,7 +41,7 @@ TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
                                .screening = 2,
                                .border_free = true,
                                .iterations = 200};
-  ASSERT_TRUE(PoissonSolver(system, RunContext{}).Solve(&values).ok());
+  ASSERT_TRUE(SolvePoisson(system, RunContext{}, &values).ok());
   for (int x = 5; x <= 15; ++x) {
     const float below = values[grid.Find({x, 10, 6})];
     const float above = values[grid.Find({x, 10, 15})];
@@ -51,7 +51,7 @@ TEST(ImplicitSolverTest, APlaneOfPointsGivesAStepAcrossIt) {
   }
 }
 
-TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
+TEST(PoissonSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 5000, kTorusArea);
   const ActiveSamples samples = Everyone(shape.cloud);
   SparseGrid grid;
@@ -70,49 +70,13 @@ TEST(ImplicitSolverTest, TheNumberOfThreadsDoesNotChangeABit) {
   std::vector<float> one(grid.size(), 0.0f), two(grid.size(), 0.0f);
   RunContext context;
   context.threads = 1;
-  ASSERT_TRUE(PoissonSolver(system, context).Solve(&one).ok());
+  ASSERT_TRUE(SolvePoisson(system, context, &one).ok());
   context.threads = 2;
-  ASSERT_TRUE(PoissonSolver(system, context).Solve(&two).ok());
+  ASSERT_TRUE(SolvePoisson(system, context, &two).ok());
   EXPECT_EQ(one, two);
 }
 
-// In two places, on cells of their spacing and, as at a coarsest level, of a fifth of it.
-TEST(ImplicitSolverTest, TurnedPointsAreReadAgainAsByANewSolver) {
-  const OrientedShape shape = OrientShape(*MakeTorus(), 5000, kTorusArea);
-  const ActiveSamples samples = Everyone(shape.cloud);
-  for (const double cell : {0.02, 0.004}) {
-    SparseGrid grid;
-    for (int i = 0; i < shape.cloud.points.cols(); ++i) {
-      const Eigen::Vector3i at = (shape.cloud.points.col(i) / cell).array().floor().cast<int>();
-      grid.AddBox(at.array() - 3, at.array() + 3);
-    }
-    grid.Seal();
-    std::vector<int8_t> sides(samples.points.size(), 1);
-    const ScreenedPoisson system{.cloud = shape.cloud,
-                                 .sides = sides,
-                                 .samples = samples,
-                                 .grid = grid,
-                                 .origin = Eigen::Vector3d::Zero(),
-                                 .cell = cell,
-                                 .screening = 2,
-                                 .border_free = false,
-                                 .iterations = 12};
-    std::vector<float> again(grid.size(), 0.0f);
-    PoissonSolver solver(system, RunContext{});
-    ASSERT_TRUE(solver.Solve(&again).ok());
-    const std::vector<float> before = again;
-    std::vector<float> anew = again;
-    const std::vector<int> turned = {1200, 1201, 1204, 4000};
-    for (const int point : turned) sides[point] = -1;
-    ASSERT_TRUE(solver.Turn(turned).ok());
-    ASSERT_TRUE(solver.Solve(&again).ok());
-    ASSERT_TRUE(PoissonSolver(system, RunContext{}).Solve(&anew).ok());
-    EXPECT_EQ(again, anew);
-    EXPECT_NE(again, before);
-  }
-}
-
-TEST(ImplicitSolverTest, StopsWhenAsked) {
+TEST(PoissonSolverTest, StopsWhenAsked) {
   const OrientedShape shape = OrientShape(*MakeTorus(), 2000, kTorusArea);
   const ActiveSamples samples = Everyone(shape.cloud);
   SparseGrid grid;
@@ -126,7 +90,7 @@ TEST(ImplicitSolverTest, StopsWhenAsked) {
   const std::vector<int8_t> sides(samples.points.size(), 1);
   const ScreenedPoisson system{shape.cloud, sides, samples, grid, Eigen::Vector3d::Zero(),
                                0.1,         2,     true,    9};
-  EXPECT_EQ(PoissonSolver(system, context).Solve(&values).code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(SolvePoisson(system, context, &values).code(), absl::StatusCode::kCancelled);
 }
 
 }  // namespace
