@@ -19,8 +19,6 @@ constexpr int kMaxConjugateGradients = 30;
 constexpr double kLeastGradient = 2e-6;
 // Of the slope of a line at its start: a parabola is met exactly by the second trial at the latest.
 constexpr double kLineEnd = 1e-2;
-// Of the trace of a block: on a flat patch nothing but fairness may hold a point along it.
-constexpr double kRidge = 1e-9;
 
 using Points = Eigen::Map<const Eigen::Matrix3Xd>;
 
@@ -40,7 +38,8 @@ class ScaledEnergy final : public ceres::FirstOrderFunction {
         from_scaled_(3, blocks.cols()) {
     for (Eigen::Index v = 0; v < start.cols(); ++v) {
       Eigen::Matrix3d block = blocks.middleCols<3>(3 * v) / start_energy;
-      block.diagonal().array() += kRidge * block.trace();
+      // On a flat patch nothing but fairness may hold a point along it.
+      block.diagonal().array() += kHoldWeight * block.trace();
       const Eigen::LLT<Eigen::Matrix3d> factors(block);
       Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
       if (factors.info() == Eigen::Success) factors.matrixU().solveInPlace(inverse);

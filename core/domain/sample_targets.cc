@@ -13,9 +13,6 @@ namespace {
 
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
 constexpr double kBorderWeight = 0.3;
-// Holds a control vertex without data where it is, just enough to keep the system regular where
-// fairness leaves it free (a component of the control mesh that no point supports).
-constexpr double kHoldWeight = 1e-9;
 // Shape of a face: 2 sqrt(3) times its doubled area over the sum of its squared sides, 1 when
 // equilateral. Stiffness grows as its inverse below the first, up to the second.
 constexpr double kSoundShape = 0.3;

@@ -11,6 +11,10 @@
 
 namespace rilievo {
 
+// Holds a control vertex without data where it is, just enough to keep the system regular where
+// fairness leaves it free (a component of the control mesh that no point supports).
+inline constexpr double kHoldWeight = 1e-9;
+
 // Column = sample.
 struct SampleTargets {
   Eigen::Matrix3Xd positions;  // q, unit frame

@@ -117,9 +117,9 @@ template <typename Value>
 class PiecewiseList {
  public:
   size_t size() const { return size_; }
-  const Value& operator[](size_t i) const { return pieces_[i / kPiece][i % kPiece]; }
+  const Value& operator[](size_t i) const { return pieces_[i / kValuesAtOnce][i % kValuesAtOnce]; }
   void Append(const Value& value) {
-    if (size_ == pieces_.size() * kPiece) pieces_.emplace_back().reserve(kPiece);
+    if (size_ == pieces_.size() * kValuesAtOnce) pieces_.emplace_back().reserve(kValuesAtOnce);
     pieces_.back().push_back(value);
     ++size_;
   }
@@ -134,7 +134,7 @@ class PiecewiseList {
   }
 
  private:
-  static constexpr size_t kPiece = 1 << 17;
+  static constexpr size_t kValuesAtOnce = 1 << 17;
   std::vector<std::vector<Value>> pieces_;
   size_t size_ = 0;
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/base/ablation.h"
 #include "core/base/parallel_for.h"
@@ -23,7 +24,7 @@ constexpr int kProbeStride = 4;
 constexpr int kLeastWitnesses = 2;
 // Free of neighbours as seen from a point on a border: 180 degrees on a straight one; within a
 // surface one point in 200 sees so much by chance.
-constexpr double kFreeCosine = -0.8660254037844386;  // of 150 degrees
+constexpr double kFreeAngle = 5 * std::numbers::pi / 6;
 // Least cosine between a point's normal and those of its neighbours where the surface is smooth: an
 // arc of the radius of two of its cells.
 constexpr double kSmoothCosine = 0.9;
@@ -86,52 +87,20 @@ absl::StatusOr<std::vector<float>> SheetDistances(const OrientedCloud& cloud,
   return agreed;
 }
 
-// A direction in a plane. `turn` grows with its angle as atan2 does, at less cost: a quarter turn
-// is 1, so that half a turn is 2 between any two.
-struct Direction {
-  double turn, x, y;
-};
-
-Direction DirectionOf(double x, double y) {
-  const double length = std::abs(x) + std::abs(y);
-  if (!(length > 0)) return {0, 1, 0};
-  return {y >= 0 ? 1 - x / length : 3 + x / length, x, y};
-}
-
-// The eighth of a turn that a direction lies in, counted as the turn grows.
-int EighthOf(double x, double y) {
-  constexpr std::array<int, 8> kEighths = {0, 1, 3, 2, 7, 6, 4, 5};
-  const int signs = (y < 0 ? 4 : 0) | (x < 0 ? 2 : 0);
-  return kEighths[signs | (std::abs(y) > std::abs(x) ? 1 : 0)];
-}
-
 // Whether the neighbours of a point leave a wide angle free, seen along its normal.
 bool IsOneSided(const OrientedCloud& cloud, const NeighborGraph& graph, int i) {
   const Eigen::Vector3d point = cloud.points.col(i), normal = cloud.normals.col(i);
   const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
-  std::array<Eigen::Vector2d, kMostNeighbors> chords;
+  std::array<double, kMostNeighbors> angles;
   int count = 0;
-  unsigned taken = 0;
   for (const int j : graph.neighbors(i)) {
     const Eigen::Vector3d chord = cloud.points.col(j) - point;
-    const Eigen::Vector2d along(u.dot(chord), v.dot(chord));
-    chords[count++] = along;
-    taken |= 1u << EighthOf(along.x(), along.y());
+    angles[count++] = std::atan2(v.dot(chord), u.dot(chord));
   }
-  // An angle so wide leaves two eighths of a turn free that follow each other.
-  const unsigned free = ~(taken | taken << 8);
-  if ((free & free >> 1 & 0xff) == 0) return false;
-  std::array<Direction, kMostNeighbors> directions;
-  for (int k = 0; k < count; ++k) directions[k] = DirectionOf(chords[k].x(), chords[k].y());
-  std::sort(directions.begin(), directions.begin() + count,
-            [](const Direction& a, const Direction& b) { return a.turn < b.turn; });
+  std::sort(angles.begin(), angles.begin() + count);
   for (int k = 0; k < count; ++k) {
-    const bool last = k + 1 == count;
-    const Direction &a = directions[k], &b = directions[last ? 0 : k + 1];
-    if (b.turn - a.turn + (last ? 4 : 0) > 2) return true;
-    const double dot = a.x * b.x + a.y * b.y;
-    const double squares = (a.x * a.x + a.y * a.y) * (b.x * b.x + b.y * b.y);
-    if (dot < 0 && dot * dot > kFreeCosine * kFreeCosine * squares) return true;
+    const double next = k + 1 == count ? angles[0] + 2 * std::numbers::pi : angles[k + 1];
+    if (next - angles[k] > kFreeAngle) return true;
   }
   return false;
 }

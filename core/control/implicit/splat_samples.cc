@@ -9,7 +9,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int kGroupSize = 256;
+constexpr int kSamplesPerTask = 256;
 constexpr double kDiscRadius = 0.75;  // of a point's spacing: discs overlap about twice
 
 }  // namespace
@@ -18,21 +18,21 @@ double SampleSplats::Reach(double spacing) { return kDiscRadius * spacing; }
 
 absl::Status SampleSplats::Take(size_t begin, size_t count, const RunContext& context) {
   begin_ = begin;
-  group_count_ = (count + kGroupSize - 1) / kGroupSize;
+  group_count_ = (count + kSamplesPerTask - 1) / kSamplesPerTask;
   groups_.resize(std::max(groups_.size(), group_count_));
-  return ParallelFor(static_cast<int64_t>(group_count_), 1, context,
-                     [&](int64_t first, int64_t last) {
-                       SparseGridReader grid(system_.grid);
-                       for (int64_t g = first; g < last; ++g) {
-                         const size_t from = begin + kGroupSize * g;
-                         Find(from, std::min(from + kGroupSize, begin + count), &grid, &groups_[g]);
-                       }
-                     });
+  return ParallelFor(
+      static_cast<int64_t>(group_count_), 1, context, [&](int64_t first, int64_t last) {
+        SparseGridReader grid(system_.grid);
+        for (int64_t g = first; g < last; ++g) {
+          const size_t from = begin + kSamplesPerTask * g;
+          Find(from, std::min(from + kSamplesPerTask, begin + count), &grid, &groups_[g]);
+        }
+      });
 }
 
 void SampleSplats::Add(int part, std::vector<float>* field) const {
   for (size_t g = 0; g < group_count_; ++g) {
-    AddGroup(groups_[g], begin_ + kGroupSize * g, part, field);
+    AddGroup(groups_[g], begin_ + kSamplesPerTask * g, part, field);
   }
 }
 

@@ -21,7 +21,7 @@ constexpr int kClosedFloor = 20;  // faces a closed component keeps
 constexpr int kOpenFloor = 8;     // faces an open component keeps
 constexpr int kLastGrade = 2;
 constexpr float kGradeCost = 4;
-constexpr int kCollapsesPerStopCheck = 4096;
+constexpr int kCollapsesAtOnce = 4096;
 
 // A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
 // grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
@@ -268,7 +268,7 @@ absl::Status EdgeCollapser::CollapseBlocks(const VertexBlocks& blocks, double sh
 absl::Status EdgeCollapser::Run(int64_t target_faces, const RunContext& context, Front* front) {
   front->queue.Order();
   for (int64_t step = 0; !front->queue.empty() && front->faces_left > target_faces; ++step) {
-    if (step % kCollapsesPerStopCheck == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (step % kCollapsesAtOnce == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     const int edge = KeyHeap::IndexOf(front->queue.Pop());
     Edge& first = edges_[edge];
     first.queued = false;

@@ -16,13 +16,13 @@ namespace {
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
                    const std::vector<PointFoot>& feet, const std::vector<float>& weights,
                    const RunContext& context) {
-  constexpr size_t kPointsBetweenStops = 1 << 16;
+  constexpr size_t kPointsAtOnce = 1 << 16;
   PointTerm term;
   term.diagonal.assign(level.vertex_count(), 0.0f);
   term.slot.assign(level.neighbor.size(), 0.0f);
   term.right_side.assign(level.vertex_count(), 0.0f);
   for (size_t i = 0; i < feet.size(); ++i) {
-    if (i % kPointsBetweenStops == 0 && !context.CheckStop().ok()) return term;
+    if (i % kPointsAtOnce == 0 && !context.CheckStop().ok()) return term;
     if (!feet[i].found()) continue;
     const CoarseFoot foot(feet[i], refinement, to);
     for (int a = 0; a < 3; ++a) {
