@@ -36,9 +36,8 @@ absl::Status CheckStarHasNoOpenings(const OrientedCloud& cloud, const PointIndex
   RILIEVO_ASSIGN_OR_RETURN(
       const ControlMesh star,
       SphericalControlMesh(cloud, index, static_cast<int>(cloud.points.cols()), context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMesh trimmed,
-      TrimSurface(star, cloud, index, BoundaryRule::kKeep, TrimOptions{}, context));
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh trimmed,
+                           TrimSurface(star, cloud, index, BoundaryRule::kKeep, context));
   if (trimmed.faces.cols() == star.faces.cols()) return absl::OkStatus();
   return absl::FailedPreconditionError(
       "it would close openings of the scan, which boundary keep leaves open");
