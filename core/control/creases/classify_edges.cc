@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/parallel_for.h"
@@ -11,6 +12,12 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
+
+// An edge between two faces: its ends, the faces' unit normals and the corners opposite to it.
+struct FoldedEdge {
+  Vector3d p, q;
+  std::array<Vector3d, 2> normals, opposite;
+};
 
 // Sides that meet flatter are no crease: cos 30 degrees.
 constexpr double kSharpCosine = 0.866;
@@ -25,8 +32,6 @@ constexpr double kAligned = 0.85;
 // Farthest that a line may run from the middle of its edge, in the edge's length and in spacings.
 constexpr double kOffLength = 0.25;
 constexpr double kOffSpacings = 2.5;
-// An edge that moved less, in its length, and turned less (cos 5 degrees) is not classified again.
-constexpr double kAlikeLength = 0.05, kAlikeCosine = 0.996;
 
 EdgePlace PlaceOf(const FoldedEdge& edge) {
   EdgePlace place;
@@ -53,36 +58,23 @@ EdgeClass VerdictOf(const TwoPlaneModel& planes, const EdgePlace& place, double 
                                                                : EdgeClass::kSmooth;
 }
 
-// Whether both places would be classified alike.
-bool Alike(const EdgePlace& a, const EdgePlace& b, double length) {
-  return (a.middle - b.middle).norm() < kAlikeLength * length &&
-         std::abs(a.along.dot(b.along)) > kAlikeCosine;
-}
-
-}  // namespace
-
 EdgeClassification ClassifyEdge(const OrientedCloud& cloud, const PointIndex& index,
-                                const FoldedEdge& edge, const EdgeClassification* before) {
+                                const FoldedEdge& edge) {
   EdgeClassification judgement;
   const double length = (edge.q - edge.p).norm();
   if (!(length > 0)) return judgement;
   const EdgePlace place = PlaceOf(edge);
-  if (before != nullptr && before->place && Alike(*before->place, place, length)) {
-    judgement = *before;
-  } else {
-    judgement.place = place;
-    judgement.planes = FitTwoPlaneModel(cloud, index, place);
-  }
-  judgement.edge_class =
-      judgement.planes ? VerdictOf(*judgement.planes, place, length) : EdgeClass::kSmooth;
+  judgement.planes = FitTwoPlaneModel(cloud, index, place);
+  if (judgement.planes) judgement.edge_class = VerdictOf(*judgement.planes, place, length);
   return judgement;
 }
+
+}  // namespace
 
 absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedCloud& cloud,
                                                               const PointIndex& index,
                                                               const ControlMesh& mesh,
                                                               const MeshTopology& topology,
-                                                              const EarlierClassifications& earlier,
                                                               const RunContext& context) {
   std::vector<EdgeClassification> judgements(static_cast<size_t>(topology.edge_count()));
   RILIEVO_RETURN_IF_ERROR(
@@ -97,9 +89,7 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
             edge.opposite[k] = mesh.vertices.col(OppositeCorner(mesh.faces, face, a, b));
           }
           if (edge.normals[0].dot(edge.normals[1]) > kLeastFold) continue;
-          const auto before = earlier.find({a, b});
-          judgements[e] =
-              ClassifyEdge(cloud, index, edge, before == earlier.end() ? nullptr : &before->second);
+          judgements[e] = ClassifyEdge(cloud, index, edge);
         }
       }));
   return judgements;

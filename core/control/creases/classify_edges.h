@@ -2,11 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -26,28 +23,16 @@ enum class EdgeClass : uint8_t { kSmooth, kWeak, kStrong };
 
 struct EdgeClassification {
   EdgeClass edge_class = EdgeClass::kSmooth;
-  std::optional<EdgePlace> place;  // where it was classified; unset if it was not
   std::optional<TwoPlaneModel> planes;
 };
 
-// An edge between two faces: its ends, the faces' unit normals and the corners opposite to it.
-struct FoldedEdge {
-  Eigen::Vector3d p, q;
-  std::array<Eigen::Vector3d, 2> normals, opposite;
-};
-
-// `before`: what was said of the edge earlier, asked again only where it moved; may be null.
-EdgeClassification ClassifyEdge(const OrientedCloud& cloud, const PointIndex& index,
-                                const FoldedEdge& edge, const EdgeClassification* before);
-
-// By the ends of the edges, first < second.
-using EarlierClassifications = std::map<std::pair<int, int>, EdgeClassification>;
-
 // One judgement an edge. Edges whose faces meet nearly flat, and those of the boundary, are smooth
 // unseen. CANCELLED when stopped.
-absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(
-    const OrientedCloud& cloud, const PointIndex& index, const ControlMesh& mesh,
-    const MeshTopology& topology, const EarlierClassifications& earlier, const RunContext& context);
+absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedCloud& cloud,
+                                                              const PointIndex& index,
+                                                              const ControlMesh& mesh,
+                                                              const MeshTopology& topology,
+                                                              const RunContext& context);
 
 // The corner of `face` that is neither a nor b.
 int OppositeCorner(const Eigen::Matrix3Xi& faces, int face, int a, int b);

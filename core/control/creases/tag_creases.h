@@ -9,14 +9,12 @@
 
 namespace rilievo {
 
-// Tags the edges of `*mesh` that follow sharp edges of the scan, flips edges that cross one where
-// its two neighbours lie on it, and moves the ends of tagged edges onto the meeting of the sides
-// (least squares of their distances, Garland and Heckbert 1997). An edge is sharp where two sides,
-// planes that may be curved along it, explain the points around it better than any quadric does, by
-// what the noise leaves open, and meet along it at 30 degrees or more. Only runs of three edges and
-// more, closed ones, and those between corners stay. `index` holds the points of `cloud`. A scan
-// without sharp edges keeps its mesh untouched. INVALID_ARGUMENT for a mesh that is no manifold;
-// CANCELLED after a stop request.
+// Tags the edges of `*mesh` that follow sharp edges of the scan, and moves the ends of tagged edges
+// onto the meeting of the sides (least squares of their distances, Garland and Heckbert 1997). An
+// edge is sharp where two sides, planes that may be curved along it, explain the points around it
+// better than any quadric does, by what the noise leaves open, and meet along it at 30 degrees or
+// more. `index` holds the points of `cloud`. A scan without sharp edges keeps its mesh untouched.
+// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED after a stop request.
 absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                         const RunContext& context, ControlMesh* mesh);
 

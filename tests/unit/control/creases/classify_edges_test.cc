@@ -34,14 +34,14 @@ struct JudgedBox : ::testing::Test {
 };
 
 TEST_F(JudgedBox, ItsEdgesAreSharpAndItsSidesAreNotEvenLookedAt) {
-  const auto judged = ClassifyEdges(cloud, index, mesh, topology, {}, RunContext());
+  const auto judged = ClassifyEdges(cloud, index, mesh, topology, RunContext());
   ASSERT_TRUE(judged.ok()) << judged.status();
   int sharp = 0, strong = 0;
   for (int e = 0; e < topology.edge_count(); ++e) {
     const EdgeClassification& judgement = (*judged)[e];
     if (!OnBoxEdge(e)) {
       EXPECT_EQ(judgement.edge_class, EdgeClass::kSmooth);
-      EXPECT_FALSE(judgement.place) << "its faces are flat";
+      EXPECT_FALSE(judgement.planes) << "its faces are flat";
       continue;
     }
     ++sharp;
@@ -72,7 +72,7 @@ TEST_F(JudgedBox, RoundedEdgesSpeakLessForThemselves) {
     }
     noisy.noise.assign(noisy.noise.size(), static_cast<float>(noise));
     const PointIndex noisy_index(noisy.points);
-    const auto judged = ClassifyEdges(noisy, noisy_index, mesh, topology, {}, RunContext());
+    const auto judged = ClassifyEdges(noisy, noisy_index, mesh, topology, RunContext());
     EXPECT_TRUE(judged.ok());
     return std::count_if(judged->begin(), judged->end(), [](const EdgeClassification& judgement) {
       return judgement.edge_class == EdgeClass::kStrong;
@@ -83,32 +83,12 @@ TEST_F(JudgedBox, RoundedEdgesSpeakLessForThemselves) {
   EXPECT_LT(rounded, 2 * sharp / 3);
 }
 
-// What was said stays where the edge did, and is asked anew where it moved.
-TEST_F(JudgedBox, OnlyWhatMovedIsAskedAgain) {
-  const auto first = ClassifyEdges(cloud, index, mesh, topology, {}, RunContext());
-  ASSERT_TRUE(first.ok());
-  int edge = 0;
-  while ((*first)[edge].edge_class != EdgeClass::kStrong) ++edge;
-  const int a = topology.edge_vertices(0, edge), b = topology.edge_vertices(1, edge);
-  EarlierClassifications earlier;
-  earlier[{a, b}] = (*first)[edge];
-  earlier[{a, b}].planes->log_likelihood_ratio = 123456;
-  const auto same = ClassifyEdges(cloud, index, mesh, topology, earlier, RunContext());
-  ASSERT_TRUE(same.ok());
-  EXPECT_EQ((*same)[edge].planes->log_likelihood_ratio, 123456);
-  mesh.vertices.col(a) += 0.3 * (mesh.vertices.col(b) - mesh.vertices.col(a));
-  const auto moved = ClassifyEdges(cloud, index, mesh, topology, earlier, RunContext());
-  ASSERT_TRUE(moved.ok());
-  ASSERT_TRUE((*moved)[edge].planes);
-  EXPECT_NE((*moved)[edge].planes->log_likelihood_ratio, 123456);
-}
-
 TEST_F(JudgedBox, StopsWhenAsked) {
   std::stop_source stop;
   stop.request_stop();
   RunContext context;
   context.stop = stop.get_token();
-  EXPECT_EQ(ClassifyEdges(cloud, index, mesh, topology, {}, context).status().code(),
+  EXPECT_EQ(ClassifyEdges(cloud, index, mesh, topology, context).status().code(),
             absl::StatusCode::kCancelled);
 }
 

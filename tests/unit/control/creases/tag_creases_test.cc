@@ -90,33 +90,6 @@ TEST(TagCreasesTest, SmoothSurfacesKeepTheirMesh) {
   EXPECT_EQ(mesh.faces, given.faces);
 }
 
-TEST(TagCreasesTest, FlipsEdgesThatCrossASharpEdge) {
-  const OrientedCloud cloud = BoxCloud(kHalfBox, 20'000);
-  const PointIndex index(cloud.points);
-  ControlMesh mesh = BoxMesh(kHalfBox, 0.08);
-  const int wanted = EdgesOfTheBox(mesh);
-  MeshTopology topology = *BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
-  // Turn one edge in the middle of a side of the box across it.
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    const int a = topology.edge_vertices(0, e), b = topology.edge_vertices(1, e);
-    const Vector3d middle = (mesh.vertices.col(a) + mesh.vertices.col(b)) / 2;
-    if (SidesAt(middle, 1e-9) != 2 || SidesAt(middle, 0.1) != 2) continue;
-    const int f = topology.edge_faces(0, e), g = topology.edge_faces(1, e);
-    int k = 0, m = 0;
-    while (mesh.faces(k, f) == a || mesh.faces(k, f) == b) ++k;
-    while (mesh.faces(m, g) == a || mesh.faces(m, g) == b) ++m;
-    const int r = mesh.faces(k, f), s = mesh.faces(m, g);
-    const int p = mesh.faces((k + 1) % 3, f), q = mesh.faces((k + 2) % 3, f);
-    mesh.faces.col(f) << p, s, r;
-    mesh.faces.col(g) << q, r, s;
-    break;
-  }
-  ASSERT_EQ(EdgesOfTheBox(mesh), wanted - 1);
-  ASSERT_TRUE(TagCreases(cloud, index, RunContext(), &mesh).ok());
-  EXPECT_EQ(EdgesOfTheBox(mesh), wanted);
-  EXPECT_EQ(static_cast<int>(mesh.creases.size()), wanted);
-}
-
 TEST(TagCreasesTest, TheNumberOfThreadsDoesNotChangeABit) {
   const OrientedCloud cloud = BoxCloud(kHalfBox, 20'000);
   const PointIndex index(cloud.points);
