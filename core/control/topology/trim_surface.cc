@@ -19,7 +19,6 @@ namespace {
 
 // What wrong normals leave between two sheets is a bubble a few spacings wide.
 constexpr double kFewestOfPiece = 25;
-constexpr int kMajorityRounds = 3;
 constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
 // How the vertices of a manifold hang together.
@@ -100,20 +99,6 @@ std::vector<Region> RegionsWithoutSupport(const ControlMesh& mesh, const Links& 
   return regions;
 }
 
-// Each vertex takes the flag of the larger part of its ring; smooths the cut.
-void MajorityFilter(const Links& links, std::vector<uint8_t>* flags) {
-  for (int round = 0; round < kMajorityRounds; ++round) {
-    const std::vector<uint8_t> before(*flags);
-    for (size_t v = 0; v + 1 < links.begin.size(); ++v) {
-      int votes = 0;
-      for (int e = links.begin[v]; e < links.begin[v + 1]; ++e) votes += before[links.vertices[e]];
-      const int size = links.begin[v + 1] - links.begin[v];
-      if (2 * votes > size) (*flags)[v] = 1;
-      if (2 * votes < size) (*flags)[v] = 0;
-    }
-  }
-}
-
 bool AllOf(const std::vector<uint8_t>& flags) {
   return std::find(flags.begin(), flags.end(), 0) == flags.end();
 }
@@ -168,7 +153,6 @@ std::vector<uint8_t> VerticesToKeep(const ControlMesh& surface, const Links& lin
     if (!small || region.touches_border) continue;
     for (const int v : region.vertices) keep[v] = 1;
   }
-  MajorityFilter(links, &keep);
   return keep;
 }
 

@@ -21,9 +21,6 @@ namespace {
 // unmeasured when this share of their corners has no support.
 constexpr int kLevel = 2;
 constexpr double kUnmeasuredShare = 0.75;
-// Where faces are cut, pieces of fewer faces than this that are mostly unmeasured are dropped.
-constexpr int kFewestFaces = 8;
-constexpr double kMostlyUnmeasured = 0.5;
 // Spacings count up to this many times the scan's median: isolated points far from each other
 // support for no sheet over the wide gaps between them.
 constexpr double kWidestSpacing = 3;
@@ -94,21 +91,6 @@ double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const Fa
   return length;
 }
 
-void DropSmallPieces(const MeshTopology& topology, const std::vector<float>& unmeasured,
-                     std::vector<uint8_t>* keep) {
-  std::vector<uint8_t> taken(keep->size());
-  for (size_t f = 0; f < taken.size(); ++f) taken[f] = (*keep)[f] == 0;
-  for (int f = 0; f < topology.face_count(); ++f) {
-    if (taken[f] != 0) continue;
-    const FaceRegion piece = RegionOf(topology, f, &taken);
-    double unmeasured_faces = 0;
-    for (const int face : piece.faces) unmeasured_faces += double{unmeasured[face]};
-    const auto faces = static_cast<double>(piece.faces.size());
-    if (faces >= kFewestFaces || unmeasured_faces < kMostlyUnmeasured * faces) continue;
-    for (const int face : piece.faces) (*keep)[face] = 0;
-  }
-}
-
 // The kept faces with the tags of their edges and vertices.
 ControlMesh KeptPart(const ControlMesh& mesh, const std::vector<uint8_t>& keep) {
   MeshSubset part = KeepFaces(mesh, keep);
@@ -171,7 +153,6 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
     for (const int face : region.faces) keep[face] = 0;
   }
   if (std::count(keep.begin(), keep.end(), 0) == 0) return mesh;
-  DropSmallPieces(topology, unmeasured, &keep);
   if (std::count(keep.begin(), keep.end(), 1) == 0) return mesh;
   return KeptPart(mesh, keep);
 }
