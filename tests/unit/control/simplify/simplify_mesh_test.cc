@@ -21,7 +21,7 @@ void ExpectSameTopology(const ControlMesh& result, const ControlMesh& input) {
   EXPECT_EQ(is.vertices, result.vertices.cols());
 }
 
-ControlMesh Simplified(const ControlMesh& mesh, int target_faces) {
+ControlMesh SimplifiedTo(const ControlMesh& mesh, int target_faces) {
   SimplifyOptions options;
   options.target_faces = target_faces;
   auto result = SimplifyMesh(mesh, options, RunContext());
@@ -31,7 +31,7 @@ ControlMesh Simplified(const ControlMesh& mesh, int target_faces) {
 
 TEST(SimplifyMesh, SphereKeepsItsRadius) {
   const ControlMesh input = MarchTetrahedra(SphereField, 50);
-  const ControlMesh result = Simplified(input, 1500);
+  const ControlMesh result = SimplifiedTo(input, 1500);
   ExpectSameTopology(result, input);
   EXPECT_LE(result.faces.cols(), 1500);
   EXPECT_GE(result.faces.cols(), 1490);
@@ -41,7 +41,7 @@ TEST(SimplifyMesh, SphereKeepsItsRadius) {
 }
 
 TEST(SimplifyMesh, ShapeIsRoundAndValencesModerate) {
-  const ControlMesh result = Simplified(MarchTetrahedra(SphereField, 50), 1500);
+  const ControlMesh result = SimplifiedTo(MarchTetrahedra(SphereField, 50), 1500);
   const std::vector<double> roundness = Roundnesses(result);
   EXPECT_GT(Mean(roundness), 0.85);
   int slivers = 0;
@@ -55,7 +55,7 @@ TEST(SimplifyMesh, TorusKeepsItsHandle) {
   const Field field = [](const Vector3d& x) { return TorusField(x); };
   const ControlMesh input = MarchTetrahedra(field, 40);
   for (const int target : {2000, 300, 60}) {
-    const ControlMesh result = Simplified(input, target);
+    const ControlMesh result = SimplifiedTo(input, target);
     ExpectSameTopology(result, input);
     EXPECT_LE(result.faces.cols(), target);
     if (target == 2000) {
@@ -69,12 +69,12 @@ TEST(SimplifyMesh, GenusTwoStays) {
   const ControlMesh input = MarchTetrahedra(merged, 48);
   ASSERT_EQ(Summary(input).genus, 2);
   ASSERT_EQ(Summary(input).components, 1);
-  ExpectSameTopology(Simplified(input, 800), input);
+  ExpectSameTopology(SimplifiedTo(input, 800), input);
 }
 
 TEST(SimplifyMesh, CylinderKeepsBothRims) {
   const ControlMesh input = OpenCylinder(120, 100);
-  const ControlMesh result = Simplified(input, 600);
+  const ControlMesh result = SimplifiedTo(input, 600);
   ExpectSameTopology(result, input);
   EXPECT_LE(result.faces.cols(), 600);
   const auto topology = BuildMeshTopology(result.faces, static_cast<int>(result.vertices.cols()));
@@ -91,7 +91,7 @@ TEST(SimplifyMesh, CylinderKeepsBothRims) {
 TEST(SimplifyMesh, EachComponentKeepsFaces) {
   const ControlMesh input = MarchTetrahedra(TwoSpheresField, 40);
   ASSERT_EQ(Summary(input).components, 2);
-  const ControlMesh result = Simplified(input, 4);
+  const ControlMesh result = SimplifiedTo(input, 4);
   ExpectSameTopology(result, input);
   EXPECT_EQ(result.faces.cols(), 40);
 }
@@ -100,7 +100,7 @@ TEST(SimplifyMesh, FlatPartsGetEvenFaces) {
   const ControlMesh input = Sheet(120, 100, false, [](double s, double t) -> Vector3d {
     return {s - 0.5, 0.8 * (t - 0.5), 0};
   });
-  const ControlMesh result = Simplified(input, 800);
+  const ControlMesh result = SimplifiedTo(input, 800);
   ExpectSameTopology(result, input);
   const double mean_area = 0.8 / 800;
   for (const auto& face : result.faces.colwise()) {
@@ -120,9 +120,9 @@ TEST(SimplifyMesh, FlatPartsGetEvenFaces) {
 
 TEST(SimplifyMesh, ScalesWithTheMesh) {
   ControlMesh input = MarchTetrahedra(SphereField, 30);
-  const ControlMesh result = Simplified(input, 500);
+  const ControlMesh result = SimplifiedTo(input, 500);
   input.vertices *= 0.25;  // a power of two: the same bits but for exponents
-  const ControlMesh small = Simplified(input, 500);
+  const ControlMesh small = SimplifiedTo(input, 500);
   ASSERT_EQ(small.faces, result.faces);
   EXPECT_TRUE(small.vertices.isApprox(0.25 * result.vertices, 1e-12));
 }
@@ -146,7 +146,7 @@ TEST(SimplifyMesh, IsDeterministicForAnyThreadCount) {
 
 TEST(SimplifyMesh, LeavesASmallMeshAlone) {
   const ControlMesh input = OpenCylinder(12, 5);
-  const ControlMesh result = Simplified(input, 1000);
+  const ControlMesh result = SimplifiedTo(input, 1000);
   EXPECT_EQ(result.faces, input.faces);
   EXPECT_EQ(result.vertices, input.vertices);
 }
