@@ -25,7 +25,7 @@ absl::Status TakeRound(const DomainSamples& samples, const std::function<void()>
                        double worst_ratio, const RunContext& context, FootPointSearch* search,
                        FitState* state, bool* taken) {
   const Eigen::Matrix3Xd before = state->control_points;
-  FoldedAreas folds_before;
+  std::vector<uint8_t> folds_before;
   const auto move_points = [&] {
     move();
     return absl::OkStatus();

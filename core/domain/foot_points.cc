@@ -14,8 +14,6 @@
 namespace rilievo {
 namespace {
 
-// With fewer assigned points than this, a sample asks for its nearest ones too.
-constexpr size_t kEnoughAssigned = 3;
 // So many; and so many where all the first lie on the other sheet of a thin wall, at borders and at
 // creases.
 constexpr int kNearest = 8;
@@ -33,9 +31,6 @@ constexpr double kGapPerOffset = 0.5;
 constexpr double kLineStrength = 30;
 // Nothing farther than this many control edges belongs to a sample, unless it was assigned to it.
 constexpr double kReachInControlEdges = 2.0;
-// Median to standard deviation of a normal distribution.
-constexpr double kSigmaPerMedian = 1.4826;
-constexpr double kRobustSigmas = 3.0;
 
 // A sample, and the means over the cloud points that vouch for its foot.
 class FootSum {
@@ -166,7 +161,7 @@ void FootPointSearch::FindFoot(const SampledSurface& surface, int sample, FootPo
   const bool boundary = samples_.on_boundary(sample);
   if (boundary) FindBorder(surface, sample, feet);
   // The points assigned to a boundary sample may all lie beyond the boundary.
-  if (boundary || assigned.size() < kEnoughAssigned) {
+  if (boundary || assigned.empty()) {
     AddNearestPoints(index_, surface.positions.col(sample), &sum);
   } else {
     for (int point : assigned) sum.AddAssigned(point);
@@ -270,22 +265,11 @@ void FootPointSearch::FindBorder(const SampledSurface& surface, int sample,
   }
 }
 
-// Huber's weights min(1, s/|h|), Huber 1964. The scale s is `robust_spacings` local spacings, or
-// three deviations while the whole surface is still farther off than that.
-void FootPointSearch::WeighRobustly(FootPoints* feet) {
-  sorted_.clear();
+// Huber's weights min(1, s/|h|), Huber 1964, the scale s being `robust_spacings` local spacings.
+void FootPointSearch::WeighRobustly(FootPoints* feet) const {
   for (size_t i = 0; i < feet->offset.size(); ++i) {
-    if (feet->weight[i] > 0) sorted_.push_back(std::abs(feet->offset[i]));
-  }
-  if (sorted_.empty()) return;
-  const auto middle = sorted_.begin() + static_cast<std::ptrdiff_t>(sorted_.size() / 2);
-  std::nth_element(sorted_.begin(), middle, sorted_.end());
-  const double typical = kRobustSigmas * kSigmaPerMedian * *middle;
-  for (size_t i = 0; i < feet->offset.size(); ++i) {
-    if (feet->weight[i] == 0) continue;
-    const double scale = std::max(robust_spacings_ * spacing_[i], typical);
-    const double offset = std::abs(feet->offset[i]);
-    if (offset > scale) feet->weight[i] = scale / offset;
+    const double scale = robust_spacings_ * spacing_[i], offset = std::abs(feet->offset[i]);
+    if (feet->weight[i] > 0 && offset > scale) feet->weight[i] = scale / offset;
   }
 }
 

@@ -34,7 +34,7 @@ struct FootPoints {
 };
 
 // Finds foot points both ways and averages them, so that noise averages out: a sample takes the
-// cloud points assigned to it; where these are few, its nearest cloud points as well.
+// cloud points assigned to it, or its nearest ones where there are none.
 class FootPointSearch {
  public:
   // All must outlive this. `robust_spacings`: FitOptions::robust_spacings.
@@ -56,7 +56,7 @@ class FootPointSearch {
   std::optional<SharpFootPoint> FootOnSides(const SampledSurface& surface, int sample) const;
   std::optional<SharpFootPoint> FootOnLine(const SampledSurface& surface, int sample) const;
   void FindBorder(const SampledSurface& surface, int sample, FootPoints* foot_points) const;
-  void WeighRobustly(FootPoints* foot_points);
+  void WeighRobustly(FootPoints* foot_points) const;
 
   const OrientedCloud& cloud_;
   const PointIndex& index_;
@@ -65,7 +65,6 @@ class FootPointSearch {
   CloudAssignment assignment_;
   std::optional<ClosestPointTree> lines_;  // of the cloud's sharp lines, where it has some
   std::vector<double> spacing_;            // of the cloud at each sample's foot
-  std::vector<double> sorted_;
 };
 
 }  // namespace rilievo

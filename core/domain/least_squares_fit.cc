@@ -31,9 +31,7 @@ absl::Status FitLeastSquares(const DomainSamples& samples, const FitOptions& opt
     context.Report(Stage::kDomainFit, ShareOfRounds(options, options.suzuki_rounds + round));
     energy.set_fairness(
         FairnessOfRound(options.fairness_start, options.fairness_end, round, options.rounds));
-    const std::vector<double> stiffness =
-        SliverStiffness(samples, state->control_points, state->surface);
-    RILIEVO_RETURN_IF_ERROR(AimSamples(samples, state->surface, state->feet, areas, stiffness,
+    RILIEVO_RETURN_IF_ERROR(AimSamples(samples, state->surface, state->feet, areas,
                                        tangential_weight, context, &targets));
     const auto solve = [&] { MinimizeEnergy(energy, context, &state->control_points); };
     bool taken = false;

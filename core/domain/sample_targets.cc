@@ -13,17 +13,12 @@ namespace {
 
 // Weight of the pull of a boundary sample towards the cloud's border, beside the 1 of its distance.
 constexpr double kBorderWeight = 0.3;
-// Shape of a face: 2 sqrt(3) times its doubled area over the sum of its squared sides, 1 when
-// equilateral. Stiffness grows as its inverse below the first, up to the second.
-constexpr double kSoundShape = 0.3;
-constexpr double kWorstShape = 0.01;
 
 struct Aim {
   const DomainSamples& samples;
   const FootPoints& feet;
   const SampledSurface& surface;
   const AreaShares& areas;
-  const std::vector<double>& stiffness;
   double tangential_weight;
 
   void At(int sample, SampleTargets* targets) const {
@@ -45,8 +40,7 @@ struct Aim {
     const Eigen::Vector3d normal = data ? feet.normals.col(sample) : surface.normals.col(sample);
     Eigen::Vector3d across = feet.conormals.col(sample);
     if (across.isZero()) across = normal.unitOrthogonal();
-    const double beside =
-        corner ? tangential_weight * areas.control_vertices[i] * stiffness[i] : 0.0;
+    const double beside = corner ? tangential_weight * areas.control_vertices[i] : 0.0;
     const double toward_border = border ? kBorderWeight * areas.samples[i] : beside;
     directions.segment<3>(0) = std::sqrt(feet.weight[i] * areas.samples[i]) * normal;
     directions.segment<3>(3) = std::sqrt(toward_border) * across;
@@ -61,8 +55,7 @@ struct Aim {
     targets->positions.col(sample) =
         surface.positions.col(sample) + feet.sharp_moves.col(samples.sharp_slot[i]);
     directions.setZero();
-    const double beside =
-        corner ? tangential_weight * areas.control_vertices[i] * stiffness[i] : 0.0;
+    const double beside = corner ? tangential_weight * areas.control_vertices[i] : 0.0;
     const SideAxes& sides = feet.sharp_axes[samples.sharp_slot[i]];
     const int rows = targets->row_count[i];
     for (int k = 0; k < rows; ++k) {
@@ -90,33 +83,11 @@ SampleTargets MakeSampleTargets(const DomainSamples& samples) {
   return targets;
 }
 
-std::vector<double> SliverStiffness(const DomainSamples& samples,
-                                    const Eigen::Matrix3Xd& control_points,
-                                    const SampledSurface& surface) {
-  const MeshTopology& mesh = samples.refinement.levels.front();
-  std::vector<double> worst(static_cast<size_t>(mesh.vertex_count), 1.0);
-  for (int f = 0; f < mesh.face_count(); ++f) {
-    const auto corner = [&](int k) { return control_points.col(mesh.faces(k, f)); };
-    const Eigen::Vector3d a = corner(1) - corner(0);
-    const Eigen::Vector3d b = corner(2) - corner(1);
-    const Eigen::Vector3d c = corner(0) - corner(2);
-    const double sides = a.squaredNorm() + b.squaredNorm() + c.squaredNorm();
-    if (!(sides > 0)) continue;
-    const Eigen::Vector3d shape = 2 * std::sqrt(3.0) / sides * a.cross(b);
-    for (int k = 0; k < 3; ++k) {
-      double& vertex_worst = worst[static_cast<size_t>(mesh.faces(k, f))];
-      vertex_worst = std::min(vertex_worst, shape.dot(surface.normals.col(mesh.faces(k, f))));
-    }
-  }
-  for (double& value : worst) value = std::max(1.0, kSoundShape / std::max(value, kWorstShape));
-  return worst;
-}
-
 absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surface,
                         const FootPoints& foot_points, const AreaShares& areas,
-                        const std::vector<double>& stiffness, double tangential_weight,
-                        const RunContext& context, SampleTargets* targets) {
-  const Aim aim{samples, foot_points, surface, areas, stiffness, tangential_weight};
+                        double tangential_weight, const RunContext& context,
+                        SampleTargets* targets) {
+  const Aim aim{samples, foot_points, surface, areas, tangential_weight};
   return ParallelFor(samples.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
     for (int64_t i = begin; i < end; ++i) aim.At(static_cast<int>(i), targets);
   });

@@ -28,22 +28,15 @@ struct SampleTargets {
 
 SampleTargets MakeSampleTargets(const DomainSamples& samples);
 
-// How much firmer than elsewhere each control vertex is held beside its foot point: 1 where all its
-// faces are well shaped, more the nearer one of them is to degenerate or to turning over. Without
-// it the tangential freedom, which lets the control mesh align with features, would collapse faces.
-std::vector<double> SliverStiffness(const DomainSamples& samples,
-                                    const Eigen::Matrix3Xd& control_points,
-                                    const SampledSurface& surface);
-
 // Sample i is asked to
 // - lie on the plane of its foot point, with weight A_i w_i (area share, robust weight);
 // - stay beside its foot point if it is a control vertex's, with `tangential_weight` times the
-//   vertex's area share and stiffness;
+//   vertex's area share;
 // - come to the cloud's border if it is on the boundary.
 // Without data it is asked nothing.
 absl::Status AimSamples(const DomainSamples& samples, const SampledSurface& surface,
                         const FootPoints& foot_points, const AreaShares& areas,
-                        const std::vector<double>& stiffness, double tangential_weight,
-                        const RunContext& context, SampleTargets* targets);
+                        double tangential_weight, const RunContext& context,
+                        SampleTargets* targets);
 
 }  // namespace rilievo

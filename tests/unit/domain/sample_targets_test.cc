@@ -21,12 +21,10 @@ struct Aiming {
     feet.conormals.setZero(3, samples.size());
     feet.border_offset.assign(count, 0.0);
     feet.border_weight.assign(count, 0.0);
-    stiffness.assign(static_cast<size_t>(samples.control_vertex_count()), 1.0);
   }
   void Aim(double tangential_weight) {
-    EXPECT_TRUE(AimSamples(samples, surface, feet, areas, stiffness, tangential_weight,
-                           RunContext(), &targets)
-                    .ok());
+    EXPECT_TRUE(
+        AimSamples(samples, surface, feet, areas, tangential_weight, RunContext(), &targets).ok());
   }
   // Squared weight of a miss of sample i by `miss`.
   double Cost(int i, const Eigen::Vector3d& miss) const {
@@ -42,13 +40,11 @@ struct Aiming {
   SampledSurface surface;
   AreaShares areas;
   FootPoints feet;
-  std::vector<double> stiffness;
   SampleTargets targets;
 };
 
 TEST(SampleTargets, WeighNormalAndTangentialMisses) {
   Aiming aiming(false);
-  aiming.stiffness[3] = 5;
   aiming.Aim(0.1);
   for (int i = 0; i < aiming.samples.size(); ++i) {
     const Eigen::Vector3d normal = aiming.surface.normals.col(i);
@@ -58,8 +54,7 @@ TEST(SampleTargets, WeighNormalAndTangentialMisses) {
         1e-15);
     EXPECT_NEAR(aiming.Cost(i, normal), 0.25 * aiming.areas.samples[i], 1e-15);
     const bool corner = i < aiming.samples.control_vertex_count();
-    const double stiffness = i == 3 ? 5 : 1;
-    const double expected = corner ? 0.1 * stiffness * aiming.areas.control_vertices[i] : 0;
+    const double expected = corner ? 0.1 * aiming.areas.control_vertices[i] : 0;
     EXPECT_NEAR(aiming.Cost(i, beside), expected, 1e-15);
     EXPECT_NEAR(aiming.Cost(i, normal.cross(beside)), expected, 1e-15);
   }
@@ -95,22 +90,6 @@ TEST(SampleTargets, BoundaryIsDrawnToTheBorder) {
       EXPECT_EQ(pull, 0);
     }
   }
-}
-
-TEST(SampleTargets, SliversAreStiff) {
-  Aiming aiming(false);
-  for (double s : SliverStiffness(aiming.samples, aiming.mesh.vertices, aiming.surface)) {
-    EXPECT_EQ(s, 1.0);
-  }
-  // Two corners of face 0 nearly meet.
-  Eigen::Matrix3Xd points = aiming.mesh.vertices;
-  const int a = aiming.mesh.faces(0, 0), b = aiming.mesh.faces(1, 0);
-  points.col(a) += 0.98 * (points.col(b) - points.col(a));
-  const std::vector<double> stiffness = SliverStiffness(aiming.samples, points, aiming.surface);
-  EXPECT_GT(stiffness[a], 5);
-  EXPECT_GT(stiffness[b], 5);
-  EXPECT_LE(*std::max_element(stiffness.begin(), stiffness.end()), 30);
-  EXPECT_EQ(*std::min_element(stiffness.begin(), stiffness.end()), 1.0);
 }
 
 }  // namespace
