@@ -22,7 +22,7 @@ OccupiedArea Drawn(const std::function<bool(double, double)>& inside) {
   return area;
 }
 
-double AreaOf(const ControlMesh& mesh) {
+double AreaOfFaces(const ControlMesh& mesh) {
   double sum = 0;
   for (const auto& face : mesh.faces.colwise()) {
     const Eigen::Vector3d a = mesh.vertices.col(face[0]), b = mesh.vertices.col(face[1]),
@@ -46,7 +46,7 @@ TEST(TriangulateArea, FillsARingWithRoundFaces) {
   EXPECT_EQ(summary.components, 1);
   EXPECT_EQ(summary.boundary_loops, 2);
   EXPECT_EQ(summary.genus, 0);
-  EXPECT_NEAR(AreaOf(mesh), std::numbers::pi * (0.25 - 0.04), 0.02);
+  EXPECT_NEAR(AreaOfFaces(mesh), std::numbers::pi * (0.25 - 0.04), 0.02);
   const std::vector<double> roundness = Roundnesses(mesh);
   EXPECT_GT(Mean(roundness), 0.9);
   EXPECT_GT(*std::min_element(roundness.begin(), roundness.end()), 0.25);

@@ -10,25 +10,26 @@
 namespace rilievo {
 namespace {
 
-constexpr int kAround = 16;
+constexpr int kPointsAround = 16;
 constexpr double kRadius = 0.1;
 
 // A ring of vertices around the z axis with outward normals, and points where the vertices are.
 struct Ring {
-  Eigen::Matrix3Xd vertices{3, kAround}, normals{3, kAround};
-  std::vector<int> loop = std::vector<int>(kAround);
+  Eigen::Matrix3Xd vertices{3, kPointsAround}, normals{3, kPointsAround};
+  std::vector<int> loop = std::vector<int>(kPointsAround);
   OrientedCloud cloud;
 
   Ring() {
     std::iota(loop.begin(), loop.end(), 0);
-    for (int i = 0; i < kAround; ++i) {
-      const double angle = 2 * std::numbers::pi * i / kAround;
+    for (int i = 0; i < kPointsAround; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kPointsAround;
       normals.col(i) = Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
     }
     vertices = kRadius * normals;
     cloud.points = vertices;
     cloud.normals = normals;
-    cloud.spacing.assign(kAround, static_cast<float>(2 * std::numbers::pi * kRadius / kAround));
+    cloud.spacing.assign(kPointsAround,
+                         static_cast<float>(2 * std::numbers::pi * kRadius / kPointsAround));
   }
   bool Lined() const {
     const PointIndex index(cloud.points);
@@ -44,7 +45,7 @@ TEST(LoopSupportTest, PointsWithTheNormalsOfTheMeshLineALoop) { EXPECT_TRUE(Ring
 
 TEST(LoopSupportTest, PointsOfSheetsAcrossItDoNot) {
   Ring ring;
-  for (int i = 0; i < kAround; ++i) {
+  for (int i = 0; i < kPointsAround; ++i) {
     ring.cloud.normals.col(i) = Eigen::Vector3d(0, 0, i % 2 == 0 ? 1 : -1);
   }
   EXPECT_FALSE(ring.Lined());
@@ -60,9 +61,9 @@ TEST(LoopSupportTest, NorDoPointsThatFaceOneWay) {
 TEST(LoopSupportTest, FewerThanSixPointsAroundAreTooFew) {
   Ring ring;
   const float around = static_cast<float>(2 * std::numbers::pi * kRadius);
-  ring.cloud.spacing.assign(kAround, around / 5);
+  ring.cloud.spacing.assign(kPointsAround, around / 5);
   EXPECT_FALSE(ring.Lined());
-  ring.cloud.spacing.assign(kAround, around / 7);
+  ring.cloud.spacing.assign(kPointsAround, around / 7);
   EXPECT_TRUE(ring.Lined());
 }
 
@@ -100,7 +101,8 @@ TEST(LoopSupportTest, SheetsCloseALoopAroundABridgeBetweenThem) {
 TEST(LoopSupportTest, AHoleAndARodAreOpen) {
   Ring ring;
   EXPECT_TRUE(ring.LeftOpen());
-  ring.cloud.spacing.assign(kAround, 2 * kRadius);  // near enough, but facing away from the axis
+  ring.cloud.spacing.assign(kPointsAround,
+                            2 * kRadius);  // near enough, but facing away from the axis
   EXPECT_TRUE(ring.LeftOpen());
 }
 
