@@ -57,7 +57,7 @@ struct Shape {
         const Vector3d cross = (made[1] - made[0]).cross(made[2] - made[0]);
         const Vector3d old_cross = (old[1] - old[0]).cross(old[2] - old[0]);
         if (!(cross.dot(normals[f].cast<double>()) >= turn * cross.norm())) return false;
-        if (was > 0.02 && cross.dot(old_cross) < 0.2 * cross.norm() * old_cross.norm()) {
+        if (was > 0.02 && cross.dot(old_cross) < kLeastUpright * cross.norm() * old_cross.norm()) {
           return false;
         }
       }
