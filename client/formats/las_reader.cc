@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/las_header.h"
 #include "client/formats/las_variable_records.h"
 #include "client/formats/laz/laz_records.h"
+#include "client/formats/number_text.h"
 #include "client/formats/point_collector.h"
 #include "client/formats/scalar_type.h"
 #include "client/formats/scan_reader.h"
@@ -55,11 +55,18 @@ class LasReader {
   // INVALID_ARGUMENT where no point has a time of the trajectory.
   absl::Status CheckTimes() const {
     if (wanted_.trajectory == nullptr || has_stations_) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "LAS: the points have times from %.3f to %.3f, the trajectory from %.3f to %.3f: export "
-        "both with the same kind of time, seconds of the GPS week or GPS seconds less 1e9",
-        first_time_, last_time_, wanted_.trajectory->first_time(),
-        wanted_.trajectory->last_time()));
+    const auto span = [](double first, double last) {
+      std::string text = "from ";
+      AppendNumber(first, &text);
+      text += " to ";
+      AppendNumber(last, &text);
+      return text;
+    };
+    return absl::InvalidArgumentError(absl::StrCat(
+        "LAS: the points have times ", span(first_time_, last_time_), ", the trajectory ",
+        span(wanted_.trajectory->first_time(), wanted_.trajectory->last_time()),
+        ": export both with the same kind of time, seconds of the GPS week or GPS seconds less "
+        "1e9"));
   }
 
   ScanFile Finish() {

@@ -10,7 +10,6 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/number_text.h"
-#include "client/formats/with_input.h"
 #include "client/formats/xyz_heading.h"
 #include "core/base/status_macros.h"
 
@@ -118,10 +117,6 @@ Eigen::Vector3d Trajectory::At(double time) const {
   if (after.time - before.time > kLongestGap) return unknown;
   const double share = (time - before.time) / (after.time - before.time);
   return before.place + share * (after.place - before.place);
-}
-
-absl::StatusOr<Trajectory> ReadTrajectory(const std::string& path) {
-  return WithInput(path, [](std::istream& in) { return Trajectory::Read(in); });
 }
 
 }  // namespace rilievo
