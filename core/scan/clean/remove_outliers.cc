@@ -1,14 +1,8 @@
 #include "core/scan/clean/remove_outliers.h"
 
-#include <pcl/filters/experimental/functor_filter.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
-#include <pcl/filters/impl/filter_indices.hpp>  // else it comes from libpcl_filters
 #include <span>
 #include <utility>
 
@@ -30,8 +24,6 @@ constexpr int kLargestIsland = 200;
 constexpr double kSpacingGrowth = 0.1;
 // Off sheets, where nothing is seen at a flat angle.
 constexpr double kGrowthOffSheets = 0.03;
-
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 // How far the neighbours of each point are.
 struct Reaches {
@@ -95,29 +87,6 @@ absl::StatusOr<std::vector<float>> UsualDistances(const NeighborGraph& graph,
         SerialFor(graph.size(), context, [&](int64_t i) { relax(graph.size() - 1 - i); }));
   }
   return usual;
-}
-
-// Points with fewer than half of their neighbours within `factor` usual distances.
-std::vector<uint8_t> SparsePoints(const Eigen::Matrix3Xd& points, const Reaches& reaches,
-                                  const std::vector<float>& usual, double factor) {
-  auto cloud = std::make_shared<Cloud>();
-  cloud->resize(static_cast<size_t>(points.cols()));
-  for (int64_t i = 0; i < points.cols(); ++i) {
-    (*cloud)[i].getVector3fMap() = points.col(i).cast<float>();
-  }
-  // PCL's radius filter has no door for a search of ours, and a fixed radius is no measure for a
-  // scan whose density changes; its functor filter takes both.
-  const auto surrounded = [&](const Cloud&, pcl::index_t i) {
-    return reaches.middle[i] <= factor * usual[i];
-  };
-  pcl::experimental::advanced::FunctorFilter<pcl::PointXYZ, decltype(surrounded)> filter(
-      surrounded);
-  filter.setInputCloud(cloud);
-  pcl::Indices dense;
-  filter.filter(dense);
-  std::vector<uint8_t> sparse(static_cast<size_t>(points.cols()), 1);
-  for (const int i : dense) sparse[i] = 0;
-  return sparse;
 }
 
 // How a point lies against the plane of its neighbours, itself not among them.
@@ -248,8 +217,6 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual, std::move(fields[0]));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> usual_off_sheets, std::move(fields[1]));
   reaches.distances = std::vector<float>();  // only their summaries are asked for from here
-  const std::vector<uint8_t> sparse = SparsePoints(points, reaches, usual, factor);
-  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<PlaneResidual> residuals,
                            AllPlaneResiduals(points, graph, context));
   const double thick = ScanThickness(residuals);
@@ -262,8 +229,9 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
                            residual.height > kOffUsual * thick * limit;
     const bool in_volume = residual.thickness > kVolumeRatio * thick * residual.spread &&
                            reaches.middle[i] > kVolumeSparse * limit;
+    const bool sparse = reaches.middle[i] > limit;  // half of the neighbours lie farther
     const bool rejected = reaches.mean[i] > kReject * limit;
-    if (off_sheet || in_volume || (sparse[i] && (!in_sheet || rejected))) (*keep)[i] = 0;
+    if (off_sheet || in_volume || (sparse && (!in_sheet || rejected))) (*keep)[i] = 0;
   }
   if (IsLeftOut(Mechanism::kOutlierClouds)) return absl::OkStatus();
   return DropOutlierClouds(graph, reaches, usual_off_sheets, residuals, context, keep);
