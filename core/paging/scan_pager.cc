@@ -22,6 +22,7 @@ namespace {
 constexpr int64_t kBytesOfPoint = 3 * sizeof(double);
 // Points that the limit of strays is found from, at most.
 constexpr size_t kMostSampled = size_t{1} << 20;
+constexpr int kMostHalvings = 40;
 constexpr int64_t kBufferedPoints = 512;  // of each run, while they are merged
 
 // Where a point stands on the curve; ties go by x, y, z (ComputeMortonOrder).
@@ -171,13 +172,23 @@ absl::StatusOr<ScanPager> ScanPager::Create(std::string scratch_folder, int64_t 
   return ScanPager(std::move(scratch_folder), run_points, std::move(raw));
 }
 
+// Those whose coordinates, as bits, fall among the first of 2^`halvings_`: the same whatever the
+// order they come in.
 void ScanPager::Sample(const Eigen::Vector3d& point) {
-  if (finite_ % stride_ != 0) return;
+  const auto is_taken = [this](const Eigen::Vector3d& p) {
+    uint64_t mixed = 0x243f6a8885a308d3u;  // no round coordinates give 0
+    for (const double coordinate : p) {
+      mixed = (mixed ^ std::bit_cast<uint64_t>(coordinate)) * 0x9e3779b97f4a7c15u;
+      mixed ^= mixed >> 32;
+    }
+    return (mixed & ((uint64_t{1} << halvings_) - 1)) == 0;
+  };
+  if (!is_taken(point)) return;
   sample_.push_back(point);
-  if (sample_.size() < kMostSampled) return;
-  for (size_t i = 0; 2 * i < sample_.size(); ++i) sample_[i] = sample_[2 * i];
-  sample_.resize((sample_.size() + 1) / 2);
-  stride_ *= 2;
+  while (sample_.size() >= kMostSampled && halvings_ < kMostHalvings) {
+    ++halvings_;
+    std::erase_if(sample_, [&](const Eigen::Vector3d& p) { return !is_taken(p); });
+  }
 }
 
 absl::Status ScanPager::Add(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
@@ -214,6 +225,7 @@ absl::StatusOr<Eigen::Matrix3Xd> ScanPager::ReadRun(int64_t begin) const {
 absl::StatusOr<SpatialFrame> ScanPager::FrameOf(const RunContext& context) {
   if (finite_ == 0 || box_.isEmpty() || box_.min() == box_.max())
     return TooFew(finite_ > 0 ? 1 : 0);
+  if (sample_.empty()) sample_ = {box_.min(), box_.max()};  // nearly all were at one place
   const Eigen::Map<const Eigen::Matrix3Xd> sampled(sample_.front().data(), 3,
                                                    static_cast<Eigen::Index>(sample_.size()));
   std::vector<int> columns(sample_.size());

@@ -52,9 +52,9 @@ class ScanPager {
   PagingFigures figures_;
   int64_t finite_ = 0;       // points in `raw_`
   Eigen::AlignedBox3d box_;  // of these
-  // Every `stride_`-th of them, for the limit of strays.
+  // Some of them, for the limit of strays; one in 2^`halvings_`, chosen by their coordinates.
   std::vector<Eigen::Vector3d> sample_;
-  int64_t stride_ = 1;
+  int halvings_ = 0;
   std::optional<Eigen::AlignedBox3d> limit_;  // points outside are strays; unset: there are none
 };
 

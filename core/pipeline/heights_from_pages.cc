@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <cstddef>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -62,19 +63,67 @@ std::vector<Box> ReachOfFaces(const MeshTopology& topology, const DisplacedSurfa
   return reach;
 }
 
-FaceGroups PartsOf(const MeshTopology& topology, const ControlMesh& mesh, int64_t points,
-                   int64_t part_points) {
-  constexpr double kGrid = 1 << 20;  // fine enough to tell faces apart
-  std::vector<GridPoint> grid(topology.vertex_count);
-  for (int v = 0; v < topology.vertex_count; ++v) {
-    for (int axis = 0; axis < 3; ++axis) {
-      grid[v][axis] = static_cast<int32_t>(std::lround(kGrid * mesh.vertices(axis, v)));
+// The box that the points of these faces are read from.
+Box BoxOf(const std::vector<int>& members, const Whole& whole) {
+  Box box;
+  for (const int f : members) box.extend(whole.reach[f]);
+  const double halo = kHaloSpacings * whole.coarse.cloud.median_spacing;
+  box.min().array() -= halo;
+  box.max().array() += halo;
+  const SpatialFrame& frame = whole.coarse.frame;
+  return Box(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
+}
+
+// Control faces in parts, each within pages of at most `most` points as far as several faces have
+// more: halved at their middle across the longest extent of their box.
+class Partition {
+ public:
+  Partition(const PagedScan& scan, const Whole& whole, int64_t most)
+      : scan_(scan), whole_(whole), most_(most) {}
+
+  std::vector<std::vector<int>> Run() {
+    std::vector<int> all(whole_.topology.face_count());
+    std::iota(all.begin(), all.end(), 0);
+    Split(std::move(all));
+    return std::move(parts_);
+  }
+
+ private:
+  int64_t PointsAround(const Box& box) const {
+    int64_t pages = 0;
+    for (const Page& page : scan_.pages()) pages += box.intersects(page.box);
+    return pages * kPagePoints;
+  }
+
+  double MiddleOf(int face, int axis) const {
+    const auto corners = whole_.topology.faces.col(face);
+    return whole_.mesh.vertices(axis, corners[0]) + whole_.mesh.vertices(axis, corners[1]) +
+           whole_.mesh.vertices(axis, corners[2]);
+  }
+
+  void Split(std::vector<int> members) {
+    const Box box = BoxOf(members, whole_);
+    if (members.size() == 1 || PointsAround(box) <= most_) {
+      parts_.push_back(std::move(members));
+      return;
+    }
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const auto along = [&](int f) { return std::pair(MiddleOf(f, static_cast<int>(axis)), f); };
+    std::sort(members.begin(), members.end(), [&](int a, int b) { return along(a) < along(b); });
+    const auto half = members.begin() + static_cast<std::ptrdiff_t>(members.size() / 2);
+    for (std::vector<int> part :
+         {std::vector<int>(members.begin(), half), std::vector<int>(half, members.end())}) {
+      std::sort(part.begin(), part.end());
+      Split(std::move(part));
     }
   }
-  const double faces = static_cast<double>(topology.face_count());
-  const double share = static_cast<double>(part_points) / static_cast<double>(points);
-  return GroupFaces(topology, grid, std::max(1, static_cast<int>(std::ceil(faces * share))));
-}
+
+  const PagedScan& scan_;
+  const Whole& whole_;
+  int64_t most_;
+  std::vector<std::vector<int>> parts_;
+};
 
 // The points of a block as a scan of their own, whose sides are those of the coarse points. No
 // points where they are too few for a surface.
@@ -198,13 +247,9 @@ DisplacementField NoHeights(int64_t vertices) {
 absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::vector<int>& members,
                          const ReconstructOptions& options, const RunContext& context,
                          WholeHeights* heights) {
-  Box box;
-  for (const int f : members) box.extend(whole.reach[f]);
-  const double halo = kHaloSpacings * whole.coarse.cloud.median_spacing;
-  box.min().array() -= halo;
-  box.max().array() += halo;
+  const Box in_scan = BoxOf(members, whole);
   const SpatialFrame& frame = whole.coarse.frame;
-  const Box in_scan(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
+  const Box box(frame.UnitFromScan(in_scan.min()), frame.UnitFromScan(in_scan.max()));
   RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, scan.PointsIn(in_scan, context));
   for (auto point : points.colwise()) point = frame.UnitFromScan(point);
   RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
@@ -241,13 +286,13 @@ absl::Status MeasureHeightsFromPages(const PagedScan& scan, const ScanSurface& c
                            LevelFor(options, scan.size(), coarse.cloud, mesh.faces.cols()));
   std::vector<Box> reach = ReachOfFaces(topology, sampled->surface);
   const Whole whole{coarse, mesh, std::move(topology), creases.edges, level, std::move(reach)};
-  const FaceGroups parts = PartsOf(whole.topology, mesh, scan.size(), part_points);
+  const std::vector<std::vector<int>> parts = Partition(scan, whole, part_points).Run();
   WholeHeights heights(whole, sampled);
   const PipelineContext silent = context.Silent();
-  for (int part = 0; part < parts.count(); ++part) {
-    RILIEVO_RETURN_IF_ERROR(
-        MeasurePart(scan, whole, parts.members[part], options, silent, &heights));
-    context.Report(Stage::kDisplacement, (part + 1.0) / parts.count());
+  for (size_t part = 0; part < parts.size(); ++part) {
+    RILIEVO_RETURN_IF_ERROR(MeasurePart(scan, whole, parts[part], options, silent, &heights));
+    context.Report(Stage::kDisplacement,
+                   static_cast<double>(part + 1) / static_cast<double>(parts.size()));
   }
   return absl::OkStatus();
 }

@@ -225,13 +225,12 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
   return Reconstruction{std::move(coded.surface), std::move(certified.encoded), std::move(report)};
 }
 
-// Exceptions become statuses.
-absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, const Input& in,
-                                         const ReconstructOptions& options,
-                                         const RunContext& context) {
+// What `work` makes of options in range; exceptions become statuses.
+template <typename Work>
+absl::StatusOr<Reconstruction> Safely(const ReconstructOptions& options, const Work& work) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   try {
-    return RunStages(scan, in, options, context);
+    return work();
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("the memory does not suffice for this scan");
   } catch (const std::exception& defect) {
@@ -244,21 +243,23 @@ absl::StatusOr<Reconstruction> RunSafely(const PointCloud& scan, const Input& in
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context) {
-  return RunSafely(scan, {}, options, context);
+  return Safely(options, [&] { return RunStages(scan, {}, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context) {
-  return RunSafely(scan, {&scan}, options, context);
+  return Safely(options, [&] { return RunStages(scan, {&scan}, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
                                                 const RunContext& context) {
-  PointCloud thinned;
-  RILIEVO_ASSIGN_OR_RETURN(thinned.points, scan.Thinned(sizes.coarse_points, context));
-  return RunSafely(thinned, {&thinned, &scan, sizes}, options, context);
+  return Safely(options, [&]() -> absl::StatusOr<Reconstruction> {
+    PointCloud thinned;
+    RILIEVO_ASSIGN_OR_RETURN(thinned.points, scan.Thinned(sizes.coarse_points, context));
+    return RunStages(thinned, {&thinned, &scan, sizes}, options, context);
+  });
 }
 
 }  // namespace rilievo

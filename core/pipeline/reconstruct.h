@@ -101,10 +101,11 @@ absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context);
 
-// Points that the coarse pass of a scan on disk sees, at most, and points of a part.
+// Points that the coarse pass of a scan on disk sees, at most, and those of the pages that a part
+// reads, its halo with it.
 struct PartSizes {
   int64_t coarse_points = int64_t{1} << 22;
-  int64_t part_points = int64_t{1} << 19;
+  int64_t part_points = int64_t{1} << 20;
 };
 
 // A scan on disk as a surface, in memory that grows with the surface and not with the points:

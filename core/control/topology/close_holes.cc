@@ -256,7 +256,9 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
   const double most_faces = kShareOfFaces * static_cast<double>(face_count);
   const double wanted = std::max(rims / static_cast<double>(rim_edges),
                                  std::sqrt(4 / std::numbers::sqrt3 * area / most_faces));
-  for (bool halved = true; halved;) {
+  // Beside a rim edge that is much longer than the others there is always one more to halve.
+  const auto enough = mesh.faces.cols() + static_cast<Eigen::Index>(2 * most_faces);
+  for (bool halved = true; halved && mesh.faces.cols() < enough;) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
     ImproveValence(&mesh, kFlatDihedralDegrees);
