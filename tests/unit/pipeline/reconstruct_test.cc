@@ -163,9 +163,9 @@ double ProcessorSeconds() {
 TEST(ReconstructTest, StopsWithinASecondAtAnyMoment) {
   constexpr int kStops = 3;
   const double begin = ProcessorSeconds();
-  ASSERT_TRUE(Reconstruct(Scan(*MakeGenus2(), 100000), ReconstructOptions{}, RunContext{}).ok());
+  ASSERT_TRUE(Reconstruct(Scan(*MakeGenus2(), 50000), ReconstructOptions{}, RunContext{}).ok());
   const double run = 3 * (ProcessorSeconds() - begin);
-  const PointCloud scan = Scan(*MakeGenus2(), 300000);
+  const PointCloud scan = Scan(*MakeGenus2(), 150000);
   std::mt19937 random(17);
   std::uniform_real_distribution<double> within(0, 1);
   for (int i = 0; i < kStops; ++i) {

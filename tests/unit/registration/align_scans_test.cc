@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(AlignScansTest, AlignedShapes,
 
 TEST_P(AlignedShapes, FiveNoisyViewsComeTogetherBelowTheNoise) {
   const std::vector<DisplacedView> views =
-      Views(GetParam(), {.points = 100'000, .views = 5, .noise = kNoise});
+      Views(GetParam(), {.points = 40'000, .views = 5, .noise = kNoise});
   const Alignment alignment = Align(CloudsOf(views));
   EXPECT_TRUE(alignment.IsSound());
   EXPECT_TRUE(alignment.converged);
@@ -75,13 +75,13 @@ TEST_P(AlignedShapes, FiveNoisyViewsComeTogetherBelowTheNoise) {
 }
 
 TEST(AlignScansTest, ViewsWithoutNoiseComeTogether) {
-  const std::vector<DisplacedView> views = Views("star", {.points = 100'000, .views = 5});
+  const std::vector<DisplacedView> views = Views("star", {.points = 40'000, .views = 5});
   EXPECT_LT(ErrorOf(views, Align(CloudsOf(views))), 2e-4);
 }
 
 TEST(AlignScansTest, FiguresAreThoseOfThePairs) {
   const std::vector<DisplacedView> views =
-      Views("star", {.points = 60'000, .views = 5, .noise = kNoise});
+      Views("star", {.points = 30'000, .views = 5, .noise = kNoise});
   const Alignment alignment = Align(CloudsOf(views));
   int overlapping = 0;
   for (const PairFigures& pair : alignment.pairs) {
@@ -101,7 +101,7 @@ TEST(AlignScansTest, FiguresAreThoseOfThePairs) {
 
 // 50 degrees around three directions a third of a turn apart.
 ScannerOptions NarrowViews() {
-  return {.points = 60'000, .views = 3, .noise = kNoise, .max_incidence_degrees = 45};
+  return {.points = 30'000, .views = 3, .noise = kNoise, .max_incidence_degrees = 45};
 }
 
 TEST(AlignScansTest, ViewsThatDoNotOverlapAreToldApart) {
@@ -127,7 +127,7 @@ TEST(AlignScansTest, OtherShapesDoNotFit) {
 // Each view is stretched along an axis of its own: near to each other they fit, all together not.
 TEST(AlignScansTest, ViewsThatAreBentDoNotFit) {
   std::vector<PointCloud> clouds =
-      CloudsOf(Views("star", {.points = 60'000, .views = 5, .noise = 0.0003}, {1, 0.01, 1}));
+      CloudsOf(Views("star", {.points = 30'000, .views = 5, .noise = 0.0003}, {1, 0.01, 1}));
   for (size_t i = 0; i < clouds.size(); ++i) {
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(1.2 * static_cast<double>(i), Eigen::Vector3d::UnitZ())
@@ -157,7 +157,7 @@ TEST(AlignScansTest, AnyNumberOfThreadsFindsTheSame) {
 
 // On a map the coordinates are thousands of diagonals from zero.
 TEST(AlignScansTest, FarFromTheOriginNothingIsLost) {
-  std::vector<DisplacedView> views = Views("star", {.points = 60'000, .views = 5, .noise = kNoise});
+  std::vector<DisplacedView> views = Views("star", {.points = 30'000, .views = 5, .noise = kNoise});
   const Eigen::Translation3d far(5e5, 5.8e6, 100);
   for (DisplacedView& view : views) {
     const Eigen::Isometry3d out(far);
