@@ -55,7 +55,7 @@ TEST_P(PagedShapes, PartsAreAsExactAsTheWhole) {
   const Eigen::Matrix3Xd points = EvenPoints(*shape, 60000, GetParam().noise);
   const Reconstruction whole =
       Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
-  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 9000});
+  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 36864});
   EXPECT_EQ(parts.report.genus, shape->genus());
   EXPECT_EQ(parts.report.components, shape->components());
   EXPECT_EQ(parts.report.points_in, 60000);
@@ -70,7 +70,7 @@ TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 60000);
   const Reconstruction whole =
       Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
-  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 9000});
+  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 36864});
   ASSERT_EQ(parts.surface.heights.size(), whole.surface.heights.size());
   const double spacing = whole.report.median_spacing;
   int64_t apart = 0;
@@ -87,7 +87,7 @@ TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
 TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
   const ShapePtr shape = MakeShape("genus2").value();
   const Eigen::Matrix3Xd points = EvenPoints(*shape, 120000);
-  const PartSizes sizes{.coarse_points = 20000, .part_points = 15000};
+  const PartSizes sizes{.coarse_points = 20000, .part_points = 61440};
   const Reconstruction parts = InParts(points, sizes);
   PointCloud thinned;
   thinned.points = OnDisk(points).Thinned(sizes.coarse_points, RunContext{}).value();
@@ -99,7 +99,7 @@ TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000, 0.0005);
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 5000};
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 20480};
   const auto bytes = [&](int threads) {
     return InParts(points, sizes, {}, threads).encoded.Concatenate();
   };
@@ -108,14 +108,14 @@ TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
 
 TEST(PagedScanTest, TheOrderOfThePointsDoesNotChangeAByte) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000);
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 5000};
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 20480};
   EXPECT_EQ(InParts(points, sizes).encoded.Concatenate(),
             InParts(points.rowwise().reverse(), sizes).encoded.Concatenate());
 }
 
 TEST(PagedScanTest, BordersStayOpen) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 40000);
-  const Reconstruction parts = InParts(points, {.coarse_points = 10000, .part_points = 8000});
+  const Reconstruction parts = InParts(points, {.coarse_points = 10000, .part_points = 24576});
   EXPECT_EQ(parts.report.boundary_loops, 1);
   EXPECT_EQ(parts.report.components, 1);
 }
@@ -125,7 +125,7 @@ TEST(PagedScanTest, TheLevelAskedForIsTaken) {
   ReconstructOptions options;
   for (const int level : {0, 1, 4}) {
     options.max_level = level;
-    const Reconstruction parts = InParts(points, {8000, 5000}, options);
+    const Reconstruction parts = InParts(points, {8000, 16384}, options);
     EXPECT_EQ(parts.surface.max_level, level);
   }
 }
