@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numeric>
@@ -74,8 +75,8 @@ Box BoxOf(const std::vector<int>& members, const Whole& whole) {
   return Box(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
 }
 
-// Control faces in parts, each within pages of at most `most` points as far as several faces have
-// more: halved at their middle across the longest extent of their box.
+// Control faces in parts, each within pages of at most `most` points where halving them comes to
+// that.
 class Partition {
  public:
   Partition(const PagedScan& scan, const Whole& whole, int64_t most)
@@ -84,7 +85,8 @@ class Partition {
   std::vector<std::vector<int>> Run() {
     std::vector<int> all(whole_.topology.face_count());
     std::iota(all.begin(), all.end(), 0);
-    Split(std::move(all));
+    const int64_t points = PointsOf(all);
+    Split(std::move(all), points);
     return std::move(parts_);
   }
 
@@ -101,22 +103,37 @@ class Partition {
            whole_.mesh.vertices(axis, corners[2]);
   }
 
-  void Split(std::vector<int> members) {
-    const Box box = BoxOf(members, whole_);
-    if (members.size() == 1 || PointsAround(box) <= most_) {
-      parts_.push_back(std::move(members));
-      return;
-    }
+  int64_t PointsOf(const std::vector<int>& members) const {
+    return PointsAround(BoxOf(members, whole_));
+  }
+
+  // Both halves, across the longest extent of their box.
+  std::array<std::vector<int>, 2> Halves(std::vector<int> members) const {
     Eigen::Index axis = 0;
-    box.sizes().maxCoeff(&axis);
+    BoxOf(members, whole_).sizes().maxCoeff(&axis);
     const auto along = [&](int f) { return std::pair(MiddleOf(f, static_cast<int>(axis)), f); };
     std::sort(members.begin(), members.end(), [&](int a, int b) { return along(a) < along(b); });
     const auto half = members.begin() + static_cast<std::ptrdiff_t>(members.size() / 2);
-    for (std::vector<int> part :
-         {std::vector<int>(members.begin(), half), std::vector<int>(half, members.end())}) {
-      std::sort(part.begin(), part.end());
-      Split(std::move(part));
+    std::array<std::vector<int>, 2> halves = {std::vector<int>(members.begin(), half),
+                                              std::vector<int>(half, members.end())};
+    for (std::vector<int>& part : halves) std::sort(part.begin(), part.end());
+    return halves;
+  }
+
+  // Halves that read nearly as much as the whole, as where the halo is most of it, are not worth
+  // their work.
+  void Split(std::vector<int> members, int64_t points) {
+    constexpr double kWorth = 0.8;
+    if (members.size() > 1 && points > most_) {
+      std::array<std::vector<int>, 2> halves = Halves(members);
+      const std::array<int64_t, 2> of_half = {PointsOf(halves[0]), PointsOf(halves[1])};
+      if (static_cast<double>(std::max(of_half[0], of_half[1])) <
+          kWorth * static_cast<double>(points)) {
+        for (size_t side = 0; side < 2; ++side) Split(std::move(halves[side]), of_half[side]);
+        return;
+      }
     }
+    parts_.push_back(std::move(members));
   }
 
   const PagedScan& scan_;

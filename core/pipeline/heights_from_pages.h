@@ -15,7 +15,7 @@ namespace rilievo {
 // Measures the heights of a surface anew, from all points of the scan. `coarse`: the thinned scan
 // (PagedScan::Thinned) that control mesh, domain and the heights in `sampled` come of. The control
 // faces fall into parts whose points, with their halo, lie in pages of at most `part_points`
-// points, unless one face alone has more; a part's heights come of the points and faces within a
+// points, as far as halving them helps; a part's heights come of the points and faces within a
 // halo around it, which take their sides from the coarse points, and a vertex between parts has the
 // height that the first of them finds. So the heights depend on the points and on `part_points`,
 // never on the memory there is. RESOURCE_EXHAUSTED when the level asked for has more than
