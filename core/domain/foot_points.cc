@@ -10,6 +10,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/domain/sharp_foot_points.h"
+#include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
@@ -103,13 +104,6 @@ double Reach(const DomainSamples& samples, const SampledSurface& surface, int sa
   }
   length /= rings.neighbor_begin[s + 1] - rings.neighbor_begin[s];
   return kReachInControlEdges * length * (1 << samples.refinement.max_level());
-}
-
-absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
-                                                const RunContext& context) {
-  Eigen::Matrix3Xi triangles(3, ends.cols() / 2);  // without area
-  for (int i = 0; i < triangles.cols(); ++i) triangles.col(i) << 2 * i, 2 * i + 1, 2 * i + 1;
-  return ClosestPointTree::Build(ends, triangles, context);
 }
 
 void Resize(int count, FootPoints* feet) {

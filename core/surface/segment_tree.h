@@ -1,0 +1,17 @@
+// Closest-point distances to line segments.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/surface/closest_point_tree.h"
+
+namespace rilievo {
+
+// Columns 2 i and 2 i + 1 of `ends` are the ends of item i; at least one. CANCELLED is the only
+// error.
+absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
+                                                const RunContext& context);
+
+}  // namespace rilievo
