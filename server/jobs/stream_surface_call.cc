@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "grpcpp/server_context.h"
 #include "server/jobs/request_checks.h"
 #include "server/observability/server_log.h"
@@ -19,8 +20,10 @@ CallError NotSucceeded(v1::JobState state) {
 }  // namespace
 
 CallError StreamSurfaceCall::Damaged(const absl::Status& status) const {
-  // No file handle, or a disk that fails: the bytes may be right the next time.
-  if (absl::IsResourceExhausted(status)) return ErrorOfStore(absl::UnavailableError("surface"));
+  // No file handle, a disk that fails, a store that is away: the bytes may be right the next time.
+  if (absl::IsResourceExhausted(status) || absl::IsUnavailable(status)) {
+    return ErrorOfStore(absl::UnavailableError(absl::StrCat("surface: ", status.message())));
+  }
   LogMessage("store: the surface of job " + request_.job_id() + ": " +
              std::string(status.message()));
   return ErrorOfStore(DamagedSurface());

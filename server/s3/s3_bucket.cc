@@ -67,15 +67,19 @@ std::string Escaped(const std::string& text) {
   return escaped;
 }
 
+// A 404 that does not say what is missing is a proxy's before the store.
 bool MayPass(long http, const std::string& code) {
-  return http >= 500 || http == 429 || http == 408 || code == "RequestTimeout";
+  return http >= 500 || http == 429 || http == 408 || code == "RequestTimeout" ||
+         (http == 404 && !absl::StartsWith(code, "NoSuch"));
 }
 
-// Of an answer that is no success.
-absl::Status StatusOfAnswer(long http, const std::string& code) {
+// Of an answer that is no success. `missing`: the code that makes it NOT_FOUND, if any.
+absl::Status StatusOfAnswer(long http, const std::string& code, const std::string& missing) {
   const std::string words = absl::StrCat("S3: HTTP ", http, code.empty() ? "" : " ", code);
   if (code == "NoSuchBucket") return absl::UnavailableError(words + ": make the bucket");
-  if (http == 404) return absl::NotFoundError("no such object is stored");
+  if (http == 404 && !missing.empty() && code == missing) {
+    return absl::NotFoundError("no such object is stored");
+  }
   if (http == 507 || absl::StrContains(code, "Quota") || code == "EntityTooLarge") {
     return absl::ResourceExhaustedError(words);
   }
@@ -91,12 +95,14 @@ absl::Status StatusOfAnswer(long http, const std::string& code) {
 
 }  // namespace
 
-// What is asked. `into`: where the bytes of an object go.
+// What is asked. `missing`: the code of S3 that says what was asked for is not there; no other 404
+// says so. `into`: where the bytes of an object go.
 struct S3Bucket::Request {
   const char* method;
   const std::string& key;
   std::string query = {};
   std::string_view body = {};
+  std::string missing = {};
   const FileDescriptor* into = nullptr;
 };
 
@@ -169,6 +175,7 @@ void S3Bucket::Connection::Prepare(const S3Place& place, const S3Credentials& cr
     curl_easy_setopt(curl_, CURLOPT_POSTFIELDSIZE_LARGE,
                      static_cast<curl_off_t>(request.body.size()));
   }
+  if (method == "HEAD") curl_easy_setopt(curl_, CURLOPT_NOBODY, 1L);
   curl_easy_setopt(curl_, CURLOPT_CUSTOMREQUEST, request.method);
   curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(curl_, CURLOPT_CONNECTTIMEOUT, kConnectSeconds);
@@ -249,7 +256,7 @@ absl::StatusOr<S3Bucket::Answer> S3Bucket::AskOnce(const Request& request, bool*
   if (answer->http >= 200 && answer->http < 300 && code.empty()) return answer;
   const long http = answer->http < 300 ? 500 : answer->http;
   *may_pass = MayPass(http, code);
-  return StatusOfAnswer(http, code);
+  return StatusOfAnswer(http, code, request.missing);
 }
 
 absl::StatusOr<S3Bucket::Answer> S3Bucket::Ask(const Request& request) const {
@@ -267,11 +274,12 @@ absl::Status S3Bucket::Put(const std::string& key, std::string_view bytes) const
 }
 
 absl::Status S3Bucket::Get(const std::string& key, const FileDescriptor& file) const {
-  return Ask({.method = "GET", .key = key, .into = &file}).status();
+  return Ask({.method = "GET", .key = key, .missing = "NoSuchKey", .into = &file}).status();
 }
 
 absl::Status S3Bucket::Remove(const std::string& key) const {
-  const absl::Status removed = Ask({.method = "DELETE", .key = key}).status();
+  const absl::Status removed =
+      Ask({.method = "DELETE", .key = key, .missing = "NoSuchKey"}).status();
   return absl::IsNotFound(removed) ? absl::OkStatus() : removed;
 }
 
@@ -302,13 +310,24 @@ absl::Status S3Bucket::EndParts(const std::string& key, const std::string& uploa
                     "</ETag></Part>");
   }
   list += "</CompleteMultipartUpload>";
-  return Ask({.method = "POST", .key = key, .query = "uploadId=" + Escaped(upload), .body = list})
-      .status();
+  const absl::Status ended = Ask({.method = "POST",
+                                  .key = key,
+                                  .query = "uploadId=" + Escaped(upload),
+                                  .body = list,
+                                  .missing = "NoSuchUpload"})
+                                 .status();
+  if (!absl::IsNotFound(ended)) return ended;
+  // An attempt whose answer was lost may have ended it. That no object is there is UNAVAILABLE: a
+  // HEAD's 404 has no code.
+  return Ask({.method = "HEAD", .key = key}).status();
 }
 
 absl::Status S3Bucket::DropParts(const std::string& key, const std::string& upload) const {
-  const absl::Status dropped =
-      Ask({.method = "DELETE", .key = key, .query = "uploadId=" + Escaped(upload)}).status();
+  const absl::Status dropped = Ask({.method = "DELETE",
+                                    .key = key,
+                                    .query = "uploadId=" + Escaped(upload),
+                                    .missing = "NoSuchUpload"})
+                                   .status();
   return absl::IsNotFound(dropped) ? absl::OkStatus() : dropped;
 }
 

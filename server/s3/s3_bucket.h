@@ -19,7 +19,8 @@ namespace rilievo {
 
 // Thread-safe; each function waits for the network. What may pass (the store is away or busy) is
 // tried again for a while and is UNAVAILABLE then, as are wrong credentials and a missing bucket,
-// which an operator mends. NOT_FOUND: no such object. RESOURCE_EXHAUSTED: the store has no room.
+// which an operator mends. NOT_FOUND: S3 itself says that there is no such object.
+// RESOURCE_EXHAUSTED: the store has no room.
 class S3Bucket {
  public:
   struct Patience {
@@ -44,7 +45,8 @@ class S3Bucket {
   // Parts are numbered from 1. Returns the tag that EndParts() wants, in their order.
   absl::StatusOr<std::string> PutPart(const std::string& key, const std::string& upload, int number,
                                       std::string_view bytes) const;
-  // There is an object only from then on.
+  // There is an object only from then on. OK also where an attempt before had made it, whose answer
+  // was lost: `key` must be one that no object had. UNAVAILABLE when the parts are gone.
   absl::Status EndParts(const std::string& key, const std::string& upload,
                         const std::vector<std::string>& tags) const;
   // Gives the parts up. OK also when there are none.
