@@ -291,6 +291,13 @@ absl::StatusOr<std::string_view> GlbDocument::BytesOf(uint64_t index) const {
 absl::StatusOr<std::string> GlbDocument::UnpackedBytes(const Json& compression) const {
   PackedRows packed;
   RILIEVO_ASSIGN_OR_RETURN(packed.bytes, StoredBytes(compression));
+  // Each byte is unpacked once, so that a small file stays small.
+  packed_bytes_ += packed.bytes.size();
+  if (packed_bytes_ > binary_.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("the compressed bufferViews so far name ",
+                                                   packed_bytes_, " bytes of a binary chunk of ",
+                                                   binary_.size(), "; they must not overlap"));
+  }
   RILIEVO_ASSIGN_OR_RETURN(packed.rows, Whole(compression, "count"));
   RILIEVO_ASSIGN_OR_RETURN(packed.stride, Whole(compression, "byteStride"));
   for (const auto& [name, word] :

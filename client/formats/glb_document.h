@@ -69,6 +69,7 @@ class GlbDocument {
   Json json_;
   std::string_view binary_;
   mutable std::map<uint64_t, std::string> unpacked_;  // by bufferView, once it was asked for
+  mutable uint64_t packed_bytes_ = 0;                 // that these came of
 };
 
 }  // namespace rilievo

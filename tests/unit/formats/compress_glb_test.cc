@@ -1,11 +1,13 @@
 // Compressed GLB files, unpacked with the decoders of libmeshoptimizer.
 #include "client/formats/meshopt/compress_glb.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -212,6 +214,37 @@ TEST(CompressGlbTest, IsReadAgain) {
     EXPECT_LT(distance, 0.01 * 8 * std::exp2(-16));
     EXPECT_EQ(read->colors[static_cast<size_t>(v)], expected->colors[static_cast<size_t>(nearest)]);
   }
+}
+
+// Many views of the same packed bytes would make a small file large.
+TEST(CompressGlbTest, PackedBytesAreUnpackedOnce) {
+  testing::GlbParts glb = CompressedParts(CompressSample());
+  Json& primitives = glb.json["meshes"][0]["primitives"];
+  const Json first = primitives[0];
+  const int position = first["attributes"]["POSITION"];
+  const int view = glb.json["accessors"][position]["bufferView"];
+  for (int copy = 0; copy < 20; ++copy) {
+    Json accessor = glb.json["accessors"][position];
+    accessor["bufferView"] = glb.json["bufferViews"].size();
+    glb.json["bufferViews"].push_back(Json(glb.json["bufferViews"][view]));
+    Json again = first;
+    again["attributes"] = {{"POSITION", glb.json["accessors"].size()}};
+    glb.json["accessors"].push_back(accessor);
+    primitives.push_back(again);
+  }
+  std::string text = glb.json.dump(), binary = glb.binary;
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  binary.resize((binary.size() + 3) / 4 * 4, '\0');
+  const auto number = [](size_t value) {
+    const auto bytes = std::bit_cast<std::array<char, 4>>(static_cast<uint32_t>(value));
+    return std::string(bytes.begin(), bytes.end());
+  };
+  std::istringstream in("glTF" + number(2) + number(28 + text.size() + binary.size()) +
+                        number(text.size()) + "JSON" + text + number(binary.size()) +
+                        std::string("BIN\0", 4) + binary);
+  const auto read = ReadGlbMesh(in);
+  EXPECT_TRUE(absl::IsInvalidArgument(read.status()));
+  EXPECT_THAT(std::string(read.status().message()), ::testing::HasSubstr("must not overlap"));
 }
 
 // What a file may claim of its packed rows.
