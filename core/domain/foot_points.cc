@@ -27,8 +27,7 @@ constexpr double kGapSpacings = 3.0;
 // The direction from a far sample to its foot is as uncertain as the normals are.
 constexpr double kGapPerOffset = 0.5;
 // Of a foot on a known line, beside that of other samples: no height mends what lies aside of it.
-// Of 30 pairs of combined solids the largest errors came to 0.7 of those with 10, and to the same
-// with 100.
+// Between 10 and 100 six pairs of combined solids went either way.
 constexpr double kLineStrength = 30;
 // Nothing farther than this many control edges belongs to a sample, unless it was assigned to it.
 constexpr double kReachInControlEdges = 2.0;
