@@ -45,12 +45,12 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
 absl::StatusOr<ScanFile> ReadPcdScan(std::istream& in, const WantedLayers& wanted = {});
 
 // Lines of numbers, x y z first (or where a heading says, see xyz_heading.h), separated by blanks,
-// tabs, commas or semicolons; further columns are passed over, but for the normals, the sensor's
-// place, colours and classes that a heading names, as in PLY. Without a heading the last three of
-// six or seven columns are colours where all are whole numbers from 0 to 255. Comments start with #
-// or
-// //. A line with a single whole number gives the count of the points that follow (PTS), several
-// such blocks may follow.
+// tabs, commas or semicolons (see NextField(): an empty field is a column too); further columns are
+// passed over, but for the normals, the sensor's place, colours and classes that a heading names,
+// as in PLY. What a line lacks of these is not known; x, y and z must be there. Without a heading
+// the last three of six or seven columns are colours where all are whole numbers from 0 to 255.
+// Comments start with #, // or %. A line with a single whole number gives the count of the points
+// that follow (PTS), several such blocks may follow.
 absl::StatusOr<ScanFile> ReadXyzScan(std::istream& in, const WantedLayers& wanted = {});
 
 // The 'v' lines of a Wavefront file; three numbers behind x, y and z are a colour.
@@ -60,9 +60,9 @@ absl::StatusOr<ScanFile> ReadObjScan(std::istream& in, const WantedLayers& wante
 // Photogrammetric Engineering & Remote Sensing 79, 2013), point formats 0 to 10. Integers become
 // coordinates in double, so map grids keep what the file has. Points marked as withheld are left
 // out. 16-bit colours become 8 bits. The coordinate reference system is that of the variable length
-// records (las_variable_records.h); which unit it has is not asked of it. With a trajectory a point's
-// station is where that was at its GPS time. INVALID_ARGUMENT for a trajectory where the points have
-// no times, or none that it has.
+// records (las_variable_records.h); which unit it has is not asked of it. With a trajectory a
+// point's station is where that was at its GPS time. INVALID_ARGUMENT for a trajectory where the
+// points have no times, or none that it has.
 absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wanted = {});
 
 // ASTM E57 1.0 (ASTM E2807-11): all scans of the file, each moved by its own pose into the common
@@ -70,8 +70,8 @@ absl::StatusOr<ScanFile> ReadLasScan(std::istream& in, const WantedLayers& wante
 // have a pose that is not the identity. Points marked as invalid are left out. Each page that is
 // read is compared with its checksum. A pipe is read into memory first. Colours become 8 bits by
 // their limits. The unit is the metre, the coordinate reference system that of the element
-// coordinateMetadata. Normals are those of the extension E57_NOR_surface_normals (nor:normalX, ...),
-// turned by the pose; points of scans without them have none where others do.
+// coordinateMetadata. Normals are those of the extension E57_NOR_surface_normals (nor:normalX,
+// ...), turned by the pose; points of scans without them have none where others do.
 absl::StatusOr<ScanFile> ReadE57Scan(std::istream& in, const WantedLayers& wanted = {});
 
 // Leica's PTX: one or more grids of points, each moved by its own transform into the common frame,

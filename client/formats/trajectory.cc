@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/formats/byte_source.h"
 #include "client/formats/number_text.h"
+#include "client/formats/text_fields.h"
 #include "client/formats/xyz_heading.h"
 #include "core/base/status_macros.h"
 
@@ -34,33 +35,17 @@ std::optional<TrajectoryColumns> ColumnsNamed(std::string_view line) {
   return std::nullopt;
 }
 
-std::string_view NextField(std::string_view* line) {
-  constexpr std::string_view kSeparators = " \t\r,;";
-  line->remove_prefix(std::min(line->find_first_not_of(kSeparators), line->size()));
-  const std::string_view word = line->substr(0, line->find_first_of(kSeparators));
-  line->remove_prefix(word.size());
-  return word;
-}
-
-// Without the mark in front; nothing where the line is no comment.
-std::optional<std::string_view> CommentIn(std::string_view line) {
-  for (const std::string_view mark : {"#", "//", "%"}) {
-    if (line.substr(0, mark.size()) == mark) return line.substr(mark.size());
-  }
-  return std::nullopt;
-}
-
 // The numbers of the columns.
 absl::StatusOr<std::array<double, 4>> NumbersIn(std::string_view line,
                                                 const TrajectoryColumns& columns) {
   std::array<double, 4> numbers;
   numbers.fill(std::numeric_limits<double>::quiet_NaN());
-  int column = 0;
-  for (std::string_view word = NextField(&line); !word.empty(); word = NextField(&line)) {
+  for (int column = 0; !line.empty(); ++column) {
+    const std::string_view text = NextField(&line).text;
+    if (text.empty()) continue;
     for (size_t k = 0; k < numbers.size(); ++k) {
-      if (columns[k] == column) RILIEVO_RETURN_IF_ERROR(ParseNumber(word, &numbers[k]));
+      if (columns[k] == column) RILIEVO_RETURN_IF_ERROR(ParseNumber(text, &numbers[k]));
     }
-    ++column;
   }
   for (const double number : numbers) {
     if (std::isfinite(number)) continue;
@@ -83,7 +68,7 @@ absl::StatusOr<Trajectory> Trajectory::Read(std::istream& in) {
     };
     if (read == ByteSource::Line::kTooLong) return wrong("is not one of text");
     line = WithoutByteOrderMark(line);
-    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+    if (HasNoFields(line)) continue;
     const std::optional<std::string_view> comment = CommentIn(line);
     if (trajectory.fixes_.empty()) {
       if (const auto named = ColumnsNamed(comment.value_or(line))) {

@@ -13,8 +13,8 @@ namespace rilievo {
 class Trajectory {
  public:
   // Lines of time and place: by a heading that names time (time, gps_time, gpstime, gps time, t),
-  // x, y and z as xyz_heading.h does, else the first four columns; separated by blanks, commas or
-  // semicolons, comments start with #, // or %. Times in any order. INVALID_ARGUMENT, with the
+  // x, y and z as xyz_heading.h does, else the first four columns; separated as NextField() has it,
+  // comments start with #, // or %. Times in any order. INVALID_ARGUMENT, with the
   // line, for what is not a number, and for fewer than two times.
   static absl::StatusOr<Trajectory> Read(std::istream& in);
 

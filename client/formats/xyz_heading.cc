@@ -10,7 +10,7 @@ namespace {
 
 using std::string_view;
 
-constexpr string_view kBlanks = " \t\r", kMarks = ",;\t";
+constexpr string_view kBlanks = " \t\r";
 
 // By axis; the first of them that a heading has is taken.
 constexpr std::array<std::array<string_view, 4>, 3> kAxisNames = {{
@@ -40,6 +40,15 @@ size_t FindOutsideQuotes(string_view text, string_view marks) {
   return string_view::npos;
 }
 
+// What separates the names: those of several words have something else than blanks between them.
+// As of the numbers, commas and semicolons go before tabs.
+string_view SeparatorsOf(string_view line) {
+  for (const string_view marks : {",;", "\t"}) {
+    if (FindOutsideQuotes(line, marks) != string_view::npos) return marks;
+  }
+  return kBlanks;
+}
+
 // The name without quotes and unit; empty for a unit alone.
 string_view NameOf(string_view word) {
   word = Trimmed(word);
@@ -53,18 +62,16 @@ string_view NameOf(string_view word) {
 }  // namespace
 
 std::optional<XyzHeading> ParseXyzHeading(string_view line) {
-  // Names of several words only where something else separates them.
-  const string_view separators =
-      FindOutsideQuotes(line, kMarks) == string_view::npos ? kBlanks : kMarks;
+  const string_view separators = SeparatorsOf(line);
   constexpr int kNone = 4;
   std::array<int, 3> rank = {kNone, kNone, kNone};
   std::array<std::string, 3> names;
-  XyzHeading heading{{}, 0, {}, ""};
+  XyzHeading heading;
   while (!line.empty()) {
     const size_t end = std::min(FindOutsideQuotes(line, separators), line.size());
     const string_view name = NameOf(line.substr(0, end));
     line.remove_prefix(std::min(end + 1, line.size()));
-    if (name.empty()) continue;  // as of the numbers: separators in a row are one
+    if (name.empty() && separators == kBlanks) continue;  // blanks in a row are one separator
     const std::string lower = absl::AsciiStrToLower(std::string(name));
     for (size_t axis = 0; axis < 3; ++axis) {
       const auto& known = kAxisNames[axis];
@@ -73,11 +80,11 @@ std::optional<XyzHeading> ParseXyzHeading(string_view line) {
       if (found >= rank[axis]) continue;
       rank[axis] = found;
       names[axis] = name;
-      heading.axis_column[axis] = heading.columns;
+      heading.axis_column[axis] = static_cast<int>(heading.names.size());
     }
-    ++heading.columns;
     heading.names.push_back(lower);
   }
+  while (!heading.names.empty() && heading.names.back().empty()) heading.names.pop_back();
   if (*std::max_element(rank.begin(), rank.end()) == kNone) return std::nullopt;
   heading.axis_names = absl::StrCat(names[0], ", ", names[1], ", ", names[2]);
   return heading;

@@ -11,14 +11,14 @@ namespace rilievo {
 
 struct XyzHeading {
   std::array<int, 3> axis_column;  // of x, y and z, from 0
-  int columns;                     // that are named
-  std::vector<std::string> names;  // of them, in lower case
+  std::vector<std::string> names;  // of the columns, in lower case; empty where there is none
   std::string axis_names;          // "X, Y, Z", as the line writes them
 };
 
 // Of a line without the # or // in front. The axes are called x, y and z, or easting, northing and
 // height (east, north; elevation, altitude), in any case; each may stand in quotes and have its
-// unit behind it, "x[m]" or "X (m)". Nothing when one of them is not named.
+// unit behind it, "x[m]" or "X (m)". Columns are counted as NextField() does: ",x,y,z" has four.
+// Nothing when one of the axes is not named.
 std::optional<XyzHeading> ParseXyzHeading(std::string_view line);
 
 }  // namespace rilievo

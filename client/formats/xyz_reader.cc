@@ -12,42 +12,12 @@
 #include "client/formats/point_collector.h"
 #include "client/formats/scan_reader.h"
 #include "client/formats/sight_collector.h"
+#include "client/formats/text_fields.h"
 #include "client/formats/xyz_heading.h"
 #include "core/base/status_macros.h"
 
 namespace rilievo {
 namespace {
-
-// What stood between two columns.
-enum class Gap { kNone, kBlank, kComma, kSpacedComma, kSemicolon };
-
-struct Column {
-  std::string_view text;  // empty at the end of the line
-  Gap gap = Gap::kNone;   // before the next column
-};
-
-bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
-bool IsSeparator(char c) { return IsBlank(c) || c == ',' || c == ';'; }
-
-Column NextColumn(std::string_view* line) {
-  Column column;
-  size_t end = 0;
-  while (end < line->size() && !IsSeparator((*line)[end])) ++end;
-  column.text = line->substr(0, end);
-  bool blank = false, comma = false, semicolon = false;
-  for (; end < line->size() && IsSeparator((*line)[end]); ++end) {
-    blank |= IsBlank((*line)[end]);
-    comma |= (*line)[end] == ',';
-    semicolon |= (*line)[end] == ';';
-  }
-  if (end < line->size()) {
-    column.gap = comma       ? (blank ? Gap::kSpacedComma : Gap::kComma)
-                 : semicolon ? Gap::kSemicolon
-                             : Gap::kBlank;
-  }
-  line->remove_prefix(end);
-  return column;
-}
 
 class XyzReader {
  public:
@@ -90,10 +60,9 @@ class XyzReader {
 
   absl::Status TakeLine(std::string_view line) {
     if (source_.line_number() == 1) line = WithoutByteOrderMark(line);
-    while (!line.empty() && IsSeparator(line.front())) line.remove_prefix(1);
-    if (line.empty()) return absl::OkStatus();
-    if (line.front() == '#' || line.substr(0, 2) == "//") {
-      TakeComment(line.substr(line.front() == '#' ? 1 : 2));
+    if (HasNoFields(line)) return absl::OkStatus();
+    if (const std::optional<std::string_view> comment = CommentIn(line)) {
+      TakeComment(*comment);
       return absl::OkStatus();
     }
     if (!seen_data_ && !HasNumber(line)) return TakeHeading(line);
@@ -101,7 +70,7 @@ class XyzReader {
     const bool may_count = block_left_ ? !block_open : points_.count() == 0;
     if (may_count) {
       std::string_view rest = line;
-      const Column only = NextColumn(&rest);
+      const TextField only = NextField(&rest);
       uint64_t count = 0;
       if (rest.empty() && ParseCount(only.text, &count)) return TakeCount(count);
     }
@@ -115,7 +84,7 @@ class XyzReader {
   static bool HasNumber(std::string_view line) {
     while (!line.empty()) {
       double value;
-      if (ParseNumber(NextColumn(&line).text, &value).ok()) return true;
+      if (ParseNumber(NextField(&line).text, &value).ok()) return true;
     }
     return false;
   }
@@ -145,7 +114,9 @@ class XyzReader {
   }
 
   void FollowComment(std::string_view line) {
-    if (CountColumns(line) == commented_heading_->columns) Follow(*commented_heading_);
+    const FieldCount count = CountFields(line);
+    const size_t named = commented_heading_->names.size();
+    if (count.filled <= named && named <= count.all) Follow(*commented_heading_);
     commented_heading_.reset();
   }
 
@@ -172,52 +143,72 @@ class XyzReader {
     return absl::OkStatus();
   }
 
-  static int CountColumns(std::string_view line) {
-    int columns = 0;
-    for (; !line.empty(); ++columns) NextColumn(&line);
-    return columns;
+  struct FieldCount {
+    size_t filled = 0;  // without the empty ones at the end
+    size_t all = 0;
+  };
+  static FieldCount CountFields(std::string_view line) {
+    FieldCount count;
+    while (!line.empty()) {
+      const TextField field = NextField(&line);
+      ++count.all;
+      if (!field.text.empty()) count.filled = count.all;
+      if (line.empty() && field.gap != FieldGap::kNone) ++count.all;
+    }
+    return count;
   }
 
   // Without a heading three columns behind x y z, or behind x y z and the intensity as in PTS, may
   // be colours: their numbers tell.
   void GuessColors(std::string_view line) {
-    const int columns = CountColumns(line);
+    const auto columns = static_cast<int>(CountFields(line).filled);
     if (!wanted_.colors || !axis_names_.empty() || (columns != 6 && columns != 7)) return;
     sight_columns_.AddColorsAt(columns - 3, &columns_);
     colors_are_guessed_ = true;
   }
 
+  // Into the values that are wanted of this column.
+  absl::Status TakeField(int column, std::string_view text) {
+    for (size_t place = 0; place < columns_.size(); ++place) {
+      if (columns_[place] != column) continue;
+      if (text.empty() && place < 3) {
+        constexpr const char* kAxes[] = {"x", "y", "z"};
+        return LineError("nothing between two separators in column ", column + 1, ", where ",
+                         kAxes[place], " belongs; give every point its three coordinates");
+      }
+      if (text.empty()) continue;
+      if (const absl::Status status = ParseNumber(text, &values_[place]); !status.ok()) {
+        return LineError(status.message());
+      }
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status TakePoint(std::string_view line) {
     if (commented_heading_) FollowComment(line);
     if (points_.count() == 0) GuessColors(line);
-    // What a short line lacks is not known.
-    std::vector<double>& values = values_;
-    values.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
+    // What a line lacks is not known.
+    values_.assign(columns_.size(), std::numeric_limits<double>::quiet_NaN());
     const int last_column = *std::max_element(columns_.begin(), columns_.end());
-    Gap first_gap = Gap::kNone;
-    for (int column = 0; column <= last_column; ++column) {
-      const Column next = NextColumn(&line);
-      if (next.text.empty()) {
-        if (column >= columns_needed_) break;
-        if (!source_.line_was_ended() && block_left_) return Truncated();
-        return LineError(column, " values, ", columns_needed_, " needed for x, y and z");
-      }
-      for (size_t place = 0; place < columns_.size(); ++place) {
-        if (columns_[place] != column) continue;
-        if (const absl::Status status = ParseNumber(next.text, &values[place]); !status.ok()) {
-          return LineError(status.message());
-        }
-      }
+    FieldGap first_gap = FieldGap::kNone;
+    int column = 0;
+    for (; column <= last_column && !line.empty(); ++column) {
+      const TextField next = NextField(&line);
+      RILIEVO_RETURN_IF_ERROR(TakeField(column, next.text));
       // "0,5 1,25 0": commas without blanks among other separators are decimal commas.
       if (column == 0) first_gap = next.gap;
-      const bool comma = next.gap == Gap::kComma, first_comma = first_gap == Gap::kComma;
+      const bool comma = next.gap == FieldGap::kComma, first_comma = first_gap == FieldGap::kComma;
       const bool last = column + 1 >= columns_needed_;
-      if (column < columns_needed_ && comma != first_comma && (comma || !last)) {
+      if (column < columns_needed_ && comma != first_comma && !line.empty() && (comma || !last)) {
         return LineError("commas beside other separators: decimal commas? write points, as in 0.5");
       }
     }
-    points_.Add(values[0], values[1], values[2]);
-    sight_columns_.Take(values.data(), &sights_);
+    if (column < columns_needed_) {
+      if (!source_.line_was_ended() && block_left_) return Truncated();
+      return LineError(column, " values, ", columns_needed_, " needed for x, y and z");
+    }
+    points_.Add(values_[0], values_[1], values_[2]);
+    sight_columns_.Take(values_.data(), &sights_);
     return absl::OkStatus();
   }
 

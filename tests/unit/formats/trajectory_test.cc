@@ -53,6 +53,20 @@ TEST(TrajectoryTest, ReadsTheColumnsOfItsHeading) {
   }
 }
 
+TEST(TrajectoryTest, KeepsTheColumnsOfEmptyFields) {
+  for (const std::string text :
+       {"time,roll,x,y,z\n0,,1,2,3\n2,-9,3,2,3\n", ";time;x;y;z\n;0;1;2;3\n7;2;3;2;3\n",
+        "time\troll\tx\ty\tz\n0\t\t1\t2\t3\n2\t-9\t3\t2\t3\n"}) {
+    const auto trajectory = ReadWay(text);
+    ASSERT_TRUE(trajectory.ok()) << trajectory.status();
+    EXPECT_EQ(trajectory->At(0), Eigen::Vector3d(1, 2, 3)) << text;
+    EXPECT_EQ(trajectory->At(1), Eigen::Vector3d(2, 2, 3)) << text;
+  }
+  const auto shifted = ReadWay("time,x,y,z,roll\n0,1,,3,4\n1,1,2,3,4\n");
+  ASSERT_TRUE(absl::IsInvalidArgument(shifted.status()));
+  EXPECT_THAT(std::string(shifted.status().message()), HasSubstr("line 2: time, x, y and z"));
+}
+
 TEST(TrajectoryTest, RefusesWhatIsNotOne) {
   for (const auto& [text, part] :
        {std::pair("", "0 times"), std::pair("1 2 3 4\n", "1 times"),
