@@ -131,10 +131,12 @@ absl::Status WriteExported(const DisplacedSurface& surface, const ExportArgument
   }
   if (extension == "glb") {
     const GlbTexture texture{exported.texture, exported.png};
-    const auto write = arguments.compress ? WriteCompressedGlbMesh : WriteGlbMesh;
+    const GlbTexture* const shown = exported.png.empty() ? nullptr : &texture;
     return WriteFileAtomically(arguments.output, [&](std::ostream& out) {
-      return write(exported.mesh, exported.sources, out, exported.layers, exported.place,
-                   exported.png.empty() ? nullptr : &texture);
+      return arguments.compress ? WriteCompressedGlbMesh(exported.mesh, exported.sources, out,
+                                                         exported.layers, exported.place, shown)
+                                : WriteGlbMesh(exported.mesh, exported.sources, out,
+                                               exported.layers, exported.place, shown);
     });
   }
   return WriteMesh(arguments.output, extension, exported.mesh, exported.sources, exported.layers,

@@ -78,16 +78,26 @@ GlbColumn PackedColumn(const char* attribute, int component, const char* type,
   return column;
 }
 
-// Positions as steps from the low corner of the bounding box.
+// Positions as whole steps, those of the low corner of the bounding box taken off.
 struct PositionGrid {
-  Eigen::Vector3d low;
   double step = 1;  // scan unit
+  Eigen::Vector3d low;
+
+  Eigen::Vector3d StepsTo(const Eigen::Vector3d& position) const {
+    return (position / step).array().round().matrix() - low;
+  }
 };
 
-PositionGrid GridOf(const Eigen::Matrix3Xd& vertices) {
-  PositionGrid grid{vertices.rowwise().minCoeff()};
-  const double longest = (vertices.rowwise().maxCoeff() - grid.low).maxCoeff();
-  if (longest > 0) grid.step = longest / kMostSteps;
+absl::StatusOr<PositionGrid> GridOf(const Eigen::Matrix3Xd& vertices, double step) {
+  const Eigen::Vector3d low = vertices.rowwise().minCoeff(), high = vertices.rowwise().maxCoeff();
+  const double longest = (high - low).maxCoeff();
+  PositionGrid grid;
+  grid.step = step > 0 ? step : longest > 0 ? longest / kMostSteps : 1;
+  grid.low = (low / grid.step).array().round();
+  if (step > 0 && grid.StepsTo(high).maxCoeff() > kMostSteps) {
+    return absl::InvalidArgumentError(absl::StrCat("step = ", step, ": the mesh is ", longest,
+                                                   " long; at least ", longest / kMostSteps));
+  }
   return grid;
 }
 
@@ -95,10 +105,10 @@ GlbColumn PackedPositions(const TriangleMesh& mesh, const PositionGrid& grid,
                           const CodingOrder& order) {
   const auto steps = [&](size_t v) {
     std::array<uint16_t, 4> row{};
+    const Eigen::Vector3d place = grid.StepsTo(mesh.vertices.col(static_cast<Eigen::Index>(v)));
     for (int axis = 0; axis < 3; ++axis) {
-      const double place = mesh.vertices(axis, static_cast<Eigen::Index>(v)) - grid.low(axis);
       row[static_cast<size_t>(axis)] =
-          static_cast<uint16_t>(std::clamp(std::round(place / grid.step), 0.0, kMostSteps));
+          static_cast<uint16_t>(std::clamp(place(axis), 0.0, kMostSteps));
     }
     return row;
   };
@@ -166,12 +176,13 @@ GlbColumn PackedTriangles(const CodingOrder& order) {
 
 absl::Status WriteCompressedGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
                                     std::ostream& out, const PointLayers& layers,
-                                    const ScanPlace& place, const GlbTexture* texture) {
+                                    const ScanPlace& place, const GlbTexture* texture,
+                                    double step) {
   RILIEVO_RETURN_IF_ERROR(CheckGlbMesh(mesh, sources, layers));
   const CodingOrder order = OrderOf(mesh);
-  const PositionGrid grid = GridOf(mesh.vertices);
+  RILIEVO_ASSIGN_OR_RETURN(const PositionGrid grid, GridOf(mesh.vertices, step));
   GlbContents contents;
-  contents.translation = grid.low;
+  contents.translation = grid.low * grid.step;
   contents.scale = grid.step;
   contents.has_colors = !layers.colors.empty() || texture != nullptr;
   std::vector<GlbColumn>& columns = contents.columns;

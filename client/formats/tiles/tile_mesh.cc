@@ -88,8 +88,7 @@ HalfEdges RimOf(const SurfaceLevel& level, const SurfaceTile& tile) {
   return rim;
 }
 
-TileMesh MeshOfTile(const SurfaceLevel& level, const SurfaceTile& tile, const HalfEdges& rims,
-                    double skirt) {
+TileMesh MeshOfTile(const SurfaceLevel& level, const SurfaceTile& tile, const HalfEdges& rims) {
   TileVertices vertices(level);
   std::vector<Eigen::Vector3i> triangles;
   ForEachTriangle(level, tile, [&](const Eigen::Vector3i& corners) {
@@ -99,8 +98,8 @@ TileMesh MeshOfTile(const SurfaceLevel& level, const SurfaceTile& tile, const Ha
   for (const uint64_t half_edge : RimOf(level, tile)) {
     if (!HasOpposite(rims, half_edge)) continue;
     const int from = vertices.Local(FromOf(half_edge)), to = vertices.Local(ToOf(half_edge));
-    const int low_from = vertices.Lowered(FromOf(half_edge), skirt);
-    const int low_to = vertices.Lowered(ToOf(half_edge), skirt);
+    const int low_from = vertices.Lowered(FromOf(half_edge), tile.spread);
+    const int low_to = vertices.Lowered(ToOf(half_edge), tile.spread);
     triangles.emplace_back(to, from, low_from);
     triangles.emplace_back(to, low_from, low_to);
   }

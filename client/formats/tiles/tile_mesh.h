@@ -32,9 +32,9 @@ struct TileMesh {
   PointLayers layers;
 };
 
-// Where the tile meets another, its rim is drawn out by `skirt` against the vertices' normals;
-// borders of the surface itself stay as they are. `rims`: of all tiles of the level.
-TileMesh MeshOfTile(const SurfaceLevel& level, const SurfaceTile& tile, const HalfEdges& rims,
-                    double skirt);
+// Where the tile meets another, its rim is drawn out by its spread against the vertices' normals,
+// for the other may be shown at any level; borders of the surface itself stay as they are. `rims`:
+// of all tiles of the level.
+TileMesh MeshOfTile(const SurfaceLevel& level, const SurfaceTile& tile, const HalfEdges& rims);
 
 }  // namespace rilievo

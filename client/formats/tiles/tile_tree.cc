@@ -75,12 +75,12 @@ void MeasureTiles(const std::vector<TriangleMesh>& levels, std::vector<SurfaceTi
     const std::vector<double> distances =
         MidpointDistances(levels[level], levels[level + 1], control_faces);
     for (SurfaceTile& tile : *tiles) {
-      if (tile.level > static_cast<int>(level)) continue;
       double farthest = 0;
       for (const int face : tile.faces) {
         farthest = std::max(farthest, distances[static_cast<size_t>(face)]);
       }
-      tile.error += farthest;
+      tile.spread += farthest;
+      if (tile.level <= static_cast<int>(level)) tile.error += farthest;
     }
   }
 }

@@ -17,6 +17,8 @@ struct SurfaceTile {
   std::vector<int> children;  // of the next level; together they have the same faces
   // How far the tile may be from the finest level, unit of the meshes; 0 at the finest level.
   double error = 0;
+  // How far its faces may be at any level from where they are at any other, unit of the meshes.
+  double spread = 0;
 };
 
 // Parents before their children. One tile has all faces of level 0, or, where these are more than
@@ -25,9 +27,10 @@ struct SurfaceTile {
 absl::StatusOr<std::vector<SurfaceTile>> CutIntoTiles(const ControlMesh& control, int finest_level,
                                                       int64_t most_triangles);
 
-// Gives the tiles their errors. `levels`: tessellations of the surface, of level 0 to the finest.
-// The error is at most the sum, over the levels that are still to come, of the largest distance
-// between a new vertex in the tile and the middle of the edge that it splits.
+// Gives the tiles their errors and spreads. `levels`: tessellations of the surface, of level 0 to
+// the finest. The error is the sum, over the levels that are still to come, of the largest distance
+// between a new vertex in the tile and the middle of the edge that it splits; the spread is that
+// over all levels.
 void MeasureTiles(const std::vector<TriangleMesh>& levels, std::vector<SurfaceTile>* tiles);
 
 }  // namespace rilievo

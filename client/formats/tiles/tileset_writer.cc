@@ -3,7 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -45,7 +48,25 @@ Json BoxJson(const Eigen::AlignedBox3d& box) {
            {center.x(), center.y(), center.z(), half.x(), 0, 0, 0, half.y(), 0, 0, 0, half.z()}}};
 }
 
+constexpr char kTilesetName[] = "tileset.json", kGenerator[] = "rilievo";
+
 std::string NameOf(size_t tile) { return absl::StrCat("tile_", tile, ".glb"); }
+
+// So that at no time a tileset.json names the tiles of another one. Tiles go only with a
+// tileset.json that was written here.
+absl::Status RemoveOldTileset(const fs::path& folder) {
+  std::ifstream in(folder / kTilesetName);
+  if (!in) return absl::OkStatus();
+  const Json old = Json::parse(in, nullptr, /*allow_exceptions=*/false);
+  const Json::json_pointer generator("/asset/extras/generator");
+  const bool ours = old.is_object() && old.contains(generator) && old[generator] == kGenerator;
+  std::error_code error;
+  fs::remove(folder / kTilesetName, error);
+  for (size_t tile = 0; ours && !error && fs::remove(folder / NameOf(tile), error);) ++tile;
+  if (!error) return absl::OkStatus();
+  return absl::PermissionDeniedError(absl::StrCat(
+      folder.string(), ": the tileset that is there cannot be removed: ", error.message()));
+}
 
 class TilesetWriter {
  public:
@@ -66,6 +87,7 @@ class TilesetWriter {
                                                   options_.most_triangles));
     MeasureTiles(levels_, &tiles_);
     boxes_.resize(tiles_.size());
+    RILIEVO_RETURN_IF_ERROR(RemoveOldTileset(folder_));
     for (int level = 0; level <= options_.finest_level; ++level) {
       RILIEVO_RETURN_IF_ERROR(WriteLevel(level, context));
     }
@@ -74,7 +96,7 @@ class TilesetWriter {
       boxes_[static_cast<size_t>(tiles_[tile].parent)].extend(boxes_[tile]);
     }
     const std::string json = TilesetJson().dump();
-    RILIEVO_RETURN_IF_ERROR(WriteFileAtomically(PathOf("tileset.json"), [&](std::ostream& out) {
+    RILIEVO_RETURN_IF_ERROR(WriteFileAtomically(PathOf(kTilesetName), [&](std::ostream& out) {
       out << json;
       return absl::OkStatus();
     }));
@@ -97,17 +119,35 @@ class TilesetWriter {
       rims.insert(rims.end(), rim.begin(), rim.end());
     }
     std::sort(rims.begin(), rims.end());
+    std::vector<std::pair<size_t, TileMesh>> meshes;
     for (size_t i = 0; i < tiles_.size(); ++i) {
       if (tiles_[i].level != number) continue;
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      RILIEVO_RETURN_IF_ERROR(WriteTile(i, MeshOfTile(level, tiles_[i], rims, SkirtOf(tiles_[i]))));
+      meshes.emplace_back(i, MeshOfTile(level, tiles_[i], rims));
+    }
+    if (options_.compressed) PutOnGrid(&meshes);
+    for (const auto& [i, mesh] : meshes) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      RILIEVO_RETURN_IF_ERROR(WriteTile(i, mesh));
     }
     return absl::OkStatus();
   }
 
-  // A neighbour may be as coarse as the tile above this one.
-  double SkirtOf(const SurfaceTile& tile) const {
-    return tile.parent < 0 ? tile.error : tiles_[static_cast<size_t>(tile.parent)].error;
+  // One grid for the tiles of a level, as fine as 16 bits allow the largest of them: on grids of
+  // their own the vertices that two tiles share would come apart.
+  void PutOnGrid(std::vector<std::pair<size_t, TileMesh>>* meshes) {
+    double longest = 0;
+    for (const auto& [i, tile] : *meshes) {
+      const Eigen::Matrix3Xd& vertices = tile.mesh.vertices;
+      longest = std::max(
+          longest, (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).maxCoeff());
+    }
+    constexpr double kMostSteps = 65534;  // 65535, and rounding
+    step_ = longest / kMostSteps;
+    if (!(step_ > 0)) return;
+    for (auto& [i, tile] : *meshes) {
+      tile.mesh.vertices = (tile.mesh.vertices / step_).array().round().matrix() * step_;
+    }
   }
 
   absl::Status WriteTile(size_t number, const TileMesh& tile) {
@@ -115,8 +155,10 @@ class TilesetWriter {
       boxes_[number].extend(frame_.FromScan(tile.mesh.vertices.col(v)));
     }
     return WriteFileAtomically(PathOf(NameOf(number)), [&](std::ostream& out) {
-      const auto write = options_.compressed ? WriteCompressedGlbMesh : WriteGlbMesh;
-      RILIEVO_RETURN_IF_ERROR(write(tile.mesh, tile.sources, out, tile.layers, place_, nullptr));
+      RILIEVO_RETURN_IF_ERROR(
+          options_.compressed ? WriteCompressedGlbMesh(tile.mesh, tile.sources, out, tile.layers,
+                                                       place_, nullptr, step_)
+                              : WriteGlbMesh(tile.mesh, tile.sources, out, tile.layers, place_));
       bytes_ += static_cast<int64_t>(out.tellp());
       return absl::OkStatus();
     });
@@ -154,7 +196,7 @@ class TilesetWriter {
     Json root = RootJson();
     const Eigen::Vector3d to = frame_.FromScan(frame_.middle);
     root["transform"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, to.x(), to.y(), to.z(), 1};
-    Json extras = {{"generator", "rilievo"}};
+    Json extras = {{"generator", kGenerator}};
     if (!place_.crs.empty()) extras["crs"] = place_.crs;
     const double metres = surface_.frame.diagonal * frame_.metres;
     return {{"asset", {{"version", "1.1"}, {"extras", extras}}},
@@ -170,6 +212,7 @@ class TilesetWriter {
   std::vector<TriangleMesh> levels_;  // about the middle
   std::vector<SurfaceTile> tiles_;
   std::vector<Eigen::AlignedBox3d> boxes_;  // of each tile and those below, in the tileset's frame
+  double step_ = 0;                         // of the grid of the level at hand, scan unit
   int64_t bytes_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include "client/formats/meshopt/compress_glb.h"
 
 #include <gmock/gmock.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
@@ -280,6 +281,31 @@ TEST(CompressGlbTest, LeavesOutVerticesWithoutATriangle) {
   EXPECT_EQ(glb.json["accessors"][0]["count"], 3);
   EXPECT_EQ(VerticesOfParts(glb, mesh).size(), 3u);
   EXPECT_FALSE(WriteCompressedGlbMesh({}, {}, out).ok());
+}
+
+TEST(CompressGlbTest, RoundsToMultiplesOfAGivenStep) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, 3);
+  mesh.vertices << 4.6e6 + 0.26, 4.6e6 + 1.13, 4.6e6 + 0.51,  //
+      -0.26, 0.51, 1.13,                                      //
+      7, 7, 7;
+  mesh.triangles.resize(3, 1);
+  mesh.triangles << 0, 1, 2;
+  const auto write = [&](double step) {
+    std::ostringstream out;
+    const absl::Status status = WriteCompressedGlbMesh(mesh, {}, out, {}, {}, nullptr, step);
+    return status.ok() ? absl::StatusOr<std::string>(out.str()) : status;
+  };
+  const auto written = write(0.25);
+  ASSERT_TRUE(written.ok()) << written.status();
+  const testing::GlbParts glb = testing::TakeGlbApart(*written);
+  const auto& node = glb.json["nodes"][1];
+  EXPECT_EQ(node["scale"], (std::vector<double>{0.25, 0.25, 0.25}));
+  EXPECT_EQ(node["translation"], (std::vector<double>{4.6e6 + 0.25, -0.25, 7}));
+  EXPECT_EQ(glb.json["accessors"][0]["max"], (std::vector<double>{4, 6, 0}));
+  const absl::Status too_fine = write(2e-5).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(too_fine));
+  EXPECT_THAT(std::string(too_fine.message()), ::testing::HasSubstr("step = 2e-05"));
 }
 
 }  // namespace

@@ -104,6 +104,40 @@ TEST(TileTreeTest, AnErrorBoundsTheDistanceToTheFinestLevel) {
   }
 }
 
+double DistanceToSegment(const Eigen::Vector3d& point, const Eigen::Vector3d& from,
+                         const Eigen::Vector3d& to) {
+  const double share = (point - from).dot(to - from) / (to - from).squaredNorm();
+  return (point - from - std::clamp(share, 0.0, 1.0) * (to - from)).norm();
+}
+
+TEST(TileTreeTest, ASpreadReachesFromTheRimToThatOfAnyLevel) {
+  const DisplacedSurface surface = testing::CreasedOctahedron(kTileLevels);
+  std::vector<SurfaceTile> tiles = *CutIntoTiles(surface.control_mesh, kTileLevels, kMostTriangles);
+  const std::vector<TriangleMesh> levels = TessellatedLevels(surface);
+  MeasureTiles(levels, &tiles);
+  for (const SurfaceTile& tile : tiles) {
+    const auto rim_at = [&](int number) {
+      const auto& mesh = levels[static_cast<size_t>(number)];
+      return RimOf(SurfaceLevel{mesh, {}, {}, 1 << (2 * number)}, tile);
+    };
+    const Eigen::Matrix3Xd& own = levels[static_cast<size_t>(tile.level)].vertices;
+    for (int other = 0; other <= kTileLevels; ++other) {
+      const Eigen::Matrix3Xd& vertices = levels[static_cast<size_t>(other)].vertices;
+      const HalfEdges rim = rim_at(other);
+      for (const uint64_t half_edge : rim_at(tile.level)) {
+        const Eigen::Vector3d point = own.col(static_cast<Eigen::Index>(half_edge >> 32));
+        double nearest = 1e9;
+        for (const uint64_t to : rim) {
+          nearest = std::min(
+              nearest, DistanceToSegment(point, vertices.col(static_cast<Eigen::Index>(to >> 32)),
+                                         vertices.col(static_cast<Eigen::Index>(to & 0xffffffff))));
+        }
+        EXPECT_LE(nearest, tile.spread + 1e-12) << tile.level << " beside " << other;
+      }
+    }
+  }
+}
+
 using CornerPlace = std::array<double, 3>;
 std::multiset<std::array<CornerPlace, 3>> TrianglesByPlace(const TriangleMesh& mesh) {
   std::multiset<std::array<CornerPlace, 3>> triangles;
@@ -132,8 +166,8 @@ DisplacedSurface OpenSurface() {
 
 TEST(TileMeshTest, TilesOfALevelAreTheSurfaceAndSkirtsHangAtSeamsAlone) {
   const DisplacedSurface surface = OpenSurface();
-  const std::vector<SurfaceTile> tiles =
-      *CutIntoTiles(surface.control_mesh, kTileLevels, kMostTriangles);
+  std::vector<SurfaceTile> tiles = *CutIntoTiles(surface.control_mesh, kTileLevels, kMostTriangles);
+  MeasureTiles(TessellatedLevels(surface), &tiles);
   for (int number = 0; number <= kTileLevels; ++number) {
     const TriangleMesh mesh = *Tessellate(surface, number, RunContext());
     const std::vector<HeightSource> sources = SourcesAtLevel(surface, number);
@@ -152,7 +186,7 @@ TEST(TileMeshTest, TilesOfALevelAreTheSurfaceAndSkirtsHangAtSeamsAlone) {
     size_t skirts = 0;
     for (const SurfaceTile& tile : tiles) {
       if (tile.level != number) continue;
-      TileMesh part = MeshOfTile(level, tile, rims, 0.25);
+      TileMesh part = MeshOfTile(level, tile, rims);
       EXPECT_EQ(part.sources.size(), static_cast<size_t>(part.mesh.vertices.cols()));
       const auto own = static_cast<Eigen::Index>(tile.faces.size()) << (2 * number);
       skirts += static_cast<size_t>(part.mesh.triangles.cols() - own) / 2;
@@ -277,6 +311,75 @@ TEST_F(TilesetWriterTest, CompressesItsTiles) {
   std::ifstream in(fs::path(folder_) / tileset["root"]["content"]["uri"].get<std::string>());
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
   EXPECT_NE(bytes.find("EXT_meshopt_compression"), std::string::npos);
+}
+
+// Of the tiles at `level` in a tileset, whose root is at level 0.
+void AppendTiles(const Json& tile, int level, const fs::path& folder,
+                 std::vector<Eigen::Matrix3Xd>* vertices) {
+  if (level == 0) {
+    const auto mesh = ReadMesh((folder / tile["content"]["uri"].get<std::string>()).string());
+    ASSERT_TRUE(mesh.ok()) << mesh.status();
+    vertices->push_back(mesh->mesh.vertices);
+    return;
+  }
+  for (const Json& child : tile["children"]) AppendTiles(child, level - 1, folder, vertices);
+}
+
+TEST_F(TilesetWriterTest, TilesOfALevelMeetAtTheSameVertices) {
+  const DisplacedSurface surface = testing::CreasedOctahedron(kTileLevels);
+  for (const bool compressed : {false, true}) {
+    const Json tileset = Written(surface, {}, compressed);
+    // Floats about the middle of a tile; or whole steps, which are the same in all.
+    const double same = compressed ? 1e-12 : 1e-6;
+    for (int level = 2; level <= kTileLevels; ++level) {
+      std::vector<Eigen::Matrix3Xd> tiles;
+      AppendTiles(tileset["root"], level, folder_, &tiles);
+      ASSERT_GT(tiles.size(), 1u);
+      int met = 0;
+      for (const Eigen::Matrix3Xd& tile : tiles) {
+        for (const Eigen::Matrix3Xd& other : tiles) {
+          if (&tile == &other) continue;
+          for (Eigen::Index v = 0; v < tile.cols(); ++v) {
+            const double nearest = (other.colwise() - tile.col(v)).colwise().norm().minCoeff();
+            if (nearest <= same) ++met;
+            // Edges are longer than a tenth; grids of their own moved vertices by 1e-5.
+            EXPECT_TRUE(nearest <= same || nearest > 2e-3) << nearest;
+          }
+        }
+      }
+      EXPECT_GT(met, 0);
+    }
+  }
+}
+
+TEST_F(TilesetWriterTest, ReplacesTheTilesetThatIsThere) {
+  Written(testing::CreasedOctahedron(kTileLevels), {});
+  std::ofstream(fs::path(folder_) / "notes.txt") << "mine";
+  const auto written = WriteTileset(folder_, testing::CreasedOctahedron(1), {}, {}, RunContext());
+  ASSERT_TRUE(written.ok()) << written.status();
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
+  EXPECT_EQ(names, (std::set<std::string>{"notes.txt", "tile_0.glb", "tileset.json"}));
+}
+
+TEST_F(TilesetWriterTest, LeavesTheTilesOfOthers) {
+  for (const char* json : {"{\"asset\":{\"version\":\"1.1\"}}", "[1]", "not JSON"}) {
+    std::ofstream(fs::path(folder_) / "tileset.json") << json;
+    std::ofstream(fs::path(folder_) / "tile_1.glb") << "of another program";
+    const auto written = WriteTileset(folder_, testing::CreasedOctahedron(1), {}, {}, RunContext());
+    ASSERT_TRUE(written.ok()) << written.status();
+    EXPECT_TRUE(fs::exists(fs::path(folder_) / "tile_1.glb")) << json;
+  }
+}
+
+TEST_F(TilesetWriterTest, AFailureLeavesNoTileset) {
+  Written(testing::CreasedOctahedron(1), {});
+  fs::remove(fs::path(folder_) / "tile_1.glb");
+  fs::create_directories(fs::path(folder_) / "tile_1.glb" / "in the way");
+  const auto written =
+      WriteTileset(folder_, testing::CreasedOctahedron(1), {}, {.finest_level = 1}, RunContext());
+  EXPECT_FALSE(written.ok());
+  EXPECT_FALSE(fs::exists(fs::path(folder_) / "tileset.json"));
 }
 
 TEST_F(TilesetWriterTest, RefusesLevelsWithoutHeights) {
