@@ -43,12 +43,31 @@ std::vector<uint8_t> AllBytes(std::istream& in) {
   return bytes;
 }
 
+// Passes points on and counts them.
+class CountingSink : public PointSink {
+ public:
+  explicit CountingSink(PointSink* sink) : sink_(*sink) {}
+  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
+    count_ += points.cols();
+    sink_.Take(points);
+  }
+  int64_t count() const { return count_; }
+
+ private:
+  PointSink& sink_;
+  int64_t count_ = 0;
+};
+
 // Of the formats that hold nothing but meshes.
 absl::StatusOr<ScanFile> ReadMeshVertices(std::istream& in, const std::string& name,
                                           const WantedLayers& wanted) {
   RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMeshStream(in, name));
   ScanFile scan;
-  scan.cloud.points = std::move(file.mesh.vertices);
+  if (wanted.sink != nullptr) {
+    wanted.sink->Take(file.mesh.vertices);
+  } else {
+    scan.cloud.points = std::move(file.mesh.vertices);
+  }
   if (wanted.colors) scan.cloud.sights.colors = std::move(file.colors);
   scan.format = std::move(file.format);
   scan.faces = static_cast<uint64_t>(file.mesh.triangles.cols());
@@ -145,6 +164,8 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
     RILIEVO_ASSIGN_OR_RETURN(trajectory, ReadTrajectory(arguments.trajectory));
     wanted.trajectory = &*trajectory;
   }
+  std::optional<CountingSink> sink;
+  if (layers.sink != nullptr) wanted.sink = &sink.emplace(layers.sink);
   return WithInput(path, [&](std::istream& in) -> absl::StatusOr<ScanFile> {
     const std::string name = NameOf(path, arguments.format);
     HeadedInput input(in);
@@ -165,7 +186,7 @@ absl::StatusOr<ScanFile> LoadScan(const std::string& path, const ScanArguments& 
         absl::StrCat("a mesh of ", Counted(static_cast<int64_t>(scan.faces), "face", "faces"),
                      ", not a scan; 'rilievo convert' makes a surface of it; or add --points-only "
                      "to take its ",
-                     Counted(scan.cloud.points.cols(), "vertex", "vertices"),
+                     Counted(sink ? sink->count() : scan.cloud.points.cols(), "vertex", "vertices"),
                      " as the points of a scan and leave its faces out"));
   });
 }

@@ -40,5 +40,20 @@ TEST_F(GlbInputTest, IsNoScanUnlessItsPointsAloneAreWanted) {
   EXPECT_EQ(info["place"]["up"], "y");
 }
 
+TEST_F(GlbInputTest, HasItsPointsInPartsToo) {
+  EXPECT_EQ(Run({"export", At("a.dss"), At("a.ply")}).code, 0);
+  for (const char* name : {"a.glb", "a.stl", "a.ply"}) {
+    const auto reconstruct = [&](std::vector<std::string> more) {
+      more.insert(more.begin(), {"reconstruct", At(name), "-o", At("b.dss")});
+      return Run(more);
+    };
+    const std::string whole = reconstruct({}).err, parts = reconstruct({"--parts"}).err;
+    EXPECT_THAT(parts, ::testing::ContainsRegex("[1-9][0-9,]* vertices"));
+    EXPECT_EQ(parts, whole) << name;
+    const Ended taken = reconstruct({"--parts", "--points-only"});
+    EXPECT_EQ(taken.code, 0) << taken.err;
+  }
+}
+
 }  // namespace
 }  // namespace rilievo
