@@ -86,7 +86,7 @@ std::optional<CallError> StreamSurfaceCall::Open() {
   const auto first = FirstByte(request_, stored->job.surface());
   if (!first.ok()) return ErrorOfStore(first.status());
   // Once open it can be read to its end, though retention may remove it meanwhile.
-  auto file = core_->store->blobs().Read(stored->surface);
+  auto file = core_->store->blobs().Read(stored->surface, [this] { core_->bulk.Moved(); });
   if (!file.ok()) return Damaged(file.status());
   auto surface =
       StoredSurface::From(*std::move(file), stored->surface, stored->job.surface(), *first);

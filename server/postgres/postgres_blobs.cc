@@ -106,12 +106,14 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobS
   return std::make_unique<StagedParts>(connections_, staged, writer.hash(), writer.bytes());
 }
 
-absl::StatusOr<FileDescriptor> PostgresBlobs::Read(const std::string& name) const {
+absl::StatusOr<FileDescriptor> PostgresBlobs::Fetch(const std::string& name,
+                                                    const std::function<void()>& moved) const {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOf(name));
   FileDescriptor memory(memfd_create("blob", MFD_CLOEXEC));
   if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
   const absl::Status read =
       PostgresParts(connections_->Take().get()).Read(name, [&](const std::string& part) {
+        if (moved) moved();
         return memory.Write(part.data(), part.size());
       });
   RILIEVO_RETURN_IF_ERROR(read);

@@ -19,8 +19,6 @@ class PostgresBlobs final : public BlobStore {
       std::shared_ptr<PostgresConnections> connections);
 
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
-  // In memory.
-  absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
   absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
   absl::Status Remove(const std::string& name) const override;
   // Under the name "damaged:" and its own.
@@ -28,6 +26,10 @@ class PostgresBlobs final : public BlobStore {
   absl::StatusOr<std::vector<FileEntry>> List() const override;
 
  private:
+  // In memory.
+  absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
+                                       const std::function<void()>& moved) const override;
+
   explicit PostgresBlobs(std::shared_ptr<PostgresConnections> connections)
       : connections_(std::move(connections)) {}
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <mutex>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -21,9 +23,10 @@ using Connections = LeasePool<Database>;
 // Held in memory while a part is on its way; S3 takes 10 000 parts of at least 5 MiB.
 constexpr size_t kPartBytes = 8 << 20;
 constexpr size_t kMostParts = 10'000;
-constexpr int kBatch = 100;
-// One of a thread that has other things to do each second.
-constexpr std::chrono::seconds kSweep{5};
+constexpr size_t kBatch = 100;
+constexpr size_t kRemovals = 8;  // at a time
+// Then no further batch: the thread has other things to do each second.
+constexpr std::chrono::seconds kSweep{1};
 
 std::string NewKey() {
   std::random_device random;
@@ -41,7 +44,7 @@ absl::StatusOr<int> Change(Database* database, const std::string& sql,
   return database->Changes();
 }
 
-// An object that is no blob yet: removed later unless it was adopted.
+// An object that is not a blob yet: removed later unless it was adopted.
 class StagedObject final : public StagedBlob {
  public:
   StagedObject(std::shared_ptr<Connections> connections, std::string key, std::string name,
@@ -186,11 +189,12 @@ absl::StatusOr<S3Blobs::Object> S3Blobs::Find(const std::string& name) const {
   return Object{query.Bytes(0), query.Integer(1)};
 }
 
-absl::StatusOr<FileDescriptor> S3Blobs::Read(const std::string& name) const {
+absl::StatusOr<FileDescriptor> S3Blobs::Fetch(const std::string& name,
+                                              const std::function<void()>& moved) const {
   RILIEVO_ASSIGN_OR_RETURN(const Object object, Find(name));
   FileDescriptor memory(memfd_create("blob", MFD_CLOEXEC));
   if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
-  RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, memory));
+  RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, memory, moved));
   return memory;
 }
 
@@ -226,34 +230,66 @@ absl::StatusOr<std::vector<FileEntry>> S3Blobs::List() const {
   }
 }
 
+absl::StatusOr<std::vector<S3Blobs::Leftover>> S3Blobs::TakeLeftovers() const {
+  // Whoever puts the time off has them; another does after it where this one ends.
+  const auto connection = connections_->Take();
+  RILIEVO_ASSIGN_OR_RETURN(
+      Query query,
+      connection->Prepare(absl::StrCat(
+          "UPDATE objects SET remove_after = now() + interval '2 minutes' WHERE key IN (SELECT key"
+          " FROM objects WHERE remove_after < now() ORDER BY remove_after LIMIT ",
+          kBatch, " FOR UPDATE SKIP LOCKED) RETURNING key, upload")));
+  std::vector<Leftover> leftovers;
+  for (;;) {
+    RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
+    if (!row) return leftovers;
+    leftovers.push_back({query.Bytes(0), query.Bytes(1)});
+  }
+}
+
+absl::Status S3Blobs::RemoveObjects(const std::vector<Leftover>& leftovers) const {
+  std::mutex mutex;
+  size_t next = 0;
+  std::vector<std::string> removed;
+  absl::Status status;
+  const auto work = [&] {
+    std::unique_lock lock(mutex);
+    while (status.ok() && next < leftovers.size()) {
+      const Leftover& leftover = leftovers[next++];
+      lock.unlock();
+      absl::Status done = leftover.upload.empty()
+                              ? absl::OkStatus()
+                              : bucket_.DropParts(leftover.key, leftover.upload);
+      if (done.ok()) done = bucket_.Remove(leftover.key);
+      lock.lock();
+      if (done.ok()) removed.push_back(leftover.key);
+      status.Update(done);
+    }
+  };
+  {
+    std::vector<std::jthread> others;
+    while (others.size() + 1 < std::min(kRemovals, leftovers.size())) others.emplace_back(work);
+    work();
+  }
+  if (removed.empty()) return status;
+  std::string places = "$1";
+  for (size_t i = 2; i <= removed.size(); ++i) absl::StrAppend(&places, ",$", i);
+  status.Update(
+      Change(connections_->Take().get(),
+             absl::StrCat("DELETE FROM objects WHERE name IS NULL AND key IN (", places, ")"),
+             removed)
+          .status());
+  return status;
+}
+
 absl::Status S3Blobs::Sweep() const {
   const auto end = std::chrono::steady_clock::now() + kSweep;
   for (;;) {
-    std::vector<std::pair<std::string, std::string>> objects;  // keys, and names of uploads
-    {
-      // Whoever puts the time off has them; another does after it where this one ends.
-      const auto connection = connections_->Take();
-      RILIEVO_ASSIGN_OR_RETURN(
-          Query query, connection->Prepare(absl::StrCat(
-                           "UPDATE objects SET remove_after = now() + interval '2 minutes' WHERE"
-                           " key IN (SELECT key FROM objects WHERE remove_after < now() ORDER BY"
-                           " remove_after LIMIT ",
-                           kBatch, " FOR UPDATE SKIP LOCKED) RETURNING key, upload")));
-      for (;;) {
-        RILIEVO_ASSIGN_OR_RETURN(const bool row, query.Step());
-        if (!row) break;
-        objects.emplace_back(query.Bytes(0), query.Bytes(1));
-      }
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Leftover> leftovers, TakeLeftovers());
+    RILIEVO_RETURN_IF_ERROR(RemoveObjects(leftovers));
+    if (leftovers.size() < kBatch || std::chrono::steady_clock::now() > end) {
+      return absl::OkStatus();
     }
-    for (const auto& [key, upload] : objects) {
-      if (!upload.empty()) RILIEVO_RETURN_IF_ERROR(bucket_.DropParts(key, upload));
-      RILIEVO_RETURN_IF_ERROR(bucket_.Remove(key));
-      RILIEVO_RETURN_IF_ERROR(Change(connections_->Take().get(),
-                                     "DELETE FROM objects WHERE key = $1 AND name IS NULL", {key})
-                                  .status());
-      if (std::chrono::steady_clock::now() > end) return absl::OkStatus();
-    }
-    if (objects.size() < kBatch) return absl::OkStatus();
   }
 }
 

@@ -25,8 +25,6 @@ class S3Blobs final : public BlobStore {
       std::shared_ptr<LeasePool<Database>> connections, const S3Place& place);
 
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
-  // In memory.
-  absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
   // As the table has it: who makes a job does not wait for the bucket.
   absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
   absl::Status Remove(const std::string& name) const override;
@@ -36,6 +34,10 @@ class S3Blobs final : public BlobStore {
   absl::Status Sweep() const override;
 
  private:
+  // In memory.
+  absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
+                                       const std::function<void()>& moved) const override;
+
   S3Blobs(std::shared_ptr<LeasePool<Database>> connections, const S3Place& place)
       : connections_(std::move(connections)), bucket_(place) {}
 
@@ -44,8 +46,18 @@ class S3Blobs final : public BlobStore {
     int64_t bytes = 0;
   };
   absl::StatusOr<Object> Find(const std::string& name) const;
-  // Makes the object none of a blob's, to be removed after that time.
+  // Takes the name of a blob from its object, which is to be removed after that time.
   absl::Status LetGo(const std::string& name, const std::string& after) const;
+
+  // What is to be removed.
+  struct Leftover {
+    std::string key;
+    std::string upload;  // one in parts that may not have ended; may be empty
+  };
+  absl::StatusOr<std::vector<Leftover>> TakeLeftovers() const;
+  // Several at a time, for a removal is a wait for the bucket; then their rows. The first error
+  // ends it.
+  absl::Status RemoveObjects(const std::vector<Leftover>& leftovers) const;
 
   const std::shared_ptr<LeasePool<Database>> connections_;
   const S3Bucket bucket_;

@@ -73,7 +73,7 @@ bool MayPass(long http, const std::string& code) {
          (http == 404 && !absl::StartsWith(code, "NoSuch"));
 }
 
-// Of an answer that is no success. `missing`: the code that makes it NOT_FOUND, if any.
+// Of an answer that reports a failure. `missing`: the code that makes it NOT_FOUND, if any.
 absl::Status StatusOfAnswer(long http, const std::string& code, const std::string& missing) {
   const std::string words = absl::StrCat("S3: HTTP ", http, code.empty() ? "" : " ", code);
   if (code == "NoSuchBucket") return absl::UnavailableError(words + ": make the bucket");
@@ -96,7 +96,7 @@ absl::Status StatusOfAnswer(long http, const std::string& code, const std::strin
 }  // namespace
 
 // What is asked. `missing`: the code of S3 that says what was asked for is not there; no other 404
-// says so. `into`: where the bytes of an object go.
+// says so. `into`: where the bytes of an object go; `moved` is called as they come.
 struct S3Bucket::Request {
   const char* method;
   const std::string& key;
@@ -104,11 +104,12 @@ struct S3Bucket::Request {
   std::string_view body = {};
   std::string missing = {};
   const FileDescriptor* into = nullptr;
+  std::function<void()> moved = {};
 };
 
 struct S3Bucket::Answer {
   long http = 0;
-  std::string text;  // where it is no object
+  std::string text;  // of an answer without an object
   std::string tag;   // of what was put, with its quotes
 };
 
@@ -131,6 +132,7 @@ class S3Bucket::Connection {
   const std::chrono::seconds stall_;
   CURL* const curl_;
   const FileDescriptor* into_ = nullptr;
+  std::function<void()> moved_;
   Answer answer_;
   absl::Status taken_;
 };
@@ -139,6 +141,7 @@ size_t S3Bucket::Connection::TakeBody(char* data, size_t size, size_t count, voi
   auto* const mine = static_cast<Connection*>(self);
   curl_easy_getinfo(mine->curl_, CURLINFO_RESPONSE_CODE, &mine->answer_.http);
   if (mine->into_ != nullptr && mine->answer_.http == 200) {
+    if (mine->moved_) mine->moved_();
     mine->taken_ = mine->into_->Write(data, size * count);
     return mine->taken_.ok() ? size * count : 0;
   }
@@ -199,6 +202,7 @@ absl::StatusOr<S3Bucket::Answer> S3Bucket::Connection::Perform(const S3Place& pl
   answer_ = {};
   taken_ = absl::OkStatus();
   into_ = request.into;
+  moved_ = request.moved;
   if (into_ != nullptr &&
       (ftruncate(into_->number(), 0) != 0 || lseek(into_->number(), 0, SEEK_SET) != 0)) {
     return StatusOfErrno(errno, "emptying a file");
@@ -273,8 +277,10 @@ absl::Status S3Bucket::Put(const std::string& key, std::string_view bytes) const
   return Ask({.method = "PUT", .key = key, .body = bytes}).status();
 }
 
-absl::Status S3Bucket::Get(const std::string& key, const FileDescriptor& file) const {
-  return Ask({.method = "GET", .key = key, .missing = "NoSuchKey", .into = &file}).status();
+absl::Status S3Bucket::Get(const std::string& key, const FileDescriptor& file,
+                           const std::function<void()>& moved) const {
+  return Ask({.method = "GET", .key = key, .missing = "NoSuchKey", .into = &file, .moved = moved})
+      .status();
 }
 
 absl::Status S3Bucket::Remove(const std::string& key) const {

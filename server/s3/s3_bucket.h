@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -34,8 +35,9 @@ class S3Bucket {
   // The answer comes when the store has the bytes for good. At most 5 GiB, as S3 has it.
   absl::Status Put(const std::string& key, std::string_view bytes) const;
 
-  // Into `file`, which is emptied.
-  absl::Status Get(const std::string& key, const FileDescriptor& file) const;
+  // Into `file`, which is emptied. Calls `moved`, if any, as bytes come.
+  absl::Status Get(const std::string& key, const FileDescriptor& file,
+                   const std::function<void()>& moved = {}) const;
 
   // OK also when there was none.
   absl::Status Remove(const std::string& key) const;

@@ -90,7 +90,8 @@ absl::Status BlobFolder::Adopt(const std::string& path, const FileDescriptor& fi
   return SyncFolder(path_);
 }
 
-absl::StatusOr<FileDescriptor> BlobFolder::Read(const std::string& name) const {
+absl::StatusOr<FileDescriptor> BlobFolder::Fetch(const std::string& name,
+                                                 const std::function<void()>& /*moved*/) const {
   if (!IsContentName(name)) return absl::NotFoundError("no such file is stored");
   return OpenFile(path_ + "/" + name, O_RDONLY);
 }

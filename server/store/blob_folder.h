@@ -25,7 +25,6 @@ class BlobFolder final : public BlobStore {
   static absl::StatusOr<BlobFolder> Open(std::string path, Users users = Users::kOneProcess);
 
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
-  absl::StatusOr<FileDescriptor> Read(const std::string& name) const override;
   absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
   absl::Status Remove(const std::string& name) const override;
   // To the folder `damaged` beside this one.
@@ -38,6 +37,9 @@ class BlobFolder final : public BlobStore {
                      const std::string& name) const;
 
  private:
+  absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
+                                       const std::function<void()>& moved) const override;
+
   explicit BlobFolder(std::string path) : path_(std::move(path)) {}
 
   std::string path_;

@@ -18,8 +18,8 @@
 
 namespace rilievo {
 
-// Bytes that are on their way into a store, which it outlives not; gone with this object unless
-// they were adopted.
+// Bytes that are on their way into a store, which must outlive this object; gone with this object
+// unless they were adopted.
 class StagedBlob {
  public:
   StagedBlob(std::string name, int64_t bytes) : name_(std::move(name)), bytes_(bytes) {}
@@ -56,8 +56,12 @@ class BlobStore {
   absl::StatusOr<std::string> Put(const std::vector<std::vector<uint8_t>>& parts) const;
 
   // A file of the blob's bytes, to be read from any place in it; it stays whole though the blob be
-  // removed. NOT_FOUND when there is none of that name, or the name is none.
-  virtual absl::StatusOr<FileDescriptor> Read(const std::string& name) const = 0;
+  // removed. Where the bytes come over a network, `moved`, if any, is called as they come.
+  // NOT_FOUND when there is no blob of that name, or the name is not that of a blob.
+  absl::StatusOr<FileDescriptor> Read(const std::string& name,
+                                      const std::function<void()>& moved = {}) const {
+    return Fetch(name, moved);
+  }
 
   // NOT_FOUND as Read().
   virtual absl::StatusOr<int64_t> BytesOf(const std::string& name) const = 0;
@@ -73,6 +77,11 @@ class BlobStore {
   // What was let go and is still there goes, where that takes longer than letting go. Called now
   // and then; takes some seconds at most while all goes well.
   virtual absl::Status Sweep() const { return absl::OkStatus(); }
+
+ private:
+  // Read().
+  virtual absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
+                                               const std::function<void()>& moved) const = 0;
 };
 
 }  // namespace rilievo

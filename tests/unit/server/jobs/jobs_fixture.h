@@ -164,7 +164,7 @@ class JobsServiceTest : public testing::Test {
           return work_.Run(context);
         },
         JobLog(), std::make_unique<Doorkeeper>());
-    auto service = JobsService::Open(core_.get());
+    auto service = JobsService::Open(core_.get(), open_store_);
     ASSERT_TRUE(service.ok()) << service.status();
     service_ = *std::move(service);
     grpc::ServerBuilder builder;
@@ -199,6 +199,7 @@ class JobsServiceTest : public testing::Test {
   grpc::Status Watch(const std::string& id, uint64_t after, std::vector<v1::JobEvent>* events);
 
   TestFolder test_;
+  OpenStore open_store_ = OpenFolder;
   FakeJobWork work_;
   std::unique_ptr<ServiceCore> core_;
   std::unique_ptr<JobsService> service_;

@@ -1,5 +1,6 @@
 #include "server/jobs/stream_surface_call.h"
 
+#include "tests/unit/server/jobs/far_blobs.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 
 namespace rilievo {
@@ -67,6 +68,25 @@ TEST_F(StreamSurfaceCallTest, AJobThatIsNotDoneHasNone) {
   const grpc::Status status = Stream(request, &bytes);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(ReasonOf(status), "JOB_NOT_SUCCEEDED");
+}
+
+TEST_F(StreamSurfaceCallTest, BlobsThatCannotBeReachedAreNoDamage) {
+  Distance distance;
+  open_store_ = [&](const ServerOptions& options, StoreSettings settings) {
+    return OpenFarStore(options, std::move(settings), &distance);
+  };
+  Open();
+  const v1::StreamSurfaceRequest request = Finished();
+  std::string bytes;
+  distance.away = true;
+  const grpc::Status away = Stream(request, &bytes);
+  EXPECT_EQ(away.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(ReasonOf(away), "STORE_BUSY");
+  distance.away = false;
+  EXPECT_TRUE(Stream(request, &bytes).ok());
+  EXPECT_EQ(bytes, "surface");
+  EXPECT_EQ(distance.heard, 1) << "the thread says that it gets on";
+  Close();
 }
 
 TEST_F(StreamSurfaceCallTest, BytesThatWereSentAreCounted) {

@@ -8,6 +8,7 @@
 #include "server/postgres/postgres_schema.h"
 #include "server/store/content_name.h"
 #include "tests/unit/server/postgres/test_postgres.h"
+#include "tests/unit/server/s3/scripted_s3.h"
 #include "tests/unit/server/s3/test_s3.h"
 
 namespace rilievo {
@@ -19,11 +20,15 @@ class S3BlobsTest : public testing::Test {
     RILIEVO_TEST_POSTGRES(postgres);
     RILIEVO_TEST_S3(s3);
     place_ = *ParseS3Url(s3->NewUrl());
-    const std::string url = postgres->NewDatabase();
-    database_ = std::make_unique<PostgresDatabase>(url);
+    url_ = postgres->NewDatabase();
+    database_ = std::make_unique<PostgresDatabase>(url_);
     ASSERT_TRUE(MakePostgresTables(database_.get()).ok());
+    OpenBlobs();
+  }
+
+  void OpenBlobs() {
     std::vector<std::unique_ptr<Database>> one;
-    one.push_back(std::make_unique<PostgresDatabase>(url));
+    one.push_back(std::make_unique<PostgresDatabase>(url_));
     auto opened = S3Blobs::Open(std::make_shared<LeasePool<Database>>(std::move(one)), place_);
     ASSERT_TRUE(opened.ok()) << opened.status();
     blobs_ = *std::move(opened);
@@ -48,6 +53,7 @@ class S3BlobsTest : public testing::Test {
   }
 
   S3Place place_;
+  std::string url_;  // of the database
   std::unique_ptr<PostgresDatabase> database_;
   std::unique_ptr<S3Blobs> blobs_;
 };
@@ -84,6 +90,33 @@ TEST_F(S3BlobsTest, WhatWasBegunAndNeverAdoptedGoesToo) {
   LetTimePass();
   ASSERT_TRUE(blobs_->Sweep().ok());
   EXPECT_EQ(Rows("true"), 0);
+}
+
+TEST_F(S3BlobsTest, ASlowStoreIsAskedForSeveralRemovalsAtATime) {
+  const ScriptedS3 slow({}, {204}, std::chrono::milliseconds(100));
+  place_ = *ParseS3Url(slow.url());
+  OpenBlobs();
+  ASSERT_TRUE(
+      database_
+          ->Execute("INSERT INTO objects(key, remove_after) SELECT convert_to('k' || i, 'UTF8'),"
+                    " now() - interval '1 minute' FROM generate_series(1, 100) AS i")
+          .ok());
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE(blobs_->Sweep().ok());
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(4)) << "10 one by one";
+  EXPECT_EQ(Rows("true"), 0);
+}
+
+TEST_F(S3BlobsTest, WhatCouldNotBeRemovedIsTriedAgain) {
+  const ScriptedS3 refusing({{200}, {204}}, S3Answer::Error(403, "AccessDenied"));
+  place_ = *ParseS3Url(refusing.url());
+  OpenBlobs();
+  ASSERT_TRUE(database_
+                  ->Execute("INSERT INTO objects(key, remove_after) VALUES('k', now() - interval"
+                            " '1 minute')")
+                  .ok());
+  EXPECT_TRUE(absl::IsUnavailable(blobs_->Sweep()));
+  EXPECT_EQ(Rows("remove_after < now() + interval '2 minutes'"), 1);
 }
 
 TEST_F(S3BlobsTest, OfTheSameBytesTwiceOneObjectStays) {
