@@ -22,7 +22,7 @@ absl::StatusOr<TriangleMesh> SolidOfArrays(const double* vertices, size_t vertex
   }
   PointCloud cloud;
   cloud.points = Eigen::Map<const Eigen::Matrix3Xd>(vertices, 3, vertex_count);
-  // What is no int becomes no vertex.
+  // What is not an int becomes an index of no vertex.
   cloud.triangles =
       Eigen::Map<const Eigen::Matrix<uint32_t, 3, Eigen::Dynamic>>(faces, 3, face_count)
           .unaryExpr([](uint32_t v) { return v > kMostNumbers ? -1 : static_cast<int>(v); });

@@ -39,7 +39,7 @@ absl::Status Region(std::span<const uint8_t> bytes, std::span<const uint32_t> fa
   std::vector<int> control_faces;
   control_faces.reserve(faces.size());
   for (uint32_t face : faces) {
-    // What is no int becomes no face.
+    // What is not an int becomes an index of no face.
     control_faces.push_back(face > std::numeric_limits<int>::max() ? -1 : static_cast<int>(face));
   }
   RILIEVO_ASSIGN_OR_RETURN(

@@ -20,7 +20,7 @@ absl::Status WriteFileAtomically(const std::string& path,
 absl::Status WriteBytesAtomically(const std::string& path, std::span<const unsigned char> bytes);
 
 // Whether a file could be written at `path`, asked before long work: its folder exists and takes
-// new files. OK is no promise.
+// new files. OK does not promise that it will be.
 absl::Status CheckWritable(const std::string& path);
 
 }  // namespace rilievo

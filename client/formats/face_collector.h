@@ -15,7 +15,7 @@ namespace rilievo {
 class FaceCollector {
  public:
   // Fan of triangles from the first corner. INVALID_ARGUMENT for fewer than three corners or for
-  // one that is no whole number in [0, vertices).
+  // one that is not a whole number in [0, vertices).
   absl::Status Add(const std::vector<double>& corners, int64_t vertices) {
     if (corners.size() < 3) {
       return absl::InvalidArgumentError(absl::StrCat("a face of ", corners.size(), " corners"));

@@ -20,7 +20,7 @@ namespace {
 using Json = GlbDocument::Json;
 
 // glTF 2.0, section 5.24.4.
-constexpr uint64_t kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
+constexpr uint64_t kTriangles = 4, kTriangleFan = 6;  // 5 is a strip
 
 // glTF's vertex colours are linear (section 3.7.2.1), a scan's are sRGB (IEC 61966-2-1).
 uint8_t SrgbFromLinear(double linear) {
@@ -74,7 +74,8 @@ absl::Status CheckPrimitive(const Primitive& primitive) {
   }
   const uint64_t corners = primitive.corners();
   if (corners < 3 || (primitive.mode == kTriangles && corners % 3 != 0)) {
-    return absl::InvalidArgumentError(absl::StrCat(corners, " corners are no triangles"));
+    return absl::InvalidArgumentError(
+        absl::StrCat(corners, " corners do not make whole triangles"));
   }
   return absl::OkStatus();
 }

@@ -23,7 +23,8 @@ struct ObjVisitor {
 // other keywords. INVALID_ARGUMENT names the line.
 absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor);
 
-// Red, green and blue behind a position: three numbers, up to a comment. A weight alone is none.
+// Red, green and blue behind a position: three numbers, up to a comment. A weight alone is not a
+// colour.
 std::optional<std::array<double, 3>> ParseObjColor(std::string_view words);
 
 }  // namespace rilievo

@@ -76,13 +76,14 @@ absl::Status AddFields(const PcdWords& words, PcdHeader* header) {
       return PcdHeaderError(
           absl::StrCat("field ", Quoted(field.name)),
           absl::StrCat("TYPE ", Quoted(words.type[i]), " with SIZE ", Quoted(words.size[i]),
-                       " is none; known: F 4 8, I and U 1 2 4 8"));
+                       " is not a known type; known: F 4 8, I and U 1 2 4 8"));
     }
     field.type = *type;
     if (!words.count.empty() &&
         (!ParseCount(words.count[i], &field.count) || field.count > (1u << 20))) {
       return PcdHeaderError(absl::StrCat("field ", Quoted(field.name)),
-                            absl::StrCat("COUNT ", Quoted(words.count[i]), " is none"));
+                            absl::StrCat("COUNT ", Quoted(words.count[i]),
+                                         " is not a count; it must be a whole number to 1048576"));
     }
     field.value_index = header->point_values;
     field.byte_offset = header->point_bytes;
@@ -118,7 +119,7 @@ int FindField(const PcdHeader& header, std::string_view name) {
   return -1;
 }
 
-// PCL packs a colour into the bits 0xaarrggbb of a field. As a float these may be no number, so
+// PCL packs a colour into the bits 0xaarrggbb of a field. As a float these may not be a number, so
 // binary files are read as integers.
 void FindPackedColor(bool is_ascii, PcdHeader* header) {
   int number = FindField(*header, "rgb");
@@ -166,7 +167,7 @@ absl::StatusOr<uint64_t> One(absl::string_view entry, const std::vector<std::str
   uint64_t value = 0;
   if (words.size() == 1 && ParseCount(words[0], &value)) return value;
   return PcdHeaderError(entry, absl::StrCat(words.empty() ? std::string("missing")
-                                                          : Quoted(words[0]) + " is no count",
+                                                          : Quoted(words[0]) + " is not a count",
                                             "; it must be a whole number from 0 below 2^64"));
 }
 

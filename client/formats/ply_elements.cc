@@ -86,7 +86,7 @@ absl::Status PlyElementReader::NextAscii() {
     uint64_t items = 1;
     if (column.is_list) {
       if (!ParseCount(word, &items)) {
-        return Error(i, absl::StrCat("the list count ", Quoted(word), " is no whole number"));
+        return Error(i, absl::StrCat("the list count ", Quoted(word), " is not a whole number"));
       }
       if (column.slot == 0) list_.clear();
       word = NextWord(&rest);

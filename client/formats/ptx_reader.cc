@@ -50,7 +50,7 @@ class PtxReader {
     absl::StrAppend(&scan.format, sights_.LeftOut(points_.count()));
     scan.cloud.sights = sights_.Finish(points_.count());
     scan.cloud.points = points_.Finish();
-    // A layer that one of the clouds lacks is no layer.
+    // A layer that one of the clouds lacks is left out.
     const auto count = static_cast<size_t>(scan.cloud.points.cols());
     if (intensity_.size() == count) scan.layers.intensity = std::move(intensity_);
     return scan;

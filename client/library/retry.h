@@ -34,7 +34,7 @@ class Retry {
   // Something has been achieved: pauses and attempts begin anew.
   void Progress() { failures_ = 0; }
 
-  // Waits, then true; false when `status` is no reason to try again, or no attempt or no time is
+  // Waits, then true; false when `status` is not a reason to try again, or no attempt or no time is
   // left, or a stop was requested.
   bool AfterFailure(const absl::Status& status);
 

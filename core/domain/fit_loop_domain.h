@@ -58,7 +58,7 @@ struct DomainFit {
 
 // `index` holds the points of `cloud`; `start` lies within about two of its edges of the cloud.
 // Samples without data keep their place but for fairness; open control meshes follow the cloud's
-// border. INVALID_ARGUMENT for options out of range, or a control mesh that is no manifold;
+// border. INVALID_ARGUMENT for options out of range, or a control mesh that is not a manifold;
 // CANCELLED within some milliseconds of a stop request.
 absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointIndex& index,
                                         const ControlMesh& start, const FitOptions& options,

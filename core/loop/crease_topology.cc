@@ -35,7 +35,7 @@ absl::Status CheckTags(const ControlMesh& mesh, int vertex_count) {
     const int corner = mesh.corners[i];
     if (corner < 0 || corner >= vertex_count) {
       return absl::InvalidArgumentError(
-          absl::StrCat("corner ", corner, " is no vertex, those are 0 to ", vertex_count - 1));
+          absl::StrCat("corner ", corner, " is not a vertex, those are 0 to ", vertex_count - 1));
     }
     if (i > 0 && mesh.corners[i - 1] >= corner) {
       return absl::InvalidArgumentError(
@@ -45,7 +45,7 @@ absl::Status CheckTags(const ControlMesh& mesh, int vertex_count) {
   return absl::OkStatus();
 }
 
-// The tagged interior edges, ascending. Tags that are no edge of the mesh are an error.
+// The tagged interior edges, ascending. Tags that are not edges of the mesh are an error.
 absl::StatusOr<std::vector<SharpEdge>> FindEdges(const std::vector<Crease>& creases,
                                                  const MeshTopology& topology) {
   std::vector<SharpEdge> edges;
@@ -63,7 +63,7 @@ absl::StatusOr<std::vector<SharpEdge>> FindEdges(const std::vector<Crease>& crea
   if (missing != found.end()) {
     const Crease& crease = creases[missing - found.begin()];
     return absl::InvalidArgumentError(
-        absl::StrCat("crease ", crease.a, "-", crease.b, " is no edge of the control mesh"));
+        absl::StrCat("crease ", crease.a, "-", crease.b, " is not an edge of the control mesh"));
   }
   return edges;
 }

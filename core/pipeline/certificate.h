@@ -23,7 +23,7 @@ namespace rilievo {
 inline constexpr size_t kHashBytes = 8;
 
 // The first kHashBytes bytes of the SHA-256 of all points in their order: x, y, z as little-endian
-// doubles, what is no number as the quiet NaN. The same for every file that holds these numbers.
+// doubles, what is not a number as the quiet NaN. The same for every file that holds these numbers.
 std::string HashOfScan(const PointCloud& scan);
 
 // By vertex, whether its height was filled in on purpose, for Shape::filled: none where `control`

@@ -92,8 +92,8 @@ absl::StatusOr<AccessTokens> AccessTokens::Parse(absl::string_view text) {
       hash = FromHex(parts[2], kHashBytes);
     }
     if (!salt || !hash) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("line ", number, " is no token; make one with rilievod --make-token NAME"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "line ", number, " is not a token; make one with rilievod --make-token NAME"));
     }
     Fingerprint& added = tokens.fingerprints_[words[0]].emplace_back();
     added.salt = *std::move(salt);

@@ -23,7 +23,7 @@ constexpr int64_t kGrowth = 32 << 20;
 constexpr std::chrono::seconds kGiveBackAgain{1}, kGiveBackLate{5};
 constexpr int kLinesPerSecond = 5;
 constexpr int kPauses = 10;  // as long as the look before
-// Of other threads. A flood that costs less in a period is none.
+// Of other threads. What costs less in a period is not a flood.
 constexpr std::chrono::microseconds kLittleWork{500};
 
 }  // namespace

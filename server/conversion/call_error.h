@@ -61,7 +61,7 @@ absl::Status StatusOf(const CallError& error);
 std::optional<CallError> StatedError(const absl::Status& status);
 
 // What a failed stage tells the client. `field`: what of the request the failure is about. Codes
-// that are no fault of the request become INTERNAL, and their text stays with the operator;
+// that are not the fault of the request become INTERNAL, and their text stays with the operator;
 // ABORTED, a worker killed from outside, becomes RESOURCE_EXHAUSTED with a time to retry;
 // UNAVAILABLE is trouble of this machine, DATA_LOSS a stored scan that is not what it was.
 // `subject`: the caller's own name for what failed, such as "job 0f3a" by the id of a kept job; the

@@ -13,7 +13,7 @@
 
 namespace rilievo {
 
-// How the points of a header travel; of a format that is none as float64.
+// How the points of a header travel; of an unknown format as float64.
 PointLayout LayoutOf(const v1::ReconstructHeader& header);
 
 // Bytes of all its points and triangles; 0 when there are more than any scan has.

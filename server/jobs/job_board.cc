@@ -91,7 +91,7 @@ absl::Status JobBoard::Restore() {
   for (StoredJob& stored : unfinished) {
     const int before = stored.unclean_ends;
     stored = AsLeft(std::move(stored));
-    // Not to be written is no reason not to start.
+    // A job starts even if that cannot be written.
     if (stored.unclean_ends != before) store_->Update(stored).IgnoreError();
   }
   std::stable_partition(unfinished.begin(), unfinished.end(),

@@ -13,7 +13,8 @@ struct TraceParent {
   std::string parent_id;  // 16, of the caller's span
 };
 
-// Nothing when `header` is none: the trace then begins nowhere, and the call goes on all the same.
+// Nothing when `header` is not one: the trace then begins nowhere, and the call goes on all the
+// same.
 std::optional<TraceParent> ParseTraceParent(absl::string_view header);
 
 }  // namespace rilievo

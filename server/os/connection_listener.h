@@ -25,7 +25,7 @@ class ConnectionListener {
   using Take = std::function<void(FileDescriptor connection)>;
 
   // `address`: "HOST:PORT", "[IPV6]:PORT"; every address that HOST has, port 0: a free one.
-  // INVALID_ARGUMENT when it is none, UNAVAILABLE when it cannot be had.
+  // INVALID_ARGUMENT when it is not one, UNAVAILABLE when it cannot be had.
   static absl::StatusOr<std::unique_ptr<ConnectionListener>> Open(const std::string& address);
 
   // Takes nothing any more once it returned.

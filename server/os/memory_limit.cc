@@ -10,7 +10,7 @@ namespace {
 
 constexpr int64_t kNoLimit = std::numeric_limits<int64_t>::max();
 
-// A file that holds one number; "max", or no file, is no limit.
+// A file that holds one number; "max", or no file, means that there is no limit.
 int64_t NumberIn(const std::string& path) {
   std::ifstream file(path);
   int64_t bytes = 0;

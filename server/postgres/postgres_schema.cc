@@ -78,7 +78,7 @@ constexpr Migration kMigrations[] = {{1, R"(
   CREATE TABLE upload_turns(name BYTEA PRIMARY KEY, turn BIGINT NOT NULL,
     busy_until TIMESTAMPTZ NOT NULL))"},
                                      {1, R"(
-  -- Objects of an S3 bucket. Without a name it is no blob: one that is being written (`upload`: in
+  -- Objects of an S3 bucket. Without a name it is not a blob: one that is being written (`upload`: in
   -- parts), was removed or set aside (`was`: its name), which goes in time.
   CREATE TABLE objects(
     key BYTEA PRIMARY KEY,

@@ -21,7 +21,7 @@ void BreakOff(grpc::CallbackServerContext* context, const CallError& error);
 CallError MalformedMessageError();
 
 // What gRPC answers by itself, where that says nothing: it ends a call with UNIMPLEMENTED and no
-// word both when it does not know the method and when the message is no protobuf.
+// word both when it does not know the method and when the message is not a protobuf.
 grpc::Status ExplainedStatus(const std::string& method, const grpc::Status& status);
 
 // Sends ExplainedStatus() in place of each status.

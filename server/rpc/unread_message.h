@@ -14,7 +14,7 @@ inline void MarkUnread(google::protobuf::Message* message) {
   message->GetReflection()->MutableUnknownFields(message)->AddVarint(kUnreadField, 1);
 }
 
-// After a read that brought nothing: false when something came that is no such message.
+// After a read that brought nothing: false when something came that is not such a message.
 inline bool IsUnread(const google::protobuf::Message& message) {
   const auto& unknown = message.GetReflection()->GetUnknownFields(message);
   return !unknown.empty() && unknown.field(0).number() == kUnreadField;

@@ -53,7 +53,7 @@ absl::StatusOr<std::vector<FileEntry>> ListFiles(const std::string& folder) {
   std::vector<FileEntry> files;
   while (const dirent* entry = readdir(entries.get())) {
     struct stat status {};
-    // One that is gone by now is no entry.
+    // One that is gone by now is left out.
     if (fstatat(dirfd(entries.get()), entry->d_name, &status, AT_SYMLINK_NOFOLLOW) != 0 ||
         !S_ISREG(status.st_mode)) {
       continue;

@@ -86,7 +86,7 @@ absl::Status JobStore::KeepTime(JobTables* tables) {
 }
 
 absl::Status JobStore::Reconcile(JobTables* tables) {
-  // A full disk is no reason not to start: what is stored can be read and removed.
+  // A store on a full disk opens too: what is stored can be read and removed.
   const absl::Status done = Change(tables, [&]() -> absl::Status {
     RILIEVO_RETURN_IF_ERROR(KeepTime(tables));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<FileEntry> files, blobs_->List());

@@ -15,7 +15,7 @@ inline constexpr uint32_t kMaxFrameBytes = 8 << 20;
 absl::Status SendMessage(const FileDescriptor& socket,
                          const google::protobuf::MessageLite& message);
 
-// OUT_OF_RANGE when the peer closed the socket, DATA_LOSS when what came is no such message.
+// OUT_OF_RANGE when the peer closed the socket, DATA_LOSS when what came is not such a message.
 absl::Status ReceiveMessage(const FileDescriptor& socket, google::protobuf::MessageLite* message);
 
 }  // namespace rilievo

@@ -58,7 +58,7 @@ absl::Status ShutIn(const worker::JobOrder& order) {
 }
 
 absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
-  // The server has checked the header; its own limits of points are no concern here.
+  // The server has checked the header; its own limits of points do not matter here.
   ServerOptions limits;
   limits.max_points = std::numeric_limits<int32_t>::max();
   limits.max_scan_bytes = std::numeric_limits<int64_t>::max();

@@ -113,7 +113,7 @@ void CheckTessellations(const DisplacedSurface& surface) {
   }
 }
 
-// Some faces of bytes that may be no file at all: an error, or what the whole file shows there.
+// Some faces of bytes that may not be a file at all: an error, or what the whole file shows there.
 void CheckRegion(const std::vector<uint8_t>& bytes, const DecodedSurface* whole) {
   std::vector<int> faces = {0};
   if (whole != nullptr) {

@@ -176,7 +176,7 @@ def check_sharpness(mesh):
     at = 0
     for length in lengths:
         for k in range(at, at + length - 1):
-            need(frozenset(indices[k:k + 2]) in edges, f"{indices[k:k + 2]} is no edge")
+            need(frozenset(indices[k:k + 2]) in edges, f"{indices[k:k + 2]} is not an edge")
         at += length
     corners = mesh.get("cornerIndices", [])
     need(len(corners) == len(mesh.get("cornerSharpnesses", [])), "corners without sharpness")

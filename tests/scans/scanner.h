@@ -38,7 +38,7 @@ struct ScannerOptions {
   absl::Status Validate() const;
 };
 
-// Points in random order. Without noise each point that is no outlier lies on the shape to
+// Points in random order. Without noise each point that is not an outlier lies on the shape to
 // rounding.
 struct SimulatedScan {
   PointCloud cloud;

@@ -38,7 +38,7 @@ function unknownFields(value, file, path) {
   if (properties.size === 0) return [];
   return Object.entries(value).flatMap(([field, one]) => {
     const type = properties.get(field);
-    if (type === undefined) return [`${path}/${field} is no field of this object`];
+    if (type === undefined) return [`${path}/${field} is not a field of this object`];
     const name = type.match(/\bI\w+/)?.[0];
     const source = sources.get(name);
     if (!source || type.includes("[key: string]")) return [];

@@ -186,7 +186,7 @@ void RealWork(const Front& front, Report* report) {
 
 void BadHeaders(const std::string& where, int port, bool expected, Report* report) {
   const std::pair<const char*, std::string> headers[] = {
-      {"a -bin header that is no base64", http2::Header("x-bin", "!!!!")},
+      {"a -bin header that is not base64", http2::Header("x-bin", "!!!!")},
       {"9 KB of headers", http2::Header("x-long", std::string(9000, 'a'))}};
   for (const auto& [name, header] : headers) {
     const std::string asked =

@@ -252,7 +252,7 @@ class _Receiver:
             raise DataLoss(f"a piece at byte {piece.offset} came where byte {len(self._bytes)} "
                            "was due")
         self._bytes += piece.data
-        # The control mesh alone, chunk 0, is no layer.
+        # The control mesh alone, chunk 0, is not a layer.
         if self._layer and len(self._bytes) in self._ends[1:-1]:
             self._layer(Surface.from_bytes(self._bytes))
 

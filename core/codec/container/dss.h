@@ -126,7 +126,7 @@ struct DecodedSurface {
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no
 // .dss at all, UNIMPLEMENTED for a newer version. Counts in the bytes are checked against the bytes
 // that are there before anything is allocated (docs/dss-format.md states the law). A prefix that
-// ends with a whole chunk is no error.
+// ends with a whole chunk is not an error.
 absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes, const RunContext& context);
 
 // The same for chunk 0 alone, whatever comes after it.

@@ -22,8 +22,8 @@ absl::Status CheckLaw(int64_t items, int64_t items_per_byte, const Chunk& chunk,
                                           " a byte are possible"));
 }
 
-// Control points as multiples of the step; INVALID_ARGUMENT of a mesh that is no manifold becomes
-// DATA_LOSS.
+// Control points as multiples of the step; INVALID_ARGUMENT of a mesh that is not a manifold
+// becomes DATA_LOSS.
 absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   const DssHeader& header = file.header;
   std::span<const uint8_t> tags;
@@ -42,7 +42,7 @@ absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   absl::StatusOr<MeshTopology> topology = BuildMeshTopology(grid.faces, header.vertex_count);
   if (!topology.ok()) {
     return absl::DataLossError(
-        absl::StrCat("the control mesh is no manifold: ", topology.status().message()));
+        absl::StrCat("the control mesh is not a manifold: ", topology.status().message()));
   }
   if ((topology->face_neighbors.minCoeff() < 0) != header.has_boundary) {
     return absl::DataLossError("the control mesh and its header disagree about a boundary");

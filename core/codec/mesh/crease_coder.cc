@@ -130,7 +130,7 @@ absl::StatusOr<TagNumbers> NumbersOf(const ControlMesh& mesh, const MeshTopology
   for (int corner : mesh.corners) {
     if (corner <= last_corner || corner >= topology.vertex_count) {
       return absl::InvalidArgumentError(
-          absl::StrCat("corner ", corner, " is no vertex, or out of order"));
+          absl::StrCat("corner ", corner, " is not a vertex, or out of order"));
     }
     tags.corner[corner] = 1;
     last_corner = corner;

@@ -19,8 +19,8 @@ float StoredSharpness(float sharpness);
 
 // One flag an edge in the order of the topology, likelier where the faces fold and where a tagged
 // edge ends; then the sharpness of each, mostly that of the one before; then a flag a vertex.
-// `topology` and `points`: of the mesh, in coding order. INVALID_ARGUMENT for a tag that is no edge
-// or vertex, is listed out of order, or has a sharpness that is not stored exactly.
+// `topology` and `points`: of the mesh, in coding order. INVALID_ARGUMENT for a tag that is not an
+// edge or vertex, is listed out of order, or has a sharpness that is not stored exactly.
 absl::StatusOr<std::vector<uint8_t>> EncodeCreases(const ControlMesh& mesh,
                                                    const MeshTopology& topology,
                                                    const std::vector<GridPoint>& points);

@@ -19,7 +19,7 @@ struct FoldedEdge {
   std::array<Vector3d, 2> normals, opposite;
 };
 
-// Sides that meet flatter are no crease: cos 30 degrees.
+// Sides that meet flatter are not a crease: cos 30 degrees.
 constexpr double kSharpCosine = 0.866;
 // Twice the log-likelihood ratio from which one edge speaks for itself, and along a run of edges.
 constexpr double kStrongEvidence = 20;

@@ -14,7 +14,7 @@ namespace rilievo {
 // edge is sharp where two sides, planes that may be curved along it, explain the points around it
 // better than any quadric does, by what the noise leaves open, and meet along it at 30 degrees or
 // more. `index` holds the points of `cloud`. A scan without sharp edges keeps its mesh untouched.
-// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED after a stop request.
+// INVALID_ARGUMENT for a mesh that is not a manifold; CANCELLED after a stop request.
 absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                         const RunContext& context, ControlMesh* mesh);
 

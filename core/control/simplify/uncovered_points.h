@@ -26,7 +26,7 @@ struct CoverageLimits {
 // prongs with a web between them. Heights along the surface's normals come to few of them, and a
 // fit gives few of them to a sample. Where noise sets the limit, a point that is alone on its face
 // does not count. The surface is one through the vertices of `control`, which is not fitted yet.
-// INVALID_ARGUMENT for a mesh that is no manifold; CANCELLED when stopped.
+// INVALID_ARGUMENT for a mesh that is not a manifold; CANCELLED when stopped.
 absl::StatusOr<UncoveredPoints> FindUncoveredPoints(const OrientedCloud& cloud,
                                                     const ControlMesh& control,
                                                     const CoverageLimits& limits,

@@ -1,4 +1,4 @@
-// Parts of a mesh, and meshes that are none until their vertices are parted.
+// Parts of a mesh, and meshes that are not manifold until their vertices are split.
 #pragma once
 
 #include <cstdint>

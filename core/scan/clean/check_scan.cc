@@ -130,7 +130,7 @@ absl::StatusOr<std::vector<uint8_t>> PlacesWithCompany(const Eigen::Matrix3Xd& p
   return company;
 }
 
-// Places on the Morton curve whose points are no duplicates of a kept point before them. Most have
+// Places on the Morton curve whose points are not duplicates of a kept point before them. Most have
 // no other point nearby; only those that have are gone through in turn.
 absl::StatusOr<std::vector<int>> DistinctPlaces(const Eigen::Matrix3Xd& points,
                                                 const MortonOrder& morton, double distance,

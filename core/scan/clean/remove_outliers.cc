@@ -200,7 +200,7 @@ absl::Status MarkOutliers(const Eigen::Matrix3Xd& points, const NeighborGraph& g
                           const RunContext& context, std::vector<uint8_t>* keep) {
   if (IsLeftOut(Mechanism::kOutliers)) return absl::OkStatus();
   constexpr double kSheetRatio = 0.2;     // thickness against spread of what is still a sheet
-  constexpr double kVolumeRatio = 0.4;    // and of what is no sheet at all
+  constexpr double kVolumeRatio = 0.4;    // and of what is not a sheet at all
   constexpr double kVolumeSparse = 0.6;   // of factor, enough in a volume of points
   constexpr double kOffDeviations = 4.0;  // of the sheet's thickness
   constexpr double kOffUsual = 0.3;       // of factor * usual distance
@@ -254,7 +254,7 @@ absl::StatusOr<OutlierResult> FindOutliers(const Eigen::Matrix3Xd& points,
   const double smallest =
       std::min<double>(kLargestIsland, options.min_component_share * graph.size());
   SignedUnionFind sets(graph.size());
-  // Of sets known to be no island: two such need not be joined.
+  // Of sets known not to be islands: two such need not be joined.
   std::vector<uint8_t> in_large_component(static_cast<size_t>(graph.size()), 0);
   RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t index) {
     const int i = static_cast<int>(index);

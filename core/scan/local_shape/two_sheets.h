@@ -25,7 +25,7 @@ class SheetNeighborhood {
   SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<const int> nearest, double radius);
 
   // The sheet of each point, low or high, over the quadric through all of them; empty where there
-  // are no two sheets over the same place.
+  // are not two sheets over the same place.
   std::span<const uint8_t> FindSheets(const SheetGap& gap);
 
   // Of the other sheet, the point nearest along the plane to the i-th. After FindSheets.

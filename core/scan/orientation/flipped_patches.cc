@@ -28,8 +28,8 @@ constexpr size_t kFewPoints = 6;
 // flipped gained 0.2 to 0.8 with 0.15 or more of the votes.
 constexpr double kLeastGain = 0.15;
 constexpr double kLeastVotes = 0.1;
-// Share of the points in patches of few from which a face is no surface: pins and leaves no wider
-// than the points are apart have 0.3, flipped faces 0.1 at most.
+// Share of the points in patches of few from which a face is not a surface: pins and leaves no
+// wider than the points are apart have 0.3, flipped faces 0.1 at most.
 constexpr double kMostInFew = 0.2;
 
 // The way that the scan faces as one: zero unless the mean of its normals is longer than a

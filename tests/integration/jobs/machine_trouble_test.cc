@@ -1,4 +1,4 @@
-// What goes wrong with the machine, or is changed on it, is no job's fault.
+// What goes wrong with the machine, or is changed on it, is not the fault of a job.
 #include <sys/resource.h>
 
 #include <filesystem>

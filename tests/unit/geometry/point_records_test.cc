@@ -81,7 +81,7 @@ TEST(PackTrianglesTest, CornersAreNumbersWithoutASign) {
   EXPECT_EQ(UnpackTriangles(bytes.substr(0, 12), 0, &back), 1);
   EXPECT_EQ(UnpackTriangles(bytes.substr(12), 1, &back), 3);
   EXPECT_EQ(back.triangles, mesh.triangles);
-  // 2^31 and more are no column of any matrix.
+  // no matrix has columns 2^31 and more.
   bytes.replace(0, 8, std::string("\0\0\0\x80\xff\xff\xff\xff", 8));
   UnpackTriangles(bytes, 0, &back);
   EXPECT_EQ(back.triangles.col(0), Eigen::Vector3i(-1, -1, std::numeric_limits<int>::max()));

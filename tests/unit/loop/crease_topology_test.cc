@@ -77,7 +77,7 @@ TEST(CreaseTopologyTest, NamesWhatItRefuses) {
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
     return std::string(status.message());
   };
-  EXPECT_THAT(message(GridWith({{0, 12}})), HasSubstr("crease 0-12 is no edge"));
+  EXPECT_THAT(message(GridWith({{0, 12}})), HasSubstr("crease 0-12 is not an edge"));
   EXPECT_THAT(message(GridWith({{5, 6}, {24, 25}})), HasSubstr("crease 24-25"));
   EXPECT_THAT(message(GridWith({{-1, 0}})), HasSubstr("crease -1-0"));
   EXPECT_THAT(message(GridWith({{7, 6}})), HasSubstr("crease 7-6"));
@@ -89,7 +89,7 @@ TEST(CreaseTopologyTest, NamesWhatItRefuses) {
   EXPECT_THAT(message(GridWith({{7, 8}, {6, 7}})), HasSubstr("out of order"));
   ControlMesh mesh = testing::Grid(5, 5);
   mesh.corners = {3, 25};
-  EXPECT_THAT(message(mesh), HasSubstr("corner 25 is no vertex"));
+  EXPECT_THAT(message(mesh), HasSubstr("corner 25 is not a vertex"));
   mesh.corners = {3, 3};
   EXPECT_THAT(message(mesh), HasSubstr("corner 3 is listed twice"));
   mesh = GridWith({{6, 7, std::numeric_limits<float>::infinity()}});

@@ -134,7 +134,7 @@ Eigen::Vector3d NormalAfterManySteps(Eigen::Matrix3Xd ring, int steps) {
 
 TEST(LimitSurfaceBoundaryTest, IrregularBoundaryNormalsAreThoseOfTheSurface) {
   testing::Random random(8);
-  // Steps until the slowest mode that is no tangent has died against the faster of the two that
+  // Steps until the slowest mode that is not a tangent has died against the faster of the two that
   // are: with five faces (3/8 + cos(72 deg)/4) / (1/2) = 0.90 a step. Few where that tangent itself
   // dies against the other.
   const std::array<int, 5> steps = {20, 50, 50, 60, 150};

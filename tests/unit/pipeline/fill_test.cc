@@ -76,7 +76,7 @@ TEST(FillTest, HolesWithAShortRimAloneAreClosed) {
   }
 }
 
-// The part without points is no error: it was asked for.
+// The part without points is not an error: it was asked for.
 TEST(FillTest, AnErrorAskedForIsThatOfThePartsWithPoints) {
   const Inside is_missing = [](const Eigen::Vector3d& p) { return p[2] > 0.4; };
   const PointCloud scan = SphereWithout(12000, is_missing);

@@ -71,7 +71,7 @@ TEST(ClosestPointTreeTest, AgreesWithBruteForce) {
 }
 
 TEST(ClosestPointTreeTest, BroodsChangeNoDistance) {
-  // Few and many broods, and a number of triangles that is no multiple of theirs.
+  // Few and many broods, and a number of triangles that is not a multiple of theirs.
   for (const auto& [count, children_per_face] :
        {std::pair(16, 16), {160, 16}, {6400, 64}, {6400, 4}, {63, 4}}) {
     const Shape shape = TriangleSoup(count, 1);

@@ -67,7 +67,7 @@ TEST(MeasureTwoSidedTest, PointSetsAreTakenAsTheyAre) {
   EXPECT_GT(error.b_to_a.mean, 1);  // the square to the nearest point
 }
 
-// Points at the corners of a grid, dz under a square: their spacing is no error across it.
+// Points at the corners of a grid, dz under a square: their spacing is not an error across it.
 TEST(MeasureTwoSidedTest, AcrossTheSurfaceTheSpacingOfPointsDoesNotCount) {
   Shape points = SquareShape(0, 20);
   points.triangles.resize(3, 0);

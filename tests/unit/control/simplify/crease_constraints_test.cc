@@ -164,10 +164,10 @@ TEST(CreaseConstraintsTest, FlipsAndRelaxationLeaveThemWhereTheyAre) {
     ImproveValence(&mesh, 100);  // no bend holds an edge back
     RelaxTangentially(&mesh, 5);
   }
-  ExpectBoxEdges(mesh, 1e-3);  // throws where a crease is no edge any more
+  ExpectBoxEdges(mesh, 1e-3);  // throws where a crease is not an edge any more
 }
 
-// The limit of a crease of fewer edges would be no circle any more.
+// The limit of a crease of fewer edges would not be a circle any more.
 TEST(CreaseConstraintsTest, ARoundRimKeepsSixEdges) {
   ControlMesh drum = Prism(Round);
   TagRim(0, 0, kAround, &drum);

@@ -30,7 +30,7 @@ TEST(NormalsTest, AreThoseOfSphereAndTorus) {
     const PreparedCloud prepared = Prepare(known);
     const OrientedCloud cloud = Estimate(prepared);
     EXPECT_LT(MeanLineAngle(cloud.normals, prepared.normals), 1.2);
-    // Curvature is no noise: the plane's residual would be 20 times as much.
+    // Curvature is not noise: the plane's residual would be 20 times as much.
     EXPECT_LT(cloud.median_noise, 0.02 * cloud.median_spacing);
   }
 }

@@ -125,7 +125,7 @@ TEST(OrientationPatchesTest, PatchesSideBySideAndScansThatDoNotQuiteMeetAreAsThe
   EXPECT_NEAR(VoteBetween(0.3, 0), 1, 1e-6);
 }
 
-// Two patches of points that are no neighbours, with one pair that faces each other.
+// Two patches of points that are not neighbours, with one pair that faces each other.
 double FacingVote(uint8_t parity_of_second) {
   constexpr int kPoints = 4;
   OrientedCloud cloud;

@@ -91,7 +91,7 @@ TEST(OpenConnections, AClosedOneGivesItsPlaceBack) {
   EXPECT_EQ(open.Take(second), Verdict::kTaken);
   first.Close();
   EXPECT_EQ(open.size(), 1);
-  // Its number goes to another file: that is no connection, and then another one.
+  // Its number goes to another file: that is not a connection, and then another one.
   FileDescriptor file(dup(0));
   EXPECT_EQ(open.size(), 1);
   file.Close();

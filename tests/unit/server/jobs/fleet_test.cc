@@ -228,7 +228,7 @@ TEST_F(FleetTest, WhatOneMachineCannotWorkOnAnotherDoes) {
   const auto whole = Join(/*serve_only=*/false);
   const v1::Job done = WaitForState(broken.get(), id, v1::JOB_STATE_SUCCEEDED);
   EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED);
-  EXPECT_EQ(done.attempts(), 1u) << "what was none does not count";
+  EXPECT_EQ(done.attempts(), 1u) << "what was not an attempt does not count";
 }
 
 TEST_F(FleetTest, ADatabaseThatIsAwayIsWaitedFor) {

@@ -87,7 +87,7 @@ TEST(VitalSigns, APoolAtWorkIsWell) {
   pool.Submit([may_go_on] { may_go_on.wait(); }, {.client = "a", .memory = 80});
   pool.Submit([may_go_on] { may_go_on.wait(); }, {.client = "a", .memory = 80});
   EXPECT_TRUE(Comes([&] { return pool.state().running == 1; }));
-  EXPECT_EQ(pool.heart().SilentFor(later()), seconds(0)) << "long jobs are no silence";
+  EXPECT_EQ(pool.heart().SilentFor(later()), seconds(0)) << "long jobs are not silence";
   go_on.set_value();
   EXPECT_TRUE(Comes([&] { return pool.state().running == 0 && pool.state().waiting == 0; }));
   EXPECT_EQ(pool.heart().SilentFor(later()), seconds(0));
