@@ -62,11 +62,12 @@ std::string AblationRow(std::string_view name, const std::vector<AccuracyRow>& w
                          false_area, bytes.Mean(), time.Mean());
 }
 
-absl::StatusOr<std::vector<AccuracyRow>> MeasureAll(const std::vector<SubjectName>& names) {
+absl::StatusOr<std::vector<AccuracyRow>> MeasureAll(const std::vector<SubjectName>& names,
+                                                    int seeds) {
   std::vector<AccuracyRow> rows;
   for (const SubjectName& name : names) {
-    RILIEVO_ASSIGN_OR_RETURN(const Subject subject, MakeSubject(name));
-    RILIEVO_ASSIGN_OR_RETURN(const AccuracyFigures figures, MeasureAccuracy(subject, RunContext{}));
+    RILIEVO_ASSIGN_OR_RETURN(const AccuracyFigures figures,
+                             MeasureAccuracy(name, seeds, RunContext{}));
     rows.push_back({name, figures});
   }
   return rows;
@@ -101,19 +102,19 @@ absl::Status LeaveOutByName(std::string_view name) {
 }
 
 absl::StatusOr<std::string> MeasureAblation(const std::vector<SubjectName>& subjects,
-                                            const std::vector<std::string>& names) {
+                                            const std::vector<std::string>& names, int seeds) {
   std::vector<NamedMechanism> mechanisms;
   for (const std::string& name : names) {
     RILIEVO_ASSIGN_OR_RETURN(const Mechanism mechanism, MechanismOf(name));
     mechanisms.push_back({mechanism, name});
   }
   if (names.empty()) mechanisms.assign(kMechanisms.begin(), kMechanisms.end());
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> with, MeasureAll(subjects));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> with, MeasureAll(subjects, seeds));
   std::string table = kAblationHead;
   std::cout << table << std::flush;
   for (const NamedMechanism& mechanism : mechanisms) {
     RILIEVO_RETURN_IF_ERROR(Leave(mechanism.mechanism, true));
-    RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> without, MeasureAll(subjects));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<AccuracyRow> without, MeasureAll(subjects, seeds));
     RILIEVO_RETURN_IF_ERROR(Leave(mechanism.mechanism, false));
     const std::string row = AblationRow(mechanism.name, with, without);
     std::cout << row << std::flush;

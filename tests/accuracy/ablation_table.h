@@ -15,8 +15,9 @@ namespace rilievo {
 absl::Status LeaveOutByName(std::string_view name);
 
 // Measures the subjects as they are and then without each of the mechanisms named (none named: each
-// there is), one line to standard output as soon as it is known. Markdown.
+// there is), means over so many seeds, one line to standard output as soon as it is known.
+// Markdown.
 absl::StatusOr<std::string> MeasureAblation(const std::vector<SubjectName>& subjects,
-                                            const std::vector<std::string>& names);
+                                            const std::vector<std::string>& names, int seeds);
 
 }  // namespace rilievo

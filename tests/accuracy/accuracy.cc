@@ -1,11 +1,12 @@
 // rilievo_accuracy: how close reconstructions come to the truth, against the table in the tree.
-//   rilievo_accuracy [--fast] [--only SHAPE]... [--without NAME]... [--compare FILE | --write FILE]
-//   rilievo_accuracy --ablation [--fast] [--only SHAPE]... [--without NAME]...
-// --fast: only scans of 20 000 points. --without: leaves a mechanism of the core out. --ablation:
-// the table of what each of the mechanisms named, or each there is, earns; both in a build with the
-// CMake option RILIEVO_ABLATION. --compare: exit code 1 if a row is worse than in the table of
-// FILE, see CompareTables(). --write: puts the rows into the table of FILE in place of what it
-// held.
+//   rilievo_accuracy [--fast] [--only SHAPE]... [--seeds N] [--without NAME]...
+//                    [--compare FILE | --write FILE]
+//   rilievo_accuracy --ablation [--fast] [--only SHAPE]... [--seeds N] [--without NAME]...
+// --fast: only scans of 20 000 points. --seeds: means over so many scans a row. --without: leaves a
+// mechanism of the core out. --ablation: the table of what each of the mechanisms named, or each
+// there is, earns; both in a build with the CMake option RILIEVO_ABLATION. --compare: exit code 1
+// if a row is worse than in the table of FILE, see CompareTables(). --write: puts the rows into the
+// table of FILE in place of what it held.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/base/status_macros.h"
@@ -27,12 +29,14 @@ namespace {
 
 struct Arguments {
   bool fast = false, ablation = false;
+  int seeds = 1;
   std::vector<std::string> only, without;
   std::string compare, write;
 };
 
 bool TakesValue(std::string_view word) {
-  return word == "--only" || word == "--without" || word == "--compare" || word == "--write";
+  return word == "--only" || word == "--seeds" || word == "--without" || word == "--compare" ||
+         word == "--write";
 }
 
 absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
@@ -47,6 +51,12 @@ absl::StatusOr<Arguments> ReadArguments(int count, char** words) {
       arguments.fast = true;
     } else if (word == "--only") {
       arguments.only.push_back(value());
+    } else if (word == "--seeds") {
+      const std::string number = value();
+      if (!absl::SimpleAtoi(number, &arguments.seeds) || arguments.seeds < 1) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("--seeds ", number, ": at least 1 is needed"));
+      }
     } else if (word == "--ablation") {
       arguments.ablation = true;
     } else if (word == "--without") {
@@ -124,13 +134,13 @@ absl::Status Run(const Arguments& arguments) {
     }
   }
   if (arguments.ablation) {
-    return MeasureAblation(SubjectsFor(arguments), arguments.without).status();
+    return MeasureAblation(SubjectsFor(arguments), arguments.without, arguments.seeds).status();
   }
   for (const std::string& name : arguments.without) RILIEVO_RETURN_IF_ERROR(LeaveOutByName(name));
   std::vector<AccuracyRow> rows;
   for (const SubjectName& name : SubjectsFor(arguments)) {
-    RILIEVO_ASSIGN_OR_RETURN(const Subject subject, MakeSubject(name));
-    RILIEVO_ASSIGN_OR_RETURN(const AccuracyFigures figures, MeasureAccuracy(subject, RunContext{}));
+    RILIEVO_ASSIGN_OR_RETURN(const AccuracyFigures figures,
+                             MeasureAccuracy(name, arguments.seeds, RunContext{}));
     rows.push_back({name, figures});
     const std::string table = FormatTable({rows.back()});
     std::cout << (rows.size() == 1 ? table : table.substr(table.rfind("\n|") + 1)) << std::flush;

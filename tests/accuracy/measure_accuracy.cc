@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <map>
 #include <numeric>
 #include <vector>
 
@@ -115,6 +116,33 @@ absl::StatusOr<AccuracyFigures> MeasureAccuracy(const Subject& subject, const Ru
   figures.wrong_normals = 100 * static_cast<double>(surface.away) / places;
   figures.false_area = 100 * static_cast<double>(surface.unsupported) / places;
   return figures;
+}
+
+absl::StatusOr<AccuracyFigures> MeasureAccuracy(const SubjectName& name, int seeds,
+                                                const RunContext& context) {
+  AccuracyFigures mean;
+  double log_rms = 0, log_hausdorff = 0, log_bytes = 0, log_time = 0;
+  std::map<int64_t, int> genera;
+  for (int seed = 0; seed < seeds; ++seed) {
+    SubjectName one = name;
+    one.seed += static_cast<uint64_t>(seed);
+    RILIEVO_ASSIGN_OR_RETURN(const Subject subject, MakeSubject(one));
+    RILIEVO_ASSIGN_OR_RETURN(const AccuracyFigures figures, MeasureAccuracy(subject, context));
+    log_rms += std::log(figures.rms) / seeds;
+    log_hausdorff += std::log(figures.hausdorff) / seeds;
+    log_bytes += std::log(static_cast<double>(figures.bytes)) / seeds;
+    log_time += std::log(figures.microseconds) / seeds;
+    mean.wrong_normals += figures.wrong_normals / seeds;
+    mean.false_area += figures.false_area / seeds;
+    ++genera[figures.genus];
+  }
+  mean.rms = std::exp(log_rms);
+  mean.hausdorff = std::exp(log_hausdorff);
+  mean.bytes = std::llround(std::exp(log_bytes));
+  mean.microseconds = std::exp(log_time);
+  const auto by_count = [](const auto& a, const auto& b) { return a.second < b.second; };
+  mean.genus = std::max_element(genera.begin(), genera.end(), by_count)->first;
+  return mean;
 }
 
 }  // namespace rilievo

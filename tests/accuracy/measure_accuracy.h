@@ -26,4 +26,9 @@ struct AccuracyFigures {
 // Reconstructs the scan with the default options.
 absl::StatusOr<AccuracyFigures> MeasureAccuracy(const Subject& subject, const RunContext& context);
 
+// The same of `seeds` scans of that surface, from the seed named on: geometric means of distances,
+// bytes and times, means of the shares, and the genus that most of them have, of several the least.
+absl::StatusOr<AccuracyFigures> MeasureAccuracy(const SubjectName& name, int seeds,
+                                                const RunContext& context);
+
 }  // namespace rilievo

@@ -90,6 +90,7 @@ absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& 
   options.points = name.points;
   options.views = views;
   options.noise = name.noise_percent / 100;
+  options.seed = name.seed;
   Subject subject;
   RILIEVO_ASSIGN_OR_RETURN(SimulatedScan scan, SimulateScan(*shape, options));
   subject.scan = std::move(scan.cloud);
@@ -97,7 +98,7 @@ absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& 
   RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan clean, SimulateScan(*shape, options));
   options.points = kSeenPlaces;
   options.views = 0;
-  options.seed = 2;
+  options.seed = name.seed + 1;
   RILIEVO_ASSIGN_OR_RETURN(SimulatedScan everywhere, SimulateScan(*shape, options));
   subject.seen = views == 0 ? std::move(everywhere.cloud.points)
                             : SeenBy(clean.cloud.points, everywhere.cloud.points);
@@ -110,6 +111,7 @@ absl::StatusOr<Subject> ScanOf(Scene scene, bool with_stations, const SubjectNam
   SceneScanOptions options;
   options.points = name.points;
   options.noise = name.noise_percent / 100;
+  options.seed = name.seed;
   RILIEVO_ASSIGN_OR_RETURN(SceneScan scan, ScanScene(scene, options));
   Subject subject;
   subject.scan = std::move(scan.cloud);

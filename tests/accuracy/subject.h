@@ -27,6 +27,7 @@ struct SubjectName {
   std::string shape;         // see SubjectShapes()
   double noise_percent = 0;  // standard deviation, of the diagonal
   int64_t points = 0;
+  uint64_t seed = 1;  // of the places of the points and of their noise
 };
 
 struct Subject {
