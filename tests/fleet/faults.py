@@ -53,15 +53,21 @@ def any_server(checks, fleet):
 
 
 def turns(checks, fleet):
-    """Many jobs of one client do not hold up another's."""
+    """Many jobs of one client do not hold up another's. No worker runs until all are sent: a fast
+    machine would end the many meanwhile."""
     count, workers = 40 if checks.short else 500, len(fleet.workers)
+    for worker in fleet.workers:
+        worker.stop()
     with rilievo.Jobs(checks.server(fleet)) as ann, \
             rilievo.Jobs(checks.server(fleet, "bob")) as bob:
         many = [(ann.submit(scan(i), request_id=f"many-{i}").job_id, i) for i in range(count)]
         # What scales the workers of deploy/fleet.
         words = (HERE / "../../deploy/fleet/keda.yaml").read_text(encoding="utf-8")
         asked = int(fleet.database.ask(re.search(r"query: (.*)", words)[1], fleet.name))
-        one = bob.submit(scan(0), request_id="one").wait(timeout=120)
+        one = bob.submit(scan(0), request_id="one")
+        for worker in fleet.workers:
+            worker.start()
+        one.wait(timeout=120)
         message = bob.get(one.job_id)._message
         for job_id, _ in many:
             ann.get(job_id).wait(timeout=300)
@@ -73,7 +79,7 @@ def turns(checks, fleet):
     checks.say("turns", f"of {count} jobs that another client has sent before, at most {workers} "
                "more begin before it", f"{ahead}; {behind} after it",
                ahead <= workers and behind > 0)
-    checks.say("turns", "the scaler of KEDA sees jobs that are not done", asked, 0 < asked <= count)
+    checks.say("turns", "the scaler of KEDA sees jobs that are not done", asked, asked == count)
     checks.audit("turns", fleet, many, 300, one_attempt=True)
 
 
