@@ -30,11 +30,17 @@ class CombineTest(unittest.TestCase):
         cls.private = rilievo.PrivateServer()
         cls.server = cls.private.__enter__()
         cls.block, cls.bar = box([0, 0, 0], [2, 2, 2]), box([.5, .5, -1], [1.5, 1.5, 3])
-        cls.surface = rilievo.convert(*cls.block, unit="mm", up="z", server=cls.server)
+        cls.surface = cls.convert(cls.block)
 
     @classmethod
     def tearDownClass(cls):
         cls.private.__exit__(None, None, None)
+
+    @classmethod
+    def convert(cls, shape):
+        """A surface of few triangles."""
+        return rilievo.convert(*shape, unit="mm", up="z", control_faces=100, max_level=1,
+                               server=cls.server)
 
     def combine(self, a, b, operation, **options):
         return rilievo.combine(a, b, operation, server=self.server, **options)
@@ -49,15 +55,17 @@ class CombineTest(unittest.TestCase):
                 self.assertEqual(surface.report["components"], 1)
 
     def test_surfaces_give_the_bytes_of_the_command_line(self):
-        bar = rilievo.convert(*self.bar, unit="mm", up="z", server=self.server)
-        combined = self.combine(self.surface, bar, "difference", max_error="0.02%")
+        bar = self.convert(self.bar)
+        combined = self.combine(self.surface, bar, "difference", max_error="0.02%",
+                                control_faces=400)
         self.assertEqual(combined.place, rilievo.Place(0.001, "z", None))
         with tempfile.TemporaryDirectory() as folder:
             paths = [str(pathlib.Path(folder) / name) for name in ("a.dss", "b.dss", "c.dss")]
             self.surface.write(paths[0])
             bar.write(paths[1])
             subprocess.run([os.environ["RILIEVO_PROGRAM"], "combine", *paths[:2], "--difference",
-                            "-o", paths[2], "--max-error", "0.02%", "--quiet"], check=True)
+                            "-o", paths[2], "--max-error", "0.02%", "--control-faces", "400",
+                            "--quiet"], check=True)
             self.assertEqual(rilievo.read(paths[2]).to_bytes(), combined.to_bytes())
 
     def test_places_must_agree_or_be_given(self):

@@ -93,12 +93,17 @@ TEST_F(JobsCommandTest, AMeshIsConverted) {
   StartServer();
   int code = -1;
   Rilievo("simulate torus --points 3000 -o " + (test_ / "torus.ply"), &code);
-  Rilievo("reconstruct " + (test_ / "torus.ply") + " --quiet -o " + (test_ / "torus.obj"), &code);
+  Rilievo("reconstruct " + (test_ / "torus.ply") + " --quiet -o " + (test_ / "torus.dss"), &code);
+  Rilievo("export " + (test_ / "torus.dss") + " " + (test_ / "torus.obj") + " --level 1", &code);
   ASSERT_EQ(code, 0);
   const std::string server = " --server " + address_, mesh = test_ / "torus.obj";
-  Rilievo("jobs convert " + mesh + server + " --max-error 0.1% -o " + (test_ / "kept.dss"), &code);
+  Rilievo("jobs convert " + mesh + server + " --control-faces 100 --max-error 0.1% -o " +
+              (test_ / "kept.dss"),
+          &code);
   EXPECT_EQ(code, 0);
-  Rilievo("convert " + mesh + server + " --max-error 0.1% -o " + (test_ / "direct.dss"), &code);
+  Rilievo("convert " + mesh + server + " --control-faces 100 --max-error 0.1% -o " +
+              (test_ / "direct.dss"),
+          &code);
   EXPECT_EQ(code, 0);
   EXPECT_EQ(Content(test_ / "kept.dss"), Content(test_ / "direct.dss"));
   Rilievo("jobs convert " + (test_ / "torus.ply") + server, &code);

@@ -85,7 +85,7 @@ TEST_F(MachineTroubleTest, AWorkerThatCannotStartDelaysJobsAndFailsNone) {
       "worker", "#!/bin/sh\n[ -e " + repaired + " ] || exit 127\nexec " + (test_ / "real") + "\n");
   StartServer({"--worker", program});
   EXPECT_TRUE(WaitForHealth(HealthCheckResponse::SERVING));
-  const std::vector<std::string> ids = Submit(8);
+  const std::vector<std::string> ids = Submit(2);
   EXPECT_TRUE(WaitForHealth(HealthCheckResponse::NOT_SERVING));
   EXPECT_TRUE(daemon_->WaitForLine("UNAVAILABLE: the worker ended with code 127", seconds(5)));
   // A call that cannot wait for ever is told at its turn.

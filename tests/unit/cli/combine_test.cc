@@ -24,6 +24,14 @@ class CombineTest : public ProgramFixture {
     out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
   }
 
+  // A surface of few triangles of a.obj.
+  void WriteSurface(const std::string& name) const {
+    ASSERT_EQ(Run({"convert", At("a.obj"), "-o", At(name), "--unit", "mm", "--control-faces", "100",
+                   "--max-level", "1", "--quiet"})
+                  .code,
+              0);
+  }
+
   double VolumeOf(const std::string& path) const {
     const Ended measured = Run({"measure", path, "--json"});
     EXPECT_EQ(measured.code, 0) << measured.err;
@@ -55,9 +63,9 @@ TEST_F(CombineTest, BoxesHaveTheVolumesThatTheyShould) {
 }
 
 TEST_F(CombineTest, SurfacesAreTakenAtTheirFinestLevel) {
-  ASSERT_EQ(Run({"convert", At("a.obj"), "-o", At("a.dss"), "--quiet"}).code, 0);
+  WriteSurface("a.dss");
   const Ended made = Run({"combine", At("a.dss"), At("b.obj"), "--difference", "-o", At("c.stl"),
-                          "--keep-dss", "--quiet"});
+                          "--keep-dss", "--unit", "mm", "--quiet"});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("without"));
   EXPECT_LE(WidestLine(made.out), 80u);
@@ -103,7 +111,7 @@ TEST_F(CombineTest, NeverWritesOverAnInput) {
 }
 
 TEST_F(CombineTest, BothHaveOneUnit) {
-  ASSERT_EQ(Run({"convert", At("a.obj"), "-o", At("mm.dss"), "--unit", "mm", "--quiet"}).code, 0);
+  WriteSurface("mm.dss");
   const Ended differ = Run({"combine", At("mm.dss"), At("b.obj"), "--union", "-o", At("c.dss")});
   EXPECT_EQ(differ.code, 3);
   EXPECT_THAT(differ.err, HasSubstr("--unit"));

@@ -133,7 +133,7 @@ TEST(ReconstructTest, AControlMeshOfTheUserIsTakenInScanCoordinates) {
 }
 
 TEST(ReconstructTest, StopsWithinASecondInEveryStage) {
-  const PointCloud scan = Scan(*MakeGenus2(), 60000);
+  const PointCloud scan = Scan(*MakeGenus2(), 20000);
   for (int stage = 0; stage < kStageCount; ++stage) {
     std::stop_source stop;
     std::chrono::steady_clock::time_point asked;
