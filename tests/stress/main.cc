@@ -54,6 +54,7 @@ int Run(const CommandLine& line) {
   if (line.brief) {
     scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
     scale.faults = 4;
+    scale.odd_clients = 1;
   }
   scale.options_time = std::chrono::seconds(line.option_seconds);
   scale.seed = line.seed;

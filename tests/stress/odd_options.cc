@@ -20,7 +20,6 @@ namespace {
 using std::chrono::seconds;
 
 constexpr char kOptionsPart[] = "options";
-constexpr int kOddClients = 2;
 constexpr int64_t kMostMemory = 3'000'000'000;  // of one worker
 constexpr double kMostOverEstimate = 1.25;
 
@@ -96,14 +95,14 @@ Judgement JudgeLog(const std::vector<std::string>& log) {
 
 void OddOptions(const Scale& scale, Report* report) {
   StressServer server;
-  server.Start({"--threads", "1", "--max-concurrent-jobs", std::to_string(kOddClients),
+  server.Start({"--threads", "1", "--max-concurrent-jobs", std::to_string(scale.odd_clients),
                 "--max-job-seconds", "20", "--max-job-memory", std::to_string(kMostMemory)});
   std::atomic<uint64_t> next = scale.first_case;
   std::atomic<int> unanswered = 0;
   const auto end = std::chrono::steady_clock::now() + scale.options_time;
   {
     std::vector<std::jthread> clients;
-    for (int i = 0; i < kOddClients; ++i) {
+    for (int i = 0; i < scale.odd_clients; ++i) {
       clients.emplace_back([&] {
         const auto stub = v1::ReconstructionService::NewStub(OwnConnection(server.address()));
         do {

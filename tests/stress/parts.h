@@ -16,6 +16,7 @@ struct Scale {
   int cost_pairs = 9;
   std::chrono::seconds flood_time{10};  // of hostile frames
   std::chrono::seconds options_time{300};
+  int odd_clients = 2;                // that send odd requests at the same time
   uint64_t seed = 1, first_case = 0;  // of the odd requests
   int faults = 1'000'000;             // of each kind, spread over all that there are
 };
