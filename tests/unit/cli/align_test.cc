@@ -25,7 +25,7 @@ class AlignTest : public ProgramFixture {
  protected:
   // Five views of a star, each off its place, with noise: view_1.ply and so on.
   std::vector<std::string> SimulateViews() const {
-    EXPECT_EQ(Run({"simulate", "star", "-o", At("views/"), "--views", "5", "--points", "60000",
+    EXPECT_EQ(Run({"simulate", "star", "-o", At("views/"), "--views", "5", "--points", "30000",
                    "--noise", "0.001", "--displaced"})
                   .code,
               0);
@@ -90,7 +90,7 @@ TEST_F(AlignTest, OneFileOfAllKeepsTheirStations) {
               AllOf(HasSubstr("% overlap"), HasSubstr("pairs of points, RMS")));
   EXPECT_LE(WidestLine(ended.out), 80 + At("views/view_1.ply").size());
   const ScanFile all = ReadScan(At("all.ply"), {.stations = true}).value();
-  EXPECT_EQ(all.cloud.points.cols(), 60'000);
+  EXPECT_EQ(all.cloud.points.cols(), 30'000);
   EXPECT_EQ(all.cloud.sights.stations.cols(), 5);
 }
 
@@ -103,7 +103,7 @@ TEST_F(AlignTest, AMergedScanIsOneClosedSheet) {
   const Json report = Json::parse(ended.out);
   EXPECT_EQ(report["merged"].size(), 5u);
   EXPECT_EQ(report["alignment"]["aligned"], true);
-  EXPECT_EQ(report["points_in"], 60'000);
+  EXPECT_EQ(report["points_in"], 30'000);
   EXPECT_EQ(report["components"], 1);
   EXPECT_EQ(report["genus"], 0);
   EXPECT_EQ(report["boundary_loops"], 0);
