@@ -5,6 +5,7 @@
     surface = rilievo.convert(vertices, faces)
     rilievo.combine(surface, (vertices, faces), "difference")
     rilievo.read("owl.dss").mesh(level=2)
+    rilievo.read("owl.dss").to_open3d()
 
 Surfaces are decoded by the same library as everywhere else, so their vertices are the same bits.
 Reading needs NumPy alone; making surfaces needs gRPC.
@@ -14,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FieldViolation,
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
-from .surface import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
-                      Jet, Mesh, Place, Surface, Voxels, read)
+from .surface import Surface, read
+from .values import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
+                     Jet, Mesh, Place, Voxels)
 
 if TYPE_CHECKING:
     from .connection import Server

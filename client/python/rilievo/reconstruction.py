@@ -15,8 +15,9 @@ from .errors import DataLoss, InvalidArgument, RilievoError
 from .options import UNITS, MeshOptions, Options, as_message
 from .private_server import PrivateServer
 from .scan import Packed, arrays_of_mesh, pack, pack_mesh, refuse
-from .surface import Place, Surface
+from .surface import Surface
 from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
+from .values import Place
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -4,7 +4,6 @@ import operator
 import os
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass
 from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 
 import numpy as np
@@ -12,133 +11,10 @@ import numpy.typing as npt
 
 from . import _library
 from .errors import InvalidArgument, RilievoError
-
-MEASURED, SMOOTHED, FILLED = 0, 1, 2
-"""Flags of a vertex: where its height comes from. Smoothed show once the whole file is there."""
+from .values import (Certificate, Closest, ControlMesh, Distance, Frame, Jet, Mesh, Place, Voxels)
 
 _KEPT_LEVELS = 2
 _VOXEL_KINDS = ("shell", "solid", "distance")
-
-
-@dataclass(frozen=True)
-class Mesh:
-    """Triangles; the arrays are read-only views of the decoder's memory."""
-    vertices: npt.NDArray[np.float64]
-    """(n, 3), scan frame."""
-    faces: npt.NDArray[np.uint32]
-    """(m, 3) vertex numbers, counter-clockwise seen from outside."""
-    normals: npt.NDArray[np.float32]
-    """(n, 3), unit."""
-    flags: npt.NDArray[np.uint8]
-    """(n,) MEASURED, SMOOTHED or FILLED."""
-    colors: Optional[npt.NDArray[np.uint8]] = None
-    """(n, 3) red, green, blue, sRGB; None where the surface has no colours."""
-
-
-@dataclass(frozen=True)
-class ControlMesh:
-    vertices: npt.NDArray[np.float64]
-    """(n, 3) control points, scan frame."""
-    faces: npt.NDArray[np.uint32]
-    """(m, 3)."""
-    creases: npt.NDArray[np.uint32]
-    """(k, 2) ends of sharp edges; those on a border are sharp without being named."""
-    sharpness: npt.NDArray[np.float32]
-    """(k,); 10 and more: sharp at every level."""
-    corners: npt.NDArray[np.uint32]
-    """Vertices that stay where they are."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """point = unit * diagonal + center."""
-    center: npt.NDArray[np.float64]
-    diagonal: float
-
-
-@dataclass(frozen=True)
-class Place:
-    """What the coordinates stand for; None where the file does not say it."""
-    metres_per_unit: Optional[float]
-    up: Optional[str]
-    """"x", "y", "z", "-x", "-y" or "-z"."""
-    crs: Optional[str]
-    """Coordinate reference system: well-known text, or "EPSG:" and a number."""
-
-
-@dataclass(frozen=True)
-class Distance:
-    """One direction; fractions of the diagonal, None where unknown."""
-    rms: Optional[float]
-    mean: Optional[float]
-    p95: Optional[float]
-    max: Optional[float]
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """Errors of the decoded surface against its scan, measured when it was made. Distances are
-    fractions of Frame.diagonal; None where unknown."""
-    scan_to_surface: Distance
-    """The error: how far the scan's points are from the surface."""
-    surface_to_scan: Distance
-    error_rms: Optional[float]
-    """Of both ways together, as the next three."""
-    error_mean: Optional[float]
-    error_p95: Optional[float]
-    error_max: Optional[float]
-    measured_share: Optional[float]
-    smoothed_share: Optional[float]
-    filled_share: Optional[float]
-    folds: Optional[int]
-    error_across: Optional[float] = None
-    """The larger RMS of both ways, of the surface's samples the part across it: what max_error
-    promises."""
-
-
-@dataclass(frozen=True)
-class Jet:
-    """The surface at n parameters, scan frame. Where a parameter is that of an irregular vertex, du
-    and dv span the tangent plane, and second derivatives and curvatures are NaN."""
-    positions: npt.NDArray[np.float64]
-    """(n, 3)."""
-    du: npt.NDArray[np.float64]
-    """(n, 3) derivatives by u; dv, duu, duv and dvv likewise."""
-    dv: npt.NDArray[np.float64]
-    duu: npt.NDArray[np.float64]
-    duv: npt.NDArray[np.float64]
-    dvv: npt.NDArray[np.float64]
-    normals: npt.NDArray[np.float64]
-    """(n, 3), unit, outward."""
-    curvatures: npt.NDArray[np.float64]
-    """(n, 2) least and greatest principal curvature; positive where the surface bends away from its
-    normal."""
-
-
-@dataclass(frozen=True)
-class Closest:
-    """The closest points of the surface to n places; at(faces, u, v) gives the same positions."""
-    faces: npt.NDArray[np.uint32]
-    """(n,) control faces."""
-    u: npt.NDArray[np.float64]
-    v: npt.NDArray[np.float64]
-    distances: npt.NDArray[np.float64]
-    """(n,), unit of the scan."""
-    positions: npt.NDArray[np.float64]
-    """(n, 3), scan frame."""
-
-
-@dataclass(frozen=True)
-class Voxels:
-    """Cubes of one size; the array is a read-only view of the decoder's memory."""
-    values: npt.NDArray[Any]
-    """(nx, ny, nz). uint8 of a shell or a solid: 1 for its voxels, 0 for the others; float32
-    distances of the centres, unit of the scan, negative inside of a closed surface."""
-    origin: npt.NDArray[np.float64]
-    """(3,) corner of voxel (0, 0, 0) with the least coordinates, scan frame. The centre of voxel i
-    lies at origin + (i + 0.5) * voxel."""
-    voxel: float
-    """Edge length, unit of the scan."""
 
 
 class Surface:
@@ -299,6 +175,18 @@ class Surface:
     def flags(self, level: Optional[int] = None) -> npt.NDArray[np.uint8]:
         """(n,) MEASURED, SMOOTHED or FILLED."""
         return self.mesh(level).flags
+
+    def to_open3d(self, level: Optional[int] = None) -> Any:
+        """mesh(level).to_open3d()."""
+        return self.mesh(level).to_open3d()
+
+    def to_trimesh(self, level: Optional[int] = None) -> Any:
+        """mesh(level).to_trimesh()."""
+        return self.mesh(level).to_trimesh()
+
+    def to_pyvista(self, level: Optional[int] = None) -> Any:
+        """mesh(level).to_pyvista()."""
+        return self.mesh(level).to_pyvista()
 
     def adaptive_mesh(self, tolerance: Optional[float] = None,
                       triangles: Optional[int] = None) -> Tuple[Mesh, float]:
