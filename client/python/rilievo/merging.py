@@ -1,5 +1,5 @@
 """Several scans of one thing as one scan."""
-from typing import Any, List, Optional, Sequence
+from typing import Any, List, Optional, Sequence, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,8 @@ def merge(scans: Sequence[Any], *, sensors: Optional[Sequence[Any]] = None) -> n
     colors = [_fields(scan, _COLOR) for scan in scans]
 
     counts = [len(part) for part in points]
-    columns = [(("x", "y", "z"), "<f8", points)]
+    columns: List[Tuple[Tuple[str, ...], str, List[Any]]] = [
+        (("x", "y", "z"), "<f8", points)]
     if any(part is not None for part in places):
         columns.append((_SENSOR, "<f8", _filled(places, counts)))
     if any(part is not None for part in normals):

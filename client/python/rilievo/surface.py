@@ -219,8 +219,8 @@ class Surface:
         jets = _library.evaluate(
             self._tool("evaluator", smooth), np.ascontiguousarray(numbers, np.uint32),
             np.ascontiguousarray(np.stack([first, second], axis=1)), self._threads)
-        vectors = [np.ascontiguousarray(jets[:, i:i + 3]) for i in range(0, 21, 3)]
-        return Jet(*vectors, np.ascontiguousarray(jets[:, 21:]))
+        return Jet(*(np.ascontiguousarray(part)
+                     for part in np.split(jets, range(3, 22, 3), axis=1)))
 
     def closest(self, points: npt.ArrayLike, smooth: bool = False) -> Closest:
         """The closest point of the surface to each of `points`, (n, 3), scan frame, finite.
