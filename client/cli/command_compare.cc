@@ -199,7 +199,7 @@ Command AddCompare(CLI::App& program) {
   const auto arguments = std::make_shared<CompareArguments>();
   app->add_option("A", arguments->a, "a surface (.dss), a mesh or a scan; - is standard input")
       ->required();
-  app->add_option("B", arguments->b, "the other one")->required();
+  app->add_option("B", arguments->b, "the shape to compare it with")->required();
   AddFormatOption(app, &arguments->format);
   app->add_option("--samples", arguments->measure.samples, "samples per surface")
       ->check(CLI::Range(1000, 10000000))

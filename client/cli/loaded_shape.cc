@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <istream>
 #include <limits>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -228,6 +229,15 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(path));
   absl::StatusOr<DecodedSurface> decoded = DecodeDss(bytes, context);
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
+                              std::min(bytes.size(), kHeadBytes));
+  const absl::StatusOr<FileKind> kind = RecognizeFile(head, bytes.size(), path);
+  if (!decoded.ok() && kind.ok() && *kind != FileKind::kDss) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path,
+                     ": not a surface (.dss); 'rilievo reconstruct' makes one of a scan, "
+                     "'rilievo convert' of a mesh"));
+  }
   if (!decoded.ok()) return AtPath(path, decoded.status());
   return decoded;
 }

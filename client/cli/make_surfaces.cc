@@ -50,7 +50,10 @@ absl::Status Explain(const absl::Status& status, const std::string& scan,
   } else if (status.code() != absl::StatusCode::kResourceExhausted) {
     message = absl::StrCat(scan, ": ", message);
   }
-  return absl::Status(status.code(), message);
+  // Without a server it is the scan that asks for too much.
+  const bool too_much = status.code() == absl::StatusCode::kResourceExhausted && server.empty();
+  const absl::Status explained(status.code(), message);
+  return too_much ? WithExitCode(explained, ExitCode::kInput) : explained;
 }
 
 struct Made {

@@ -15,6 +15,19 @@
 #include "server/command_line/usage_message.h"
 
 namespace rilievo {
+namespace {
+
+// The words of the command line; `help COMMAND` is what `COMMAND --help` is.
+std::vector<std::string> GivenWords(int argc, const char* const* argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    words.push_back("--help");
+  }
+  return words;
+}
+
+}  // namespace
 
 int RunProgram(int argc, const char* const* argv) {
   CLI::App app{
@@ -36,11 +49,12 @@ int RunProgram(int argc, const char* const* argv) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }
+  const std::vector<std::string> words = GivenWords(argc, argv);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::cerr << UsageMessage(app, {argv + 1, argv + argc}, error);
+    std::cerr << UsageMessage(app, words, error);
     return static_cast<int>(ExitCode::kUsage);
   }
   const Interrupt interrupt;

@@ -43,8 +43,8 @@ absl::StatusOr<ScanFile> ReadAnyScan(std::istream& in, const std::string& name,
           "LAZ, E57 or PTX");
     case FileKind::kDss:
       return absl::InvalidArgumentError(
-          "a .dss file holds a surface, not a scan; give the scan as PLY, PCD, XYZ, PTS, OBJ, LAS, "
-          "LAZ, E57 or PTX");
+          "a .dss file holds a surface, not a scan; 'rilievo export' makes a mesh of it, 'rilievo "
+          "info' and 'rilievo view' show it");
   }
   return absl::InternalError("unknown kind of file");
 }

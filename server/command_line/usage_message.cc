@@ -76,6 +76,20 @@ std::string WrongCommand(const CLI::App& app, const std::string& word) {
   return absl::StrCat("'", word, "' is not a command; ", all);
 }
 
+// Of names with two dashes: the one that begins with that letter; "" where none or several do.
+std::string OnlyOneWith(char letter, const std::vector<std::string>& names) {
+  const auto begins = [&](const std::string& name) { return name[2] == letter; };
+  if (std::count_if(names.begin(), names.end(), begins) != 1) return "";
+  return *std::find_if(names.begin(), names.end(), begins);
+}
+
+// A word that names a file which is not there yet.
+bool MayBeAnOutput(const std::string& word) {
+  std::error_code error;
+  return !word.empty() && word[0] != '-' && fs::path(word).has_extension() &&
+         !fs::exists(word, error);
+}
+
 std::string UnexpectedWords(const CLI::App& app, const std::vector<std::string>& extra) {
   const std::string& word = extra.front();
   if (word.size() < 2 || word[0] != '-') {
@@ -86,7 +100,7 @@ std::string UnexpectedWords(const CLI::App& app, const std::vector<std::string>&
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   }
   const std::string name = word.substr(0, word.find('='));
-  const std::string nearest = Nearest(name, names);
+  const std::string nearest = name[1] == '-' ? Nearest(name, names) : OnlyOneWith(name[1], names);
   return absl::StrCat(name, " is not an option",
                       nearest.empty() ? "" : absl::StrCat("; did you mean ", nearest, "?"));
 }
@@ -168,14 +182,18 @@ std::string UsageMessage(const CLI::App& program, const std::vector<std::string>
                          const CLI::ParseError& error) {
   const CLI::App& app = DeepestParsed(program);
   const std::vector<std::string> extra = program.remaining(/*recurse=*/true);
+  // An option that is not known explains what is missing.
+  const bool unknown_option = !extra.empty() && absl::StartsWith(extra.front(), "-");
   std::string what;
-  if (absl::StartsWith(error.what(), "A subcommand")) {
-    const bool option = !extra.empty() && absl::StartsWith(extra.front(), "-");
-    what = option ? UnexpectedWords(app, extra) : WrongCommand(app, FirstStrayWord(app, words));
-  } else if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !extra.empty()) {
+  if (unknown_option || (dynamic_cast<const CLI::ExtrasError*>(&error) && !extra.empty())) {
     what = UnexpectedWords(app, extra);
+  } else if (absl::StartsWith(error.what(), "A subcommand")) {
+    what = WrongCommand(app, FirstStrayWord(app, words));
   } else {
     what = Reworded(app, error.what());
+    if (absl::StartsWith(error.what(), "--output ") && MayBeAnOutput(words.back())) {
+      absl::StrAppend(&what, "; did you mean -o ", words.back(), "?");
+    }
   }
   return absl::StrCat(Wrap(absl::StrCat(PathOf(app), ": ", what), 2), "\n",
                       Wrap(absl::StrCat("See '", PathOf(app), " --help'."), 2), "\n");

@@ -215,8 +215,8 @@ absl::StatusOr<EncodedSurface> CheckSize(EncodedSurface encoded, const EncodeOpt
   int64_t bytes = 0;
   for (const auto& chunk : encoded.chunks) bytes += static_cast<int64_t>(chunk.size());
   if (!options.max_bytes || bytes <= *options.max_bytes) return encoded;
-  return absl::ResourceExhaustedError(absl::StrCat(
-      "the coarsest stream takes ", bytes, " bytes, encode.max_bytes is ", *options.max_bytes));
+  return absl::ResourceExhaustedError(absl::StrCat("the coarsest stream takes ", bytes,
+                                                   " bytes, max_bytes is ", *options.max_bytes));
 }
 
 }  // namespace
@@ -308,9 +308,9 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
       options.max_bytes.value_or(0) - static_cast<int64_t>(chunk.size()) - kStepSlack;
   if (options.max_bytes) {
     if (bytes_left <= 0) {
-      return absl::ResourceExhaustedError(absl::StrCat(
-          "the control mesh alone takes ", chunk.size(), " bytes, encode.max_bytes is ",
-          *options.max_bytes, "; allow more, or take fewer control faces"));
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the control mesh alone takes ", chunk.size(), " bytes, max_bytes is ",
+                       *options.max_bytes, "; allow more, or take fewer control faces"));
     }
     RILIEVO_ASSIGN_OR_RETURN(
         smoothed, encode_smoothed(encoder->filled(), *options.max_bytes, bytes_left / 2));

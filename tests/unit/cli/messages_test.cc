@@ -150,6 +150,147 @@ See 'rilievo export --help'.
   cutbox, pair, star, bracket, thinwalls
 See 'rilievo simulate --help'.
 )"},
+    {"-v", 2,
+     R"(rilievo: -v is not an option; did you mean --version?
+See 'rilievo --help'.
+)"},
+    {"reconstruct scan.ply b.dss", 2,
+     R"(rilievo reconstruct: --output is missing: the surface, a .dss file; did you mean
+  -o b.dss?
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct --in scan.ply --out b.ply", 2,
+     R"(rilievo reconstruct: --in is not an option
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply -o b.dss --depth 10", 2,
+     R"(rilievo reconstruct: --depth is not an option
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct missing.ply -o b.dss", 3,
+     R"(rilievo reconstruct: missing.ply: cannot be read: No such file or directory
+)"},
+    {"reconstruct a.dss -o b.ply", 3,
+     R"(rilievo reconstruct: a.dss: a .dss file holds a surface, not a scan; 'rilievo
+  export' makes a mesh of it, 'rilievo info' and 'rilievo view' show it
+)"},
+    {"reconstruct notes.txt -o b.dss", 3,
+     R"(rilievo reconstruct: notes.txt: points, line 1: neither numbers nor a heading
+  that names the columns x, y and z (or easting, northing and height)
+)"},
+    {"reconstruct empty.ply -o b.dss", 3,
+     R"(rilievo reconstruct: empty.ply: the file is empty
+)"},
+    {"reconstruct scan.ply -o b.dss --max-error 1cm", 2,
+     R"(rilievo reconstruct: --max-error 1cm: the unit of scan.ply is not known; say
+  with --unit what one unit of its coordinates is (--unit m), or write a
+  fraction of the diagonal (0.1%) or a length in its own units (0.02u)
+)"},
+    {"reconstruct scan.ply -o b.dss --max-error 1parsec", 2,
+     R"(rilievo reconstruct: --max-error: '1parsec' is not a length: write a fraction of
+  the diagonal (0.001 or 0.1%), a number with a unit (2cm; units are km, m, dm,
+  cm, mm, um, in, ft, us-ft) or one in the scan's own units (0.02u)
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply -o b.dss --max-error 0.1% --max-bytes 1000", 2,
+     R"(rilievo reconstruct: --max-error and --max-bytes exclude each other; give one of
+  them
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply -o b.dss --unit metre", 2,
+     R"(rilievo reconstruct: --unit: 'metre' is not one of km, m, dm, cm, mm, um, in,
+  ft, us-ft
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply -o b.dss --up w", 2,
+     R"(rilievo reconstruct: --up: 'w' is not one of x, y, z, -x, -y, -z
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply -o nofolder/b.dss --quiet", 6,
+     R"(rilievo reconstruct: nofolder/b.dss: cannot be written: No such file or
+  directory
+)"},
+    {"convert scan.ply -o b.dss", 3,
+     R"(rilievo convert: scan.ply: 2,000 points without a face, not a mesh; 'rilievo
+  reconstruct' makes a surface of them
+)"},
+    {"convert a.dss -o b.ply", 3,
+     R"(rilievo convert: a.dss: a .dss file holds a surface already, not a mesh;
+  'rilievo export' makes a mesh of it
+)"},
+    {"export a.dss", 2,
+     R"(rilievo export: OUT is missing: the mesh: .ply (with normals and, per vertex,
+  where its height comes from: 0 measured, 1 smoothed, 2 filled in), .obj, .stl,
+  .glb or .3mf
+See 'rilievo export --help'.
+)"},
+    {"export scan.ply b.obj", 3,
+     R"(rilievo export: scan.ply: not a surface (.dss); 'rilievo reconstruct' makes one
+  of a scan, 'rilievo convert' of a mesh
+)"},
+    {"export a.dss b.obj --level fine", 2,
+     R"(rilievo export: --level: 'fine' is not a number from 0 to 10
+See 'rilievo export --help'.
+)"},
+    {"info scan.ply", 3,
+     R"(rilievo info: scan.ply: not a surface (.dss); 'rilievo reconstruct' makes one of
+  a scan, 'rilievo convert' of a mesh
+)"},
+    {"info missing.dss", 3,
+     R"(rilievo info: missing.dss: cannot be read: No such file or directory
+)"},
+    {"verify scan.ply a.dss", 3,
+     R"(rilievo verify: scan.ply: not a surface (.dss); 'rilievo reconstruct' makes one
+  of a scan, 'rilievo convert' of a mesh
+)"},
+    {"compare a.dss", 2,
+     R"(rilievo compare: B is missing: the shape to compare it with
+See 'rilievo compare --help'.
+)"},
+    {"combine mesh.obj mesh.obj -o b.dss", 2,
+     R"(rilievo combine: what to make is missing; give --union, --intersection or
+  --difference
+)"},
+    {"combine mesh.obj --union -o b.dss", 2,
+     R"(rilievo combine: SOLID: 2 values are needed, not 1
+See 'rilievo combine --help'.
+)"},
+    {"view a.dss", 2,
+     R"(rilievo view: -o is missing: the picture, a PNG; or --open, for the viewer in a
+  browser
+)"},
+    {"view a.dss -o b.jpg", 2,
+     R"(rilievo view: --output b.jpg: the picture is a PNG; give the name the extension
+  .png
+)"},
+    {"view a.dss -o b.png --colors error", 2,
+     R"(rilievo view: --colors error: name the scan that the error is to: --scan SCAN
+)"},
+    {"voxelize a.dss b.vox --resolution 64", 2,
+     R"(rilievo voxelize: b.vox: the extension must be .nrrd, .vdb or .raw
+)"},
+    {"voxelize a.dss b.vdb", 2,
+     R"(rilievo voxelize: the size of the voxels is missing; give --resolution or
+  --voxel
+)"},
+    {"measure scan.ply", 3,
+     R"(rilievo measure: scan.ply: there are no triangles, so no area and no volume
+)"},
+    {"evaluate a.dss", 2,
+     R"(rilievo evaluate: where to evaluate is missing; give --at or --points
+)"},
+    {"evaluate a.dss --at 0,2,2", 3,
+     R"(rilievo evaluate: --at 0,2,2: u is 2 and v is 2; both must be at least 0 and
+  their sum at most 1
+)"},
+    {"align scan.ply", 2,
+     R"(rilievo align: scan.ply: one scan alone; give at least two
+)"},
+    {"jobs submit scan.ply", 2,
+     R"(rilievo jobs submit: --server is missing: HOST:PORT of a rilievod that keeps
+  jobs
+See 'rilievo jobs submit --help'.
+)"},
 };
 
 TEST_F(ProgramFixture, WrongCommandLinesSayWhatIsWrong) {
@@ -160,6 +301,8 @@ TEST_F(ProgramFixture, WrongCommandLinesSayWhatIsWrong) {
   std::ofstream identical(At("identical.xyz"));
   for (int i = 0; i < 500; ++i) identical << "1 2 3\n";
   identical.close();
+  std::ofstream(At("notes.txt")) << "junk\n";
+  std::ofstream(At("empty.ply")).flush();
   std::ofstream(At("mesh.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   for (const Case& wrong : kCases) {
     std::istringstream in(wrong.words);
@@ -172,6 +315,18 @@ TEST_F(ProgramFixture, WrongCommandLinesSayWhatIsWrong) {
     EXPECT_FALSE(fs::exists("b.dss") || fs::exists("b.ply")) << wrong.words;
   }
   fs::current_path("/");
+}
+
+TEST_F(ProgramFixture, HelpOfACommandIsWhatItsOptionPrints) {
+  EXPECT_EQ(Run({"help", "export"}).out, Run({"export", "--help"}).out);
+  EXPECT_EQ(Run({"help"}).out, Run({"--help"}).out);
+}
+
+TEST_F(ProgramFixture, TooFewBytesAreTheCommandsFault) {
+  ASSERT_EQ(Run({"simulate", "sphere", "-o", At("scan.ply"), "--points", "2000"}).code, 0);
+  const Ended ended = Run({"reconstruct", At("scan.ply"), "-o", At("b.dss"), "--max-bytes", "10"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("max_bytes is 10"));
 }
 
 TEST(ServerWordsTest, FieldsAreOptions) {
