@@ -17,13 +17,15 @@ namespace {
 constexpr int64_t kSmoothedShare = 32, kMostSmoothedShare = 8;
 constexpr int64_t kLargestPatch = 1024, kSmallShare = 16;  // at most a 16th of the heights
 
-// One piece of the groups' payload, empty where the group has no smoothed height to code.
-std::vector<uint8_t> EncodeGroup(const GroupMesh& mesh, const FaceVertices& whole_numbers,
-                                 const std::vector<int>& members, int max_level,
-                                 const std::vector<uint8_t>& filled,
-                                 const std::vector<uint8_t>& smoothed, const HeightModels& shared) {
+}  // namespace
+
+std::vector<uint8_t> EncodeSmoothedOfGroup(const GroupMesh& mesh, const FaceVertices& numbers,
+                                           const std::vector<int>& members, int max_level,
+                                           const std::vector<uint8_t>& filled,
+                                           const std::vector<uint8_t>& smoothed,
+                                           const HeightModels& shared) {
   const std::vector<int> whole =
-      VerticesThere(FaceVertices(mesh.refinement.levels[0], max_level), whole_numbers, members);
+      VerticesThere(FaceVertices(mesh.refinement.levels[0], max_level), numbers, members);
   const std::vector<uint8_t> elsewhere = NotOfGroup(mesh, FlagsOfGroup(filled, whole));
   HeightState state;
   state.filled = FlagsOfGroup(smoothed, whole);
@@ -42,8 +44,6 @@ std::vector<uint8_t> EncodeGroup(const GroupMesh& mesh, const FaceVertices& whol
   if (piece.empty()) piece.push_back(0);  // all zeros, which were left off: not nothing
   return piece;
 }
-
-}  // namespace
 
 absl::StatusOr<std::vector<uint8_t>> EncodeSmoothed(const LoopRefinement& refinement, int max_level,
                                                     const FaceGroups* groups,
@@ -69,12 +69,42 @@ absl::StatusOr<std::vector<uint8_t>> EncodeSmoothed(const LoopRefinement& refine
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const GroupMesh mesh, BuildGroupMesh(refinement.levels[0], *groups, g,
                                                                   max_level, one_thread));
-    pieces.push_back(
-        EncodeGroup(mesh, numbers, groups->members[g], max_level, filled, smoothed, *models));
+    pieces.push_back(EncodeSmoothedOfGroup(mesh, numbers, groups->members[g], max_level, filled,
+                                           smoothed, *models));
   }
   std::vector<uint8_t> payload;
   AppendPieces(pieces, &payload);
   return payload;
+}
+
+absl::StatusOr<EncodedFlags> ChooseSmoothedFlags(
+    const SourceCounts& counts, int smallest, int64_t bytes, int64_t most,
+    const std::function<absl::StatusOr<FlagsOfPatches>(int patch)>& flags_of) {
+  EncodedFlags flags;
+  if (counts.smoothed == 0) return flags;
+  for (int64_t patch = smallest;; patch *= 4) {
+    RILIEVO_ASSIGN_OR_RETURN(const FlagsOfPatches found, flags_of(static_cast<int>(patch)));
+    flags.all = found.all;
+    flags.chunk.clear();
+    if (found.all || !found.any) return flags;
+    flags.chunk = WrapChunk(kSmoothedTag, found.payload, false);
+    const auto size = static_cast<int64_t>(flags.chunk.size());
+    if (size <= std::min(bytes / kSmoothedShare, most)) return flags;
+    if (4 * patch <= std::min(kLargestPatch, counts.known / kSmallShare)) continue;
+    if (size <= std::min(bytes / kMostSmoothedShare, most)) return flags;
+    flags.chunk.clear();
+    flags.all = counts.smoothed > counts.measured;
+    return flags;
+  }
+}
+
+std::vector<uint8_t> NotMeasured(const std::vector<HeightSource>& sources,
+                                 const std::vector<uint8_t>& filled) {
+  std::vector<uint8_t> given(sources.size());
+  for (size_t v = 0; v < given.size(); ++v) {
+    given[v] = sources[v] != HeightSource::kMeasured && filled[v] == 0;
+  }
+  return given;
 }
 
 absl::StatusOr<EncodedFlags> EncodeSmoothedFlags(const DisplacedSurface& surface,
@@ -83,36 +113,22 @@ absl::StatusOr<EncodedFlags> EncodeSmoothedFlags(const DisplacedSurface& surface
                                                  const FaceGroups* groups, int smallest,
                                                  int64_t bytes, int64_t most,
                                                  const RunContext& context) {
-  // Small holes count as what is around them.
-  std::vector<uint8_t> given(surface.sources.size());
-  int64_t smoothed_count = 0, measured_count = 0;
-  for (size_t v = 0; v < given.size(); ++v) {
-    smoothed_count += surface.sources[v] == HeightSource::kSmoothed;
-    measured_count += surface.sources[v] == HeightSource::kMeasured;
-    given[v] = surface.sources[v] != HeightSource::kMeasured && filled[v] == 0;
-  }
-  EncodedFlags flags;
-  if (smoothed_count == 0) return flags;
-  const int64_t known = std::count(filled.begin(), filled.end(), 0);
-  for (int64_t patch = smallest;; patch *= 4) {
+  const std::vector<uint8_t> given = NotMeasured(surface.sources, filled);
+  const SourceCounts counts = {
+      std::count(surface.sources.begin(), surface.sources.end(), HeightSource::kSmoothed),
+      std::count(surface.sources.begin(), surface.sources.end(), HeightSource::kMeasured),
+      std::count(filled.begin(), filled.end(), 0)};
+  const auto flags_of = [&](int patch) -> absl::StatusOr<FlagsOfPatches> {
     std::vector<uint8_t> smoothed = given;
-    DropSmallPatches(refinement, surface.max_level, static_cast<int>(patch), filled, smoothed);
+    DropSmallPatches(refinement, surface.max_level, patch, filled, smoothed);
     const int64_t ones = std::count(smoothed.begin(), smoothed.end(), 1);
-    flags.all = ones > 0 && ones == known;
-    flags.chunk.clear();
-    if (flags.all || ones == 0) return flags;
-    RILIEVO_ASSIGN_OR_RETURN(
-        const std::vector<uint8_t> payload,
-        EncodeSmoothed(refinement, surface.max_level, groups, filled, smoothed, context));
-    flags.chunk = WrapChunk(kSmoothedTag, payload, false);
-    const auto size = static_cast<int64_t>(flags.chunk.size());
-    if (size <= std::min(bytes / kSmoothedShare, most)) return flags;
-    if (4 * patch <= std::min(kLargestPatch, known / kSmallShare)) continue;
-    if (size <= std::min(bytes / kMostSmoothedShare, most)) return flags;
-    flags.chunk.clear();
-    flags.all = smoothed_count > measured_count;
+    FlagsOfPatches flags{ones > 0, ones > 0 && ones == counts.known, {}};
+    if (!flags.any || flags.all) return flags;
+    RILIEVO_ASSIGN_OR_RETURN(flags.payload, EncodeSmoothed(refinement, surface.max_level, groups,
+                                                           filled, smoothed, context));
     return flags;
-  }
+  };
+  return ChooseSmoothedFlags(counts, smallest, bytes, most, flags_of);
 }
 
 }  // namespace rilievo

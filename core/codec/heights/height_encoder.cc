@@ -1,27 +1,17 @@
 #include "core/codec/heights/height_encoder.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <utility>
 
-#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/range_coder.h"
-#include "core/codec/heights/group_heights.h"
-#include "core/codec/heights/height_encoder_draw.h"
-#include "core/codec/heights/height_encoder_unit.h"
-#include "core/codec/heights/height_range.h"
+#include "core/codec/heights/height_encoder_pass.h"
 #include "core/codec/heights/holes.h"
-#include "core/codec/heights/rate_distortion_chooser.h"
 
 namespace rilievo {
 namespace {
-
-// Bits are worth this many squared steps. At high rates an error of step^2 / 12 falls by
-// step^2 ln 2 / 6 = 0.1155 step^2 with one more bit.
-constexpr double kLambda = 0.11;
 
 // Rounds of quantisation, and how much of what is wrong after one is put right in the next: the
 // basis functions overlap, so the whole would be too much. Fine steps beside filled heights take
@@ -47,43 +37,36 @@ int64_t EncodedHeights::bytes() const {
   return sum;
 }
 
-// One run over all levels.
-struct HeightEncoder::Pass {
-  double unit = 0;
-  double least_unit = 0;                  // a smaller one did not hold the heights
-  std::atomic<bool> fits = true;          // no height beyond the range of the format so far
-  std::vector<Dequantizer> dequantizers;  // per level
-  HeightState state;
-  std::vector<int32_t> coefficients;  // as decoded, in units
-  std::vector<std::vector<uint8_t>> layers;
-  // Of each group: dequantizer draws and pieces of level kFirstGroupedLevel and on.
-  std::vector<std::vector<std::array<int, 2>>> draws;
-  std::vector<std::vector<std::vector<uint8_t>>> pieces;
-};
-
-// Part of the whole, with where its vertices are there.
-struct HeightEncoder::Group {
-  GroupMesh mesh;
-  std::vector<int> whole_vertex;  // of the finest level
-};
-
 HeightEncoder::~HeightEncoder() = default;
 
 HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                             int smallest_hole)
+                             int smallest_hole, const HeightPlan* plan)
     : refinement_(refinement),
       max_level_(surface.max_level),
       heights_(surface.heights.begin(), surface.heights.end()),
       rings_(RingsIntoHoles(refinement, surface.max_level, kRimRings, FilledFlags(surface))),
       filled_(FilledFlags(surface)),
       lifting_(refinement, surface.max_level),
-      weights_(HeightWeights(surface.control_mesh, refinement, surface.max_level, rings_)) {
+      weights_(HeightWeights(surface.control_mesh, refinement, surface.max_level, rings_,
+                             plan != nullptr ? plan->mean_weight : 0)) {
   // Small holes cost no flags; their heights are filled ones all the same.
   DropSmallHoles(refinement, max_level_, smallest_hole, filled_);
-  has_filled_ = std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
+  has_filled_ = plan != nullptr ? plan->has_filled
+                                : std::find(filled_.begin(), filled_.end(), 1) != filled_.end();
   targets_ = heights_;
-  lifting_.AnalyzeAndChoose(weights_, targets_);
+  const bool planned = plan != nullptr && plan->chosen();
+  if (planned) {
+    lifting_.set_steps(plan->lifting);
+    lifting_.Analyze(targets_);
+  } else {
+    detail_sums_ = lifting_.AnalyzeAndChoose(weights_, targets_);
+  }
   if (*std::max_element(rings_.begin(), rings_.end()) > kRimRings) FreeInnerHeights();
+  if (planned) {
+    gains_ = GainsOf(plan->level_gains, lifting_, refinement_, weights_);
+    mean_gains_ = plan->mean_gains;
+    return;
+  }
   gains_ = GainsOf(lifting_, refinement_, weights_);
   for (int l = 0; l <= max_level_; ++l) {
     double sum = 0;
@@ -94,13 +77,14 @@ HeightEncoder::HeightEncoder(const DisplacedSurface& surface, const LoopRefineme
       ++count;
     }
     mean_gains_.push_back(count > 0 ? sum / count : 0);
+    coded_counts_.push_back(count);
   }
 }
 
 absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoder::MakeGrouped(
     const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-    const FaceGroups& groups, const RunContext& context) {
-  auto encoder = std::make_unique<HeightEncoder>(surface, refinement, smallest_hole);
+    const FaceGroups& groups, const RunContext& context, const HeightPlan* plan) {
+  auto encoder = std::make_unique<HeightEncoder>(surface, refinement, smallest_hole, plan);
   RILIEVO_RETURN_IF_ERROR(encoder->BuildGroups(groups, context));
   return encoder;
 }
@@ -143,185 +127,6 @@ void HeightEncoder::FreeInnerHeights() {
   }
 }
 
-std::vector<double> HeightEncoder::StepsOfLevels(double step) const {
-  const double finest = gains_.of_level.back();
-  std::vector<double> steps;
-  for (double gain : gains_.of_level) {
-    steps.push_back(gain > 0 && finest > 0 ? step * std::sqrt(finest / gain) : step);
-  }
-  return steps;
-}
-
-template <typename Coder>
-void HeightEncoder::CodeLevel(int level, const std::vector<double>& targets_in_units,
-                              HeightModels& models, Pass& pass) const {
-  Dequantizer& dequantizer = pass.dequantizers[level];
-  const int begin = lifting_.begin(level), end = lifting_.end(level);
-  Coder coder;
-  RateDistortionChooser chooser(refinement_, level, dequantizer, kLambda, targets_in_units,
-                                gains_.of_vertex, mean_gains_[level]);
-  LevelCoder<Coder, RateDistortionChooser> coded(coder, chooser, refinement_, level,
-                                                 dequantizer.step, has_filled_, models, pass.state);
-  HeightLayout layout;
-  layout.empty = chooser.Empty(begin, end);
-  const bool coefficients_fit = coded.Run(layout.empty);
-  // The choice was made with the draw of the round before; the bytes say the one that fits best.
-  dequantizer.draw =
-      MeanDraw(targets_in_units, pass.state.coefficients, begin, end, dequantizer.step);
-  layout.dequantizer = dequantizer;
-  layout.lifting = level > 0 ? lifting_.step(level) : LiftingStep{0, 0};
-  std::vector<uint8_t> payload = WriteHeightLayout(layout);
-  const std::vector<uint8_t> bits = coder.Finish();
-  payload.insert(payload.end(), bits.begin(), bits.end());
-  pass.layers.push_back(std::move(payload));
-  std::vector<int32_t>& heights = pass.state.heights;
-  pass.fits = coefficients_fit && AddValues(dequantizer, pass.state.coefficients, heights);
-  if (!pass.fits) return;
-  pass.coefficients.insert(pass.coefficients.end(), heights.begin() + begin, heights.end());
-  if (level > 0) SynthesizeLevel(refinement_.levels[level - 1], layout.lifting, heights);
-  pass.fits = InHeightRange(heights);
-}
-
-// Writes at places of the pass that are this group's own.
-template <typename Coder>
-void HeightEncoder::CodeGroup(const Group& group, const std::vector<double>& targets_in_units,
-                              const HeightModels& shared_models, Pass& pass) const {
-  const GroupMesh& mesh = group.mesh;
-  const std::vector<int>& whole = group.whole_vertex;
-  const auto gathered = [&](const auto& values, auto foreign) {
-    std::vector<decltype(foreign)> own;
-    own.reserve(whole.size());
-    for (size_t v = 0; v < whole.size(); ++v) {
-      own.push_back(mesh.foreign[v] != 0 ? foreign : values[whole[v]]);
-    }
-    return own;
-  };
-  const std::vector<double> targets = gathered(targets_in_units, 0.0);
-  const std::vector<double> gains = gathered(gains_.of_vertex, 0.0);
-  const auto models = std::make_unique<HeightModels>(shared_models);
-  const int shared_count = mesh.refinement.vertex_count(kFirstGroupedLevel - 1);
-  HeightState state = StateOfGroup(pass.state, groups_->members[mesh.group],
-                                   std::vector<int>(whole.begin(), whole.begin() + shared_count));
-  state.filled = gathered(filled_, uint8_t{0});
-  std::vector<int32_t> values(shared_count, 0);
-  for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
-    Dequantizer dequantizer = pass.dequantizers[level];
-    std::array<int, 2>& draw = pass.draws[mesh.group][level - kFirstGroupedLevel];
-    std::vector<uint8_t>& piece = pass.pieces[mesh.group][level - kFirstGroupedLevel];
-    dequantizer.draw = draw;
-    const int begin = mesh.refinement.vertex_count(level - 1);
-    const int end = mesh.refinement.vertex_count(level);
-    Coder coder;
-    RateDistortionChooser chooser(mesh.refinement, level, dequantizer, kLambda, targets, gains,
-                                  mean_gains_[level]);
-    PieceLayout layout;
-    layout.empty = chooser.Empty(begin, end);
-    const bool any_filled = std::any_of(state.filled.begin() + begin, state.filled.begin() + end,
-                                        [](uint8_t filled) { return filled != 0; });
-    piece.clear();
-    bool fits = true;
-    if (layout.empty && !any_filled) {
-      state.coefficients.resize(end, 0);
-      state.active = NoneActive(mesh.refinement, level);
-    } else {
-      LevelCoder<Coder, RateDistortionChooser> coded(coder, chooser, mesh.refinement, level,
-                                                     dequantizer.step, has_filled_, *models, state,
-                                                     mesh.foreign.data());
-      fits = coded.Run(layout.empty);
-      draw = MeanDraw(targets, state.coefficients, begin, end, dequantizer.step);
-      layout.draw = dequantizer.draw = draw;
-      piece = WritePieceLayout(layout);
-      const std::vector<uint8_t> bits = coder.Finish();
-      piece.insert(piece.end(), bits.begin(), bits.end());
-    }
-    fits = fits && AddValues(dequantizer, state.coefficients, values);
-    if (fits && level < max_level_) {
-      state.heights.insert(state.heights.end(), values.begin() + begin, values.end());
-      SynthesizeLevel(mesh.refinement.levels[level - 1], lifting_.step(level), state.heights);
-      fits = InHeightRange(state.heights);
-    }
-    if (!fits) {
-      pass.fits = false;
-      return;
-    }
-  }
-  for (size_t v = shared_count; v < whole.size(); ++v) {
-    if (mesh.foreign[v] == 0) pass.coefficients[whole[v]] = values[v];
-  }
-}
-
-template <typename Coder>
-absl::Status HeightEncoder::CodeGroups(const std::vector<double>& targets_in_units,
-                                       const HeightModels& models, const RunContext& context,
-                                       Pass& pass) const {
-  const size_t levels = static_cast<size_t>(max_level_ - kFirstGroupedLevel + 1);
-  pass.draws.resize(group_meshes_.size());
-  for (auto& draws : pass.draws) draws.resize(levels);
-  pass.pieces.assign(group_meshes_.size(), std::vector<std::vector<uint8_t>>(levels));
-  pass.coefficients.resize(lifting_.end(max_level_), 0);
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(
-      static_cast<int64_t>(group_meshes_.size()), 1, context, [&](int64_t begin, int64_t end) {
-        for (int64_t g = begin; g < end; ++g) {
-          CodeGroup<Coder>(group_meshes_[g], targets_in_units, models, pass);
-        }
-      }));
-  if (!pass.fits) return absl::OkStatus();
-  std::vector<int32_t>& heights = pass.state.heights;
-  heights.insert(heights.end(),
-                 pass.coefficients.begin() + static_cast<std::ptrdiff_t>(heights.size()),
-                 pass.coefficients.end());
-  for (int level = kFirstGroupedLevel; level <= max_level_; ++level) {
-    SynthesizeLevel(refinement_.levels[level - 1], lifting_.step(level),
-                    std::span(heights).first(static_cast<size_t>(lifting_.end(level))));
-    pass.fits = pass.fits && InHeightRange(std::span(heights).first(lifting_.end(level)));
-    if (!pass.fits) return absl::OkStatus();
-    std::vector<std::vector<uint8_t>> pieces;
-    for (auto& of_group : pass.pieces) {
-      pieces.push_back(std::move(of_group[level - kFirstGroupedLevel]));
-    }
-    pass.layers.push_back(
-        WriteGroupedLayout(lifting_.step(level), pass.dequantizers[level].step, pieces));
-  }
-  return absl::OkStatus();
-}
-
-template <typename Coder>
-absl::Status HeightEncoder::RunPass(double step, const std::vector<double>& targets,
-                                    const RunContext& context, Pass& pass) const {
-  const std::vector<double> steps = StepsOfLevels(step);
-  pass.unit = UnitOfHeights(steps, heights_, targets, pass.least_unit);
-  RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
-  while (!pass.fits) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    pass.unit = pass.least_unit = WiderUnit(pass.unit);
-    RILIEVO_RETURN_IF_ERROR(CodeInUnits<Coder>(steps, targets, context, pass));
-  }
-  return absl::OkStatus();
-}
-
-// All levels in the pass's unit, up to the first that does not fit in it.
-template <typename Coder>
-absl::Status HeightEncoder::CodeInUnits(const std::vector<double>& steps,
-                                        const std::vector<double>& targets,
-                                        const RunContext& context, Pass& pass) const {
-  pass.dequantizers.resize(max_level_ + 1);
-  std::vector<double> in_units = targets;
-  for (double& target : in_units) target /= pass.unit;
-  pass.fits = true;
-  pass.state = HeightState();
-  pass.state.filled = filled_;
-  pass.coefficients.clear();
-  pass.layers.clear();
-  const auto models = std::make_unique<HeightModels>();
-  for (int l = 0; l <= max_level_ && pass.fits; ++l) {
-    const double units = std::clamp(std::round(steps[l] / pass.unit), 1.0, double{kMaxHeightStep});
-    pass.dequantizers[l].step = static_cast<int32_t>(units);
-    if (!grouped() || l < kFirstGroupedLevel) CodeLevel<Coder>(l, in_units, *models, pass);
-  }
-  if (!grouped() || !pass.fits) return absl::OkStatus();
-  return CodeGroups<Coder>(in_units, *models, context, pass);
-}
-
 // What is still wrong is told by the basis functions of each coefficient: they are not quite
 // orthogonal, so errors of one can be mended by others.
 std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
@@ -341,20 +146,26 @@ std::vector<double> HeightEncoder::CorrectedTargets(const Pass& pass) const {
   return error;
 }
 
+HeightSums HeightEncoder::SumsOf(const Pass& pass) const {
+  HeightSums sums;
+  for (size_t v = 0; v < heights_.size(); ++v) {
+    if (!IsTold(v) || (!counted_.empty() && counted_[v] == 0)) continue;
+    const double error = heights_[v] - pass.state.heights[v] * pass.unit;
+    sums.squared += weights_[v] * error * error;
+    sums.weight += weights_[v];
+    sums.max = std::max(sums.max, std::abs(error));
+  }
+  return sums;
+}
+
 EncodedHeights HeightEncoder::Finish(double step, const Pass& pass) const {
   EncodedHeights encoded;
   encoded.step = step;
   encoded.unit = pass.unit;
   encoded.layers = pass.layers;
-  double sum = 0, told = 0;
-  for (size_t v = 0; v < heights_.size(); ++v) {
-    if (!IsTold(v)) continue;
-    const double error = heights_[v] - pass.state.heights[v] * pass.unit;
-    sum += weights_[v] * error * error;
-    told += weights_[v];
-    encoded.max = std::max(encoded.max, std::abs(error));
-  }
-  encoded.rms = told > 0 ? std::sqrt(sum / told) : 0;
+  const HeightSums sums = SumsOf(pass);
+  encoded.max = sums.max;
+  encoded.rms = sums.rms();
   return encoded;
 }
 
@@ -385,13 +196,44 @@ absl::StatusOr<EncodedHeights> HeightEncoder::Encode(double step, const RunConte
 
 absl::StatusOr<std::vector<double>> HeightEncoder::RmsOfRounds(double step, int rounds,
                                                                const RunContext& context) const {
-  Pass pass;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<HeightSums> sums,
+                           SumsOfRounds(step, rounds, context, nullptr));
   std::vector<double> rms;
+  for (const HeightSums& of_round : sums) rms.push_back(of_round.rms());
+  return rms;
+}
+
+absl::StatusOr<std::vector<HeightSums>> HeightEncoder::SumsOfRounds(
+    double step, int rounds, const RunContext& context, std::vector<double>* corrected) const {
+  Pass pass;
+  std::vector<HeightSums> sums;
   for (int round = 0; round < rounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(RunRound<NoBytes>(round, step, context, pass));
-    rms.push_back(Finish(step, pass).rms);
+    sums.push_back(SumsOf(pass));
   }
-  return rms;
+  if (corrected != nullptr) *corrected = CorrectedTargets(pass);
+  return sums;
+}
+
+absl::StatusOr<GroupPieces> HeightEncoder::EncodeGroups(const SharedHeights& shared, double step,
+                                                        const RunContext& context) const {
+  Pass pass;
+  pass.shared = &shared;
+  GroupPieces made;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (round + 1 < kRounds) {
+      RILIEVO_RETURN_IF_ERROR(RunRound<NoBytes>(round, step, context, pass));
+    } else {
+      RILIEVO_RETURN_IF_ERROR(RunRound<RangeEncoder>(round, step, context, pass));
+    }
+    if (!pass.fits) return GroupPieces{{}, {}, false};
+    if (round + 1 < kRounds) continue;
+    const HeightSums sums = SumsOf(pass);
+    if (round + 1 > kRounds && sums.rms() >= made.sums.rms()) break;
+    made = {std::move(pass.pieces), sums, true};
+    if (sums.rms() < kEnough * step) break;
+  }
+  return made;
 }
 
 }  // namespace rilievo

@@ -2,8 +2,11 @@
 // quantisation, entropy coding.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -26,35 +29,99 @@ struct EncodedHeights {
   int64_t bytes() const;
 };
 
+// What is the same for all parts of a surface that are coded apart (height_encoder_blocks.h).
+struct HeightPlan {
+  double mean_weight = 0;  // MeanHeightWeight
+  bool has_filled = false;
+  // Of each level from 1 on; empty: to be chosen, as what follows.
+  std::vector<LiftingStep> lifting;
+  std::vector<double> level_gains, mean_gains;  // of each level
+  bool chosen() const { return !lifting.empty(); }
+};
+
+// What the levels below kFirstGroupedLevel leave once they are coded, by vertex and face of a part.
+struct SharedHeights {
+  double unit = 0;
+  HeightState state;
+  std::vector<int32_t> values;  // of their coefficients, in units
+  HeightModels models;
+};
+
+// Squared errors of the heights that count, by weight.
+struct HeightSums {
+  double squared = 0, weight = 0, max = 0;
+  void Add(const HeightSums& other) {
+    squared += other.squared;
+    weight += other.weight;
+    max = std::max(max, other.max);
+  }
+  double rms() const { return weight > 0 ? std::sqrt(squared / weight) : 0; }
+};
+
+struct GroupPieces {
+  std::vector<std::vector<std::vector<uint8_t>>> pieces;  // (group)(level - kFirstGroupedLevel)
+  HeightSums sums;
+  bool fits = true;  // no height beyond the range of the format; else there are no pieces
+};
+
+// Heights that can be coded with any step.
+class HeightCoding {
+ public:
+  virtual ~HeightCoding() = default;
+
+  // `step`: of the quantiser at the finest level, fraction of the diagonal. Level l's is larger by
+  // the square root of what its coefficients' errors cost less (CoefficientGains), smaller where
+  // they cost more, so that the slope of error over bits is the same everywhere.
+  virtual absl::StatusOr<EncodedHeights> Encode(double step, const RunContext& context) const = 0;
+
+  // The RMS error after each of the first `rounds`, [1, inf), of those that Encode() goes through.
+  virtual absl::StatusOr<std::vector<double>> RmsOfRounds(double step, int rounds,
+                                                          const RunContext& context) const = 0;
+};
+
 // Holds what does not depend on the step, so that many steps can be tried.
-class HeightEncoder {
+class HeightEncoder : public HeightCoding {
  public:
   // `surface` has been checked: its heights are finite and fit `refinement`, which reaches
   // max(0, max_level - 1) and must outlive this. `smallest_hole`: see EncodeOptions.
+  // `plan`: of the surface that this is a part of.
   HeightEncoder(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                int smallest_hole);
+                int smallest_hole, const HeightPlan* plan = nullptr);
 
   // The same for `groups` of the control faces that are coded apart; they must outlive it.
   // CANCELLED is the only error.
   static absl::StatusOr<std::unique_ptr<HeightEncoder>> MakeGrouped(
       const DisplacedSurface& surface, const LoopRefinement& refinement, int smallest_hole,
-      const FaceGroups& groups, const RunContext& context);
+      const FaceGroups& groups, const RunContext& context, const HeightPlan* plan = nullptr);
 
-  ~HeightEncoder();
+  ~HeightEncoder() override;
   HeightEncoder(const HeightEncoder&) = delete;
   HeightEncoder& operator=(const HeightEncoder&) = delete;
 
   bool has_filled() const { return has_filled_; }
   const std::vector<uint8_t>& filled() const { return filled_; }  // without small holes
 
-  // `step`: of the quantiser at the finest level, fraction of the diagonal. Level l's is larger by
-  // the square root of what its coefficients' errors cost less (CoefficientGains), smaller where
-  // they cost more, so that the slope of error over bits is the same everywhere.
-  absl::StatusOr<EncodedHeights> Encode(double step, const RunContext& context) const;
-
-  // The RMS error after each of the first `rounds`, [1, inf), of those that Encode() goes through.
+  absl::StatusOr<EncodedHeights> Encode(double step, const RunContext& context) const override;
   absl::StatusOr<std::vector<double>> RmsOfRounds(double step, int rounds,
-                                                  const RunContext& context) const;
+                                                  const RunContext& context) const override;
+
+  // Of a part: only errors of these vertices count. One a vertex.
+  void set_counted(std::vector<uint8_t> counted) { counted_ = std::move(counted); }
+  // The sums that RmsOfRounds() tells of; `corrected`, unless null, becomes the coefficients that
+  // the next round would quantise.
+  absl::StatusOr<std::vector<HeightSums>> SumsOfRounds(double step, int rounds,
+                                                       const RunContext& context,
+                                                       std::vector<double>* corrected) const;
+  // The pieces of a part's groups under shared levels that are coded already.
+  absl::StatusOr<GroupPieces> EncodeGroups(const SharedHeights& shared, double step,
+                                           const RunContext& context) const;
+
+  // What a plan is made of.
+  const HeightLifting& lifting() const { return lifting_; }
+  const std::vector<HeightLifting::RuleSums>& detail_sums() const { return detail_sums_; }
+  const CoefficientGains& gains() const { return gains_; }
+  const std::vector<double>& mean_gains() const { return mean_gains_; }
+  const std::vector<int64_t>& coded_counts() const { return coded_counts_; }  // of each level
 
  private:
   struct Pass;
@@ -71,7 +138,7 @@ class HeightEncoder {
   bool IsTold(size_t v) const { return rings_[v] == 0; }
   bool IsFree(size_t v) const { return rings_[v] > kRimRings; }
   void FreeInnerHeights();
-  std::vector<double> StepsOfLevels(double step) const;
+  static std::unique_ptr<HeightModels> TakeShared(Pass& pass);
   template <typename Coder>
   absl::Status RunPass(double step, const std::vector<double>& targets, const RunContext& context,
                        Pass& pass) const;
@@ -84,6 +151,7 @@ class HeightEncoder {
   std::vector<double> CorrectedTargets(const Pass& pass) const;
   template <typename Coder>
   absl::Status RunRound(int round, double step, const RunContext& context, Pass& pass) const;
+  HeightSums SumsOf(const Pass& pass) const;
   EncodedHeights Finish(double step, const Pass& pass) const;
 
   const LoopRefinement& refinement_;
@@ -97,8 +165,11 @@ class HeightEncoder {
   HeightLifting lifting_;
   std::vector<double> weights_;  // of the heights, sum 1
   CoefficientGains gains_;
-  std::vector<double> mean_gains_;  // of each level's coefficients that are coded
-  std::vector<double> targets_;     // coefficients before quantisation
+  std::vector<double> mean_gains_;                    // of each level's coefficients that are coded
+  std::vector<double> targets_;                       // coefficients before quantisation
+  std::vector<HeightLifting::RuleSums> detail_sums_;  // unless planned, as the counts
+  std::vector<int64_t> coded_counts_;
+  std::vector<uint8_t> counted_;  // empty: all
 };
 
 }  // namespace rilievo

@@ -31,6 +31,19 @@ double UnitOfHeights(const std::vector<double>& steps, const std::vector<double>
                               Farthest(targets) / kMaxHeightUnits, least}));
 }
 
+std::vector<double> StepsOfLevels(double step, const std::vector<double>& level_gains) {
+  const double finest = level_gains.back();
+  std::vector<double> steps;
+  for (const double gain : level_gains) {
+    steps.push_back(gain > 0 && finest > 0 ? step * std::sqrt(finest / gain) : step);
+  }
+  return steps;
+}
+
+int32_t StepInUnits(double step, double unit) {
+  return static_cast<int32_t>(std::clamp(std::round(step / unit), 1.0, double{kMaxHeightStep}));
+}
+
 double WiderUnit(double unit) { return kWidening * unit; }
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 // heights.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 namespace rilievo {
@@ -11,6 +12,13 @@ namespace rilievo {
 // lie beyond the decoder's range; never less than `least`.
 double UnitOfHeights(const std::vector<double>& steps, const std::vector<double>& heights,
                      const std::vector<double>& targets, double least);
+
+// Of each level's quantiser, where the finest has `step` (HeightCoding::Encode). `level_gains`:
+// CoefficientGains::of_level.
+std::vector<double> StepsOfLevels(double step, const std::vector<double>& level_gains);
+
+// Within what a file can say.
+int32_t StepInUnits(double step, double unit);
 
 // The next to try where decoded heights did not fit: far from what was told, filled ones may come
 // out much larger than those that were given.

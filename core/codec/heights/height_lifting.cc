@@ -109,11 +109,18 @@ void HeightLifting::AnalyzeLevel(const Level& level, std::span<double> values) c
   }
 }
 
-void HeightLifting::AnalyzeAndChoose(std::span<const double> importance, std::span<double> values) {
+void HeightLifting::set_steps(const std::vector<LiftingStep>& steps) {
+  for (size_t l = 0; l < levels_.size(); ++l) levels_[l].step = steps[l];
+}
+
+std::vector<HeightLifting::RuleSums> HeightLifting::AnalyzeAndChoose(
+    std::span<const double> importance, std::span<double> values) {
+  std::vector<RuleSums> of_levels(levels_.size());
   for (int l = max_level(); l >= 1; --l) {
     Level& level = levels_[l - 1];
     const int count = level.coarse_count, edges = static_cast<int>(level.stencils.size());
-    std::array<double, kEdgeRules.size()> sums{};
+    RuleSums& sums = of_levels[l - 1];
+    sums.fill(0);
     for (int e = 0; e < edges; ++e) {
       for (size_t rule = 0; rule < kEdgeRules.size(); ++rule) {
         const double detail =
@@ -124,6 +131,7 @@ void HeightLifting::AnalyzeAndChoose(std::span<const double> importance, std::sp
     level.step.rule = static_cast<int>(std::min_element(sums.begin(), sums.end()) - sums.begin());
     AnalyzeLevel(level, values);
   }
+  return of_levels;
 }
 
 void HeightLifting::Analyze(std::span<double> values) const {

@@ -5,6 +5,7 @@
 // orthogonal, and the squared errors of their quantisation add up.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -44,10 +45,14 @@ class HeightLifting {
   int end(int l) const { return vertex_counts_[l]; }
   const LiftingStep& step(int l) const { return levels_[l - 1].step; }
   void set_strength(int strength);
+  void set_steps(const std::vector<LiftingStep>& steps);  // of levels 1, 2, ...
 
+  // Of a level's |details|, for each rule.
+  using RuleSums = std::array<double, kEdgeRules.size()>;
   // Heights to averages and details. Chooses for each level the rule that leaves the smallest sum
-  // of |details|, each times the entry of `importance` for its vertex.
-  void AnalyzeAndChoose(std::span<const double> importance, std::span<double> values);
+  // of |details|, each times the entry of `importance` for its vertex. The sums of levels 1, 2, ...
+  std::vector<RuleSums> AnalyzeAndChoose(std::span<const double> importance,
+                                         std::span<double> values);
   void Analyze(std::span<double> values) const;
   void Synthesize(std::span<double> values) const;
   // The transpose of Synthesize.

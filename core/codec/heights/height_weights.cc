@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/surface/stored_surface.h"
+
 namespace rilievo {
 namespace {
 
@@ -51,7 +53,8 @@ void PoolWeights(const LoopRefinement& refinement, int max_level, std::vector<do
 }  // namespace
 
 std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement& refinement,
-                                  int max_level, const std::vector<uint8_t>& rings) {
+                                  int max_level, const std::vector<uint8_t>& rings,
+                                  double mean_of_whole) {
   const int last = std::max(0, max_level - 1);  // its faces, or their four children each
   const MeshTopology& topology = refinement.levels[last];
   std::vector<double> weights(refinement.vertex_count(max_level), 0);
@@ -64,17 +67,28 @@ std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement&
       if (max_level > 0) weights[topology.vertex_count + topology.face_edges(k, f)] += 3 * area;
     }
   }
-  double mean = 0, sum = 0;
-  for (double weight : weights) mean += weight / static_cast<double>(weights.size());
+  double mean = mean_of_whole, sum = 0;
+  if (mean_of_whole == 0) {
+    for (double weight : weights) mean += weight / static_cast<double>(weights.size());
+  }
   for (size_t v = 0; v < weights.size(); ++v) {
     const double share = rings[v] == 0 ? 1 : rings[v] <= kRimRings ? kRimShare : 0;
     weights[v] = share * std::max(weights[v], kLeastShare * mean);
     sum += weights[v];
   }
-  if (sum > 0) {
-    for (double& weight : weights) weight /= sum;
+  const double scale = mean_of_whole > 0 ? mean_of_whole : sum;
+  if (scale > 0) {
+    for (double& weight : weights) weight /= scale;
   }
   return weights;
+}
+
+double MeanHeightWeight(const ControlMesh& mesh, const MeshTopology& topology, int max_level) {
+  double area = 0;
+  for (int f = 0; f < mesh.faces.cols(); ++f) area += FaceArea(mesh, f);
+  // A face of the level before counts with three at its corners, and three times that at its edges.
+  const double counted = max_level == 0 ? 3 : 12 * std::ldexp(1.0, 2 * (max_level - 1));
+  return counted * area / static_cast<double>(VertexCountAt(topology, max_level));
 }
 
 CoefficientGains GainsOf(const HeightLifting& lifting, const LoopRefinement& refinement,
@@ -101,6 +115,17 @@ CoefficientGains GainsOf(const HeightLifting& lifting, const LoopRefinement& ref
     const double scale = pooled > 0 ? energy / pooled : 0;
     for (int v = lifting.begin(l); v < lifting.end(l); ++v) gains.of_vertex[v] *= scale;
     gains.of_level.push_back(scale);
+  }
+  return gains;
+}
+
+CoefficientGains GainsOf(const std::vector<double>& of_level, const HeightLifting& lifting,
+                         const LoopRefinement& refinement, const std::vector<double>& weights) {
+  CoefficientGains gains{std::vector<double>(weights.size(), 0), of_level};
+  std::vector<double> pool = weights;
+  PoolWeights(refinement, lifting.max_level(), pool, gains.of_vertex);
+  for (int l = 0; l <= lifting.max_level(); ++l) {
+    for (int v = lifting.begin(l); v < lifting.end(l); ++v) gains.of_vertex[v] *= of_level[l];
   }
   return gains;
 }

@@ -20,9 +20,14 @@ constexpr double kRimShare = 0.25;
 // Area of the surface around each vertex of level `max_level`: a third of its faces, each control
 // face split evenly among its descendants, but at least a quarter of the mean. `rings`: from the
 // nearest told height (RingsIntoHoles); vertices beyond kRimRings have none. Scaled to a sum of 1
-// (all zero when there are none but those).
+// (all zero when there are none but those). `mean`, unless 0: that of the surface which this is a
+// part of; the weights are then shares of it instead.
 std::vector<double> HeightWeights(const ControlMesh& mesh, const LoopRefinement& refinement,
-                                  int max_level, const std::vector<uint8_t>& rings);
+                                  int max_level, const std::vector<uint8_t>& rings,
+                                  double mean = 0);
+
+// The mean area around the vertices of level `max_level`.
+double MeanHeightWeight(const ControlMesh& mesh, const MeshTopology& topology, int max_level);
 
 // Of the coefficient of each vertex, at the level that first holds it: the squared error, summed
 // with these weights over the finest level, that an error of 1 makes. The level's mean comes from
@@ -35,5 +40,8 @@ struct CoefficientGains {
 };
 CoefficientGains GainsOf(const HeightLifting& lifting, const LoopRefinement& refinement,
                          const std::vector<double>& weights);
+// The same with the means of the levels given.
+CoefficientGains GainsOf(const std::vector<double>& of_level, const HeightLifting& lifting,
+                         const LoopRefinement& refinement, const std::vector<double>& weights);
 
 }  // namespace rilievo

@@ -32,7 +32,7 @@ StepRange StepsFrom(double least_step) {
 
 // The rounds after the first take the same share off the error at all steps nearby, and two rounds
 // tell which. The usual first step where the error is no such power of the step.
-absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
+absl::StatusOr<double> FindStep(const HeightCoding& encoder, double rms,
                                 const RunContext& context) {
   constexpr double kAim = 1 - kCloseStep / 2, kMostFactor = 3;
   constexpr double kLeastPower = 0.6, kMostPower = 1.2;
@@ -53,7 +53,7 @@ absl::StatusOr<double> FindStep(const HeightEncoder& encoder, double rms,
                     kSteps.coarsest);
 }
 
-absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, double rms,
+absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightCoding& encoder, double rms,
                                                  double least_step, const RunContext& context) {
   const auto encode = [&](double step) { return encoder.Encode(step, context); };
   double guess = kStepOverError * rms;
@@ -67,7 +67,7 @@ absl::StatusOr<EncodedHeights> EncodeWithinError(const HeightEncoder& encoder, d
   return *std::move(search.closest());
 }
 
-absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightEncoder& encoder, int64_t bytes,
+absl::StatusOr<EncodedHeights> EncodeWithinBytes(const HeightCoding& encoder, int64_t bytes,
                                                  int64_t overhead, double least_step,
                                                  const RunContext& context) {
   const auto encode = [&](double step) { return encoder.Encode(step, context); };

@@ -1,0 +1,266 @@
+#include "core/codec/heights/height_encoder_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/codec/bytes/range_coder.h"
+#include "core/codec/heights/group_heights.h"
+#include "core/codec/heights/height_encoder_level.h"
+#include "core/codec/heights/height_encoder_unit.h"
+#include "core/loop/face_vertices.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kSampledGroups = 16;
+// Rounds of quantisation before the coarse levels are coded, and of these alone.
+constexpr int kCoarseRounds = 2;
+
+// The vertices of the faces that the block is about.
+std::vector<uint8_t> InnerVertices(const GroupBlock& block) {
+  const FaceVertices vertices(block.refinement.levels[0], block.part.surface.max_level);
+  std::vector<uint8_t> inner(block.part.surface.heights.size(), 0);
+  std::vector<int> of_face;
+  for (const int f : block.part.inner) {
+    vertices.Of(f, of_face);
+    for (const int v : of_face) inner[v] = 1;
+  }
+  return inner;
+}
+
+// Of the groups sampled, what a plan takes.
+struct SampledFigures {
+  std::vector<HeightLifting::RuleSums> details;
+  std::vector<double> level_gains, mean_gains;
+  std::vector<int64_t> counts;
+};
+
+HeightPlan PlanOf(const std::vector<SampledFigures>& samples, HeightPlan plan) {
+  const size_t levels = samples[0].level_gains.size();
+  for (size_t l = 0; l < levels; ++l) {
+    double gain = 0, weight = 0, mean = 0;
+    for (const SampledFigures& sample : samples) {
+      if (!(sample.level_gains[l] > 0)) continue;
+      const auto count = static_cast<double>(sample.counts[l]);
+      gain += count * sample.level_gains[l];
+      mean += count * sample.mean_gains[l] / sample.level_gains[l];
+      weight += count;
+    }
+    plan.level_gains.push_back(weight > 0 ? gain / weight : 0);
+    plan.mean_gains.push_back(weight > 0 ? mean / weight * plan.level_gains.back() : 0);
+    if (l == 0) continue;
+    HeightLifting::RuleSums sums{};
+    for (const SampledFigures& sample : samples) {
+      for (size_t rule = 0; rule < sums.size(); ++rule) sums[rule] += sample.details[l - 1][rule];
+    }
+    LiftingStep step;
+    step.rule = static_cast<int>(std::min_element(sums.begin(), sums.end()) - sums.begin());
+    plan.lifting.push_back(step);
+  }
+  return plan;
+}
+
+}  // namespace
+
+// By vertex of the last shared level, those of the whole.
+struct HeightEncoderBlocks::CoarseTargets {
+  std::vector<double> targets, gains;
+  std::vector<uint8_t> filled;
+  double highest = 0, largest_target = 0;  // of all levels, magnitudes
+};
+
+struct HeightEncoderBlocks::CoarseLevels {
+  SharedHeights shared;  // by vertex and face of the whole
+  std::vector<std::vector<uint8_t>> layers;
+  bool fits = true;
+};
+
+absl::StatusOr<std::unique_ptr<HeightEncoderBlocks>> HeightEncoderBlocks::Make(
+    const EncodeBlocks& blocks, int smallest_hole, const RunContext& context) {
+  auto made = std::unique_ptr<HeightEncoderBlocks>(new HeightEncoderBlocks(blocks, smallest_hole));
+  RILIEVO_RETURN_IF_ERROR(made->MakePlan(context));
+  return made;
+}
+
+absl::StatusOr<std::unique_ptr<HeightEncoder>> HeightEncoderBlocks::EncoderOf(
+    const GroupBlock& block, const RunContext& context) const {
+  RILIEVO_ASSIGN_OR_RETURN(
+      std::unique_ptr<HeightEncoder> encoder,
+      HeightEncoder::MakeGrouped(block.part.surface, block.refinement, smallest_hole_, block.groups,
+                                 context, &plan_));
+  encoder->set_counted(InnerVertices(block));
+  return encoder;
+}
+
+absl::Status HeightEncoderBlocks::MakePlan(const RunContext& context) {
+  const StoredSurface& surface = blocks_.surface();
+  plan_.mean_weight =
+      MeanHeightWeight(surface.control_mesh, blocks_.shared().levels[0], surface.max_level);
+  plan_.has_filled = surface.source_counts[static_cast<size_t>(HeightSource::kFilled)] > 0;
+  const std::vector<GroupRange> ranges = blocks_.Samples(kSampledGroups);
+  std::vector<SampledFigures> samples(ranges.size());
+  const auto take = [&](size_t i, const GroupBlock& block,
+                        const RunContext& one_thread) -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+    samples[i] = {encoder->detail_sums(), encoder->gains().of_level, encoder->mean_gains(),
+                  encoder->coded_counts()};
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  plan_ = PlanOf(samples, std::move(plan_));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<double>> HeightEncoderBlocks::RmsOfRounds(
+    double step, int rounds, const RunContext& context) const {
+  const std::vector<GroupRange> ranges = blocks_.Samples(kSampledGroups);
+  std::vector<std::vector<HeightSums>> samples(ranges.size());
+  const auto take = [&](size_t i, const GroupBlock& block,
+                        const RunContext& one_thread) -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+    RILIEVO_ASSIGN_OR_RETURN(samples[i], encoder->SumsOfRounds(step, rounds, one_thread, nullptr));
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  std::vector<double> rms;
+  for (int round = 0; round < rounds; ++round) {
+    HeightSums all;
+    for (const std::vector<HeightSums>& sample : samples) all.Add(sample[round]);
+    rms.push_back(all.rms());
+  }
+  return rms;
+}
+
+absl::StatusOr<HeightEncoderBlocks::CoarseTargets> HeightEncoderBlocks::TargetsOfCoarse(
+    double step, const RunContext& context) const {
+  CoarseTargets coarse;
+  const auto count = static_cast<size_t>(blocks_.shared_count());
+  coarse.targets.resize(count);
+  coarse.gains.resize(count);
+  coarse.filled.resize(count);
+  const std::vector<GroupRange>& ranges = blocks_.ranges();
+  std::vector<double> highest(ranges.size()), largest(ranges.size());
+  const auto take = [&](size_t i, const GroupBlock& block,
+                        const RunContext& one_thread) -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+    std::vector<double> targets;
+    RILIEVO_RETURN_IF_ERROR(
+        encoder->SumsOfRounds(step, kCoarseRounds, one_thread, &targets).status());
+    for (const double target : targets) largest[i] = std::max(largest[i], std::abs(target));
+    for (const float height : block.part.surface.heights) {
+      highest[i] = std::max(highest[i], std::abs(double{height}));
+    }
+    for (size_t v = 0; v < block.coarse_there.size(); ++v) {
+      const int there = block.coarse_there[v];
+      if (!blocks_.Owns(block.range, there)) continue;
+      coarse.targets[there] = targets[v];
+      coarse.gains[there] = encoder->gains().of_vertex[v];
+      coarse.filled[there] = encoder->filled()[v];
+    }
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  coarse.highest = *std::max_element(highest.begin(), highest.end());
+  coarse.largest_target = *std::max_element(largest.begin(), largest.end());
+  return coarse;
+}
+
+HeightEncoderBlocks::CoarseLevels HeightEncoderBlocks::CodeCoarse(double step,
+                                                                  const CoarseTargets& coarse,
+                                                                  double least_unit) const {
+  const std::vector<double> steps = StepsOfLevels(step, plan_.level_gains);
+  CoarseLevels coded;
+  SharedHeights& shared = coded.shared;
+  shared.unit = UnitOfHeights(steps, {coarse.highest}, {coarse.largest_target}, least_unit);
+  std::vector<double> in_units = coarse.targets;
+  for (double& target : in_units) target /= shared.unit;
+  std::vector<Dequantizer> dequantizers(kFirstGroupedLevel);
+  for (int round = 0; round < kCoarseRounds; ++round) {
+    shared.state = HeightState();
+    shared.state.filled = coarse.filled;
+    shared.values.clear();
+    shared.models = HeightModels();
+    coded.layers.clear();
+    for (int l = 0; l < kFirstGroupedLevel && coded.fits; ++l) {
+      dequantizers[l].step = StepInUnits(steps[l], shared.unit);
+      coded.fits = CodeLevelOfWhole<RangeEncoder>(
+          blocks_.shared(), l, l > 0 ? plan_.lifting[l - 1] : LiftingStep{0, 0},
+          {in_units, coarse.gains, plan_.mean_gains[l]}, plan_.has_filled, dequantizers[l],
+          shared.models, shared.state, shared.values, &coded.layers.emplace_back());
+    }
+  }
+  return coded;
+}
+
+SharedHeights HeightEncoderBlocks::SharedOf(const GroupBlock& block,
+                                            const CoarseLevels& coarse) const {
+  const SharedHeights& whole = coarse.shared;
+  SharedHeights shared;
+  shared.unit = whole.unit;
+  shared.models = whole.models;
+  shared.state = StateOfGroup(whole.state, block.part.faces, block.coarse_there);
+  for (const int v : block.coarse_there) shared.values.push_back(whole.values[v]);
+  return shared;
+}
+
+absl::StatusOr<bool> HeightEncoderBlocks::CodeGroups(double step, const CoarseLevels& coarse,
+                                                     const RunContext& context,
+                                                     EncodedHeights* encoded) const {
+  const std::vector<GroupRange>& ranges = blocks_.ranges();
+  const int levels = blocks_.surface().max_level + 1 - kFirstGroupedLevel;
+  std::vector<std::vector<std::vector<uint8_t>>> pieces(
+      levels, std::vector<std::vector<uint8_t>>(blocks_.groups().count()));
+  std::vector<HeightSums> sums(ranges.size());
+  std::vector<uint8_t> fits(ranges.size(), 0);
+  const auto take = [&](size_t i, const GroupBlock& block,
+                        const RunContext& one_thread) -> absl::Status {
+    RILIEVO_ASSIGN_OR_RETURN(const auto encoder, EncoderOf(block, one_thread));
+    RILIEVO_ASSIGN_OR_RETURN(GroupPieces made,
+                             encoder->EncodeGroups(SharedOf(block, coarse), step, one_thread));
+    fits[i] = made.fits;
+    sums[i] = made.sums;
+    for (size_t g = 0; g < made.pieces.size(); ++g) {
+      const int there = block.group_there[g];
+      if (there < block.range.first || there >= block.range.last) continue;
+      for (int l = 0; l < levels; ++l) pieces[l][there] = std::move(made.pieces[g][l]);
+    }
+    return absl::OkStatus();
+  };
+  RILIEVO_RETURN_IF_ERROR(blocks_.ForEach(ranges, context, take));
+  if (std::find(fits.begin(), fits.end(), 0) != fits.end()) return false;
+  HeightSums all;
+  for (const HeightSums& of_block : sums) all.Add(of_block);
+  const std::vector<double> steps = StepsOfLevels(step, plan_.level_gains);
+  encoded->step = step;
+  encoded->unit = coarse.shared.unit;
+  encoded->rms = all.rms();
+  encoded->max = all.max;
+  encoded->layers = coarse.layers;
+  for (int l = 0; l < levels; ++l) {
+    const int level = kFirstGroupedLevel + l;
+    encoded->layers.push_back(WriteGroupedLayout(
+        plan_.lifting[level - 1], StepInUnits(steps[level], encoded->unit), pieces[l]));
+  }
+  return true;
+}
+
+absl::StatusOr<EncodedHeights> HeightEncoderBlocks::Encode(double step,
+                                                           const RunContext& context) const {
+  RILIEVO_ASSIGN_OR_RETURN(const CoarseTargets coarse, TargetsOfCoarse(step, context));
+  for (double least_unit = 0;;) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    const CoarseLevels levels = CodeCoarse(step, coarse, least_unit);
+    EncodedHeights encoded;
+    bool fits = levels.fits;
+    if (fits) {
+      RILIEVO_ASSIGN_OR_RETURN(fits, CodeGroups(step, levels, context, &encoded));
+    }
+    if (fits) return encoded;
+    least_unit = WiderUnit(levels.shared.unit);
+  }
+}
+
+}  // namespace rilievo
