@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -50,6 +51,7 @@ class PagedScan {
   // How many cells of each level hold points.
   const CellCounts& cells() const { return cells_; }
   const PagingFigures& figures() const { return figures_; }
+  const std::string& scratch_folder() const { return file_.folder(); }
 
   // Column = point, scan frame. DATA_LOSS when the page is not what was written.
   absl::StatusOr<Eigen::Matrix3Xd> Read(int page) const;

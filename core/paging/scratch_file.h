@@ -22,6 +22,7 @@ class ScratchFile {
   ScratchFile& operator=(ScratchFile&& other) noexcept;
   ~ScratchFile();
 
+  const std::string& folder() const { return folder_; }
   // Bytes up to the end of the last write.
   int64_t size() const { return size_; }
   // RESOURCE_EXHAUSTED, naming the folder, when it is full.

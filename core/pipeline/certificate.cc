@@ -23,8 +23,6 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "hashes are over little-endian doubles");
 
-constexpr int kSamples = 50000;
-
 DssDistance Distance(const DistanceSummary& summary) {
   return {summary.rms, summary.mean, summary.p95, summary.max};
 }
@@ -50,16 +48,6 @@ absl::StatusOr<Shape> PointsUsed(const PointCloud& scan, const StatedOptions& st
   const auto scale = static_cast<float>(cleaned.diagonal / frame.diagonal);
   for (float& gap : points.gaps) gap *= scale;
   return points;
-}
-
-// In the unit frame.
-absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const RunContext& context) {
-  DisplacedSurface unit = surface;
-  unit.frame = {};
-  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
-  Shape shape{std::move(mesh.vertices), std::move(mesh.triangles)};
-  shape.children_per_face = 1 << (2 * unit.max_level);
-  return shape;
 }
 
 class FigureList {
@@ -135,6 +123,15 @@ std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface,
   return filled;
 }
 
+absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const RunContext& context) {
+  DisplacedSurface unit = surface;
+  unit.frame = {};
+  RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(unit, unit.max_level, context));
+  Shape shape{std::move(mesh.vertices), std::move(mesh.triangles)};
+  shape.children_per_face = 1 << (2 * unit.max_level);
+  return shape;
+}
+
 absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
                                              std::vector<uint8_t> filled, const Shape& points,
                                              const RunContext& context) {
@@ -149,12 +146,12 @@ absl::StatusOr<TwoSidedError> MeasureSurface(const DisplacedSurface& surface,
                                              const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(Shape triangles, FinestTriangles(surface, context));
   triangles.filled = std::move(filled);
-  return MeasureAgainst(triangles, points, MeasureOptions{kSamples}, context);
+  return MeasureAgainst(triangles, points, MeasureOptions{kCertifiedSamples}, context);
 }
 
 absl::StatusOr<TwoSidedError> MeasureTriangles(const Shape& surface, const Shape& points,
                                                const RunContext& context) {
-  return MeasureTwoSided(surface, points, MeasureOptions{kSamples}, context);
+  return MeasureTwoSided(surface, points, MeasureOptions{kCertifiedSamples}, context);
 }
 
 Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh) {
@@ -176,6 +173,25 @@ double ShareOf(HeightSource source, const DisplacedSurface& surface) {
          static_cast<double>(std::max<size_t>(1, surface.sources.size()));
 }
 
+void StateErrors(const TwoSidedError& error, DssMetadata* metadata) {
+  metadata->error_rms = error.rms;
+  metadata->error_mean = error.mean;
+  metadata->error_p95 = error.p95;
+  metadata->error_max = error.max;
+  metadata->error_across = error.across_rms;
+  metadata->surface_to_scan = Distance(error.a_to_b);
+  metadata->scan_to_surface = Distance(error.b_to_a);
+}
+
+// Few smoothed heights leave no flags in the file, and files written before there were any have
+// none: then the maker's word stands.
+void StateShares(double filled, double smoothed, DssMetadata* metadata) {
+  metadata->filled_share = filled;
+  if (smoothed == 0) smoothed = std::clamp(metadata->smoothed_share, 0.0, 1 - filled);
+  metadata->smoothed_share = smoothed;
+  metadata->measured_share = 1 - filled - smoothed;
+}
+
 absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
                                            const SearchableShape* points, DssMetadata stated,
                                            const PipelineContext& context) {
@@ -191,8 +207,8 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
     return absl::OkStatus();
   };
   const auto measure = [&]() -> absl::Status {
-    RILIEVO_ASSIGN_OR_RETURN(error,
-                             MeasureAgainst(triangles, *points, MeasureOptions{kSamples}, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        error, MeasureAgainst(triangles, *points, MeasureOptions{kCertifiedSamples}, context));
     return absl::OkStatus();
   };
   if (points == nullptr) {
@@ -202,22 +218,10 @@ absl::StatusOr<Certificate> CertifySurface(const DisplacedSurface& decoded,
     triangles.filled = FilledVertices(decoded, asked.options.control);
     // The domain is refined for the folds on one thread.
     RILIEVO_RETURN_IF_ERROR(RunConcurrently(context, measure, count_folds));
-    metadata.error_rms = error.rms;
-    metadata.error_mean = error.mean;
-    metadata.error_p95 = error.p95;
-    metadata.error_max = error.max;
-    metadata.error_across = error.across_rms;
-    metadata.surface_to_scan = Distance(error.a_to_b);
-    metadata.scan_to_surface = Distance(error.b_to_a);
+    StateErrors(error, &metadata);
   }
-  metadata.filled_share = ShareOf(HeightSource::kFilled, decoded);
-  // Few of them leave no flags in the file, and files written before there were any have none: then
-  // the maker's word stands.
-  const double smoothed_share = ShareOf(HeightSource::kSmoothed, decoded);
-  metadata.smoothed_share =
-      smoothed_share > 0 ? smoothed_share
-                         : std::clamp(metadata.smoothed_share, 0.0, 1 - metadata.filled_share);
-  metadata.measured_share = 1 - metadata.filled_share - metadata.smoothed_share;
+  StateShares(ShareOf(HeightSource::kFilled, decoded), ShareOf(HeightSource::kSmoothed, decoded),
+              &metadata);
   return certificate;
 }
 

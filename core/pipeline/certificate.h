@@ -30,6 +30,8 @@ std::string HashOfScan(const PointCloud& scan);
 // asks for no filling, for then a part of the surface without points is an error of it.
 std::vector<uint8_t> FilledVertices(const DisplacedSurface& surface, const ControlOptions& control);
 
+inline constexpr int kCertifiedSamples = 50000;
+
 // Two-sided error of the surface's finest level against points of its unit frame: 50 000 samples of
 // the surface and every point. Their RMS is within 1 % of that of 200 000 samples. `filled`: see
 // FilledVertices().
@@ -57,6 +59,14 @@ Shape PointsToMeasure(OrientedCloud cloud);
 // How many heights have this source, and their share of all.
 int64_t CountOf(HeightSource source, const DisplacedSurface& surface);
 double ShareOf(HeightSource source, const DisplacedSurface& surface);
+
+// The finest level in the unit frame.
+absl::StatusOr<Shape> FinestTriangles(const DisplacedSurface& surface, const RunContext& context);
+
+// Writes figures of the decoded surface where a file states them.
+void StateErrors(const TwoSidedError& error, DssMetadata* metadata);
+// `smoothed` 0: the file does not tell, and what is there stays.
+void StateShares(double filled, double smoothed, DssMetadata* metadata);
 
 struct Certificate {
   DssMetadata metadata;

@@ -18,15 +18,6 @@ constexpr double kAimMeasured = 0.985, kAim = 0.96;
 constexpr double kNoiseRoom = 1.12;
 constexpr double kFinest = 1e-6, kCoarsest = 1e-2;
 
-// Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
-Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
-  constexpr Eigen::Index kMost = 50000;
-  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
-  Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
-  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
-  return some;
-}
-
 // `to_keep`: as the certificate will state it.
 absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& mesh,
                                       const Shape& shape, bool to_keep,
@@ -37,20 +28,6 @@ absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& m
   RILIEVO_ASSIGN_OR_RETURN(error.b_to_a,
                            MeasureOneSided({SomePoints(cloud.points), {}}, shape, {}, context));
   return error;
-}
-
-// With figures that take as many bytes as any, so that a size kept with them is kept with the true
-// ones.
-DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces) {
-  constexpr double kWide = 1.0 / 3;
-  if (measured) {
-    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
-    metadata.error_across = kWide;
-    metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
-  }
-  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
-  metadata.folds = faces;
-  return metadata;
 }
 
 // `coding_error`: of the heights; unset where the options ask for a step or for bytes.
@@ -65,12 +42,6 @@ absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<d
   const int64_t faces = surface.control_mesh.faces.cols() << (2 * surface.max_level);
   return EncodeDss(surface, WithWidestFigures(coded.metadata, options.measure, faces), encode,
                    context);
-}
-
-std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded) {
-  if (encode.max_error) return CodingErrorWithin(*encode.max_error, uncoded);
-  if (encode.height_step > 0 || encode.max_bytes) return std::nullopt;
-  return CodingError(uncoded);
 }
 
 // Of KeepError().
@@ -122,6 +93,26 @@ absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const ControlOptio
 
 }  // namespace
 
+Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
+  constexpr Eigen::Index kMost = 50000;
+  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
+  Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
+  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
+  return some;
+}
+
+DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces) {
+  constexpr double kWide = 1.0 / 3;
+  if (measured) {
+    metadata.error_rms = metadata.error_mean = metadata.error_p95 = metadata.error_max = kWide;
+    metadata.error_across = kWide;
+    metadata.surface_to_scan = metadata.scan_to_surface = {kWide, kWide, kWide, kWide};
+  }
+  metadata.measured_share = metadata.smoothed_share = metadata.filled_share = kWide;
+  metadata.folds = faces;
+  return metadata;
+}
+
 double OwnError(const UncodedError& uncoded) {
   constexpr double kNoiseLeft = 0.25;
   constexpr double kSpacings = 1.0 / 80;
@@ -152,6 +143,12 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded) {
   const double own = OwnError(uncoded), aim = kAim * max_error;
   const double left = std::sqrt(std::max(0.0, aim * aim - own * own));
   return std::clamp(std::max(left, kShareOfOwn * own), kFinest, 10 * kCoarsest);
+}
+
+std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded) {
+  if (encode.max_error) return CodingErrorWithin(*encode.max_error, uncoded);
+  if (encode.height_step > 0 || encode.max_bytes) return std::nullopt;
+  return CodingError(uncoded);
 }
 
 absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape& mesh,
@@ -193,28 +190,41 @@ absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, const Shape& 
   const PipelineContext silent = context.Silent();
   RILIEVO_ASSIGN_OR_RETURN(const SearchableShape points,
                            MakeSearchable(ShapeToMeasure(cloud, mesh), silent));
+  const auto error_of = [&](const EncodedSurface& encoded) {
+    return ErrorOf(encoded, options.control, points, silent);
+  };
+  const auto encode = [&](double coding) { return Encode(coded, coding, options, silent); };
+  RILIEVO_ASSIGN_OR_RETURN(
+      coded.keeps_error, KeepErrorOf(limit, own, CodingErrorWithin(limit, coded.uncoded), error_of,
+                                     encode, &coded.encoded));
+  return coded;
+}
+
+absl::StatusOr<bool> KeepErrorOf(
+    double limit, double own, double coding,
+    const std::function<absl::StatusOr<double>(const EncodedSurface& encoded)>& error_of,
+    const std::function<absl::StatusOr<EncodedSurface>(double coding)>& encode,
+    EncodedSurface* encoded) {
   KeepSearch search(limit, own);
-  double coding = CodingErrorWithin(limit, coded.uncoded);
   std::optional<EncodedSurface> kept;
   double kept_coding = 0;  // the coarsest that kept the error
   for (int round = 0; round < kKeepErrorRounds; ++round) {
-    RILIEVO_ASSIGN_OR_RETURN(const double error,
-                             ErrorOf(coded.encoded, options.control, points, silent));
+    RILIEVO_ASSIGN_OR_RETURN(const double error, error_of(*encoded));
     if (error <= limit) {
       // Coarser than all coefficients at zero there is nothing.
-      if (kept && coding > kept_coding && BytesOf(coded.encoded) >= BytesOf(*kept)) break;
-      if (!kept || BytesOf(coded.encoded) < BytesOf(*kept)) kept = coded.encoded;
+      if (kept && coding > kept_coding && BytesOf(*encoded) >= BytesOf(*kept)) break;
+      if (!kept || BytesOf(*encoded) < BytesOf(*kept)) kept = *encoded;
       kept_coding = std::max(kept_coding, coding);
     }
     double next = search.Next(coding, error);
     if (next > 0) next = std::clamp(next, kFinestCoding, kCoarsestCoding);
     if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
     coding = next;
-    RILIEVO_ASSIGN_OR_RETURN(coded.encoded, Encode(coded, coding, options, silent));
+    RILIEVO_ASSIGN_OR_RETURN(*encoded, encode(coding));
   }
-  coded.keeps_error = kept.has_value();
-  if (kept) coded.encoded = *std::move(kept);
-  return coded;
+  const bool keeps = kept.has_value();
+  if (kept) *encoded = *std::move(kept);
+  return keeps;
 }
 
 int64_t BytesOf(const EncodedSurface& encoded) {

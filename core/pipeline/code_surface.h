@@ -1,6 +1,11 @@
 // How exactly a surface is worth coding, and the coding.
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
 #include "absl/status/statusor.h"
 #include "core/codec/container/dss.h"
 #include "core/pipeline/reconstruct.h"
@@ -40,6 +45,16 @@ double CodingError(const UncodedError& uncoded);
 // where that too is larger. Without measuring there is OwnError() alone.
 double CodingErrorWithin(double max_error, const UncodedError& uncoded);
 
+// The error that the heights are coded with; unset where the options ask for a step or for bytes.
+std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded);
+
+// Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
+Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points);
+
+// With figures that take as many bytes as any, so that a size kept with them is kept with the true
+// ones.
+DssMetadata WithWidestFigures(DssMetadata metadata, bool measured, int64_t faces);
+
 struct CodedSurface {
   Domain domain;
   DisplacedSurface surface;  // before coding
@@ -75,6 +90,14 @@ inline constexpr int kKeepErrorRounds = 6;
 absl::StatusOr<CodedSurface> KeepError(const OrientedCloud& cloud, const Shape& mesh,
                                        CodedSurface coded, const ReconstructOptions& options,
                                        const PipelineContext& context);
+
+// The search of it: `coding` gave `encoded`, `own` is the error of the surface before it is coded.
+// False, with `encoded` the last one tried, where none keeps `limit`.
+absl::StatusOr<bool> KeepErrorOf(
+    double limit, double own, double coding,
+    const std::function<absl::StatusOr<double>(const EncodedSurface& encoded)>& error_of,
+    const std::function<absl::StatusOr<EncodedSurface>(double coding)>& encode,
+    EncodedSurface* encoded);
 
 int64_t BytesOf(const EncodedSurface& encoded);
 

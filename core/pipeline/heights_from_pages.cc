@@ -10,13 +10,11 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
-#include "core/codec/mesh/face_groups.h"
 #include "core/displacement/sample_displacement.h"
-#include "core/loop/crease_topology.h"
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
-#include "core/loop/patch_lattice.h"
 #include "core/loop/sub_mesh.h"
+#include "core/pipeline/sample_heights.h"
 
 namespace rilievo {
 namespace {
@@ -31,15 +29,11 @@ using Box = Eigen::AlignedBox3d;
 struct Whole {
   const ScanSurface& coarse;
   const ControlMesh& mesh;
-  MeshTopology topology;
-  std::vector<SharpEdge> sharp;
+  const PartCutter& cutter;
+  const MeshTopology& topology;
   int level = 0;           // of the heights that are measured
   std::vector<Box> reach;  // of each control face: where its displaced surface lies, unit frame
 };
-
-absl::StatusOr<MeshTopology> TopologyOf(const ControlMesh& mesh) {
-  return BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols()));
-}
 
 // The limit surface of a face lies in the convex hull of the control points of the faces that touch
 // it; heights add what the coarse ones show.
@@ -180,79 +174,37 @@ absl::StatusOr<OrientedCloud> AnalyzeBlock(Eigen::Matrix3Xd points, int64_t poin
 // Some control faces with all that their heights depend on.
 struct Part {
   SubMesh sub;
-  std::vector<int> face_there;  // of each face of `sub` of the part itself; -1: of the halo
+  std::vector<int> inner;  // faces of `sub` that are the part itself, ascending
 };
 
 Part CutPart(const Whole& whole, const std::vector<int>& members, const Box& box) {
-  std::vector<uint8_t> wanted(whole.topology.face_count(), 0);
-  for (size_t f = 0; f < wanted.size(); ++f) wanted[f] = box.intersects(whole.reach[f]);
-  Part part;
-  part.sub =
-      CutFacesOut(whole.topology, whole.mesh.vertices, wanted, whole.sharp, whole.mesh.corners);
-  for (const int f : part.sub.faces) {
-    part.face_there.push_back(std::binary_search(members.begin(), members.end(), f) ? f : -1);
+  std::vector<int> within;
+  for (int f = 0; f < whole.topology.face_count(); ++f) {
+    if (box.intersects(whole.reach[f])) within.push_back(f);
   }
+  Part part;
+  part.sub = whole.cutter.Cut(within, 0);
+  part.inner = PlacesOf(members, part.sub.faces);
   return part;
 }
 
-// Heights and places of the finest level, filled part by part.
-class WholeHeights {
- public:
-  WholeHeights(const Whole& whole, SampledSurface* sampled)
-      : whole_(whole),
-        vertices_(whole.topology, whole.level),
-        known_(static_cast<size_t>(vertices_.count()), 0),
-        surface_(sampled->surface),
-        shape_(sampled->shape) {
-    surface_.max_level = whole.level;
-    surface_.heights.assign(known_.size(), 0.0f);
-    surface_.sources.assign(known_.size(), HeightSource::kFilled);
-    shape_ = Shape();
-    shape_.vertices.resize(3, static_cast<Eigen::Index>(known_.size()));
-    shape_.children_per_face = 1 << (2 * whole.level);
-    FindTriangles();
-  }
-
-  // Of those that no part before has.
-  void Take(const Part& part, const MeshTopology& control, const LimitSurface& limit,
-            const DisplacementField& field) {
-    const std::vector<int> there =
-        VerticesThere(FaceVertices(control, whole_.level), vertices_, part.face_there);
-    for (size_t v = 0; v < there.size(); ++v) {
-      const int to = there[v];
-      if (to < 0 || known_[to] != 0) continue;
-      known_[to] = 1;
-      const auto from = static_cast<Eigen::Index>(v);
-      surface_.heights[to] = field.heights[v];
-      surface_.sources[to] = field.source[v];
-      shape_.vertices.col(to) =
-          limit.positions.col(from) + double{field.heights[v]} * limit.normals.col(from);
+absl::Status WritePart(const Part& part, const FaceVertices& vertices,
+                       const DisplacementField& field, ScratchHeights* heights) {
+  std::vector<int> of_face;
+  std::vector<float> of_vertex;
+  std::vector<HeightSource> sources;
+  for (const int f : part.inner) {
+    vertices.Of(f, of_face);
+    of_vertex.clear();
+    sources.clear();
+    for (const int v : of_face) {
+      of_vertex.push_back(field.heights[v]);
+      sources.push_back(field.source[v]);
     }
+    RILIEVO_RETURN_IF_ERROR(heights->Write(part.sub.faces[f], of_vertex, sources));
   }
-
- private:
-  void FindTriangles() {
-    if (whole_.level == 0) {
-      shape_.triangles = whole_.topology.faces;
-      return;
-    }
-    const PatchLattice lattice(whole_.level);
-    const Eigen::Matrix3Xi& local = lattice.triangles();
-    shape_.triangles.resize(3, local.cols() * whole_.topology.face_count());
-    std::vector<int> of_face;
-    for (int f = 0; f < whole_.topology.face_count(); ++f) {
-      vertices_.Of(f, of_face);
-      shape_.triangles.middleCols(f * local.cols(), local.cols()) =
-          local.unaryExpr([&](int v) { return of_face[v]; });
-    }
-  }
-
-  const Whole& whole_;
-  FaceVertices vertices_;
-  std::vector<uint8_t> known_;
-  DisplacedSurface& surface_;
-  Shape& shape_;
-};
+  return absl::OkStatus();
+}
 
 DisplacementField NoHeights(int64_t vertices) {
   DisplacementField field;
@@ -263,7 +215,7 @@ DisplacementField NoHeights(int64_t vertices) {
 
 absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::vector<int>& members,
                          const ReconstructOptions& options, const RunContext& context,
-                         WholeHeights* heights) {
+                         ScratchHeights* heights) {
   const Box in_scan = BoxOf(members, whole);
   const SpatialFrame& frame = whole.coarse.frame;
   const Box box(frame.UnitFromScan(in_scan.min()), frame.UnitFromScan(in_scan.max()));
@@ -286,32 +238,31 @@ absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::v
     RILIEVO_ASSIGN_OR_RETURN(
         field, SampleDisplacement(cloud, refinement, rings, limit, options.displacement, context));
   }
-  heights->Take(part, refinement.levels.front(), limit, field);
-  return absl::OkStatus();
+  return WritePart(part, FaceVertices(refinement.levels.front(), whole.level), field, heights);
 }
 
 }  // namespace
 
-absl::Status MeasureHeightsFromPages(const PagedScan& scan, const ScanSurface& coarse,
-                                     int64_t part_points, const ReconstructOptions& options,
-                                     const PipelineContext& context, SampledSurface* sampled) {
+absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
+    const PagedScan& scan, const ScanSurface& coarse, const DisplacedSurface& surface,
+    const PartCutter& cutter, int level, int64_t part_points, const ReconstructOptions& options,
+    const PipelineContext& context) {
   const StageScope scope(Stage::kDisplacement, context);
-  const ControlMesh& mesh = sampled->surface.control_mesh;
-  RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology, TopologyOf(mesh));
-  RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(mesh, topology));
-  RILIEVO_ASSIGN_OR_RETURN(const int level,
-                           LevelFor(options, scan.size(), coarse.cloud, mesh.faces.cols()));
-  std::vector<Box> reach = ReachOfFaces(topology, sampled->surface);
-  const Whole whole{coarse, mesh, std::move(topology), creases.edges, level, std::move(reach)};
+  const MeshTopology& topology = cutter.topology();
+  RILIEVO_ASSIGN_OR_RETURN(ScratchHeights heights,
+                           ScratchHeights::Create(scan.scratch_folder(), topology, level));
+  const Whole whole{coarse, surface.control_mesh,           cutter, topology,
+                    level,  ReachOfFaces(topology, surface)};
   const std::vector<std::vector<int>> parts = Partition(scan, whole, part_points).Run();
-  WholeHeights heights(whole, sampled);
   const PipelineContext silent = context.Silent();
   for (size_t part = 0; part < parts.size(); ++part) {
     RILIEVO_RETURN_IF_ERROR(MeasurePart(scan, whole, parts[part], options, silent, &heights));
+    ReleaseToOsAfter(scan.size());
     context.Report(Stage::kDisplacement,
                    static_cast<double>(part + 1) / static_cast<double>(parts.size()));
   }
-  return absl::OkStatus();
+  RILIEVO_RETURN_IF_ERROR(heights.Finish());
+  return heights;
 }
 
 }  // namespace rilievo

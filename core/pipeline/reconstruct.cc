@@ -1,17 +1,21 @@
 #include "core/pipeline/reconstruct.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <exception>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/code_stored_surface.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/color_surface.h"
 #include "core/pipeline/fit_domain.h"
@@ -23,6 +27,7 @@
 #include "core/pipeline/search_control_faces.h"
 #include "core/pipeline/shape_input.h"
 #include "core/pipeline/stage_scope.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 
@@ -139,10 +144,78 @@ ReconstructOptions WithFacesForPages(ReconstructOptions options, const PagedScan
   return options;
 }
 
-// The level asked for is that of all points, not of thinned ones.
-ReconstructOptions WithoutLevel(ReconstructOptions options) {
-  options.max_level.reset();
+// Heights of thinned points tell how far the surface reaches, no more: one level less than they
+// would allow.
+ReconstructOptions AtCoarseLevel(ReconstructOptions options, const OrientedCloud& thinned,
+                                 int64_t control_faces) {
+  constexpr double kPointsPerVertex = 4;
+  const auto points = static_cast<double>(thinned.points.cols());
+  options.max_level = LevelAsDenseAs(points / kPointsPerVertex, control_faces);
   return options;
+}
+
+void TakeCounts(const std::array<int64_t, 3>& source_counts, ReconstructReport* report) {
+  const auto count = [&](HeightSource source) {
+    return source_counts[static_cast<size_t>(source)];
+  };
+  report->heights_measured = count(HeightSource::kMeasured);
+  report->heights_smoothed = count(HeightSource::kSmoothed);
+  report->heights_filled = count(HeightSource::kFilled);
+  report->surface_vertices =
+      report->heights_measured + report->heights_smoothed + report->heights_filled;
+}
+
+// A surface of pages that was coded in blocks.
+struct FinishedInBlocks {
+  CertifiedBytes certified;
+  std::array<int64_t, 3> source_counts;
+};
+
+// Measures the heights in `sampled`, those of the thinned points, anew from all points. Unset where
+// they and their triangles are in `sampled` then, to be coded as usual. Else the surface is
+// finished, `coded` has the rest but heights, and the points of `oriented` are spent.
+absl::StatusOr<std::optional<FinishedInBlocks>> FromPages(
+    const Input& in, const DssMetadata& metadata, const ReconstructOptions& options,
+    const PipelineContext& context, ScanSurface* oriented, SampledSurface* sampled,
+    CodedSurface* coded) {
+  DisplacedSurface& surface = sampled->surface;
+  sampled->shape = Shape();
+  StoredSurface stored;
+  stored.frame = surface.frame;
+  stored.control_mesh = surface.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(stored.max_level, LevelFor(options, in.pages->size(), oriented->cloud,
+                                                      stored.control_mesh.faces.cols()));
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const ScratchHeights heights,
+      MeasureHeightsFromPages(*in.pages, *oriented, surface, cutter, stored.max_level,
+                              in.sizes.part_points, options, context));
+  stored.heights = &heights;
+  stored.source_counts = heights.source_counts();
+  surface.max_level = stored.max_level;
+  surface.heights = {};
+  surface.sources = {};
+  const std::optional<int> group =
+      GroupFacesFor(stored, cutter, in.sizes.block_vertices, options.encode);
+  if (!group) {
+    std::vector<int> faces(static_cast<size_t>(stored.control_mesh.faces.cols()));
+    std::iota(faces.begin(), faces.end(), 0);
+    RILIEVO_RETURN_IF_ERROR(heights.Read(faces, FaceVertices(cutter.topology(), stored.max_level),
+                                         &surface.heights, &surface.sources));
+    RILIEVO_ASSIGN_OR_RETURN(sampled->shape, FinestTriangles(surface, context));
+    return std::nullopt;
+  }
+  ReconstructOptions grouped = options;
+  grouped.encode.group_faces = *group;
+  RILIEVO_ASSIGN_OR_RETURN(CodedStoredSurface finished,
+                           CodeStoredSurface(stored, cutter, CloudAlone(std::move(*oriented)),
+                                             sampled->domain.position_step, metadata,
+                                             in.sizes.block_vertices, grouped, context));
+  coded->domain = std::move(sampled->domain);
+  coded->surface = std::move(surface);
+  coded->metadata = std::move(finished.metadata);
+  coded->uncoded = finished.uncoded;
+  return FinishedInBlocks{{std::move(finished.encoded), finished.error}, stored.source_counts};
 }
 
 absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in,
@@ -170,6 +243,7 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
   }
   OrientedCloud cloud;
   CodedSurface coded;
+  std::optional<FinishedInBlocks> in_blocks;
   if (!faces_given && in.pages == nullptr &&
       (options.encode.max_error || options.encode.max_bytes)) {
     RILIEVO_ASSIGN_OR_RETURN(
@@ -178,19 +252,24 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
   } else {
     const auto fit = faces_given ? FitDomain : FitUnderNoise;
     RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(oriented, control.mesh, options, context));
+    const ReconstructOptions sampling =
+        in.pages == nullptr
+            ? options
+            : AtCoarseLevel(options, oriented.cloud, domain.fit.control_mesh.faces.cols());
     RILIEVO_ASSIGN_OR_RETURN(
         SampledSurface sampled,
-        SampleHeights(oriented, control.topology, std::move(domain),
-                      in.pages == nullptr ? options : WithoutLevel(options), context));
+        SampleHeights(oriented, control.topology, std::move(domain), sampling, context));
     if (in.pages != nullptr) {
-      RILIEVO_RETURN_IF_ERROR(MeasureHeightsFromPages(*in.pages, oriented, in.sizes.part_points,
-                                                      options, context, &sampled));
+      RILIEVO_ASSIGN_OR_RETURN(
+          in_blocks, FromPages(in, metadata, options, context, &oriented, &sampled, &coded));
     }
     cloud = CloudAlone(std::move(oriented));
-    RILIEVO_ASSIGN_OR_RETURN(coded, CodeSurface(cloud, input.given_mesh, std::move(sampled),
-                                                metadata, options, context));
-    RILIEVO_ASSIGN_OR_RETURN(
-        coded, KeepError(cloud, input.given_mesh, std::move(coded), options, context));
+    if (!in_blocks) {
+      RILIEVO_ASSIGN_OR_RETURN(coded, CodeSurface(cloud, input.given_mesh, std::move(sampled),
+                                                  metadata, options, context));
+      RILIEVO_ASSIGN_OR_RETURN(
+          coded, KeepError(cloud, input.given_mesh, std::move(coded), options, context));
+    }
   }
   CodedColors coded_colors;
   if (!colors.empty()) {
@@ -198,13 +277,17 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
                              ColorSurface(cloud, colors, all_options, context, &coded));
   }
   std::optional<Shape> points;
-  if (options.measure) {
+  if (options.measure && !in_blocks) {
     const bool is_mesh = input.given_mesh.triangles.cols() > 0;
     points = is_mesh ? std::move(input.given_mesh) : PointsToMeasure(std::move(cloud));
   }
-  RILIEVO_ASSIGN_OR_RETURN(
-      CertifiedBytes certified,
-      Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));
+  CertifiedBytes certified;
+  if (in_blocks) {
+    certified = std::move(in_blocks->certified);
+  } else {
+    RILIEVO_ASSIGN_OR_RETURN(
+        certified, Certify(std::move(coded.encoded), coded.metadata, std::move(points), context));
+  }
 
   ReconstructReport report = ReportOf(figures, control, coded, certified, options);
   report.mesh = input.mesh;
@@ -215,6 +298,7 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
     report.strays = paged.strays;
     report.points_used = in.pages->size();
   }
+  if (in_blocks) TakeCounts(in_blocks->source_counts, &report);
   report.color_bytes = coded_colors.bytes;
   report.color_rms = coded_colors.rms;
   report.colors_left_out = !colors.empty() && coded_colors.bytes == 0;

@@ -44,6 +44,11 @@ absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(
       const LimitSurface limit,
       EvaluateLimit(refinement, surface.control_mesh.vertices, surface.max_level, context));
+  return CountFolds(limit, vertices, triangles, context);
+}
+
+absl::StatusOr<int64_t> CountFolds(const LimitSurface& limit, const Eigen::Matrix3Xd& vertices,
+                                   const Eigen::Matrix3Xi& triangles, const RunContext& context) {
   std::atomic<int64_t> folds = 0;
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(triangles.cols(), kLightBlock, context, [&](int64_t begin, int64_t end) {

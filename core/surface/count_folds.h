@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/loop/refinement.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
@@ -21,6 +22,10 @@ absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface, const RunCon
 // level, in the unit frame.
 absl::StatusOr<int64_t> CountFolds(const DisplacedSurface& surface,
                                    const Eigen::Matrix3Xd& vertices,
+                                   const Eigen::Matrix3Xi& triangles, const RunContext& context);
+
+// The same over `limit`, whose positions and normals are those of these vertices.
+absl::StatusOr<int64_t> CountFolds(const LimitSurface& limit, const Eigen::Matrix3Xd& vertices,
                                    const Eigen::Matrix3Xi& triangles, const RunContext& context);
 
 }  // namespace rilievo

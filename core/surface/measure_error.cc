@@ -2,20 +2,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/base/parallel_for.h"
 #include "core/base/run_concurrently.h"
 #include "core/base/status_macros.h"
 #include "core/surface/closest_point_tree.h"
+#include "core/surface/one_way_distances.h"
 #include "core/surface/surface_samples.h"
 
 namespace rilievo {
@@ -25,7 +22,6 @@ using Eigen::Vector3d;
 
 constexpr int kMinSamples = 1000;
 constexpr int kMaxSamples = 10'000'000;
-constexpr size_t kPointsOfSides = 4;  // nearest to a place, that tell the sides around it
 
 absl::Status CheckShape(const Shape& shape, const char* name) {
   if (shape.vertices.cols() == 0) {
@@ -80,105 +76,11 @@ std::vector<int> VerticesInOrder(const Shape& shape, const std::vector<int>& ord
   return vertices;
 }
 
-// Squared distance of the points at(0) to at(count - 1). Each block starts without a hint, which
-// costs little and leaves the blocks independent of the threads.
-template <typename PointAt>
-absl::StatusOr<std::vector<double>> SquaredDistances(int64_t count, const PointAt& at,
-                                                     const ClosestPointTree& tree,
-                                                     const RunContext& context) {
-  std::vector<double> squared(static_cast<size_t>(count));
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        int hint = -1;
-        for (int64_t i = begin; i < end; ++i) {
-          const ClosestPointTree::Hit hit = tree.Closest(at(i), hint);
-          squared[i] = hit.squared_distance;
-          hint = hit.item;
-        }
-      }));
-  return squared;
-}
-
-// The largest of `least` and the squared distances. Points that the item of one before keeps below
-// the largest so far are not searched for.
-template <typename PointAt>
-absl::StatusOr<double> LargestSquaredDistance(int64_t count, const PointAt& at,
-                                              const ClosestPointTree& tree, double least,
-                                              const RunContext& context) {
-  std::vector<double> largest(static_cast<size_t>((count + kSearchBlock - 1) / kSearchBlock),
-                              least);
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        double& block = largest[begin / kSearchBlock];
-        int hint = -1;
-        for (int64_t i = begin; i < end; ++i) {
-          const Vector3d point = at(i);
-          if (hint >= 0 && tree.SquaredDistanceTo(hint, point) <= block) continue;
-          const ClosestPointTree::Hit hit = tree.Closest(point, hint);
-          block = std::max(block, hit.squared_distance);
-          hint = hit.item;
-        }
-      }));
-  return largest.empty() ? least : *std::max_element(largest.begin(), largest.end());
-}
-
-// Distance below which 95 of 100 values lie. Reorders `distances`.
-double Percentile95(std::vector<double>& distances) {
-  const auto place = distances.begin() + static_cast<int64_t>(0.95 * (distances.size() - 1));
-  std::nth_element(distances.begin(), place, distances.end());
-  return *place;
-}
-
 struct OneWay {
   DistanceSummary summary;
   std::vector<double> distances;
   double across_rms = -1;  // see TwoSidedError
 };
-
-// Samples of a surface, and the triangle of each.
-struct SurfaceSamples {
-  Eigen::Matrix3Xd places;
-  std::vector<int> faces;
-};
-
-using FoundItems = std::span<const ClosestPointTree::Hit>;
-
-// How far `place` lies from the plane through a point of `to`, squared, or from the point itself
-// where that is farther off along the plane than `reach`.
-double SquaredAcross(const Shape& to, int point, const Vector3d& normal, double reach,
-                     const Vector3d& place) {
-  const Vector3d offset = place - to.vertices.col(point);
-  const double across = offset.dot(normal);
-  const double along = offset.squaredNorm() - across * across;
-  return along <= reach * reach ? across * across : offset.squaredNorm();
-}
-
-// The least distance of `place`, squared, from the planes of the sides that its nearest points
-// show; infinite where they show but one.
-double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, FoundItems found,
-                          const Vector3d& place) {
-  constexpr double kSameSide = 0.866;  // cos 30 degrees
-  constexpr double kReach =
-      1.0 / 3;  // of a gap: a plane runs on beyond the edge, its side does not
-  std::array<Vector3d, kPointsOfSides> sides;
-  size_t count = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (const ClosestPointTree::Hit& hit : found) {
-    const int point = to_tree.source()[hit.item];
-    const Vector3d normal = to.normals.col(point);
-    const auto same = [&](const Vector3d& side) { return std::abs(side.dot(normal)) > kSameSide; };
-    if (std::any_of(sides.begin(), sides.begin() + count, same)) continue;
-    sides[count++] = normal;
-    least = std::min(least, SquaredAcross(to, point, normal, kReach * to.gaps[point], place));
-  }
-  return count > 1 ? least : std::numeric_limits<double>::infinity();
-}
-
-bool IsFilled(const Shape& shape, int face) {
-  if (shape.filled.empty()) return false;
-  const auto corners = shape.triangles.col(face);
-  return std::all_of(corners.begin(), corners.end(), [&](int v) { return shape.filled[v] != 0; });
-}
 
 double RmsWhereNotFilled(const Shape& shape, const SurfaceSamples& samples,
                          const std::vector<double>& squared) {
@@ -189,37 +91,6 @@ double RmsWhereNotFilled(const Shape& shape, const SurfaceSamples& samples,
     counted += 1;
   }
   return std::sqrt(sum / std::max(counted, 1.0));
-}
-
-// Squared distances of samples from a cloud with gaps; `across_rms` becomes TwoSidedError's.
-absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
-    const Shape& from, const SurfaceSamples& samples, const Shape& to,
-    const ClosestPointTree& to_tree, const RunContext& context, double* across_rms) {
-  const int64_t count = samples.places.cols();
-  const size_t wanted = to.normals.cols() == 0 ? 1 : kPointsOfSides;
-  std::vector<double> squared(static_cast<size_t>(count)), across(squared.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        std::array<ClosestPointTree::Hit, kPointsOfSides> hits;
-        size_t found = 0;
-        for (int64_t i = begin; i < end; ++i) {
-          const auto triangle = from.triangles.col(samples.faces[i]);
-          const Vector3d a = from.vertices.col(triangle[0]), place = samples.places.col(i);
-          const Vector3d normal =
-              (from.vertices.col(triangle[1]) - a).cross(from.vertices.col(triangle[2]) - a);
-          found =
-              static_cast<size_t>(to_tree.Nearest(place, {hits.data(), wanted}, found == wanted));
-          if (found == 0) hits[0] = to_tree.Closest(place);
-          squared[i] = hits[0].squared_distance;
-          const int nearest = to_tree.source()[hits[0].item];
-          across[i] = SquaredAcross(to, nearest, normal.normalized(), to.gaps[nearest], place);
-          if (wanted == 1) continue;
-          across[i] =
-              std::min(across[i], SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));
-        }
-      }));
-  *across_rms = RmsWhereNotFilled(from, samples, across);
-  return squared;
 }
 
 // `order`: of the triangles of `from`, or of its points, such that neighbours in it are neighbours
@@ -239,8 +110,10 @@ absl::StatusOr<OneWay> MeasureOneWay(const Shape& from, const std::vector<int>& 
     taken.places =
         SampleByArea(from.vertices, from.triangles, order, samples, context.seed, &taken.faces);
     if (!to.gaps.empty() && to.triangles.cols() == 0) {
-      RILIEVO_ASSIGN_OR_RETURN(
-          squared, SquaredAcrossCloud(from, taken, to, to_tree, context, &way.across_rms));
+      std::vector<double> across;
+      RILIEVO_ASSIGN_OR_RETURN(squared,
+                               SquaredAcrossCloud(from, taken, to, to_tree, context, &across));
+      way.across_rms = RmsWhereNotFilled(from, taken, across);
     } else {
       const auto sample = [&](int64_t i) -> Vector3d { return taken.places.col(i); };
       RILIEVO_ASSIGN_OR_RETURN(squared,

@@ -21,6 +21,10 @@ int64_t VertexCountAt(const MeshTopology& control, int level) {
 absl::StatusOr<PartCutter> PartCutter::Make(const ControlMesh& mesh) {
   RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  return Make(mesh, std::move(topology));
+}
+
+absl::StatusOr<PartCutter> PartCutter::Make(const ControlMesh& mesh, MeshTopology topology) {
   PartCutter cutter(mesh, std::move(topology));
   if (!mesh.creases.empty() || !mesh.corners.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases, BuildCreaseTopology(mesh, cutter.topology_));
@@ -34,6 +38,15 @@ SubMesh PartCutter::Cut(std::span<const int> faces, int rings) const {
   for (const int f : faces) wanted[f] = 1;
   for (int ring = 0; ring < rings; ++ring) wanted = WithTouchingFaces(topology_, wanted);
   return CutFacesOut(topology_, mesh_.vertices, wanted, sharp_, mesh_.corners);
+}
+
+std::vector<int> PlacesOf(std::span<const int> wanted, const std::vector<int>& faces) {
+  std::vector<int> places;
+  for (const int f : wanted) {
+    const auto at = std::lower_bound(faces.begin(), faces.end(), f);
+    places.push_back(static_cast<int>(at - faces.begin()));
+  }
+  return places;
 }
 
 absl::StatusOr<SurfacePart> ReadPart(const StoredSurface& surface, const PartCutter& cutter,
@@ -50,10 +63,7 @@ absl::StatusOr<SurfacePart> ReadPart(const StoredSurface& surface, const PartCut
                                                 &part.surface.heights, &part.surface.sources));
   part.surface.control_mesh = std::move(sub.mesh);
   part.faces = std::move(sub.faces);
-  for (const int f : faces) {
-    const auto at = std::lower_bound(part.faces.begin(), part.faces.end(), f);
-    part.inner.push_back(static_cast<int>(at - part.faces.begin()));
-  }
+  part.inner = PlacesOf(faces, part.faces);
   return part;
 }
 

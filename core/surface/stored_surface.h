@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -54,6 +55,8 @@ class PartCutter {
  public:
   // Errors of BuildMeshTopology and BuildCreaseTopology. `mesh` is kept by reference.
   static absl::StatusOr<PartCutter> Make(const ControlMesh& mesh);
+  // `topology`: of it.
+  static absl::StatusOr<PartCutter> Make(const ControlMesh& mesh, MeshTopology topology);
 
   const MeshTopology& topology() const { return topology_; }
   // `faces`: ascending. With all faces within `rings` of them and those that touch these.
@@ -66,6 +69,9 @@ class PartCutter {
   MeshTopology topology_;
   std::vector<SharpEdge> sharp_;
 };
+
+// Where each of the wanted faces is in `faces`; both ascend.
+std::vector<int> PlacesOf(std::span<const int> wanted, const std::vector<int>& faces);
 
 // The part of `surface`, whose control mesh `cutter` cuts.
 absl::StatusOr<SurfacePart> ReadPart(const StoredSurface& surface, const PartCutter& cutter,

@@ -19,6 +19,30 @@ uint64_t MixBits(uint64_t x) {
 // In [0, 1), 32 bits of it.
 double UnitFromBits(uint64_t bits) { return static_cast<double>(bits >> 32) * 0x1p-32; }
 
+uint64_t BitsOf(uint64_t seed, int64_t sample) {
+  return MixBits(seed ^ MixBits(static_cast<uint64_t>(sample)));
+}
+
+// Running area at which the sample lies.
+double PlaceOf(int64_t sample, uint64_t bits, double slice) {
+  return (static_cast<double>(sample) + UnitFromBits(bits)) * slice;
+}
+
+double TwiceArea(const Eigen::Matrix3Xd& vertices, const Eigen::Vector3i& triangle) {
+  const Vector3d a = vertices.col(triangle[0]);
+  return (vertices.col(triangle[1]) - a).cross(vertices.col(triangle[2]) - a).norm();
+}
+
+// Uniform in the triangle (Turk 1990): the root spreads by area, the rest along the chord.
+Vector3d PointWithin(const Eigen::Matrix3Xd& vertices, const Eigen::Vector3i& triangle,
+                     uint64_t bits) {
+  const uint64_t place = MixBits(bits);
+  const double root = std::sqrt(UnitFromBits(place));
+  const double along = UnitFromBits(place << 32);
+  return (1 - root) * vertices.col(triangle[0]) + root * (1 - along) * vertices.col(triangle[1]) +
+         root * along * vertices.col(triangle[2]);
+}
+
 }  // namespace
 
 Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
@@ -26,9 +50,7 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
                               std::vector<int>* faces) {
   Eigen::VectorXd area(static_cast<Eigen::Index>(order.size()));
   for (Eigen::Index i = 0; i < area.size(); ++i) {
-    const auto triangle = triangles.col(order[i]);
-    const Vector3d a = vertices.col(triangle[0]);
-    area[i] = (vertices.col(triangle[1]) - a).cross(vertices.col(triangle[2]) - a).norm();
+    area[i] = TwiceArea(vertices, triangles.col(order[i]));
   }
   if (!(area.sum() > 0)) area.setOnes();
   const double slice = area.sum() / static_cast<double>(count);
@@ -37,20 +59,30 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
   Eigen::Index face = 0;
   double before = 0;  // area of the triangles before `face`
   for (int64_t i = 0; i < count; ++i) {
-    const uint64_t bits = MixBits(seed ^ MixBits(static_cast<uint64_t>(i)));
-    const double at = (static_cast<double>(i) + UnitFromBits(bits)) * slice;
+    const uint64_t bits = BitsOf(seed, i);
+    const double at = PlaceOf(i, bits, slice);
     while (face + 1 < area.size() && before + area[face] <= at) before += area[face++];
     if (faces != nullptr) (*faces)[i] = order[face];
-    // Uniform in the triangle (Turk 1990): the root spreads by area, the rest along the chord.
-    const uint64_t place = MixBits(bits);
-    const double root = std::sqrt(UnitFromBits(place));
-    const double along = UnitFromBits(place << 32);
-    const auto triangle = triangles.col(order[face]);
-    points.col(i) = (1 - root) * vertices.col(triangle[0]) +
-                    root * (1 - along) * vertices.col(triangle[1]) +
-                    root * along * vertices.col(triangle[2]);
+    points.col(i) = PointWithin(vertices, triangles.col(order[face]), bits);
   }
   return points;
+}
+
+Eigen::Matrix3Xd AreaSampler::Next(const Eigen::Matrix3Xd& vertices,
+                                   const Eigen::Matrix3Xi& triangles, std::vector<int>* faces) {
+  std::vector<Vector3d> points;
+  faces->clear();
+  for (int f = 0; f < static_cast<int>(triangles.cols()); ++f) {
+    before_ += TwiceArea(vertices, triangles.col(f)) / 2;
+    for (;; ++count_) {
+      const uint64_t bits = BitsOf(seed_, count_);
+      if (PlaceOf(count_, bits, slice_) >= before_) break;
+      points.push_back(PointWithin(vertices, triangles.col(f), bits));
+      faces->push_back(f);
+    }
+  }
+  return Eigen::Map<const Eigen::Matrix3Xd>(points.empty() ? nullptr : points.front().data(), 3,
+                                            static_cast<Eigen::Index>(points.size()));
 }
 
 }  // namespace rilievo

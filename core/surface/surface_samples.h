@@ -18,4 +18,21 @@ Eigen::Matrix3Xd SampleByArea(const Eigen::Matrix3Xd& vertices, const Eigen::Mat
                               std::span<const int> order, int64_t count, uint64_t seed,
                               std::vector<int>* faces = nullptr);
 
+// The same of a mesh that comes in pieces: a sample for each `slice` of the area that runs on over
+// all of them.
+class AreaSampler {
+ public:
+  AreaSampler(double slice, uint64_t seed) : slice_(slice), seed_(seed) {}
+
+  // Those of the next piece. `faces` becomes the triangle of each.
+  Eigen::Matrix3Xd Next(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& triangles,
+                        std::vector<int>* faces);
+
+ private:
+  double slice_;
+  uint64_t seed_;
+  double before_ = 0;  // area so far
+  int64_t count_ = 0;  // samples so far
+};
+
 }  // namespace rilievo

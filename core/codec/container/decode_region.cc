@@ -13,7 +13,6 @@
 #include "core/codec/container/dss.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/heights/height_decoder.h"
-#include "core/loop/crease_topology.h"
 #include "core/loop/face_vertices.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
@@ -105,24 +104,39 @@ void Renumber(const std::vector<int>& whole_vertex, DecodedRegion& decoded) {
   decoded.colors = std::move(sorted.colors);
 }
 
-// The faces and what their heights, limits and normals depend on, as a mesh of its own.
-absl::StatusOr<SubMesh> CutPart(const OpenedDss& file, std::span<const int> faces) {
-  std::vector<SharpEdge> sharp;
-  if (!file.mesh.creases.empty() || !file.mesh.corners.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases, BuildCreaseTopology(file.mesh, file.topology));
-    sharp = std::move(creases.edges);
-  }
-  std::vector<uint8_t> wanted(file.topology.face_count(), 0);
-  for (int f : faces) wanted[f] = 1;
-  // Normals take the triangles of the faces that touch the wanted ones, whose heights have to be
-  // right: CutFacesOut adds that ring.
-  for (int ring = 0; ring < kHeightReach; ++ring) {
-    wanted = WithTouchingFaces(file.topology, wanted);
-  }
-  return CutFacesOut(file.topology, file.mesh.vertices, wanted, sharp, file.mesh.corners);
-}
-
 }  // namespace
+
+absl::StatusOr<SurfacePart> DecodePart(const OpenedDss& file, const PartCutter& cutter,
+                                       std::span<const int> control_faces,
+                                       const RunContext& context) {
+  // Normals take the triangles of the faces that touch the wanted ones, whose heights have to be
+  // right: the cutter adds that ring.
+  SubMesh sub = cutter.Cut(control_faces, kHeightReach);
+  SurfacePart made;
+  DisplacedSurface& part = made.surface;
+  part.frame = file.header.frame;
+  part.max_level = static_cast<int>(file.layers.size()) - 1;
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineTopology(sub.mesh, part.max_level - 1, context));
+  LoopRefinement shared;
+  shared.levels.push_back(file.topology);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const DecodedHeights heights,
+      DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces, refinement,
+                          file.header.has_filled, file.SmoothedPayload(), context));
+  for (int32_t height : heights.heights) {
+    part.heights.push_back(static_cast<float>(height * file.header.height_unit));
+  }
+  part.sources = heights.Sources(file.header.metadata.all_smoothed);
+  if (!file.colors.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(part.colors,
+                             DecodePartOfColors(file, shared, sub.faces, refinement, context));
+  }
+  part.control_mesh = std::move(sub.mesh);
+  made.faces = std::move(sub.faces);
+  made.inner = PlacesOf(control_faces, made.faces);
+  return made;
+}
 
 absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                                            std::span<const int> control_faces, int level,
@@ -140,40 +154,20 @@ absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
   const int max_level = static_cast<int>(file.layers.size()) - 1;
   DecodedRegion decoded;
   RILIEVO_ASSIGN_OR_RETURN(decoded.level, CheckedLevel(level, max_level));
-  RILIEVO_ASSIGN_OR_RETURN(SubMesh sub, CutPart(file, control_faces));
-
-  DisplacedSurface part;
-  part.frame = file.header.frame;
-  part.max_level = max_level;
-  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
-                           RefineTopology(sub.mesh, max_level - 1, context));
-  LoopRefinement shared;
-  shared.levels.push_back(file.topology);
-  RILIEVO_ASSIGN_OR_RETURN(
-      const DecodedHeights heights,
-      DecodePartOfHeights(file.Payloads(), shared, file.groups, sub.faces, refinement,
-                          file.header.has_filled, file.SmoothedPayload(), context));
-  for (int32_t height : heights.heights) {
-    part.heights.push_back(static_cast<float>(height * file.header.height_unit));
-  }
-  part.sources = heights.Sources(file.header.metadata.all_smoothed);
-  if (!file.colors.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(part.colors,
-                             DecodePartOfColors(file, shared, sub.faces, refinement, context));
-  }
-  part.control_mesh = std::move(sub.mesh);
-  std::vector<int> wanted;
-  for (int f : control_faces) {
-    const auto at = std::lower_bound(sub.faces.begin(), sub.faces.end(), f);
-    wanted.push_back(static_cast<int>(at - sub.faces.begin()));
-  }
-  RILIEVO_ASSIGN_OR_RETURN(decoded.region, TessellateRegion(part, wanted, decoded.level, context));
-  TakeValuesOf(part, decoded);
-  Renumber(VerticesThere(FaceVertices(refinement.levels[0], decoded.level),
-                         FaceVertices(file.topology, decoded.level), sub.faces),
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(file.mesh, file.topology));
+  RILIEVO_ASSIGN_OR_RETURN(const SurfacePart part,
+                           DecodePart(file, cutter, control_faces, context));
+  const ControlMesh& mesh = part.surface.control_mesh;
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_ASSIGN_OR_RETURN(decoded.region,
+                           TessellateRegion(part.surface, part.inner, decoded.level, context));
+  TakeValuesOf(part.surface, decoded);
+  Renumber(VerticesThere(FaceVertices(topology, decoded.level),
+                         FaceVertices(file.topology, decoded.level), part.faces),
            decoded);
   std::set<int> groups;
-  for (int f : sub.faces) groups.insert(file.groups.group_of[f]);
+  for (int f : part.faces) groups.insert(file.groups.group_of[f]);
   decoded.groups_read = static_cast<int64_t>(groups.size());
   decoded.groups = file.groups.count();
   return decoded;

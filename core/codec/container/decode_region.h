@@ -8,11 +8,13 @@
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/container/open_dss.h"
 #include "core/geometry/rgb.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
 #include "core/surface/region_tessellation.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 
@@ -35,6 +37,13 @@ inline constexpr int kFinestLevel = -1;
 absl::StatusOr<DecodedRegion> DecodeRegion(std::span<const uint8_t> bytes,
                                            std::span<const int> control_faces, int level,
                                            const RunContext& context);
+
+// The same faces at the finest level, with what their triangles, normals and limits depend on.
+// `file`: opened, with groups and kFirstGroupedLevel + 1 layers or more; `cutter`: of its mesh. For
+// several threads at once.
+absl::StatusOr<SurfacePart> DecodePart(const OpenedDss& file, const PartCutter& cutter,
+                                       std::span<const int> control_faces,
+                                       const RunContext& context);
 
 // The control faces with a corner of their control triangle, or the triangle's middle, within the
 // box (scan frame); for DecodeRegion. The surface lies near its control mesh, not on it.

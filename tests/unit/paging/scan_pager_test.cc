@@ -2,15 +2,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <limits>
 #include <map>
 #include <tuple>
 
 #include "core/geometry/point_cloud.h"
 #include "core/scan/clean/check_scan.h"
+#include "tests/unit/paging/scratch_damage.h"
 #include "tests/unit/scan/scan_clouds.h"
 
 namespace rilievo {
@@ -138,6 +141,31 @@ TEST(PagedScan, KeepsAllPointsThatAreFewEnough) {
   const auto thinned = paged.Thinned(5000, RunContext{});
   ASSERT_TRUE(thinned.ok());
   EXPECT_EQ(*thinned, AllPoints(paged));
+}
+
+TEST(PagedScan, NamesADamagedPage) {
+  const PagedScan paged = Paged(FarSphere(20000), 8000);
+  ASSERT_TRUE(DamageScratchFile(int64_t{2} * kPagePoints * 24 + 5));
+  EXPECT_TRUE(paged.Read(1).ok());
+  const absl::Status status = paged.Thinned(1000, RunContext{}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr("page 2 of 5 of the scan is damaged"));
+}
+
+// A limit of the size of files stands for a disk that is full.
+TEST(ScanPager, SaysWhenThereIsNoRoom) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  small.rlim_cur = 100000;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  ScanPager pager = ScanPager::Create(::testing::TempDir(), 1000).value();
+  const absl::Status status = pager.Add(FarSphere(20000));
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr(::testing::TempDir()));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/paging/scan_pager.h"
+#include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
@@ -33,6 +34,10 @@ Reconstruction InParts(const Eigen::Matrix3Xd& points, const PartSizes& sizes,
   RunContext context;
   context.threads = threads;
   return ReconstructPaged(OnDisk(points), sizes, options, context).value();
+}
+
+DisplacedSurface DecodedOf(const Reconstruction& made) {
+  return DecodeDss(made.encoded.Concatenate(), RunContext{})->surface;
 }
 
 double RmsFrom(const AnalyticShape& shape, const DisplacedSurface& surface) {
@@ -128,6 +133,66 @@ TEST(PagedScanTest, TheLevelAskedForIsTaken) {
     const Reconstruction parts = InParts(points, {8000, 16384}, options);
     EXPECT_EQ(parts.surface.max_level, level);
   }
+}
+
+// Coded and measured in blocks of 8 000 vertices, of 30 000 to 130 000.
+constexpr PartSizes kBlocks{.coarse_points = 60000, .part_points = 36864, .block_vertices = 8000};
+
+TEST_P(PagedShapes, BlocksAreAsGoodAsTheWhole) {
+  const ShapePtr shape = MakeShape(GetParam().shape).value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 60000, GetParam().noise);
+  const Reconstruction whole =
+      InParts(points, {.coarse_points = 60000, .part_points = 36864, .block_vertices = 1 << 20});
+  const Reconstruction blocks = InParts(points, kBlocks);
+  ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
+  const DisplacedSurface decoded = DecodedOf(blocks);
+  EXPECT_LT(RmsFrom(*shape, decoded), 1.02 * RmsFrom(*shape, DecodedOf(whole)));
+  EXPECT_LT(blocks.report.encoded_bytes, 1.1 * static_cast<double>(whole.report.encoded_bytes));
+  EXPECT_EQ(blocks.report.surface_vertices, static_cast<int64_t>(decoded.heights.size()));
+  EXPECT_EQ(blocks.report.surface_faces, whole.report.surface_faces);
+  EXPECT_EQ(blocks.report.heights_filled, whole.report.heights_filled);
+  EXPECT_EQ(blocks.report.heights_smoothed, whole.report.heights_smoothed);
+  EXPECT_NEAR(blocks.report.error.rms, whole.report.error.rms, 0.03 * whole.report.error.rms);
+  EXPECT_NEAR(blocks.report.error.across_rms, whole.report.error.across_rms,
+              0.03 * whole.report.error.across_rms);
+}
+
+TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 60000, 0.0005);
+  const Reconstruction blocks = InParts(points, kBlocks);
+  ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
+  const DecodedSurface decoded = DecodeDss(blocks.encoded.Concatenate(), RunContext{}).value();
+  const Verification verified = VerifyCertificate(decoded, nullptr, RunContext{}).value();
+  EXPECT_TRUE(verified.complete);
+  EXPECT_EQ(verified.figures.size(), 4u);
+  for (const CertifiedFigure& figure : verified.figures) {
+    EXPECT_TRUE(figure.agrees) << figure.name << ": " << figure.stated << ", " << figure.found;
+  }
+  EXPECT_NEAR(decoded.metadata.error_across, blocks.report.error.across_rms,
+              1e-3 * blocks.report.error.across_rms);
+}
+
+TEST(PagedScanTest, BlocksKeepAnErrorOrASize) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 60000, 0);
+  ReconstructOptions options;
+  options.encode.max_error = 3e-4;
+  const Reconstruction exact = InParts(points, kBlocks, options);
+  ASSERT_TRUE(exact.surface.heights.empty()) << "not coded in blocks";
+  EXPECT_LE(exact.report.error.across_rms, 3e-4);
+  EXPECT_GT(exact.report.error.across_rms, 2.5e-4);
+  options.encode.max_error.reset();
+  options.encode.max_bytes = exact.report.encoded_bytes * 6 / 5;
+  const Reconstruction sized = InParts(points, kBlocks, options);
+  EXPECT_LE(sized.report.encoded_bytes, *options.encode.max_bytes);
+  EXPECT_LT(sized.report.error.across_rms, exact.report.error.across_rms);
+}
+
+TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByteOfBlocks) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 60000, 0.0005);
+  const auto bytes = [&](int threads) {
+    return InParts(points, kBlocks, {}, threads).encoded.Concatenate();
+  };
+  EXPECT_EQ(bytes(1), bytes(3));
 }
 
 }  // namespace

@@ -1,0 +1,170 @@
+// A surface measured in parts.
+#include "core/surface/measure_parts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "core/surface/count_folds.h"
+#include "core/surface/surface_samples.h"
+#include "tests/unit/surface/heights_in_memory.h"
+#include "tests/unit/surface/test_shapes.h"
+
+namespace rilievo {
+namespace {
+
+constexpr int kLevel = 5;
+
+// Of heights of every source, some turned over; or cut open.
+DisplacedSurface Rough(int faces) {
+  DisplacedSurface surface;
+  surface.control_mesh.vertices.resize(3, 6);
+  surface.control_mesh.vertices << 0.3, -0.3, 0, 0, 0, 0, 0, 0, 0.3, -0.3, 0, 0, 0, 0, 0, 0, 0.3,
+      -0.3;
+  Eigen::Matrix3Xi octahedron(3, 8);
+  octahedron << 0, 2, 1, 3, 2, 1, 3, 0, 2, 1, 3, 0, 0, 2, 1, 3, 4, 4, 4, 4, 5, 5, 5, 5;
+  surface.control_mesh.faces = octahedron.leftCols(faces);
+  if (faces < 8) surface.control_mesh.vertices.conservativeResize(3, 5);
+  surface.max_level = kLevel;
+  const MeshTopology topology = *BuildMeshTopology(
+      surface.control_mesh.faces, static_cast<int>(surface.control_mesh.vertices.cols()));
+  for (int64_t v = 0; v < VertexCountAt(topology, kLevel); ++v) {
+    surface.heights.push_back(static_cast<float>(0.01 * CounterUnit(v)));
+    surface.sources.push_back(static_cast<HeightSource>(v % 7 % 3));
+  }
+  return surface;
+}
+
+class InParts {
+ public:
+  explicit InParts(DisplacedSurface surface)
+      : surface_(std::move(surface)),
+        cutter_(PartCutter::Make(surface_.control_mesh).value()),
+        heights_(surface_, cutter_.topology()),
+        stored_(Stored(surface_, heights_)) {}
+
+  const DisplacedSurface& surface() const { return surface_; }
+  SurfaceParts Parts() const {
+    const int faces = cutter_.topology().face_count();
+    SurfaceParts parts;
+    parts.count = (faces + 2) / 3;
+    parts.area = 0.4;
+    parts.triangles = [this, faces](int i, const RunContext& context) {
+      std::vector<int> wanted;
+      for (int f = 3 * i; f < std::min(faces, 3 * i + 3); ++f) wanted.push_back(f);
+      return TrianglesOfPart(ReadPart(stored_, cutter_, wanted, 0).value(), context);
+    };
+    return parts;
+  }
+
+ private:
+  DisplacedSurface surface_;
+  PartCutter cutter_;
+  HeightsInMemory heights_;
+  StoredSurface stored_;
+};
+
+Shape WholeShape(const DisplacedSurface& surface) {
+  TriangleMesh mesh = Tessellate(surface, surface.max_level, RunContext()).value();
+  return {std::move(mesh.vertices), std::move(mesh.triangles)};
+}
+
+class PartTrianglesTest : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(ClosedAndOpen, PartTrianglesTest, ::testing::Values(8, 4));
+
+TEST_P(PartTrianglesTest, AreThoseOfTheWhole) {
+  const InParts in_parts(Rough(GetParam()));
+  const Shape whole = WholeShape(in_parts.surface());
+  const SurfaceParts parts = in_parts.Parts();
+  Eigen::Index at = 0;
+  for (int i = 0; i < parts.count; ++i) {
+    const Shape part = parts.triangles(i, RunContext())->shape;
+    for (const auto triangle : part.triangles.colwise()) {
+      ASSERT_LT(at, whole.triangles.cols());
+      for (int k = 0; k < 3; ++k) {
+        ASSERT_LT(
+            (part.vertices.col(triangle[k]) - whole.vertices.col(whole.triangles(k, at))).norm(),
+            1e-12);
+      }
+      ++at;
+    }
+  }
+  EXPECT_EQ(at, whole.triangles.cols());
+  const PartsError counted = CountParts(parts, RunContext()).value();
+  EXPECT_EQ(counted.folds, CountFolds(in_parts.surface(), RunContext()).value());
+  EXPECT_GT(counted.folds, 0);
+  for (const HeightSource source :
+       {HeightSource::kMeasured, HeightSource::kSmoothed, HeightSource::kFilled}) {
+    const std::vector<HeightSource>& sources = in_parts.surface().sources;
+    EXPECT_EQ(counted.source_counts[static_cast<size_t>(source)],
+              std::count(sources.begin(), sources.end(), source));
+  }
+}
+
+// Points near the surface, far from it, and one in the middle, as far from all parts.
+SearchableShape PointsAround() {
+  Shape points;
+  points.vertices.resize(3, 3000);
+  for (int i = 0; i < 3000; ++i) {
+    const double radius = i == 7 ? 0 : i % 500 == 0 ? 2 : 0.21 + 0.02 * CounterUnit(5 * i);
+    points.vertices.col(i) = radius * CounterPoint(i + 100000).normalized();
+  }
+  points.gaps.assign(3000, 0.05f);
+  return MakeSearchable(std::move(points), RunContext()).value();
+}
+
+TEST(MeasurePartsTest, ErrorsAreThoseOfTheWhole) {
+  DisplacedSurface surface = Rough(8);
+  surface.sources.assign(surface.sources.size(), HeightSource::kMeasured);
+  const InParts in_parts(std::move(surface));
+  const SearchableShape points = PointsAround();
+  const Shape shape = WholeShape(in_parts.surface());
+  const TwoSidedError whole =
+      MeasureAgainst(shape, points, MeasureOptions{20000}, RunContext()).value();
+  const TwoSidedError parts =
+      MeasureParts(in_parts.Parts(), points, MeasureOptions{20000}, RunContext())->error;
+  EXPECT_NEAR(parts.b_to_a.rms, whole.b_to_a.rms, 1e-12);
+  EXPECT_NEAR(parts.b_to_a.mean, whole.b_to_a.mean, 1e-12);
+  EXPECT_NEAR(parts.b_to_a.p95, whole.b_to_a.p95, 1e-12);
+  EXPECT_NEAR(parts.b_to_a.max, whole.b_to_a.max, 1e-12);
+  EXPECT_EQ(parts.b_to_a.samples, 3000);
+  EXPECT_NEAR(parts.a_to_b.max, whole.a_to_b.max, 1e-3 * whole.a_to_b.max);
+  EXPECT_NEAR(parts.a_to_b.rms, whole.a_to_b.rms, 0.02 * whole.a_to_b.rms);
+  EXPECT_NEAR(parts.a_to_b.mean, whole.a_to_b.mean, 0.02 * whole.a_to_b.mean);
+  EXPECT_NEAR(parts.across_rms, whole.across_rms, 0.02 * whole.across_rms);
+  EXPECT_NEAR(parts.rms, whole.rms, 0.02 * whole.rms);
+}
+
+TEST(MeasurePartsTest, PointsAloneAskTheNearestPart) {
+  const InParts in_parts(Rough(8));
+  const SearchableShape points = PointsAround();
+  const DistanceSummary whole =
+      MeasureOneSided({points.shape.vertices, {}}, WholeShape(in_parts.surface()), {}, RunContext())
+          .value();
+  const DistanceSummary parts =
+      MeasureToParts(points.shape.vertices, in_parts.Parts(), RunContext()).value();
+  EXPECT_NEAR(parts.rms, whole.rms, 1e-12);
+  EXPECT_NEAR(parts.max, whole.max, 1e-12);
+}
+
+TEST(AreaSamplerTest, SlicesRunOnOverThePieces) {
+  const Shape left = SquareShape(0, 10);
+  Shape right = SquareShape(0, 7);
+  right.vertices.row(0).array() += 1;
+  AreaSampler sampler(2.0 / 5000, 1);
+  std::vector<int> faces;
+  const Eigen::Matrix3Xd first = sampler.Next(left.vertices, left.triangles, &faces);
+  EXPECT_NEAR(static_cast<double>(first.cols()), 2500, 1);
+  const Eigen::Matrix3Xd second = sampler.Next(right.vertices, right.triangles, &faces);
+  EXPECT_NEAR(static_cast<double>(first.cols() + second.cols()), 5000, 1);
+  EXPECT_EQ(static_cast<Eigen::Index>(faces.size()), second.cols());
+  EXPECT_GE(second.row(0).minCoeff(), 1);
+  EXPECT_NEAR(second.row(0).mean(), 1.5, 0.01);
+  EXPECT_NEAR(second.row(1).mean(), 0.5, 0.01);
+}
+
+}  // namespace
+}  // namespace rilievo
