@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numeric>
+#include <vector>
 
 #include "tests/unit/paging/scratch_damage.h"
 
@@ -68,8 +70,9 @@ TEST(ScratchHeightsTest, APartReadsTheSame) {
   const ScratchHeights heights = OwnHeights(control, 2);
   Eigen::Matrix3Xi faces(3, 2);
   faces << control.faces.col(6), control.faces.col(7);
+  const std::array<int, 6> place = {0, 1, -1, 2, -1, 3};
   const MeshTopology part =
-      BuildMeshTopology(faces.unaryExpr([](int v) { return v == 5 ? 4 : v; }), 5).value();
+      BuildMeshTopology(faces.unaryExpr([&](int v) { return place[v]; }), 4).value();
   const FaceVertices here(part, 2), whole(control, 2);
   std::vector<float> read;
   std::vector<HeightSource> sources;

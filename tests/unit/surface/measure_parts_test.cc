@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kLevel = 5;
 
-// Of heights of every source, some turned over; or cut open.
+// An octahedron, or its first faces, with heights of every source.
 DisplacedSurface Rough(int faces) {
   DisplacedSurface surface;
   surface.control_mesh.vertices.resize(3, 6);
@@ -76,7 +76,9 @@ class PartTrianglesTest : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(ClosedAndOpen, PartTrianglesTest, ::testing::Values(8, 4));
 
 TEST_P(PartTrianglesTest, AreThoseOfTheWhole) {
-  const InParts in_parts(Rough(GetParam()));
+  DisplacedSurface surface = Rough(GetParam());
+  for (float& height : surface.heights) height -= 0.6f;  // through the middle: turned over
+  const InParts in_parts(std::move(surface));
   const Shape whole = WholeShape(in_parts.surface());
   const SurfaceParts parts = in_parts.Parts();
   Eigen::Index at = 0;
