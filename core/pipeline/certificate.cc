@@ -164,12 +164,8 @@ Shape PointsToMeasure(OrientedCloud cloud) {
   return {std::move(cloud.points), {}, std::move(cloud.spacing), std::move(cloud.normals)};
 }
 
-int64_t CountOf(HeightSource source, const DisplacedSurface& surface) {
-  return std::count(surface.sources.begin(), surface.sources.end(), source);
-}
-
 double ShareOf(HeightSource source, const DisplacedSurface& surface) {
-  return static_cast<double>(CountOf(source, surface)) /
+  return static_cast<double>(std::count(surface.sources.begin(), surface.sources.end(), source)) /
          static_cast<double>(std::max<size_t>(1, surface.sources.size()));
 }
 

@@ -56,8 +56,7 @@ Shape ShapeToMeasure(const OrientedCloud& cloud, const Shape& mesh);
 // as their gaps: holes of about twenty points still count as seen.
 Shape PointsToMeasure(OrientedCloud cloud);
 
-// How many heights have this source, and their share of all.
-int64_t CountOf(HeightSource source, const DisplacedSurface& surface);
+// Of the heights, those that have this source.
 double ShareOf(HeightSource source, const DisplacedSurface& surface);
 
 // The finest level in the unit frame.
