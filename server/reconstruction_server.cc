@@ -30,8 +30,9 @@ namespace {
 
 // After the calls were told to stop; stages answer within a second.
 constexpr std::chrono::seconds kStopTime{3};
-// By then every answer is written; idle clients may hold their connections open for longer.
-constexpr std::chrono::milliseconds kLingerTime{100};
+// By then every short request is answered, also by a disk or a database that is busy; what is not
+// is cancelled. Clients close idle connections when they are told; some never do.
+constexpr std::chrono::seconds kLingerTime{2};
 // That bytes on their way in may take, of all connections together. gRPC puts a message of any
 // length together before it compares it with its limit; over this it cancels streams instead, with
 // RESOURCE_EXHAUSTED. 64 uploads at full speed stay below.

@@ -12,7 +12,8 @@
 namespace rilievo {
 
 bool IsWorthARetry(const absl::Status& status) {
-  if (absl::IsUnavailable(status) || RetryDelay(status).has_value()) return true;
+  if (absl::IsUnavailable(status) || absl::IsCancelled(status)) return true;
+  if (RetryDelay(status).has_value()) return true;
   // Not the server's own word, which has a reason: the transport had no memory for this stream.
   return absl::IsResourceExhausted(status) && absl::StrContains(status.message(), "RST_STREAM");
 }
@@ -34,7 +35,8 @@ std::chrono::milliseconds Retry::Pause(const absl::Status& status) const {
 }
 
 bool Retry::AfterFailure(const absl::Status& status) {
-  if (!IsWorthARetry(status) || ++failures_ >= options_.attempts * options_.servers) return false;
+  if (stop_.stop_requested() || !IsWorthARetry(status)) return false;
+  if (++failures_ >= options_.attempts * options_.servers) return false;
   const Clock::time_point until = Clock::now() + Pause(status);
   if (deadline_ && until >= *deadline_) return false;
   std::mutex mutex;

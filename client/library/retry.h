@@ -18,8 +18,9 @@ struct RetryOptions {
   int servers = 1;
 };
 
-// Whether the same call may succeed later: the server is away, named a time to retry, or had no
-// memory left for bytes on their way.
+// Whether the same call may succeed later: the server is away, ended before it had answered
+// (CANCELLED, where the caller did not ask to stop), named a time to retry, or had no memory left
+// for bytes on their way.
 bool IsWorthARetry(const absl::Status& status);
 
 // Decides when to call again, and waits.

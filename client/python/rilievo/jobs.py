@@ -334,7 +334,9 @@ class _Tries:
     def pause(self, error: RilievoError, worth_it: bool = False) -> None:
         """Waits, or raises `error` when another attempt cannot help or no time is left."""
         self._failures += 1
-        may_help = worth_it or isinstance(error, Unavailable) or error.retry_delay is not None
+        # Cancelled: by a server that ended before it had answered.
+        may_help = (worth_it or isinstance(error, (Unavailable, Cancelled))
+                    or error.retry_delay is not None)
         servers = len(self._jobs._stubs)
         rounds, rest = divmod(self._failures, servers)
         seconds = 0.0

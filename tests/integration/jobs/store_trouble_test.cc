@@ -158,5 +158,23 @@ TEST_F(JobsTest, ADatabaseThatAnotherProgramHoldsIsWaitedFor) {
   }
 }
 
+TEST_F(JobsTest, ACallUnderWayIsAnsweredByAServerThatEnds) {
+  StartServer();
+  const PackedScan scan = PackScan(SphereScan(3'000));
+  ASSERT_TRUE(Client().Upload(scan).ok());
+  auto database = SqliteDatabase::Open(test_ / "store/jobs.db");
+  ASSERT_TRUE(database.ok()) << database.status();
+  ASSERT_TRUE(database->Execute("BEGIN IMMEDIATE").ok());
+  auto created =
+      std::async(std::launch::async, [&] { return HastyClient().Create(JobOf(scan, "last")); });
+  std::this_thread::sleep_for(milliseconds(300));
+  daemon_->Signal(SIGTERM);
+  EXPECT_EQ(created.wait_for(seconds(1)), std::future_status::timeout);
+  ASSERT_TRUE(database->Execute("COMMIT").ok());
+  const auto job = created.get();
+  EXPECT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(daemon_->WaitForExit(seconds(10)), 0);
+}
+
 }  // namespace
 }  // namespace rilievo

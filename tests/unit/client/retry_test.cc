@@ -28,7 +28,7 @@ TEST(Retry, OnlyWhatMayPassIsTriedAgain) {
   Retry retry(kFast, std::nullopt, {});
   EXPECT_FALSE(retry.AfterFailure(absl::InvalidArgumentError("wrong")));
   EXPECT_FALSE(retry.AfterFailure(absl::ResourceExhaustedError("no time to retry is named")));
-  EXPECT_FALSE(retry.AfterFailure(absl::CancelledError("")));
+  EXPECT_TRUE(retry.AfterFailure(absl::CancelledError("by a server that ends")));
   EXPECT_TRUE(
       retry.AfterFailure(absl::ResourceExhaustedError("Received RST_STREAM with error code 11")));
 }
@@ -56,6 +56,7 @@ TEST(Retry, NeverWaitsBeyondTheDeadlineOrAfterAStop) {
     stop.request_stop();
   });
   EXPECT_FALSE(stopped.AfterFailure(absl::UnavailableError("")));
+  EXPECT_FALSE(stopped.AfterFailure(absl::CancelledError("")));
 }
 
 }  // namespace

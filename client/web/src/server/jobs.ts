@@ -78,7 +78,9 @@ export async function watchJob(jobId: string, signal: AbortSignal, listener: Lis
       if (job && isFinished(job)) return job;
     } catch (error) {
       const { code } = ConnectError.from(error);
-      if (signal.aborted || code !== Code.Unavailable || ++failures > 5) throw error;
+      // Canceled: by a server that ended before it had answered.
+      const away = code === Code.Unavailable || code === Code.Canceled;
+      if (signal.aborted || !away || ++failures > 5) throw error;
     }
     await new Promise((resolve) => setTimeout(resolve, 200 * 2 ** failures));
   }
