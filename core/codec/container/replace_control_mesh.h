@@ -1,0 +1,29 @@
+// The same heights over another control mesh of the same faces: what moves the control points moves
+// the surface, and its detail rides along.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// A .dss file, whole or a prefix of whole chunks, with the control points and the tags of `cage`
+// (scan frame) in the place of its own. The chunks of heights and colours stay as they are, since
+// heights stand along the limit normals of whatever smooth surface there is (Lee, Moreton and Hoppe
+// 2000, section 6, "animation"). Control points come back to within 1e-7 of the diagonal; points
+// that all lie on the grid of the file stay on it, so that a cage that did not change gives the
+// same bytes. What the file states of its scan (errors, folds, number and hash of the points) goes,
+// unless nothing changed.
+//
+// INVALID_ARGUMENT when vertices or faces of `cage` are not those of the file (in any order of the
+// faces), a tag is not an edge or vertex of it, or a coordinate is not finite; FAILED_PRECONDITION
+// for a file of an older version, and for one whose heights stand in groups, which hang on the
+// control points (docs/dss-format.md, section 5.5). Else the errors of DecodeDss.
+absl::StatusOr<std::vector<uint8_t>> ReplaceControlMesh(std::span<const uint8_t> dss,
+                                                        const ControlMesh& cage);
+
+}  // namespace rilievo
