@@ -6,9 +6,12 @@
 #include <cmath>
 #include <string>
 
+#include "core/codec/container/open_dss.h"
+#include "core/loop/face_vertices.h"
 #include "core/paging/scan_pager.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
+#include "tests/benchmark/seams.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
 
@@ -163,6 +166,41 @@ TEST_P(PagedShapes, BlocksAreAsGoodAsTheWhole) {
   EXPECT_NEAR(blocks.report.error.rms, whole.report.error.rms, 0.03 * whole.report.error.rms);
   EXPECT_NEAR(blocks.report.error.across_rms, whole.report.error.across_rms,
               GetParam().chance * whole.report.error.across_rms);
+}
+
+// Clean, and noisy.
+TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
+  for (const double noise : {0.0, 0.0005}) {
+    const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 40000, noise);
+    const std::vector<uint8_t> dss = InParts(points, kBlocks).encoded.Concatenate();
+    const SeamFigures seams = MeasureSeams(dss, RunContext{}).value();
+    EXPECT_GT(seams.border.control_edges, 50);
+    EXPECT_LT(seams.AngleRatio(), 1.05) << noise;
+    EXPECT_LT(seams.BendRatio(), 1.05) << noise;
+  }
+}
+
+TEST(PagedScanTest, AStepBetweenGroupsWouldShow) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000, 0.0005);
+  const std::vector<uint8_t> dss = InParts(points, kBlocks).encoded.Concatenate();
+  const OpenedDss file = OpenDss(dss, true).value();
+  DisplacedSurface surface = DecodeDss(dss, RunContext{})->surface;
+  const FaceVertices vertices(file.topology, surface.max_level);
+  std::vector<uint8_t> raised(surface.heights.size(), 0);
+  std::vector<int> of_face;
+  for (int g = 0; g < file.groups.count(); g += 2) {
+    for (const int f : file.groups.members[g]) {
+      vertices.Of(f, of_face);
+      for (const int v : of_face) raised[v] = 1;
+    }
+  }
+  for (size_t v = 0; v < raised.size(); ++v) surface.heights[v] += raised[v] != 0 ? 1e-4f : 0;
+  EncodeOptions options;
+  options.group_faces = file.header.group_limit;
+  options.position_step = file.header.position_step;
+  options.height_step = 1e-6;
+  const EncodedSurface stepped = EncodeDss(surface, {}, options, RunContext{}).value();
+  EXPECT_GT(MeasureSeams(stepped.Concatenate(), RunContext{})->BendRatio(), 1.2);
 }
 
 TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
