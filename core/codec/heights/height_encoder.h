@@ -117,7 +117,6 @@ class HeightEncoder : public HeightCoding {
                                            const RunContext& context) const;
 
   // What a plan is made of.
-  const HeightLifting& lifting() const { return lifting_; }
   const std::vector<HeightLifting::RuleSums>& detail_sums() const { return detail_sums_; }
   const CoefficientGains& gains() const { return gains_; }
   const std::vector<double>& mean_gains() const { return mean_gains_; }
