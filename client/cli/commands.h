@@ -27,6 +27,7 @@ Command AddAlign(CLI::App& program);
 Command AddCombine(CLI::App& program);
 Command AddCompletion(CLI::App& program);
 Command AddConvert(CLI::App& program);
+Command AddDeform(CLI::App& program);
 Command AddDiagnose(CLI::App& program);
 Command AddEvaluate(CLI::App& program);
 Command AddExport(CLI::App& program);

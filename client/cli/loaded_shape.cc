@@ -226,8 +226,9 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
   });
 }
 
-absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(path));
+absl::StatusOr<DecodedSurface> DecodeBytes(const std::string& path,
+                                           const std::vector<uint8_t>& bytes,
+                                           const RunContext& context) {
   absl::StatusOr<DecodedSurface> decoded = DecodeDss(bytes, context);
   const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
                               std::min(bytes.size(), kHeadBytes));
@@ -240,6 +241,11 @@ absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext
   }
   if (!decoded.ok()) return AtPath(path, decoded.status());
   return decoded;
+}
+
+absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(path));
+  return DecodeBytes(path, bytes, context);
 }
 
 absl::StatusOr<LoadedShape> LoadShape(const std::string& path, std::optional<int> level,

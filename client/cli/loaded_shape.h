@@ -59,6 +59,11 @@ absl::StatusOr<ScanFile> LoadMesh(const std::string& path, const std::string& fo
 // The whole file, or the status of what prevents it, with the path.
 absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);
 
+// Of such bytes; an error names the path, and what makes a surface of a scan or a mesh.
+absl::StatusOr<DecodedSurface> DecodeBytes(const std::string& path,
+                                           const std::vector<uint8_t>& bytes,
+                                           const RunContext& context);
+
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context);
 
 // What is taken of a .dss.

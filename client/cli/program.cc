@@ -44,8 +44,8 @@ int RunProgram(int argc, const char* const* argv) {
                    kExitCodeHelp));
   std::vector<Command> commands;
   for (const auto add : {AddReconstruct, AddConvert, AddDiagnose, AddAlign, AddExport, AddInfo,
-                         AddMeasure, AddEvaluate, AddVoxelize, AddCombine, AddVerify, AddCompare,
-                         AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
+                         AddMeasure, AddEvaluate, AddVoxelize, AddCombine, AddDeform, AddVerify,
+                         AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

@@ -1,5 +1,6 @@
 #include "client/formats/mesh_reader.h"
 
+#include <algorithm>
 #include <array>
 #include <initializer_list>
 #include <limits>
@@ -135,6 +136,47 @@ absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
   return file;
 }
 
+namespace {
+
+// "crease 2/1/0 A B SHARPNESS" or "corner 1/1/0 V SHARPNESS", vertices counted from 0; other tags
+// of OpenSubdiv are passed over.
+absl::Status ParseTag(std::string_view words, std::optional<MeshTags>* tags) {
+  const std::string_view kind = NextWord(&words);
+  const size_t count = kind == "crease" ? 2 : kind == "corner" ? 1 : 0;
+  if (count == 0) return absl::OkStatus();
+  const std::string_view counts = NextWord(&words);
+  std::array<uint64_t, 2> vertices{};
+  double sharpness = 0;
+  bool right = counts == (count == 2 ? "2/1/0" : "1/1/0");
+  for (size_t i = 0; i < count; ++i) {
+    right = right && ParseCount(NextWord(&words), &vertices[i]) &&
+            vertices[i] < std::numeric_limits<int>::max();
+  }
+  if (!right || !ParseNumber(NextWord(&words), &sharpness).ok() || !(sharpness >= 0)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a tag must read 't crease 2/1/0 A B SHARPNESS' or 't corner 1/1/0 V "
+                     "SHARPNESS', with vertices counted from 0 and a sharpness of 0 or more"));
+  }
+  if (!*tags) tags->emplace();
+  const int a = static_cast<int>(vertices[0]), b = static_cast<int>(vertices[1]);
+  if (count == 1 && sharpness > 0) (*tags)->corners.push_back(a);
+  if (count == 2 && sharpness > 0) {
+    (*tags)->creases.push_back({std::min(a, b), std::max(a, b), static_cast<float>(sharpness)});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckTags(const MeshTags& tags, int64_t vertex_count) {
+  int64_t largest = 0;
+  for (const Crease& crease : tags.creases) largest = std::max<int64_t>(largest, crease.b);
+  for (const int corner : tags.corners) largest = std::max<int64_t>(largest, corner);
+  if (largest < vertex_count) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("OBJ: a tag names vertex ", largest, " of ",
+                                                 vertex_count, ", which are counted from 0"));
+}
+
+}  // namespace
+
 absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   ByteSource source(in);
   PointCollector points;
@@ -162,9 +204,11 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
     }
     return faces.Add(corners, kMost);
   };
+  MeshFile file;
+  visitor.tag = [&](std::string_view words) { return ParseTag(words, &file.tags); };
   RILIEVO_RETURN_IF_ERROR(VisitObjLines(&source, visitor));
   if (points.count() == 0) return absl::InvalidArgumentError("OBJ: no 'v' line, no vertices");
-  MeshFile file;
+  if (file.tags) RILIEVO_RETURN_IF_ERROR(CheckTags(*file.tags, points.count()));
   file.format = "OBJ";
   if (color_count == points.count()) file.colors = colors.Finish();
   file.mesh.vertices = points.Finish();

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <istream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,12 @@
 
 namespace rilievo {
 
+// Sharp edges and vertices, as `rilievo export --cage` writes them into an OBJ.
+struct MeshTags {
+  std::vector<Crease> creases;
+  std::vector<int> corners;
+};
+
 struct MeshFile {
   // Polygons are cut into fans. `triangles` is empty when the file holds points alone; `normals`
   // only when each vertex has one.
@@ -21,6 +28,7 @@ struct MeshFile {
   std::vector<Rgb> colors;      // where each vertex has one, or empty
   std::string format;           // for people
   ScanPlace place = {};         // of formats of scans, see ScanFile; of GLB metres, y up
+  std::optional<MeshTags> tags = {};  // of an OBJ with lines 't crease' or 't corner'
 };
 
 // As the scan readers: streaming, no count believed before the bytes allow it. INVALID_ARGUMENT

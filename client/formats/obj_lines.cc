@@ -52,6 +52,8 @@ absl::Status VisitObjLines(ByteSource* source, const ObjVisitor& visitor) {
       if (status.ok()) status = visitor.vertex(position, line);
     } else if (keyword == "f" && visitor.face) {
       status = visitor.face(line);
+    } else if (keyword == "t" && visitor.tag) {
+      status = visitor.tag(line);
     }
     if (!status.ok()) {
       return absl::Status(

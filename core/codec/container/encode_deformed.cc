@@ -1,4 +1,4 @@
-#include "core/codec/container/replace_control_mesh.h"
+#include "core/codec/container/encode_deformed.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // Heights that ride along on another control mesh.
-#include "core/codec/container/replace_control_mesh.h"
+#include "core/codec/container/encode_deformed.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -56,7 +56,7 @@ TriangleMesh FinestOf(const std::vector<uint8_t>& file) {
   return *Tessellate(surface, surface.max_level, RunContext{});
 }
 
-TEST(ReplaceControlMeshTest, ACageThatDidNotChangeGivesTheSameBytes) {
+TEST(EncodeDeformedTest, ACageThatDidNotChangeGivesTheSameBytes) {
   for (const ControlMesh& mesh : {Torus(12, 8), Sheet(7, 9, true), Creased(Torus(12, 8))}) {
     const std::vector<uint8_t> file = FileOf(mesh);
     ControlMesh cage = CageOf(file);
@@ -68,7 +68,7 @@ TEST(ReplaceControlMeshTest, ACageThatDidNotChangeGivesTheSameBytes) {
   }
 }
 
-TEST(ReplaceControlMeshTest, ARigidMotionMovesTheSurface) {
+TEST(EncodeDeformedTest, ARigidMotionMovesTheSurface) {
   const std::vector<uint8_t> file = FileOf(Creased(Torus(12, 8)));
   ControlMesh cage = CageOf(file);
   const Eigen::Isometry3d motion = Eigen::Translation3d(100, 20, -7) *
@@ -84,7 +84,7 @@ TEST(ReplaceControlMeshTest, ARigidMotionMovesTheSurface) {
   EXPECT_GT(apart, 0) << "its control points are rounded anew";
 }
 
-TEST(ReplaceControlMeshTest, HeightsKeepTheirBytesAndFiguresOfTheScanGo) {
+TEST(EncodeDeformedTest, HeightsKeepTheirBytesAndFiguresOfTheScanGo) {
   const std::vector<uint8_t> file = FileOf(Torus(12, 8));
   ControlMesh cage = CageOf(file);
   cage.vertices.row(2) *= 1.5;
@@ -107,7 +107,7 @@ TEST(ReplaceControlMeshTest, HeightsKeepTheirBytesAndFiguresOfTheScanGo) {
   EXPECT_EQ(DecodeDss(*ReplaceControlMesh(start, cage), RunContext{})->surface.max_level, 0);
 }
 
-TEST(ReplaceControlMeshTest, TagsAreThoseOfTheCage) {
+TEST(EncodeDeformedTest, TagsAreThoseOfTheCage) {
   const std::vector<uint8_t> file = FileOf(Torus(12, 8));
   ControlMesh cage = CageOf(file);
   const int a = cage.faces(0, 0), b = cage.faces(1, 0), c = cage.faces(2, 0);
@@ -121,7 +121,7 @@ TEST(ReplaceControlMeshTest, TagsAreThoseOfTheCage) {
   EXPECT_EQ(tagged.vertices, DecodeDss(file, RunContext{})->surface.control_mesh.vertices);
 }
 
-TEST(ReplaceControlMeshTest, RefusesWhatIsAnotherMesh) {
+TEST(EncodeDeformedTest, RefusesWhatIsAnotherMesh) {
   const std::vector<uint8_t> file = FileOf(Torus(12, 8));
   const ControlMesh cage = CageOf(file);
   ControlMesh fewer = cage;
