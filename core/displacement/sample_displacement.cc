@@ -6,13 +6,10 @@
 
 #include "absl/status/status.h"
 #include "core/base/parallel_for.h"
-#include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/regularize/fill_heights.h"
 #include "core/displacement/regularize/height_bounds.h"
 #include "core/displacement/solve_heights.h"
-#include "core/loop/split_normals.h"
-#include "core/surface/segment_tree.h"
 
 namespace rilievo {
 namespace {
@@ -27,25 +24,6 @@ absl::Status KeepWithinBounds(const LevelRings& rings, const LimitSurface& limit
           height = std::isfinite(height) ? std::clamp(height, bounds.lowest, bounds.highest) : 0.0f;
         }
       });
-}
-
-// A crease whose sharp lines are known has been fitted to them, so its vertices need not move
-// farther than they lie from these. The points beside them bind them weakly where the two sides
-// nearly face each other and their normals all but cancel.
-absl::Status HoldOnSharpLines(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                              const LimitSurface& limit, const RunContext& context,
-                              std::vector<float>* heights) {
-  if (cloud.sharp_lines.cols() == 0) return absl::OkStatus();
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree lines,
-                           TreeOfSegments(cloud.sharp_lines, context));
-  RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors,
-                           SectorsOfLevel(refinement, refinement.max_level()));
-  return SerialFor(sectors.size(), context, [&](int64_t i) {  // a vertex comes once for each side
-    float& height = (*heights)[sectors.vertices[i]];
-    const auto most = static_cast<float>(
-        std::sqrt(lines.Closest(limit.positions.col(sectors.vertices[i])).squared_distance));
-    height = std::clamp(height, -most, most);
-  });
 }
 
 DisplacementField MakeField(SolvedHeights solved) {
@@ -82,7 +60,6 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, solved.measured, context, &solved.height));
   RILIEVO_RETURN_IF_ERROR(
       KeepWithinBounds(rings, limit, options.max_height, context, &solved.height));
-  RILIEVO_RETURN_IF_ERROR(HoldOnSharpLines(cloud, refinement, limit, context, &solved.height));
   context.Report(Stage::kDisplacement, 1.0);
   return MakeField(std::move(solved));
 }

@@ -7,6 +7,7 @@
 
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
+#include "core/displacement/feet/crease_feet.h"
 #include "core/displacement/feet/point_feet.h"
 #include "core/displacement/plate/filter_lengths.h"
 #include "core/displacement/plate/height_problem.h"
@@ -71,6 +72,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
                                            const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(std::vector<PointFoot> feet,
                            FindFeet(cloud, refinement, rings, limit, options, context));
+  RILIEVO_RETURN_IF_ERROR(AppendCreaseFeet(cloud, refinement, rings, limit, context, &feet));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<PlateLevel> levels,
                            BuildPlateLevels(refinement, rings, limit, context));
   HeightProblem problem(cloud, refinement, feet, std::move(levels));

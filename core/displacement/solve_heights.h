@@ -21,9 +21,11 @@ struct SolvedHeights {
 };
 
 // The heights that minimise
-//   sum over points a (sum weight[k] height[corner[k]] - offset)^2 + sum over vertices c bend^2,
+//   sum over points a (sum weight[k] height[corner[k]] - offset)^2
+//     + sum over vertices c bend^2 + d height^2,
 // see PointFoot and PlateLevel; a is the weight of a point (Geman and McClure), c the stiffness
-// of a thin plate. A plate whose c is
+// of a thin plate, d what the domain weighs. Known sharp lines count as points on the creases. A
+// plate whose c is
 //   t^4 (spacing / edge)^2 32 sqrt(3) / pi
 // on even points and triangles passes waves of wave number k as 1 / (1 + (k t spacing)^4). Each
 // region of the surface has the filter length t of least generalised cross-validation (Craven and

@@ -1,6 +1,7 @@
 #include "core/displacement/plate/height_equations.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <numeric>
@@ -15,10 +16,13 @@ namespace {
 
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
                    const std::vector<PointFoot>& feet, const std::vector<float>& weights,
-                   const RunContext& context) {
+                   double domain_weight, const RunContext& context) {
   constexpr size_t kPointsAtOnce = 1 << 16;
   PointTerm term;
-  term.diagonal.assign(level.vertex_count(), 0.0f);
+  // A vertex stands for those of the finest level around it.
+  term.diagonal.assign(
+      level.vertex_count(),
+      static_cast<float>(std::ldexp(domain_weight, 2 * (refinement.max_level() - to))));
   term.slot.assign(level.neighbor.size(), 0.0f);
   term.right_side.assign(level.vertex_count(), 0.0f);
   for (size_t i = 0; i < feet.size(); ++i) {
@@ -110,17 +114,16 @@ class System {
 
 }  // namespace
 
-absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
-                                                          const std::vector<PlateLevel>& levels,
-                                                          int first,
-                                                          const std::vector<PointFoot>& feet,
-                                                          const std::vector<float>& weights,
-                                                          const RunContext& context) {
+absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
+    const LoopRefinement& refinement, const std::vector<PlateLevel>& levels, int first,
+    const std::vector<PointFoot>& feet, const std::vector<float>& weights, double domain_weight,
+    const RunContext& context) {
   std::vector<PointTerm> terms(levels.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(levels.size()) - first, 1, context, [&](int64_t begin, int64_t end) {
         for (int64_t l = begin + first; l < end + first; ++l) {
-          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights, context);
+          terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights,
+                              domain_weight, context);
         }
       }));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());

@@ -15,8 +15,8 @@ namespace rilievo {
 
 inline double Square(double x) { return x * x; }
 
-// What the points say on one level, sum over points of
-//   a (sum weight[k] height[corner[k]] - offset)^2,
+// What points and domain say on one level,
+//   sum over points a (sum weight[k] height[corner[k]] - offset)^2 + sum over vertices d height^2,
 // as the matrix and the right side of its gradient. Only corners of one triangle meet in a point,
 // so the matrix has an entry for each slot of the level.
 struct PointTerm {
@@ -26,13 +26,11 @@ struct PointTerm {
 };
 
 // On the levels from `first` on, for heights of a coarser level prolonged to the finest; the
-// others' are left empty. `weights`: a, one for each foot.
-absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(const LoopRefinement& refinement,
-                                                          const std::vector<PlateLevel>& levels,
-                                                          int first,
-                                                          const std::vector<PointFoot>& feet,
-                                                          const std::vector<float>& weights,
-                                                          const RunContext& context);
+// others' are left empty. `weights`: a, one for each foot; `domain_weight`: d.
+absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
+    const LoopRefinement& refinement, const std::vector<PlateLevel>& levels, int first,
+    const std::vector<PointFoot>& feet, const std::vector<float>& weights, double domain_weight,
+    const RunContext& context);
 
 // Moves `heights` towards the minimum of the points' term plus sum stiffness[v] bend(v)^2, by at
 // most `steps` of conjugate gradients, preconditioned by the diagonal.

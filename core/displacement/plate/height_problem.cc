@@ -20,11 +20,11 @@ double RobustWeight(double distance, double scale) {
 
 // Per vertex of the finest level, the mean spacing of the points there. Where there are none, that
 // of the finest level that has them.
-std::vector<float> SpacingOf(const OrientedCloud& cloud, const LoopRefinement& refinement,
-                             const std::vector<PointFoot>& feet) {
+std::vector<float> SpacingAtVertices(const OrientedCloud& cloud, const LoopRefinement& refinement,
+                                     const std::vector<PointFoot>& feet) {
   const int finest = refinement.max_level();
   std::vector<float> sum(refinement.levels[finest].vertex_count, 0.0f), count(sum);
-  for (size_t p = 0; p < feet.size(); ++p) {
+  for (size_t p = 0; p < cloud.spacing.size(); ++p) {
     if (!feet[p].found()) continue;
     const int v = CoarseFoot(feet[p], refinement, finest).NearestCorner();
     sum[v] += cloud.spacing[p];
@@ -56,8 +56,16 @@ HeightProblem::HeightProblem(const OrientedCloud& cloud, const LoopRefinement& r
       refinement_(&refinement),
       feet_(&feet),
       levels_(std::move(levels)),
-      spacing_(SpacingOf(cloud, refinement, feet)),
+      spacing_(SpacingAtVertices(cloud, refinement, feet)),
       weights_(feet.size(), 1.0f) {}
+
+double HeightProblem::SpacingOf(size_t foot) const {
+  return foot < cloud_->spacing.size() ? cloud_->spacing[foot] : cloud_->median_spacing;
+}
+
+double HeightProblem::NoiseOf(size_t foot) const {
+  return foot < cloud_->noise.size() ? cloud_->noise[foot] : 0;
+}
 
 double HeightProblem::MeanSpacing() const {
   return std::accumulate(spacing_.begin(), spacing_.end(), 0.0) /
@@ -66,8 +74,8 @@ double HeightProblem::MeanSpacing() const {
 
 absl::Status HeightProblem::Assemble(int first, const RunContext& context) {
   Release();
-  RILIEVO_ASSIGN_OR_RETURN(
-      terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_, weights_, context));
+  RILIEVO_ASSIGN_OR_RETURN(terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_,
+                                                      weights_, domain_weight_, context));
   return absl::OkStatus();
 }
 
@@ -121,7 +129,7 @@ absl::StatusOr<std::vector<float>> HeightProblem::Residuals(const std::vector<fl
 
 void HeightProblem::PreferNearPoints() {
   for (size_t p = 0; p < weights_.size(); ++p) {
-    const double scale = kSolve.near_domain * cloud_->spacing[p];
+    const double scale = kSolve.near_domain * SpacingOf(p);
     weights_[p] = static_cast<float>(RobustWeight((*feet_)[p].offset, scale));
   }
 }
@@ -130,10 +138,10 @@ absl::Status HeightProblem::Reweigh(const std::vector<float>& heights, const Run
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> residuals, Residuals(heights, context));
   for (size_t p = 0; p < residuals.size(); ++p) {
     const double scale =
-        kSolve.robust_residual *
-        std::max<double>(cloud_->noise[p], kSolve.least_noise * cloud_->spacing[p]);
+        kSolve.robust_residual * std::max(NoiseOf(p), kSolve.least_noise * SpacingOf(p));
     weights_[p] = static_cast<float>(RobustWeight(residuals[p], scale));
   }
+  domain_weight_ = kSolve.domain_weight;
   return absl::OkStatus();
 }
 

@@ -18,8 +18,8 @@ namespace rilievo {
 
 class HeightProblem {
  public:
-  // All points weigh 1. What is given must outlive the problem, and `feet` may change between
-  // calls.
+  // All feet weigh 1. What is given must outlive the problem, and `feet` may change between calls:
+  // those of the points of `cloud`, and more, which are as far apart as these and without noise.
   HeightProblem(const OrientedCloud& cloud, const LoopRefinement& refinement,
                 const std::vector<PointFoot>& feet, std::vector<PlateLevel> levels);
 
@@ -36,8 +36,8 @@ class HeightProblem {
   absl::Status Relax(int level, const std::vector<float>& lengths, int steps,
                      const RunContext& context, std::vector<float>* heights) const;
 
-  // How far each point lies from the heights of the finest level, in the direction of its row; 0
-  // for those without a foot.
+  // How far each foot's point lies from the heights of the finest level, in the direction of its
+  // row; 0 for those without a foot.
   absl::StatusOr<std::vector<float>> Residuals(const std::vector<float>& heights,
                                                const RunContext& context) const;
   // Points far from the domain lose weight, so that of two sheets the nearer one counts.
@@ -64,6 +64,8 @@ class HeightProblem {
   int finest() const { return static_cast<int>(levels_.size()) - 1; }
 
  private:
+  double SpacingOf(size_t foot) const;
+  double NoiseOf(size_t foot) const;
   std::vector<float> Stiffness(int level, const std::vector<float>& lengths) const;
 
   const OrientedCloud* cloud_;
@@ -71,7 +73,8 @@ class HeightProblem {
   const std::vector<PointFoot>* feet_;
   std::vector<PlateLevel> levels_;
   std::vector<float> spacing_;
-  std::vector<float> weights_;    // per point
+  std::vector<float> weights_;    // per foot
+  double domain_weight_ = 0;      // while points far from the domain weigh next to nothing
   std::vector<PointTerm> terms_;  // per level, of the weights
   std::vector<float> give_way_;   // per vertex of the finest level; empty: nowhere
 };

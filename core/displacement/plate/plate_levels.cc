@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
@@ -11,11 +12,40 @@
 namespace rilievo {
 namespace {
 
+// The edges of one level along which the surface is sharp: each twice, as (end, other end).
+using CreaseEdges = std::vector<std::pair<int, int>>;
+
+CreaseEdges CreaseEdgesOfLevel(const LoopRefinement& refinement, int level) {
+  CreaseEdges edges;
+  if (refinement.sharp.empty()) return edges;
+  const auto add = [&](int a, int b) {
+    edges.emplace_back(a, b);
+    edges.emplace_back(b, a);
+  };
+  const int from = std::max(0, level - 1);
+  const MeshTopology& topology = refinement.levels[from];
+  for (const SharpEdge& sharp : refinement.sharp.levels[from].edges) {
+    if (sharp.sharpness < kInfiniteSharpness) continue;
+    const auto ends = topology.edge_vertices.col(sharp.edge);
+    if (level == 0) {
+      add(ends[0], ends[1]);
+    } else {
+      for (const int end : ends) add(end, topology.vertex_count + sharp.edge);
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
 class LevelBuilder {
  public:
   LevelBuilder(const MeshTopology& topology, const LevelRings& rings, const LimitSurface& limit,
-               const SharpSectors& sectors)
-      : topology_(topology), rings_(rings), limit_(limit), sharp_(topology.vertex_count, 0) {
+               const SharpSectors& sectors, CreaseEdges crease_edges)
+      : topology_(topology),
+        rings_(rings),
+        limit_(limit),
+        sharp_(topology.vertex_count, 0),
+        crease_edges_(std::move(crease_edges)) {
     for (const int v : sectors.vertices) sharp_[v] = 1;
   }
 
@@ -42,21 +72,23 @@ class LevelBuilder {
    public:
     Row(const LevelBuilder& level, int v)
         : level_(level),
+          v_(v),
           ring_(level.rings_.Of(v)),
           sharp_(level.sharp_[v] != 0),
           rim_(level.topology_.boundary_vertex[v] != 0) {
       if (!sharp_) return;
       along_crease_ = std::count_if(ring_.begin(), ring_.end(),
-                                    [&](int n) { return level.sharp_[n] != 0; }) == 2;
+                                    [&](int n) { return level.IsCrease(v, n); }) == 2;
     }
     const Ring& ring() const { return ring_; }
     bool Has(int place) const {
-      if (sharp_) return along_crease_ && level_.sharp_[ring_[place]] != 0;
+      if (sharp_) return along_crease_ && level_.IsCrease(v_, ring_[place]);
       return !rim_ || place == 0 || place + 1 == ring_.size();
     }
 
    private:
     const LevelBuilder& level_;
+    int v_;
     Ring ring_;
     bool sharp_, rim_, along_crease_ = false;
   };
@@ -81,6 +113,10 @@ class LevelBuilder {
     return static_cast<float>(std::sqrt(edge2));
   }
 
+  bool IsCrease(int a, int b) const {
+    return std::binary_search(crease_edges_.begin(), crease_edges_.end(), std::pair(a, b));
+  }
+
   bool RowHas(int v, int neighbor) const {
     if (sharp_[v] == 0 && topology_.boundary_vertex[v] == 0) return true;
     const Row row(*this, v);
@@ -92,6 +128,7 @@ class LevelBuilder {
   const LevelRings& rings_;
   const LimitSurface& limit_;
   std::vector<uint8_t> sharp_;  // on a crease, or a corner
+  CreaseEdges crease_edges_;
   PlateLevel level_;
 };
 
@@ -108,7 +145,9 @@ absl::StatusOr<std::vector<PlateLevel>> BuildPlateLevels(const LoopRefinement& r
     const VertexRings table = l < finest ? BuildVertexRings(topology) : VertexRings();
     RILIEVO_ASSIGN_OR_RETURN(const SharpSectors sectors, SectorsOfLevel(refinement, l));
     const LevelRings own = l < finest ? LevelRings(table) : rings;
-    RILIEVO_ASSIGN_OR_RETURN(levels[l], LevelBuilder(topology, own, limit, sectors).Build(context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        levels[l], LevelBuilder(topology, own, limit, sectors, CreaseEdgesOfLevel(refinement, l))
+                       .Build(context));
   }
   return levels;
 }

@@ -76,6 +76,32 @@ TEST(PlateLevels, AcrossACreaseThereIsNoRowAndAtACornerNone) {
   EXPECT_GT(on_crease, 8);
 }
 
+// Two creases leave a corner along two sides of one face, so that the vertices next to the corner
+// are neighbours of each other.
+TEST(PlateLevels, NextToACornerTheRowGoesAlongItsOwnCrease) {
+  ControlMesh mesh = Sheet(0.3, 4);
+  mesh.creases = {{7, 12, kInfiniteSharpness},
+                  {11, 12, kInfiniteSharpness},
+                  {12, 13, kInfiniteSharpness},
+                  {12, 17, kInfiniteSharpness},
+                  {12, 18, kInfiniteSharpness}};
+  constexpr int kCorner = 12;
+  const Domain domain = MakeDomain(mesh, 3);
+  const std::vector<PlateLevel> levels = Levels(domain);
+  for (size_t l = 1; l < levels.size(); ++l) {
+    const PlateLevel& level = levels[l];
+    EXPECT_EQ(level.row_size[kCorner], 0) << l;
+    int on_crease = 0;
+    for (uint32_t s = level.begin[kCorner]; s < level.begin[kCorner + 1]; ++s) {
+      const int next = level.neighbor[s];
+      if (level.row_size[next] != 2) continue;
+      ++on_crease;
+      EXPECT_NE(level.slot[s].InOtherRow(), 0) << l;
+    }
+    EXPECT_EQ(on_crease, 5) << l;
+  }
+}
+
 TEST(PlateLevels, RestrictIsTheTransposeOfProlong) {
   const Domain domain = MakeDomain(Octahedron(0.3, 1), 3);
   Random random(1);
