@@ -12,7 +12,7 @@
 namespace rilievo {
 namespace {
 
-// The edges of one level along which the surface is sharp: each twice, as (end, other end).
+// Edges of one level along which the surface is sharp: each twice, as (end, other end), ascending.
 using CreaseEdges = std::vector<std::pair<int, int>>;
 
 CreaseEdges CreaseEdgesOfLevel(const LoopRefinement& refinement, int level) {
@@ -47,6 +47,10 @@ class LevelBuilder {
         sharp_(topology.vertex_count, 0),
         crease_edges_(std::move(crease_edges)) {
     for (const int v : sectors.vertices) sharp_[v] = 1;
+    // At the end of a crease the surface is smooth.
+    std::erase_if(crease_edges_, [&](const std::pair<int, int>& edge) {
+      return sharp_[edge.first] == 0 || sharp_[edge.second] == 0;
+    });
   }
 
   absl::StatusOr<PlateLevel> Build(const RunContext& context) {
@@ -128,7 +132,7 @@ class LevelBuilder {
   const LevelRings& rings_;
   const LimitSurface& limit_;
   std::vector<uint8_t> sharp_;  // on a crease, or a corner
-  CreaseEdges crease_edges_;
+  CreaseEdges crease_edges_;    // between these
   PlateLevel level_;
 };
 

@@ -88,7 +88,7 @@ TEST(PlateLevels, NextToACornerTheRowGoesAlongItsOwnCrease) {
   constexpr int kCorner = 12;
   const Domain domain = MakeDomain(mesh, 3);
   const std::vector<PlateLevel> levels = Levels(domain);
-  for (size_t l = 1; l < levels.size(); ++l) {
+  for (size_t l = 2; l < levels.size(); ++l) {  // the creases are an edge long
     const PlateLevel& level = levels[l];
     EXPECT_EQ(level.row_size[kCorner], 0) << l;
     int on_crease = 0;
