@@ -73,7 +73,7 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
       shape, SplitLongEdges(std::move(shape), kLongestEdge * edge,
                             kNeedlePieces * kFinerThanControl * target_faces, context));
   if (options.creases == CreaseRule::kAuto) {
-    RILIEVO_RETURN_IF_ERROR(TagSharpEdges(scan->cloud.median_spacing, &shape));
+    RILIEVO_RETURN_IF_ERROR(TagSharpEdges(scan->cloud.median_spacing, context, &shape));
     scan->cloud.sharp_lines = LinesOf(shape);
   }
   context.Report(Stage::kControlMesh, 0.3);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/creases/line_corners.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/crease_topology.h"
 
@@ -70,8 +71,9 @@ class SharpEdges {
     }
   }
 
-  absl::Status DropShortRuns(ControlMesh* tagged) {
+  absl::Status DropShortRuns(const RunContext& context, ControlMesh* tagged) {
     for (bool dropped = true; dropped;) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       dropped = false;
       tagged->creases = Creases();
       RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases,
@@ -94,15 +96,10 @@ class SharpEdges {
   // Of all lines, where one turns most within half a spacing.
   std::vector<int> Corners() const {
     std::vector<int> corners;
-    for (const CreaseChain& chain : chains_) {
-      const int count = static_cast<int>(chain.vertices.size());
-      std::vector<double> turns(static_cast<size_t>(count), 0);
-      for (int i = chain.closed ? 0 : 1; i < (chain.closed ? count : count - 1); ++i) {
-        turns[i] = TurnAt(chain, i);
-      }
-      for (int i = 0; i < count; ++i) {
-        if (turns[i] > kCorner && IsSharpest(chain, turns, i)) corners.push_back(chain.vertices[i]);
-      }
+    for (const CreaseChain& line : chains_) {
+      const std::vector<int> turns =
+          CornersOfLine(mesh_.vertices, line, kCorner, kTurnSpacings * spacing_);
+      corners.insert(corners.end(), turns.begin(), turns.end());
     }
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
@@ -200,41 +197,6 @@ class SharpEdges {
     return creases;
   }
 
-  // The place half a spacing along the line from its vertex i, or its end.
-  Vector3d Along(const CreaseChain& chain, int i, int step) const {
-    const int count = static_cast<int>(chain.vertices.size());
-    double left = kTurnSpacings * spacing_;
-    Vector3d at = At(chain.vertices[i]);
-    for (int walked = 1; walked < count; ++walked) {
-      int next = i + walked * step;
-      if (chain.closed) next = ((next % count) + count) % count;
-      if (next < 0 || next >= count) break;
-      const Vector3d to = At(chain.vertices[next]);
-      const double length = (to - at).norm();
-      if (length >= left) return at + left / length * (to - at);
-      left -= length;
-      at = to;
-    }
-    return at;
-  }
-
-  double TurnAt(const CreaseChain& chain, int i) const {
-    const Vector3d at = At(chain.vertices[i]);
-    const Vector3d in = at - Along(chain, i, -1), out = Along(chain, i, 1) - at;
-    return std::atan2(in.cross(out).norm(), in.dot(out));
-  }
-
-  bool IsSharpest(const CreaseChain& chain, const std::vector<double>& turns, int i) const {
-    const int count = static_cast<int>(chain.vertices.size());
-    for (int j = 0; j < count; ++j) {
-      if (turns[j] < turns[i] || j == i || (turns[j] == turns[i] && j > i)) continue;
-      if ((At(chain.vertices[j]) - At(chain.vertices[i])).norm() < kTurnSpacings * spacing_) {
-        return false;
-      }
-    }
-    return true;
-  }
-
   const ControlMesh& mesh_;
   const MeshTopology topology_;
   const double spacing_;
@@ -246,14 +208,15 @@ class SharpEdges {
 
 }  // namespace
 
-absl::Status TagSharpEdges(double spacing, ControlMesh* mesh) {
+absl::Status TagSharpEdges(double spacing, const RunContext& context, ControlMesh* mesh) {
   RILIEVO_ASSIGN_OR_RETURN(MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   SharpEdges edges(*mesh, std::move(topology), spacing);
   if (!edges.AreClean()) return absl::OkStatus();
   edges.LeadOn();
   ControlMesh tagged{mesh->vertices, mesh->faces, {}, {}};
-  RILIEVO_RETURN_IF_ERROR(edges.DropShortRuns(&tagged));
+  RILIEVO_RETURN_IF_ERROR(edges.DropShortRuns(context, &tagged));
   tagged.corners = edges.Corners();
   *mesh = std::move(tagged);
   return absl::OkStatus();

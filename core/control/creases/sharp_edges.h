@@ -11,7 +11,8 @@ namespace rilievo {
 // crease runs on along, where they form lines: beside them the mesh must bend much less. Vertices
 // where a line turns sharply become corners. A mesh most of whose sharp edges form no lines, such
 // as one of few triangles or a noisy one, stays untagged. `spacing`: bends and runs shorter than
-// this are not looked at; unit frame. INVALID_ARGUMENT for a mesh that is not a manifold.
-absl::Status TagSharpEdges(double spacing, ControlMesh* mesh);
+// this are not looked at; unit frame. INVALID_ARGUMENT for a mesh that is not a manifold; CANCELLED
+// after a stop request.
+absl::Status TagSharpEdges(double spacing, const RunContext& context, ControlMesh* mesh);
 
 }  // namespace rilievo

@@ -28,8 +28,8 @@ constexpr double kShortChords = 0.01;
 // New edges are halved above this many times the length wanted: halves are nearer to it.
 constexpr double kLongEdge = std::numbers::sqrt2;
 constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
-constexpr int kShapeRounds = 6, kEvenRounds = 5;
-constexpr double kFlatDihedralDegrees = 40;
+constexpr int kFillShapeRounds = 6, kEvenRounds = 5;
+constexpr double kFlatFillDegrees = 40;
 
 using FillTriangles = std::vector<std::array<int, 3>>;
 using Edges = std::set<std::pair<int, int>>;  // lower vertex first
@@ -261,11 +261,11 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
   for (bool halved = true; halved && mesh.faces.cols() < enough;) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
-    ImproveValence(&mesh, kFlatDihedralDegrees);
+    ImproveValence(&mesh, kFlatFillDegrees);
   }
-  for (int round = 0; round < kShapeRounds; ++round) {
+  for (int round = 0; round < kFillShapeRounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(EvenOut(topology.vertex_count, &mesh));
-    ImproveValence(&mesh, kFlatDihedralDegrees);
+    ImproveValence(&mesh, kFlatFillDegrees);
   }
   mesh.creases = std::move(creases);
   return mesh;
