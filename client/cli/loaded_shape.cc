@@ -48,6 +48,7 @@ std::vector<uint8_t> AllBytes(std::istream& in) {
 class CountingSink : public PointSink {
  public:
   explicit CountingSink(PointSink* sink) : sink_(*sink) {}
+  absl::Status Expect(uint64_t points) override { return sink_.Expect(points); }
   void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
     count_ += points.cols();
     sink_.Take(points);

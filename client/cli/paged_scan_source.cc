@@ -21,6 +21,9 @@ namespace {
 class PagingSink : public PointSink {
  public:
   explicit PagingSink(ScanPager* pager) : pager_(*pager) {}
+  absl::Status Expect(uint64_t points) override {
+    return pager_.Expect(static_cast<int64_t>(points));
+  }
   void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
     if (status_.ok()) status_ = pager_.Add(points);
   }

@@ -138,7 +138,7 @@ class E57Reader {
       return absl::InvalidArgumentError(
           absl::StrCat("E57: 0 points in ", ScanCount(), ", the file holds none"));
     }
-    points_.Reserve(records);
+    RILIEVO_RETURN_IF_ERROR(points_.Reserve(records));
     any_normals_ = std::any_of(scans_.begin(), scans_.end(),
                                [&](const ScanDescription& scan) { return HasNormals(scan); });
     return sections;

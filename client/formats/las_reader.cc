@@ -98,7 +98,7 @@ class LasReader {
     if (source->remaining()) {
       const uint64_t held = *source->remaining() / header_.record_size;
       if (header_.point_count > held) return CutOff(held);
-      points_.Reserve(header_.point_count);
+      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = source->Take(header_.record_size);
@@ -113,7 +113,7 @@ class LasReader {
                              laz::LazRecords::Open(source, header_, records_.laszip, wanted_));
     // Two bytes for a point are little already, what needs less grows as it comes.
     if (source->remaining() && header_.point_count <= *source->remaining() / 2) {
-      points_.Reserve(header_.point_count);
+      RILIEVO_RETURN_IF_ERROR(points_.Reserve(header_.point_count));
     }
     for (uint64_t i = 0; i < header_.point_count; ++i) {
       const char* record = records->Next();

@@ -58,7 +58,7 @@ absl::Status ReadPlyVertices(ByteSource* source, const PlyHeader& header,
   }
   PlyElementReader reader(source, header, element, wanted, -1);
   PointCollector points, normals;
-  if (source->remaining()) points.Reserve(element.count);
+  if (source->remaining()) RILIEVO_RETURN_IF_ERROR(points.Reserve(element.count));
   for (uint64_t i = 0; i < element.count; ++i) {
     RILIEVO_RETURN_IF_ERROR(reader.Next());
     const double* value = reader.scalars();

@@ -256,7 +256,7 @@ absl::Status ReadAscii(ByteSource* source, const PcdHeader& header, PcdPoints* p
   if (source->remaining()) {
     RILIEVO_RETURN_IF_ERROR(
         CheckPointsFit(header, 2 * header.point_values, *source->remaining() + 1));
-    points->points.Reserve(header.points);
+    RILIEVO_RETURN_IF_ERROR(points->points.Reserve(header.points));
   }
   std::vector<uint64_t> columns;
   for (const int field : header.columns) columns.push_back(header.fields[field].value_index);
@@ -296,7 +296,7 @@ constexpr bool kSwap = std::endian::native == std::endian::big;  // PCD bodies a
 absl::Status ReadBinary(ByteSource* source, const PcdHeader& header, PcdPoints* points) {
   if (source->remaining()) {
     RILIEVO_RETURN_IF_ERROR(CheckPointsFit(header, header.point_bytes, *source->remaining()));
-    points->points.Reserve(header.points);
+    RILIEVO_RETURN_IF_ERROR(points->points.Reserve(header.points));
   }
   std::vector<double> point(header.columns.size());
   const uint64_t block = std::max<uint64_t>(1, (1u << 16) / header.point_bytes);
@@ -334,7 +334,7 @@ absl::Status ReadCompressed(ByteSource* source, const PcdHeader& header, PcdPoin
   }
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<char> body,
                            DecodeLzf(std::string_view(bytes, compressed), size));
-  points->points.Reserve(header.points);
+  RILIEVO_RETURN_IF_ERROR(points->points.Reserve(header.points));
   std::vector<double> point(header.columns.size());
   for (uint64_t i = 0; i < header.points; ++i) {
     for (size_t place = 0; place < point.size(); ++place) {

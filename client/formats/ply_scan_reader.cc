@@ -83,7 +83,7 @@ absl::StatusOr<ScanFile> ReadPlyScan(std::istream& in, const WantedLayers& wante
   ScanFile scan;
   const auto read_vertices = [&]() -> absl::Status {
     RILIEVO_RETURN_IF_ERROR(CheckElementFits(element, header.ascii(), source));
-    if (source.remaining()) points.Reserve(element.count);
+    if (source.remaining()) RILIEVO_RETURN_IF_ERROR(points.Reserve(element.count));
     PlyElementReader reader(&source, header, element, columns.scalars(), -1);
     for (uint64_t i = 0; i < element.count; ++i) {
       RILIEVO_RETURN_IF_ERROR(reader.Next());

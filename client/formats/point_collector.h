@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "client/formats/point_layers.h"
 
 namespace rilievo {
@@ -15,9 +16,12 @@ class PointCollector {
   // With a sink nothing is kept: points go to it in blocks.
   explicit PointCollector(PointSink* sink = nullptr) : sink_(sink) {}
 
-  // Room for `count` points. Only for counts that the bytes at hold really allow.
-  void Reserve(uint64_t count) {
-    if (sink_ == nullptr) Grow(static_cast<Eigen::Index>(count));
+  // Room for `count` points, or the sink's refusal of them. Only for counts that the bytes at hold
+  // really allow.
+  absl::Status Reserve(uint64_t count) {
+    if (sink_ != nullptr) return sink_->Expect(count);
+    Grow(static_cast<Eigen::Index>(count));
+    return absl::OkStatus();
   }
 
   void Add(double x, double y, double z) {

@@ -17,6 +17,8 @@ class Trajectory;
 class PointSink {
  public:
   virtual ~PointSink() = default;
+  // So many more are to come, where the file tells. Reading ends with this error.
+  virtual absl::Status Expect(uint64_t points) = 0;
   // Column = point, as in the file.
   virtual void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) = 0;
 };

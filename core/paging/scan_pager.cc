@@ -208,6 +208,11 @@ absl::Status ScanPager::Add(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
   return raw_.Append(finite.data(), static_cast<size_t>(count * kBytesOfPoint));
 }
 
+absl::Status ScanPager::Expect(int64_t points) {
+  expected_ += points;
+  return CheckRoom(folder_, 2 * kBytesOfPoint * expected_ - raw_.size());
+}
+
 absl::Status ScanPager::TooFew(int64_t distinct) const {
   return absl::InvalidArgumentError(
       absl::StrCat("points: ", distinct, " distinct finite points (dropped: ", figures_.non_finite,
@@ -275,6 +280,7 @@ absl::StatusOr<std::vector<int64_t>> ScanPager::SortRuns(const SpatialFrame& fra
 }
 
 absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
+  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder_, kBytesOfPoint * finite_));
   RILIEVO_ASSIGN_OR_RETURN(const SpatialFrame frame, FrameOf(context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int64_t> counts, SortRuns(frame, context));
   RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder_));

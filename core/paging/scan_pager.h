@@ -26,12 +26,15 @@ class ScanPager {
   static absl::StatusOr<ScanPager> Create(std::string scratch_folder,
                                           int64_t run_points = kRunPoints);
 
+  // So many more will be added. RESOURCE_EXHAUSTED when the scratch folder has no room for them.
+  absl::Status Expect(int64_t points);
+
   // Column = point, scan frame; what is not finite is counted and dropped.
   absl::Status Add(const Eigen::Ref<const Eigen::Matrix3Xd>& points);
 
   // INVALID_ARGUMENT when fewer than kMinScanPoints distinct finite points remain, and where
-  // BoundingFrame() refuses them. Of duplicates only those at exactly the same place are dropped.
-  // Nothing may be added afterwards.
+  // BoundingFrame() refuses them; RESOURCE_EXHAUSTED when there is no room for the pages. Of
+  // duplicates only those at exactly the same place are dropped. Nothing may be added afterwards.
   absl::StatusOr<PagedScan> Finish(const RunContext& context);
 
   int64_t points_in() const { return figures_.points_in; }
@@ -50,6 +53,7 @@ class ScanPager {
   int64_t run_points_;
   ScratchFile raw_;  // points as they came; then sorted runs in their place
   PagingFigures figures_;
+  int64_t expected_ = 0;
   int64_t finite_ = 0;       // points in `raw_`
   Eigen::AlignedBox3d box_;  // of these
   // Some of them, for the limit of strays; one in 2^`halvings_`, chosen by their coordinates.

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 
 namespace rilievo {
 namespace {
@@ -29,6 +31,17 @@ absl::StatusCode CodeOfErrno(int error) {
 }
 
 }  // namespace
+
+absl::Status CheckRoom(const std::string& folder, int64_t bytes) {
+  struct statvfs disk;
+  if (statvfs(folder.c_str(), &disk) != 0) return absl::OkStatus();  // writing will tell
+  const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
+  if (static_cast<double>(bytes) <= free) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrFormat(
+      "scratch folder %s: %.1f MB more are needed, %.1f MB are free; free some space, or name "
+      "another folder",
+      folder, 1e-6 * static_cast<double>(bytes), 1e-6 * free));
+}
 
 absl::Status ScratchFile::Failed(int error) const {
   const char* remedy = error == ENOSPC || error == EDQUOT

@@ -11,6 +11,9 @@
 
 namespace rilievo {
 
+// RESOURCE_EXHAUSTED, naming the folder and both sizes, where less than `bytes` are free in it.
+absl::Status CheckRoom(const std::string& folder, int64_t bytes);
+
 class ScratchFile {
  public:
   // NOT_FOUND, PERMISSION_DENIED or RESOURCE_EXHAUSTED, naming the folder.

@@ -27,7 +27,9 @@ ScratchHeights::ScratchHeights(ScratchFile file, const MeshTopology& control, in
 absl::StatusOr<ScratchHeights> ScratchHeights::Create(const std::string& folder,
                                                       const MeshTopology& control, int level) {
   RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder));
-  return ScratchHeights(std::move(file), control, level);
+  ScratchHeights heights(std::move(file), control, level);
+  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder, control.face_count() * heights.Bytes()));
+  return heights;
 }
 
 int64_t ScratchHeights::Bytes() const {

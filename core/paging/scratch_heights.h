@@ -19,7 +19,7 @@ namespace rilievo {
 // a checksum. A vertex between faces is in the record of each.
 class ScratchHeights : public FaceHeights {
  public:
-  // `control` is kept by reference. The errors of ScratchFile.
+  // `control` is kept by reference. The errors of ScratchFile, and of CheckRoom() for all heights.
   static absl::StatusOr<ScratchHeights> Create(const std::string& folder,
                                                const MeshTopology& control, int level);
 

@@ -52,6 +52,39 @@ TEST_P(ValidScanTest, ReadsFromAPipe) {
   EXPECT_TRUE(scan->cloud.points == SpherePoints(GetParam().points));
 }
 
+// Counts what is announced and what comes.
+class CountedSink : public PointSink {
+ public:
+  explicit CountedSink(bool has_room) : has_room_(has_room) {}
+  absl::Status Expect(uint64_t points) override {
+    expected_ += static_cast<int64_t>(points);
+    return has_room_ ? absl::OkStatus() : absl::ResourceExhaustedError("no room");
+  }
+  void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override { taken_ += points.cols(); }
+  int64_t expected() const { return expected_; }
+  int64_t taken() const { return taken_; }
+
+ private:
+  bool has_room_;
+  int64_t expected_ = 0, taken_ = 0;
+};
+
+TEST_P(ValidScanTest, ASinkKnowsBeforeWhereTheFileTells) {
+  const auto read = [](CountedSink* sink) {
+    WantedLayers wanted;
+    wanted.sink = sink;
+    std::istringstream in(GetParam().bytes);
+    return ReadScanStream(in, GetParam().name, wanted).status();
+  };
+  CountedSink ample(true), full(false);
+  ASSERT_TRUE(read(&ample).ok());
+  EXPECT_EQ(ample.taken(), GetParam().points);
+  if (ample.expected() == 0) return;
+  EXPECT_EQ(ample.expected(), GetParam().points);
+  EXPECT_THAT(read(&full).message(), HasSubstr("no room"));
+  EXPECT_EQ(full.taken(), 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, ValidScanTest, ::testing::ValuesIn(ValidScans(333)),
                          [](const auto& param) {
                            std::string name = param.param.name;

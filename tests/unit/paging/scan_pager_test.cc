@@ -152,6 +152,15 @@ TEST(PagedScan, NamesADamagedPage) {
   EXPECT_THAT(status.message(), ::testing::HasSubstr("page 2 of 5 of the scan is damaged"));
 }
 
+TEST(ScanPager, RefusesBeforehandWhatHasNoRoom) {
+  ScanPager pager = ScanPager::Create(::testing::TempDir()).value();
+  EXPECT_TRUE(pager.Expect(1000).ok());
+  const absl::Status status = pager.Expect(100'000'000'000'000);
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr("4800000000.0 MB more are needed"));
+  EXPECT_THAT(status.message(), ::testing::HasSubstr(::testing::TempDir()));
+}
+
 // A limit of the size of files stands for a disk that is full.
 TEST(ScanPager, SaysWhenThereIsNoRoom) {
   rlimit before{};
