@@ -65,13 +65,6 @@ absl::Status NeighborGraph::Pack(const RunContext& context) {
   return absl::OkStatus();
 }
 
-int NeighborGraph::across(int point) const {
-  const auto pair = std::lower_bound(
-      facing.begin(), facing.end(), point,
-      [](const FacingPair& candidate, int wanted) { return candidate.point < wanted; });
-  return pair != facing.end() && pair->point == point ? pair->across : -1;
-}
-
 std::vector<float> NeighborDistances(const Eigen::Matrix3Xd& points, const NeighborGraph& graph,
                                      int point) {
   std::vector<float> distances;

@@ -15,11 +15,6 @@
 
 namespace rilievo {
 
-// A point and one of the sheet that faces its own across a wall or a gap.
-struct FacingPair {
-  int point, across;
-};
-
 inline constexpr int kMostNeighbors = 64;
 
 // The neighbours of a point, ascending by distance: those of a graph, or unpacked from it.
@@ -52,8 +47,6 @@ struct NeighborGraph {
   // the bytes of its number in `far_lists`, which holds k a list.
   std::vector<int16_t> differences;
   std::vector<int> far_lists;
-  // Ascending. None but from SeparateSheets: lists of these points hold the nearest of their sheet.
-  std::vector<FacingPair> facing;
 
   // The same lists, along a Morton curve in half the memory. Read them through neighbors() from
   // then on. CANCELLED when stopped, the lists then as they were.
@@ -71,8 +64,6 @@ struct NeighborGraph {
     std::memcpy(&list, packed + 1, sizeof(list));
     return NeighborList({far_lists.data() + size_t{list} * k, static_cast<size_t>(k)});
   }
-  // The point of the sheet that faces its own; -1 where none is known.
-  int across(int point) const;
 
   static constexpr int16_t kFar = std::numeric_limits<int16_t>::min();
 };

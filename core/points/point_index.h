@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -36,14 +37,10 @@ class PointIndex {
   int size() const;
 
   // The `k` (<= size()) nearest points of one position, ascending by distance; fills
-  // indices[0..k) and squared_distances[0..k). Returns how many were found.
-  int Nearest(const Eigen::Vector3d& position, int k, int* indices,
-              double* squared_distances) const;
-
-  // The same points unordered, which is faster for large k, and faster still if about k points lie
-  // within `likely_reach`.
-  int NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,
-                       double* squared_distances, double likely_reach) const;
+  // indices[0..k) and squared_distances[0..k). Returns how many were found. The same points are
+  // found faster where a `likely_reach` is given within which about k points lie.
+  int Nearest(const Eigen::Vector3d& position, int k, int* indices, double* squared_distances,
+              double likely_reach = std::numeric_limits<double>::infinity()) const;
 
   // All points nearer to a position than `radius`, in an order of their own. False when they are
   // more than `most`; `points` are some of them then.

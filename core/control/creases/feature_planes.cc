@@ -43,8 +43,8 @@ void ShiftToSide(const OrientedCloud& cloud, const PointIndex& index, int first,
   const double spacing = cloud.spacing[found[0]], noise = cloud.noise[found[0]];
   const int wanted = most(NeighborhoodSize(kFewestPoints, kMostPoints, noise, spacing));
   if (wanted > count) {
-    count = index.NearestUnordered(center, wanted, found.data(), squared.data(),
-                                   LikelyRadius(wanted, spacing));
+    count =
+        index.Nearest(center, wanted, found.data(), squared.data(), LikelyRadius(wanted, spacing));
   }
   // The nearest of the face's side.
   int seed = count;

@@ -20,11 +20,9 @@ namespace {
 
 // One of so many points is looked at first: a wall of any size holds more.
 constexpr int kStride = 16;
-// How clearly sheets must stand apart: the first is 0.36 of Gaussian heights, 0.25 of uniform ones,
-// 0.19 of those of a rod, 0.2 of sheets four deviations apart; the second 0.21, 0.17, 0.14 and
-// 0.09.
-constexpr SheetGap kClear = {0.2, 0.09};
-constexpr SheetGap kBesideClear = {0.25, 0.13};
+// Most that may be left of the squares of the heights within the sheets: 0.36 is left of Gaussian
+// heights, 0.25 of uniform ones, 0.19 of those of a rod, 0.2 of sheets four deviations apart.
+constexpr double kClear = 0.2, kBesideClear = 0.25;
 // Thickness of a list against its width below which nothing else lies in it.
 constexpr double kThin = 0.12;
 // Variance across a list of one sheet, against that of a list from both.
@@ -54,37 +52,31 @@ struct Suspect {
   double thickness;  // variance across its list
 };
 
-// The point across, where one stands in a sheet, else -1; `own` takes the nearest of its sheet, as
-// many as a list of the graph holds. `thickness`: the variance across its list.
-int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const SheetGap& gap,
-               int center, double thickness, SheetNeighborhood* around, int* own) {
+// Whether a point stands in a sheet; `own` takes the nearest of that then, as many as a list of the
+// graph holds. `thickness`: the variance across its list.
+bool FindOwnSheet(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double most_within,
+                  int center, double thickness, SheetNeighborhood* around, int* own) {
   SheetNeighborhood& neighborhood = *around;
-  const std::span<const uint8_t> sheets = neighborhood.FindSheets(gap);
+  const std::span<const uint8_t> sheets = neighborhood.FindSheets(most_within);
   int self = 0;
   while (self < static_cast<int>(sheets.size()) && neighborhood.point(self) != center) ++self;
-  if (self == static_cast<int>(sheets.size())) return -1;
+  if (self == static_cast<int>(sheets.size())) return false;
   int found = 0;
   for (int i = 0; i < neighborhood.count() && found < graph.k; ++i) {
     if (sheets[i] == sheets[self] && i != self) own[found++] = neighborhood.point(i);
   }
-  if (found < graph.k) return -1;
+  if (found < graph.k) return false;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
   const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
-  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
-  return neighborhood.Across(self);
+  return !changed || Variances(points, center, list)[0] <= kThinner * thickness;
 }
 
-// Points in sheets, with their new lists.
-struct Layered {
-  std::vector<FacingPair> pairs;
-  std::vector<int> lists;  // k entries a pair
-};
-
-// Looks at the points named, and appends those that stand in a sheet.
+// Looks at the points named, and appends those that stand in a sheet with their new lists.
 absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
-                    const NeighborGraph& graph, const SheetGap& gap, const std::vector<int>& named,
-                    const RunContext& context, Layered* layered) {
-  std::vector<int> across(named.size(), -1), lists(named.size() * static_cast<size_t>(graph.k));
+                    const NeighborGraph& graph, double most_within, const std::vector<int>& named,
+                    const RunContext& context, ReplacedLists* separated) {
+  std::vector<uint8_t> found_own(named.size(), 0);
+  std::vector<int> lists(named.size() * static_cast<size_t>(graph.k));
   const BatchedNearest prototype(index, points, kSheetPoints);
   ScratchPool<BatchedNearest> pool(prototype);
   const auto look = [&](int64_t begin, int64_t end) {
@@ -100,17 +92,18 @@ absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
       const auto [i, thickness] = suspects[suspect];
       SheetNeighborhood around(points, {nearest, kSheetPoints},
                                std::sqrt(squared[kSheetPoints - 1]));
-      across[i] = LookAcross(points, graph, gap, named[i], thickness, &around, &lists[i * graph.k]);
+      found_own[i] = FindOwnSheet(points, graph, most_within, named[i], thickness, &around,
+                                  &lists[i * graph.k]);
     };
     pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
   };
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(static_cast<int64_t>(named.size()), kHeavyBlock, context, look));
   for (size_t i = 0; i < named.size(); ++i) {
-    if (across[i] < 0) continue;
-    layered->pairs.push_back({named[i], across[i]});
+    if (found_own[i] == 0) continue;
+    separated->points.push_back(named[i]);
     const auto list = lists.begin() + static_cast<int64_t>(i) * graph.k;
-    layered->lists.insert(layered->lists.end(), list, list + graph.k);
+    separated->lists.insert(separated->lists.end(), list, list + graph.k);
   }
   return absl::OkStatus();
 }
@@ -126,31 +119,24 @@ absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
   std::vector<uint8_t> looked(static_cast<size_t>(count), 0);
   std::vector<int> next;
   for (int i = 0; i < count; i += kStride) next.push_back(i);
-  Layered layered;
-  for (SheetGap gap = kClear; !next.empty(); gap = kBesideClear) {
-    const size_t known = layered.pairs.size();
-    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, gap, next, context, &layered));
+  ReplacedLists replaced;
+  for (double most_within = kClear; !next.empty(); most_within = kBesideClear) {
+    const size_t known = replaced.points.size();
+    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, most_within, next, context, &replaced));
     next.clear();
-    for (size_t i = known; i < layered.pairs.size(); ++i) looked[layered.pairs[i].point] = 1;
-    for (size_t i = known; i < layered.pairs.size(); ++i) {
-      for (const int j : graph->neighbors(layered.pairs[i].point)) {
+    for (size_t i = known; i < replaced.points.size(); ++i) looked[replaced.points[i]] = 1;
+    for (size_t i = known; i < replaced.points.size(); ++i) {
+      for (const int j : graph->neighbors(replaced.points[i])) {
         if (looked[j] == 0) next.push_back(j);
         looked[j] = 1;
       }
     }
   }
-  ReplacedLists replaced;
-  replaced.points.reserve(layered.pairs.size());
-  for (const FacingPair& pair : layered.pairs) replaced.points.push_back(pair.point);
-  replaced.lists = std::move(layered.lists);
   for (size_t i = 0; i < replaced.points.size(); ++i) {
     const auto list = replaced.lists.begin() + static_cast<int64_t>(i) * graph->k;
     std::swap_ranges(list, list + graph->k,
                      graph->indices.begin() + static_cast<int64_t>(replaced.points[i]) * graph->k);
   }
-  graph->facing = std::move(layered.pairs);
-  std::sort(graph->facing.begin(), graph->facing.end(),
-            [](const FacingPair& a, const FacingPair& b) { return a.point < b.point; });
   return replaced;
 }
 
@@ -159,7 +145,6 @@ void JoinSheets(const ReplacedLists& replaced, NeighborGraph* graph) {
     std::copy_n(replaced.lists.begin() + static_cast<int64_t>(i) * graph->k, graph->k,
                 graph->indices.begin() + static_cast<int64_t>(replaced.points[i]) * graph->k);
   }
-  graph->facing.clear();
 }
 
 }  // namespace rilievo

@@ -24,11 +24,11 @@ struct ReplacedLists {
 };
 
 // Where the 64 points nearest to a point stand in two sheets with next to nothing between them, the
-// graph gets the nearest neighbours of its own sheet instead of the nearest of all, and a facing
-// pair. Heights over a quadric tell the sheets apart (Otsu 1979) from about four times the noise
-// on. One of each few points is looked at, and all around those that stand in a sheet; one in a
-// hundred does by chance under noise. Points whose sheet holds no graph.k others among the 64, and
-// scans of fewer than 64 points, stay as they are.
+// graph gets the nearest neighbours of its own sheet instead of the nearest of all. Heights over a
+// quadric tell the sheets apart (Otsu 1979) from about four times the noise on. One of each few
+// points is looked at, and all around those that stand in a sheet; one in a hundred does by chance
+// under noise. Points whose sheet holds no graph.k others among the 64, and scans of fewer than 64
+// points, stay as they are.
 absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
                                              const PointIndex& index, const RunContext& context,
                                              NeighborGraph* graph);

@@ -36,16 +36,17 @@ inline double SolidAngle(const Dipole& dipole, const Eigen::Vector3d& position) 
   return squared > 0 ? dipole.area.dot(offset) / (squared * std::sqrt(squared)) : 0;
 }
 
-// What it adds to minus the gradient of the winding number at `position`, without the jump across
-// the dipole itself: Plummer's, of a wider blur, for near points lie unevenly along the surface.
-inline Eigen::Vector3d WindingDescent(const Dipole& dipole, const Eigen::Vector3d& position) {
-  constexpr double kWider = 3;
-  const double blur = kWider * dipole.blur;
-  const Eigen::Vector3d offset = dipole.position - position;
+// By how much the winding number of one falls along the other, over area and length; symmetric.
+// More than 0 for two parts of a sheet that face one way and for the sides of a wall that face
+// apart: so do the normals of a surface that has no rims but its own.
+inline double Agreement(const Dipole& a, const Dipole& b) {
+  const double blur = (a.blur + b.blur) / 2;
+  const Eigen::Vector3d offset = b.position - a.position;
   const double distance = offset.squaredNorm(), squared = distance + blur;
-  if (!(squared > 0)) return Eigen::Vector3d::Zero();
-  return ((distance - 2 * blur) * dipole.area - 3 * dipole.area.dot(offset) * offset) *
-         (0.25 * std::numbers::inv_pi / (squared * squared * std::sqrt(squared)));
+  if (!(squared > 0)) return 0;
+  const double falls =
+      (distance - 2 * blur) * a.area.dot(b.area) - 3 * a.area.dot(offset) * b.area.dot(offset);
+  return 0.25 * std::numbers::inv_pi * falls / (squared * squared * std::sqrt(squared));
 }
 
 }  // namespace rilievo

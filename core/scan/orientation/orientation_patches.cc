@@ -4,126 +4,51 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/orientation/dipole.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
 namespace {
 
-// A patch as a disc; the normal is that of its first point's side.
-struct Disc {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  double radius = 0;     // RMS distance of its points from the centre
-  double thickness = 0;  // RMS distance of its points from its plane
-  double spacing = 0;    // mean of its points'
+// A patch as one dipole, of the side of its first point.
+struct PatchDipole {
+  Dipole dipole;
+  double size = 0;  // area, however it is turned
   int points = 0;
+  double Spacing() const { return std::sqrt(4 * std::numbers::inv_pi * size / points); }
 };
 
-std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud& cloud) {
-  std::vector<Disc> discs(static_cast<size_t>(patches.count));
-  std::vector<Eigen::Vector3d> first(discs.size());
+// A dipole spread over the radius of a flat disc has the disc's field along its axis; the squared
+// radius is twice the mean square of the points' distances.
+std::vector<PatchDipole> DipolesOf(const OrientationPatches& patches, const OrientedCloud& cloud) {
+  std::vector<PatchDipole> all(static_cast<size_t>(patches.count));
+  std::vector<Eigen::Vector3d> first(all.size());
   for (size_t i = 0; i < patches.patch.size(); ++i) {
     const auto point = static_cast<int64_t>(i);
-    Disc& disc = discs[patches.patch[i]];
-    if (disc.points++ == 0) first[patches.patch[i]] = cloud.points.col(point);
+    PatchDipole& patch = all[patches.patch[i]];
+    if (patch.points++ == 0) first[patches.patch[i]] = cloud.points.col(point);
     const Eigen::Vector3d offset = cloud.points.col(point) - first[patches.patch[i]];
-    disc.center += offset;
-    disc.radius += offset.squaredNorm();
-    disc.normal += (patches.parity[i] != 0 ? -1 : 1) * cloud.normals.col(point);
-    disc.spacing += cloud.spacing[i];
+    const Dipole own = DipoleOf(cloud, static_cast<int>(i));
+    const double share = ShareOfSurface(cloud.spacing[i]);
+    patch.size += share;
+    patch.dipole.position += share * offset;
+    patch.dipole.blur += share * 2 * (offset.squaredNorm() + own.blur);
+    patch.dipole.area += patches.parity[i] != 0 ? -own.area : own.area;
   }
-  for (size_t p = 0; p < discs.size(); ++p) {
-    Disc& disc = discs[p];
-    disc.center /= disc.points;
-    disc.radius = std::sqrt(std::max(0.0, disc.radius / disc.points - disc.center.squaredNorm()));
-    disc.center += first[p];
-    disc.spacing /= disc.points;
-    disc.normal.normalize();
+  for (size_t p = 0; p < all.size(); ++p) {
+    Dipole& dipole = all[p].dipole;
+    dipole.position /= all[p].size;
+    dipole.blur = dipole.blur / all[p].size - 2 * dipole.position.squaredNorm();
+    dipole.position += first[p];
   }
-  for (size_t i = 0; i < patches.patch.size(); ++i) {
-    Disc& disc = discs[patches.patch[i]];
-    const double height = disc.normal.dot(cloud.points.col(static_cast<int64_t>(i)) - disc.center);
-    disc.thickness += height * height / disc.points;
-  }
-  for (Disc& disc : discs) disc.thickness = std::sqrt(disc.thickness);
-  return discs;
-}
-
-// Whether one disc lies over the other: their planes are parallel, apart by more than noise and
-// spacing explain, and their centres closer along the planes than their radii together.
-bool FaceEachOther(const Disc& a, const Disc& b) {
-  constexpr int kFewestPoints = 6;
-  constexpr double kParallelCosine = 0.9;
-  constexpr double kThicknesses = 1.5;
-  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
-  constexpr double kOverlap = 0.6;       // of the radii together
-  if (std::min(a.points, b.points) < kFewestPoints) return false;
-  const double cosine = a.normal.dot(b.normal);
-  if (std::abs(cosine) < kParallelCosine) return false;
-  const Eigen::Vector3d chord = b.center - a.center;
-  const double height_a = chord.dot(a.normal);
-  const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
-  // Zero on an arc, and between planes their distance.
-  const double step = std::abs(height_a + height_b) / 2;
-  const double spacing = std::min(a.spacing, b.spacing);
-  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSpacingShare * spacing)) {
-    return false;
-  }
-  const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));
-  return along < kOverlap * (a.radius + b.radius);
-}
-
-// Calls join(a, b, opposite) for the edges below level `end`, by level and each level in their
-// order. They are listed by some levels at a time, so that lists hold two edges a point at most; a
-// level with more needs none.
-template <typename Join>
-absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float>& relations,
-                             const std::vector<uint16_t>& levels, int end,
-                             const RunContext& context, const Join& join) {
-  struct Edge {
-    int a, b;  // ~b: opposite
-  };
-  const int64_t most = 2 * int64_t{graph.size()};
-  std::vector<int64_t> count(static_cast<size_t>(end) + 1, 0);
-  for (const uint16_t level : levels) ++count[level];
-  std::vector<Edge> list;
-  std::vector<int64_t> next;
-  for (int first = 0, last = 0; first < end; first = last) {
-    int64_t total = count[last++];
-    while (last < end && total + count[last] <= most) total += count[last++];
-    if (total > most) {
-      RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
-        for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
-          if (levels[edge] != first) continue;
-          join(static_cast<int>(a), graph.indices[edge], relations[edge] < 0 ? 1 : 0);
-        }
-      }));
-      continue;
-    }
-    next.assign(1, 0);
-    for (int level = first; level < last; ++level) next.push_back(next.back() + count[level]);
-    if (list.capacity() < static_cast<size_t>(total)) list = std::vector<Edge>();
-    list.resize(static_cast<size_t>(total));
-    const auto width = static_cast<unsigned>(last - first);
-    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
-      for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
-        if (static_cast<unsigned>(levels[edge] - first) >= width) continue;
-        const int b = graph.indices[edge];
-        list[next[levels[edge] - first]++] = {static_cast<int>(a), relations[edge] < 0 ? ~b : b};
-      }
-    }));
-    RILIEVO_RETURN_IF_ERROR(SerialFor(total, context, [&](int64_t i) {
-      const auto [a, b] = list[i];
-      join(a, b < 0 ? ~b : b, b < 0 ? 1 : 0);
-    }));
-  }
-  return absl::OkStatus();
+  return all;
 }
 
 }  // namespace
@@ -133,39 +58,29 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const RunContext& context) {
   constexpr int kLargestPatch = 48;
   constexpr double kSure = 0.7;
-  constexpr int kLevels = 1024;
-  const int k = graph.k;
-  // How sure each edge is, in levels, or kLevels: not sure, or said from its other end already.
-  std::vector<uint16_t> levels(relations.size());
-  const auto level_of = [&](int a, size_t edge) {
-    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-    if (doubt >= 1) return kLevels;
-    const int b = graph.indices[edge];
-    if (b < a) {
-      const auto others = graph.neighbors(b);
-      const auto place = std::find(others.begin(), others.end(), a) - others.begin();
-      if (place < k && relations[static_cast<size_t>(b) * k + place] == relations[edge]) {
-        return kLevels;
-      }
-    }
-    return static_cast<int>(std::max(doubt, 0.0) * kLevels);
-  };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t a = begin; a < end; ++a) {
-          for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
-            levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
-          }
+  constexpr int kBands = 32;
+  // How unsure each edge is, in bands; kBands: not sure.
+  std::vector<uint8_t> bands(relations.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(bands.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t edge = begin; edge < end; ++edge) {
+          const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
+          bands[edge] = static_cast<uint8_t>(std::clamp(doubt, 0.0, 1.0) * kBands);
         }
       }));
   SignedUnionFind sets(graph.size());
-  RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
-      graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
-        const int root_a = sets.Find(a), root_b = sets.Find(b);
-        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
-        sets.Join(a, b, opposite);
-      }));
-  levels = std::vector<uint16_t>();
+  for (int band = 0; band < kBands; ++band) {
+    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
+      for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
+        if (bands[edge] != band) continue;
+        const int b = graph.indices[edge];
+        const int root_a = sets.Find(static_cast<int>(a)), root_b = sets.Find(b);
+        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) continue;
+        sets.Join(static_cast<int>(a), b, relations[edge] < 0 ? 1 : 0);
+      }
+    }));
+  }
+  bands = std::vector<uint8_t>();
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
   result.parity.resize(result.patch.size());
@@ -184,11 +99,9 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
                                                      const std::vector<float>& relations,
                                                      const OrientedCloud& cloud,
                                                      const RunContext& context) {
-  constexpr double kFacingWorth = 0.8;
-  constexpr double kFacingVotes = 2;  // what a point across a wall counts against neighbours
-  const std::vector<Disc> discs = DiscsOf(patches, cloud);
+  const std::vector<PatchDipole> dipoles = DipolesOf(patches, cloud);
   // Points by patch.
-  std::vector<int> begin_of(discs.size() + 1, 0), members(patches.patch.size());
+  std::vector<int> begin_of(dipoles.size() + 1, 0), members(patches.patch.size());
   for (const int patch : patches.patch) ++begin_of[patch + 1];
   std::partial_sum(begin_of.begin(), begin_of.end(), begin_of.begin());
   for (int i = 0; i < graph.size(); ++i) members[begin_of[patches.patch[i]]++] = i;
@@ -196,18 +109,17 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
     double sum = 0;
     int count = 0;
   };
-  const std::vector<Votes> no_votes(discs.size());
+  const std::vector<Votes> no_votes(dipoles.size());
   ScratchPool<std::vector<Votes>> pool(no_votes);
   const auto link = [&](int64_t begin, int64_t end) {
     std::vector<SignedLink> links;
     const auto loan = pool.Take();
     std::vector<Votes>& votes = *loan;  // of the neighbours of one patch
     std::vector<int> neighbors;
-    const auto vote = [&](int i, int other, double relation) {
-      const int to = patches.patch[other];
-      if (to == patches.patch[i]) return;
+    const auto vote = [&](int patch, int to, double weight) {
+      if (to == patch) return;
       if (votes[to].count++ == 0) neighbors.push_back(to);
-      votes[to].sum += patches.parity[i] == patches.parity[other] ? relation : -relation;
+      votes[to].sum += weight;
     };
     for (int patch = static_cast<int>(begin); patch < end; ++patch) {
       // Filling the list has moved each begin to the next patch's.
@@ -215,18 +127,17 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
         const int i = members[m];
         for (int k = 0; k < graph.k; ++k) {
           const size_t edge = static_cast<size_t>(i) * graph.k + k;
-          vote(i, graph.indices[edge], relations[edge]);
+          const int j = graph.indices[edge];
+          const double relation = relations[edge];
+          vote(patch, patches.patch[j],
+               patches.parity[i] == patches.parity[j] ? relation : -relation);
         }
-        const int across = graph.across(i);
-        if (across < 0) continue;
-        vote(i, across, -kFacingVotes * cloud.normals.col(i).dot(cloud.normals.col(across)));
       }
+      const PatchDipole& own = dipoles[patch];
       for (const int to : neighbors) {
-        if (FaceEachOther(discs[patch], discs[to])) {
-          votes[to].sum =
-              -kFacingWorth * votes[to].count * discs[patch].normal.dot(discs[to].normal);
-        }
-        links.push_back({patch, to, votes[to].sum});
+        const double spacing = (own.Spacing() + dipoles[to].Spacing()) / 2;
+        const double agreement = Agreement(own.dipole, dipoles[to].dipole) / spacing;
+        links.push_back({patch, to, votes[to].sum + graph.k / 2.0 * agreement});
         votes[to] = {};
       }
       neighbors.clear();

@@ -26,10 +26,10 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const RunContext& context);
 
 // Links between patches whose points are neighbours, with the sum of the votes of the edges from
-// the one to the other and of the points that face each other across a wall. Where two patches lie
-// on top of each other, farther apart than the noise of their means explains, they are the two
-// sides of a wall or of a gap and take opposite signs, whatever their edges say: means of many
-// points tell sheets apart that single points do not.
+// the one to the other, and of the patches as dipoles (see Agreement): where they lie side by side
+// the edges decide, where one lies over the other, as the sides of a wall or of a gap do, the
+// dipoles. What these say, in spacings, counts as much as all neighbours of a point (dipoles of
+// patches: Metzer et al. 2021).
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
                                                      const NeighborGraph& graph,
                                                      const std::vector<float>& relations,

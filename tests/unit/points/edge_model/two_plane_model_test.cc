@@ -163,19 +163,6 @@ TEST(TwoPlaneModelTest, TheRimOfAHoleIsACrease) {
   EXPECT_GT(level.normal.z(), 0.99);
 }
 
-TEST(TwoPlaneModelTest, ThinWallsAreLeftAlone) {
-  // A wall of one and a half spacings: across from the edge's points lie those of its other side.
-  const Vector3d half(0.3, 0.3, 0.005);
-  const OrientedCloud cloud = BoxCloud(half, 20'000);
-  const PointIndex index(cloud.points);
-  EdgePlace place;
-  place.middle = {half.x(), 0, half.z()};
-  place.along = Vector3d::UnitY();
-  place.normal = {Vector3d::UnitX(), Vector3d::UnitZ()};
-  place.inward = {-Vector3d::UnitZ(), -Vector3d::UnitX()};
-  EXPECT_FALSE(FitTwoPlaneModel(cloud, index, place).has_value());
-}
-
 TEST(TwoPlaneModelTest, OneSideAloneIsNothing) {
   const OrientedCloud cloud = Roof(1.0, 0);
   const PointIndex index(cloud.points);

@@ -11,16 +11,16 @@
 namespace rilievo {
 namespace {
 
-struct Scene {
+struct Examined {
   OrientedCloud cloud;
   NeighborGraph graph;
   OrientationPatches patches;
   std::vector<SignedLink> links;
 };
 
-Scene Examine(const Eigen::Matrix3Xd& points) {
+Examined Examine(const Eigen::Matrix3Xd& points) {
   const RunContext context;
-  Scene scene;
+  Examined scene;
   const PointIndex index(points);
   scene.graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
   scene.cloud = EstimateNormals(points, scene.graph, {}, context).value().cloud;
@@ -47,7 +47,7 @@ void AddSheet(int count, double z, double noise, std::mt19937* random, Eigen::Ma
 struct Votes {
   double same = 0, opposite = 0;  // of the true sides
 };
-Votes VotesAcross(const Scene& scene, double middle) {
+Votes VotesAcross(const Examined& scene, double middle) {
   std::vector<double> height(static_cast<size_t>(scene.patches.count), 0.0);
   std::vector<double> up(height.size(), 0.0), size(height.size(), 0.0);
   for (size_t i = 0; i < scene.patches.patch.size(); ++i) {
@@ -71,7 +71,7 @@ TEST(OrientationPatchesTest, APatchOfASmoothSheetHasOneSide) {
   std::mt19937 random(1);
   Eigen::Matrix3Xd points(3, 0);
   AddSheet(4000, 0, 0.001, &random, &points);
-  const Scene scene = Examine(points);
+  const Examined scene = Examine(points);
   EXPECT_LE(scene.patches.count, 4000 / 12);
   std::vector<int> up(static_cast<size_t>(scene.patches.count), 0);
   for (size_t i = 0; i < scene.patches.patch.size(); ++i) {
@@ -83,8 +83,8 @@ TEST(OrientationPatchesTest, APatchOfASmoothSheetHasOneSide) {
   }
 }
 
-// Two flat patches over each other or side by side at different heights, with edges between them
-// that all say 'same side'.
+// Two flat patches over each other or side by side, with edges between them that all say 'same
+// side', as weakly as between the sheets of a wall.
 double VoteBetween(double height, double aside) {
   constexpr int kSide = 6;
   constexpr int kPoints = kSide * kSide;
@@ -107,7 +107,7 @@ double VoteBetween(double height, double aside) {
     graph.indices.push_back((i + kPoints) % (2 * kPoints));
   }
   double sum = 0;
-  const std::vector<float> relations(2 * kPoints, 1.0f);
+  const std::vector<float> relations(2 * kPoints, 0.02f);
   const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
   for (const SignedLink& link : *links) {
     sum += link.weight;
@@ -116,44 +116,13 @@ double VoteBetween(double height, double aside) {
 }
 
 TEST(OrientationPatchesTest, PatchesOverEachOtherAreOpposite) {
-  EXPECT_NEAR(VoteBetween(1.2, 0), -0.8, 0.01);
-  EXPECT_NEAR(VoteBetween(0.6, 1), -0.8, 0.01);
+  EXPECT_LT(VoteBetween(1.2, 0), -0.01);
+  EXPECT_LT(VoteBetween(0.6, 1), -0.01);
 }
 
-TEST(OrientationPatchesTest, PatchesSideBySideAndScansThatDoNotQuiteMeetAreAsTheirEdgesSay) {
-  EXPECT_NEAR(VoteBetween(1.2, 6), 1, 1e-6);
-  EXPECT_NEAR(VoteBetween(0.3, 0), 1, 1e-6);
-}
-
-// Two patches of points that are not neighbours, with one pair that faces each other.
-double FacingVote(uint8_t parity_of_second) {
-  constexpr int kPoints = 4;
-  OrientedCloud cloud;
-  cloud.points = Eigen::Matrix3Xd::Zero(3, 2 * kPoints);
-  cloud.normals = Eigen::Vector3d::UnitZ().replicate(1, 2 * kPoints);
-  cloud.spacing.assign(2 * kPoints, 1.0f);
-  cloud.noise.assign(2 * kPoints, 0.0f);
-  OrientationPatches patches;
-  patches.count = 2;
-  NeighborGraph graph;
-  graph.k = 1;
-  for (int i = 0; i < 2 * kPoints; ++i) {
-    const bool second = i >= kPoints;
-    cloud.points.col(i) << i % kPoints, 0, second ? 1.5 : 0;
-    patches.patch.push_back(second ? 1 : 0);
-    patches.parity.push_back(second ? parity_of_second : 0);
-    graph.indices.push_back((second ? kPoints : 0) + (i + 1) % kPoints);
-  }
-  graph.facing = {{1, kPoints + 1}};
-  const std::vector<float> relations(2 * kPoints, 1.0f);
-  const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
-  EXPECT_EQ(links->size(), 1u);
-  return links->empty() ? 0 : links->front().weight;
-}
-
-TEST(OrientationPatchesTest, PointsThatFaceEachOtherVoteOpposite) {
-  EXPECT_LT(FacingVote(0), -1);
-  EXPECT_GT(FacingVote(1), 1);
+TEST(OrientationPatchesTest, PatchesSideBySideAreAsTheirEdgesSay) {
+  EXPECT_GT(VoteBetween(0, 6), 0.02);
+  EXPECT_GT(VoteBetween(1.2, 7), 0.01);
 }
 
 // Two floors that meet at a step are seen from the same side.
@@ -172,7 +141,7 @@ TEST(OrientationPatchesTest, PatchesHaveABoundedSize) {
   std::mt19937 random(4);
   Eigen::Matrix3Xd points(3, 0);
   AddSheet(3000, 0, 0, &random, &points);
-  const Scene scene = Examine(points);
+  const Examined scene = Examine(points);
   std::vector<int> size(static_cast<size_t>(scene.patches.count), 0);
   for (const int patch : scene.patches.patch) ++size[patch];
   for (const int points_of_patch : size) EXPECT_LE(points_of_patch, 48);

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <vector>
 
 namespace rilievo {
@@ -30,9 +31,18 @@ OrientedCloud HeightField(const std::function<double(double, double)>& height) {
 }
 
 int SignOf(const OrientedCloud& cloud) {
-  std::vector<int> members(static_cast<size_t>(cloud.points.cols()));
-  std::iota(members.begin(), members.end(), 0);
-  return OutwardSign(cloud, members, RunContext());
+  const std::vector<int> one(static_cast<size_t>(cloud.points.cols()), 0);
+  return OutwardSigns(cloud, one, 1).front();
+}
+
+// The same seen from the side: z becomes x.
+int SignOfUpright(OrientedCloud cloud) {
+  const Eigen::Matrix3d turn =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX())
+          .matrix();
+  cloud.points = turn * cloud.points;
+  cloud.normals = turn * cloud.normals;
+  return SignOf(cloud);
 }
 
 TEST(OutwardSignTest, ACapFacesAwayFromItsCentre) {
@@ -57,20 +67,27 @@ TEST(OutwardSignTest, AValleyFacesUp) {
   EXPECT_EQ(SignOf(valley), -1);
 }
 
-TEST(OutwardSignTest, ABowlFacesAwayFromItsCentre) {
-  OrientedCloud bowl = HeightField([](double x, double y) { return 0.4 * (x * x + y * y); });
-  EXPECT_EQ(SignOf(bowl), -1);
+// So does a bowl, which nobody scans from below; one that lies on its side faces away from its
+// centre.
+TEST(OutwardSignTest, ABowlFacesUpOrAwayFromItsCentre) {
+  const OrientedCloud bowl = HeightField([](double x, double y) { return 0.4 * (x * x + y * y); });
+  EXPECT_EQ(SignOf(bowl), 1);
+  EXPECT_EQ(SignOfUpright(bowl), -1);
 }
 
-// Only the members count.
-TEST(OutwardSignTest, OthersHaveNoSay) {
+TEST(OutwardSignTest, AnUprightFlatPatchFacesAlongAnAxis) {
+  OrientedCloud patch = HeightField([](double, double) { return 0.0; });
+  EXPECT_EQ(SignOfUpright(patch), 1);
+  patch.normals *= -1;
+  EXPECT_EQ(SignOfUpright(patch), -1);
+}
+
+TEST(OutwardSignTest, EachPartHasItsOwnSign) {
   OrientedCloud cloud = HeightField([](double, double) { return 0.0; });
   cloud.normals.rightCols(cloud.normals.cols() / 2) *= -1;
-  std::vector<int> first(static_cast<size_t>(cloud.points.cols() / 2));
-  std::iota(first.begin(), first.end(), 0);
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), 1);
-  for (int& i : first) i += static_cast<int>(first.size());
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), -1);
+  std::vector<int> component(static_cast<size_t>(cloud.points.cols()), 0);
+  std::fill(component.begin() + cloud.points.cols() / 2, component.end(), 1);
+  EXPECT_EQ(OutwardSigns(cloud, component, 2), (std::vector<int>{1, -1}));
 }
 
 }  // namespace
