@@ -164,7 +164,7 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
   std::vector<Rgb> colors = std::move(scan.sights.colors);
   RILIEVO_ASSIGN_OR_RETURN(
       scan.figures.orientation,
-      OrientNormals(graph, std::move(scan.sights), options.sights, &cloud, context));
+      OrientNormals(graph, replaced, std::move(scan.sights), options.sights, &cloud, context));
   RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.near_edge, context, &cloud));
   JoinSheets(replaced, &graph);
   if (is_large) {

@@ -72,7 +72,7 @@ void BM_OrientNormals(benchmark::State& state) {
       EstimateNormals(Checked().points, Graph(), {}, RunContext{}).value().cloud;
   for (auto _ : state) {
     OrientedCloud oriented = cloud;
-    benchmark::DoNotOptimize(OrientNormals(Graph(), {}, {}, &oriented, RunContext{}));
+    benchmark::DoNotOptimize(OrientNormals(Graph(), {}, {}, {}, &oriented, RunContext{}));
   }
 }
 BENCHMARK(BM_OrientNormals)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -134,13 +134,15 @@ std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled) {
 }
 
 // `votes`: see SideVotes; or empty.
-absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph, const OrientedCloud& cloud,
+absl::StatusOr<LabelledPatches> LabelPatches(const NeighborGraph& graph,
+                                             const ReplacedLists& replaced,
+                                             const OrientedCloud& cloud,
                                              const std::vector<float>& relations,
                                              const SideVotes& votes, const RunContext& context) {
   LabelledPatches result;
   RILIEVO_ASSIGN_OR_RETURN(result.patches, SurePatches(graph, relations, context));
-  RILIEVO_ASSIGN_OR_RETURN(result.links,
-                           LinksBetween(result.patches, graph, relations, cloud, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      result.links, LinksBetween(result.patches, graph, replaced, relations, cloud, context));
   result.sides = SidesOf(result.patches, votes, graph.k);
   RILIEVO_ASSIGN_OR_RETURN(
       result.labels, LabelSignedGraph(result.patches.count, result.links, result.sides, context));
@@ -168,7 +170,9 @@ struct BelievedSides {
   std::optional<LabelledPatches> alone;
 };
 
-absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph, const OrientedCloud& cloud,
+absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph,
+                                           const ReplacedLists& replaced,
+                                           const OrientedCloud& cloud,
                                            const std::vector<float>& relations, PointSights sights,
                                            const SightOptions& options, const RunContext& context,
                                            OrientationResult* result) {
@@ -187,7 +191,8 @@ absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph, const Ori
   if (is_doubted(options.stations, stations)) weights = StationWeights(sights, cloud);
   sights = PointSights();
   if (is_doubted(options.stations, stations) || is_doubted(options.normals, normals)) {
-    RILIEVO_ASSIGN_OR_RETURN(sides.alone, LabelPatches(graph, cloud, relations, {}, context));
+    RILIEVO_ASSIGN_OR_RETURN(sides.alone,
+                             LabelPatches(graph, replaced, cloud, relations, {}, context));
     result->stations.consistency = ConsistencyWith(*sides.alone, stations, weights);
     result->normals.consistency = ConsistencyWith(*sides.alone, normals, {});
   }
@@ -203,16 +208,15 @@ absl::StatusOr<BelievedSides> BelieveSides(const NeighborGraph& graph, const Ori
 }
 
 // Labels the patches by the neighbours, and by the sights where these are believed.
-absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
-                                              const OrientedCloud& cloud,
-                                              const std::vector<float>& relations,
-                                              PointSights sights, const SightOptions& options,
-                                              const RunContext& context,
-                                              OrientationResult* result) {
+absl::StatusOr<LabelledPatches> LabelBySights(
+    const NeighborGraph& graph, const ReplacedLists& replaced, const OrientedCloud& cloud,
+    const std::vector<float>& relations, PointSights sights, const SightOptions& options,
+    const RunContext& context, OrientationResult* result) {
   RILIEVO_ASSIGN_OR_RETURN(
       BelievedSides believed,
-      BelieveSides(graph, cloud, relations, std::move(sights), options, context, result));
-  if (!believed.alone) return LabelPatches(graph, cloud, relations, believed.votes, context);
+      BelieveSides(graph, replaced, cloud, relations, std::move(sights), options, context, result));
+  if (!believed.alone)
+    return LabelPatches(graph, replaced, cloud, relations, believed.votes, context);
   LabelledPatches labelled = *std::move(believed.alone);
   if (believed.votes.empty()) return labelled;
   labelled.sides = SidesOf(labelled.patches, believed.votes, graph.k);
@@ -234,14 +238,15 @@ void TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud) {
 
 }  // namespace
 
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, PointSights sights,
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
+                                                const ReplacedLists& replaced, PointSights sights,
                                                 const SightOptions& options, OrientedCloud* cloud,
                                                 const RunContext& context) {
   OrientationResult result;
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, EdgeSignVotes(graph, *cloud, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const LabelledPatches labelled,
-      LabelBySights(graph, *cloud, relations, std::move(sights), options, context, &result));
+  RILIEVO_ASSIGN_OR_RETURN(const LabelledPatches labelled,
+                           LabelBySights(graph, replaced, *cloud, relations, std::move(sights),
+                                         options, context, &result));
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement, Disagreement(graph, relations, labelled, context));
   relations = std::vector<float>();
   TurnByLabels(labelled, cloud);

@@ -7,6 +7,7 @@
 #include "core/geometry/point_sights.h"
 #include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
+#include "core/scan/local_shape/separate_sheets.h"
 #include "core/scan/orientation/sight_votes.h"
 
 namespace rilievo {
@@ -21,9 +22,11 @@ struct OrientationResult {
 
 // Flips cloud->normals in place and marks the points whose orientation is ambiguous. Where sights
 // are used (see SightOptions), normals face the stations, or the side of the given ones, as far as
-// the neighbours do not outvote a single point; elsewhere closed parts face outward. `sights`: of
-// the cloud's points, in their frame; they go once they have been asked.
-absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, PointSights sights,
+// the neighbours do not outvote a single point; elsewhere closed parts face outward. `replaced`:
+// the lists of the graph before its sheets were separated. `sights`: of the cloud's points, in
+// their frame; they go once they have been asked.
+absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph,
+                                                const ReplacedLists& replaced, PointSights sights,
                                                 const SightOptions& options, OrientedCloud* cloud,
                                                 const RunContext& context);
 

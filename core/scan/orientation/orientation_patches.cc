@@ -94,17 +94,19 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
   return result;
 }
 
-absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
-                                                     const NeighborGraph& graph,
-                                                     const std::vector<float>& relations,
-                                                     const OrientedCloud& cloud,
-                                                     const RunContext& context) {
+absl::StatusOr<std::vector<SignedLink>> LinksBetween(
+    const OrientationPatches& patches, const NeighborGraph& graph, const ReplacedLists& replaced,
+    const std::vector<float>& relations, const OrientedCloud& cloud, const RunContext& context) {
   const std::vector<PatchDipole> dipoles = DipolesOf(patches, cloud);
   // Points by patch.
   std::vector<int> begin_of(dipoles.size() + 1, 0), members(patches.patch.size());
   for (const int patch : patches.patch) ++begin_of[patch + 1];
   std::partial_sum(begin_of.begin(), begin_of.end(), begin_of.begin());
   for (int i = 0; i < graph.size(); ++i) members[begin_of[patches.patch[i]]++] = i;
+  // By point, its place among the replaced lists plus 1.
+  std::vector<int> place(replaced.points.empty() ? 0 : members.size(), 0);
+  for (size_t i = 0; i < replaced.points.size(); ++i)
+    place[replaced.points[i]] = static_cast<int>(i) + 1;
   struct Votes {
     double sum = 0;
     int count = 0;
@@ -132,12 +134,14 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& p
           vote(patch, patches.patch[j],
                patches.parity[i] == patches.parity[j] ? relation : -relation);
         }
+        if (place.empty() || place[i] == 0) continue;
+        for (const int j : replaced.list(place[i] - 1, graph.k)) vote(patch, patches.patch[j], 0);
       }
       const PatchDipole& own = dipoles[patch];
       for (const int to : neighbors) {
         const double spacing = (own.Spacing() + dipoles[to].Spacing()) / 2;
         const double agreement = Agreement(own.dipole, dipoles[to].dipole) / spacing;
-        links.push_back({patch, to, votes[to].sum + graph.k / 2.0 * agreement});
+        links.push_back({patch, to, votes[to].sum + 1.0 * graph.k * agreement});
         votes[to] = {};
       }
       neighbors.clear();

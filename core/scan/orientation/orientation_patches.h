@@ -8,6 +8,7 @@
 #include "core/base/run_context.h"
 #include "core/points/neighbor_graph.h"
 #include "core/points/oriented_cloud.h"
+#include "core/scan/local_shape/separate_sheets.h"
 #include "core/scan/orientation/signed_graph.h"
 
 namespace rilievo {
@@ -25,15 +26,13 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const std::vector<float>& relations,
                                                const RunContext& context);
 
-// Links between patches whose points are neighbours, with the sum of the votes of the edges from
-// the one to the other, and of the patches as dipoles (see Agreement): where they lie side by side
-// the edges decide, where one lies over the other, as the sides of a wall or of a gap do, the
-// dipoles. What these say, in spacings, counts as much as all neighbours of a point (dipoles of
-// patches: Metzer et al. 2021).
-absl::StatusOr<std::vector<SignedLink>> LinksBetween(const OrientationPatches& patches,
-                                                     const NeighborGraph& graph,
-                                                     const std::vector<float>& relations,
-                                                     const OrientedCloud& cloud,
-                                                     const RunContext& context);
+// Links between patches whose points are neighbours, of one sheet or as they were before the sheets
+// were separated, with the sum of the votes of the edges from the one to the other, and of the
+// patches as dipoles (see Agreement): where they lie side by side the edges decide, where one lies
+// over the other, as the sides of a wall or of a gap do, the dipoles. What these say, in spacings,
+// counts as much as all neighbours of a point (dipoles of patches: Metzer et al. 2021).
+absl::StatusOr<std::vector<SignedLink>> LinksBetween(
+    const OrientationPatches& patches, const NeighborGraph& graph, const ReplacedLists& replaced,
+    const std::vector<float>& relations, const OrientedCloud& cloud, const RunContext& context);
 
 }  // namespace rilievo

@@ -27,7 +27,7 @@ Examined Examine(const Eigen::Matrix3Xd& points) {
   const std::vector<float> relations = EdgeSignVotes(scene.graph, scene.cloud, context).value();
   scene.patches = SurePatches(scene.graph, relations, RunContext{}).value();
   scene.links =
-      LinksBetween(scene.patches, scene.graph, relations, scene.cloud, RunContext{}).value();
+      LinksBetween(scene.patches, scene.graph, {}, relations, scene.cloud, RunContext{}).value();
   return scene;
 }
 
@@ -108,7 +108,7 @@ double VoteBetween(double height, double aside) {
   }
   double sum = 0;
   const std::vector<float> relations(2 * kPoints, 0.02f);
-  const auto links = LinksBetween(patches, graph, relations, cloud, RunContext{});
+  const auto links = LinksBetween(patches, graph, {}, relations, cloud, RunContext{});
   for (const SignedLink& link : *links) {
     sum += link.weight;
   }
