@@ -18,7 +18,7 @@ namespace rilievo {
 namespace {
 
 // What wrong normals leave between two sheets is a bubble a few spacings wide.
-constexpr double kFewestOfPiece = 25;
+constexpr double kFewestOfPiece = 15;
 constexpr int kBoundaryRounds = 4;  // of smoothing, where the surface was cut
 
 // How the vertices of a manifold hang together.

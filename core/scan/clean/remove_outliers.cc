@@ -161,17 +161,22 @@ double ScanThickness(const std::vector<PlaneResidual>& residuals) {
 }
 
 // Drops the points of a cloud of outliers, which support each other beside a scan that is
-// hardly denser: each lies sparsely in a volume, and so do half of its neighbours at least, unless
-// they are dropped already.
+// hardly denser: each lies in a volume that noise, as thick in all of the scan, does not explain,
+// and so do half of its neighbours at least, unless they are dropped already.
 absl::Status DropOutlierClouds(const NeighborGraph& graph, const Reaches& reaches,
                                const std::vector<float>& usual,
                                const std::vector<PlaneResidual>& residuals,
                                const RunContext& context, std::vector<uint8_t>* keep) {
   constexpr double kVolumeRatio = 0.33;  // thickness against spread; a sharp edge has more
+  constexpr double kThick = 4;           // of the scan's median thickness
   constexpr double kSparse = 2.0;        // mean distance against the usual one
+  std::vector<double> thicknesses(residuals.size());
+  std::transform(residuals.begin(), residuals.end(), thicknesses.begin(),
+                 [](const PlaneResidual& residual) { return residual.thickness; });
+  const double thick = kThick * Median(std::move(thicknesses));
   std::vector<uint8_t> in_volume(residuals.size());
   for (size_t i = 0; i < residuals.size(); ++i) {
-    in_volume[i] = residuals[i].thickness > kVolumeRatio * residuals[i].spread &&
+    in_volume[i] = residuals[i].thickness > std::max(thick, kVolumeRatio * residuals[i].spread) &&
                    reaches.mean[i] > kSparse * usual[i];
   }
   const std::vector<uint8_t> kept = *keep;

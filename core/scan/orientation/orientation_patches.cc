@@ -51,6 +51,15 @@ std::vector<PatchDipole> DipolesOf(const OrientationPatches& patches, const Orie
   return all;
 }
 
+// What two patches say of each other as dipoles, in spacings. Only where one lies over the other:
+// at any distance, as of a roof from the ground, what is around them counts as much.
+double DipoleVote(const PatchDipole& a, const PatchDipole& b) {
+  constexpr double kOver = 0.25;  // of their squared radii together
+  const double distance = (b.dipole.position - a.dipole.position).squaredNorm();
+  if (distance > kOver * (a.dipole.blur + b.dipole.blur)) return 0;
+  return 2 * Agreement(a.dipole, b.dipole) / (a.Spacing() + b.Spacing());
+}
+
 }  // namespace
 
 absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
@@ -105,8 +114,9 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(
   for (int i = 0; i < graph.size(); ++i) members[begin_of[patches.patch[i]]++] = i;
   // By point, its place among the replaced lists plus 1.
   std::vector<int> place(replaced.points.empty() ? 0 : members.size(), 0);
-  for (size_t i = 0; i < replaced.points.size(); ++i)
+  for (size_t i = 0; i < replaced.points.size(); ++i) {
     place[replaced.points[i]] = static_cast<int>(i) + 1;
+  }
   struct Votes {
     double sum = 0;
     int count = 0;
@@ -137,11 +147,9 @@ absl::StatusOr<std::vector<SignedLink>> LinksBetween(
         if (place.empty() || place[i] == 0) continue;
         for (const int j : replaced.list(place[i] - 1, graph.k)) vote(patch, patches.patch[j], 0);
       }
-      const PatchDipole& own = dipoles[patch];
       for (const int to : neighbors) {
-        const double spacing = (own.Spacing() + dipoles[to].Spacing()) / 2;
-        const double agreement = Agreement(own.dipole, dipoles[to].dipole) / spacing;
-        links.push_back({patch, to, votes[to].sum + 1.0 * graph.k * agreement});
+        const double facing = graph.k * DipoleVote(dipoles[patch], dipoles[to]);
+        links.push_back({patch, to, votes[to].sum + facing});
         votes[to] = {};
       }
       neighbors.clear();
