@@ -44,8 +44,9 @@ struct Widener {
   // The patches of the point and of those neighbours whose planes agree within what their errors
   // explain: two sides of an edge stay apart.
   PatchMoments Widened(int i, const std::vector<PatchMoments>& patches, double error) const {
+    constexpr double kTrustedError = 0.25;
     constexpr double kSharpestBend = 0.45;
-    const bool trusted = planes[i].thickness < kThick * planes[i].spread;
+    const bool trusted = error < kTrustedError && planes[i].thickness < kThick * planes[i].spread;
     const double agreement = trusted ? std::cos(std::max(kSharpestBend, 4 * error)) : 0.0;
     PatchSum sum;
     sum.Add(patches[i], Eigen::Vector3d::Zero());

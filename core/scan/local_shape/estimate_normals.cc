@@ -23,6 +23,8 @@ namespace {
 constexpr double kWidened = 1.3;
 // Noise in spacings up to which each point is taken for a point of the surface.
 constexpr double kClean = 0.05;
+// Variance across a plane, in that of the noise, below which a clean patch is taken for flat.
+constexpr double kFlat = 2;
 
 // The mean over the outer half of the list: the share of the j-th neighbour's disc is
 // pi d_j^2 / j = pi/4 spacing^2. Near neighbours on one scan line say little of the surface.
@@ -57,21 +59,32 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
     int64_t points;
     double bound;  // noise varies by no more than this within such a stretch
   };
-  // From the second on a multiple of the one before.
-  constexpr std::array<Length, 3> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}}};
-  std::array<std::vector<float>, lengths.size()> bounds;  // of the stretches of each length
+  // From the second on a multiple of the one before, but for the last.
+  const std::array<Length, 4> lengths = {{{256, 1.0}, {2048, 1.5}, {16384, 2.0}, {count, 3.0}}};
+  std::array<std::vector<float>, 4> bounds;  // of the stretches of each length
   for (size_t l = 0; l < lengths.size(); ++l) {
     bounds[l].resize(static_cast<size_t>((count + lengths[l].points - 1) / lengths[l].points));
   }
-  const int64_t longest = lengths.back().points;
-  RILIEVO_RETURN_IF_ERROR(ParallelFor(count, longest, context, [&](int64_t from, int64_t to) {
-    for (size_t l = 0; l < lengths.size(); ++l) {
-      for (int64_t begin = from; begin < to; begin += lengths[l].points) {
-        const int64_t end = std::min(to, begin + lengths[l].points);
-        const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
-        bounds[l][begin / lengths[l].points] =
-            static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
+  // Of the stretches of a length that lie between two ends of such.
+  const auto find_bounds = [&](size_t l, int64_t from, int64_t to) {
+    for (int64_t begin = from; begin < to; begin += lengths[l].points) {
+      const int64_t end = std::min(to, begin + lengths[l].points);
+      const double level = Quantile({residuals.begin() + begin, residuals.begin() + end}, kShare);
+      bounds[l][begin / lengths[l].points] =
+          static_cast<float>(lengths[l].bound * level / kQuantileOfGaussian);
+    }
+  };
+  // The longest task first: all points as one stretch, then all others within those of a length.
+  const auto tasks = static_cast<int64_t>(1 + bounds[2].size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(tasks, 1, context, [&](int64_t first, int64_t last) {
+    for (int64_t task = first; task < last; ++task) {
+      if (task == 0) {
+        find_bounds(3, 0, count);
+        continue;
       }
+      const int64_t from = (task - 1) * lengths[2].points;
+      const int64_t to = std::min(count, from + lengths[2].points);
+      for (size_t l = 0; l < 3; ++l) find_bounds(l, from, to);
     }
   }));
   std::vector<float> noise(residuals.size(), std::numeric_limits<float>::max());
@@ -144,6 +157,7 @@ absl::Status ChooseNormals(const NeighborGraph& graph, const ReplacedLists& repl
            IsClean(noise[i], cloud->spacing[i]);
   };
   const auto clean_normal = [&](int i, std::span<const int> neighbors) {
+    if (planes[i].thickness <= kFlat * noise[i] * noise[i]) return planes[i].normal;
     return RobustNormal(points, i, neighbors, cloud->spacing[i], noise[i], planes[i].normal);
   };
   RILIEVO_RETURN_IF_ERROR(

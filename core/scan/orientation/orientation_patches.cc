@@ -54,7 +54,7 @@ std::vector<PatchDipole> DipolesOf(const OrientationPatches& patches, const Orie
 // What two patches say of each other as dipoles, in spacings. Only where one lies over the other:
 // at any distance, as of a roof from the ground, what is around them counts as much.
 double DipoleVote(const PatchDipole& a, const PatchDipole& b) {
-  constexpr double kOver = 0.25;  // of their squared radii together
+  constexpr double kOver = 0.7;  // of their squared radii together
   const double distance = (b.dipole.position - a.dipole.position).squaredNorm();
   if (distance > kOver * (a.dipole.blur + b.dipole.blur)) return 0;
   return 2 * Agreement(a.dipole, b.dipole) / (a.Spacing() + b.Spacing());

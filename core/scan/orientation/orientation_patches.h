@@ -29,8 +29,8 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
 // Links between patches whose points are neighbours, of one sheet or as they were before the sheets
 // were separated, with the sum of the votes of the edges from the one to the other. Where one patch
 // lies over the other, as the sides of a wall or of a gap do, what they say of each other as
-// dipoles is added (see Agreement): in spacings, and each counts as much as all neighbours of a
-// point (dipoles of patches: Metzer et al. 2021).
+// dipoles, in spacings, counts as much as all neighbours of a point (see Agreement; dipoles of
+// patches: Metzer et al. 2021).
 absl::StatusOr<std::vector<SignedLink>> LinksBetween(
     const OrientationPatches& patches, const NeighborGraph& graph, const ReplacedLists& replaced,
     const std::vector<float>& relations, const OrientedCloud& cloud, const RunContext& context);

@@ -120,9 +120,14 @@ TEST(OrientationPatchesTest, PatchesOverEachOtherAreOpposite) {
   EXPECT_LT(VoteBetween(0.6, 1), -0.01);
 }
 
+// A roof is over the ground, but no side of it.
+TEST(OrientationPatchesTest, PatchesFarOverEachOtherAreAsTheirEdgesSay) {
+  EXPECT_NEAR(VoteBetween(6, 0), 0.02, 1e-6);
+}
+
 TEST(OrientationPatchesTest, PatchesSideBySideAreAsTheirEdgesSay) {
-  EXPECT_GT(VoteBetween(0, 6), 0.02);
-  EXPECT_GT(VoteBetween(1.2, 7), 0.01);
+  EXPECT_NEAR(VoteBetween(0, 6), 0.02, 1e-6);
+  EXPECT_NEAR(VoteBetween(1.2, 6), 0.02, 1e-6);
 }
 
 // Two floors that meet at a step are seen from the same side.
