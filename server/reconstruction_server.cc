@@ -30,7 +30,7 @@ namespace {
 
 // After the calls were told to stop; stages answer within a second.
 constexpr std::chrono::seconds kStopTime{3};
-// By then every short request is answered, also by a disk or a database that is busy; what is not
+// For short requests to be answered, also by a disk or a database that is busy; what is left then
 // is cancelled. Clients close idle connections when they are told; some never do.
 constexpr std::chrono::seconds kLingerTime{2};
 // That bytes on their way in may take, of all connections together. gRPC puts a message of any

@@ -37,7 +37,10 @@ ControlMesh CageOf(MeshFile file, const ControlMesh& own) {
 }
 
 void SetSharpness(double sharpness, ControlMesh* cage) {
-  if (sharpness == 0) cage->creases.clear();
+  if (sharpness == 0) {
+    cage->creases.clear();
+    cage->corners.clear();
+  }
   for (Crease& crease : cage->creases) crease.sharpness = static_cast<float>(sharpness);
 }
 
@@ -53,8 +56,9 @@ void Print(const DeformArguments& arguments, size_t bytes, size_t creases, bool 
       << LabelledLine("size", absl::StrCat(Counted(static_cast<int64_t>(bytes), "byte", "bytes"),
                                            " as a .dss file"))
       << LabelledLine("creases", absl::StrCat(Grouped(static_cast<int64_t>(creases)),
-                                              tagged ? ", as the cage says"
-                                                     : ", as before: the cage says nothing"));
+                                              arguments.crease_sharpness ? " of that sharpness"
+                                              : tagged                   ? ", as the cage says"
+                                                       : ", as before: the cage says nothing"));
 }
 
 absl::Status Deform(const DeformArguments& arguments, std::stop_token stop) {
@@ -66,14 +70,24 @@ absl::Status Deform(const DeformArguments& arguments, std::stop_token stop) {
   context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMesh(arguments.cage));
+  if (file.place != ScanPlace{}) {
+    return WithExitCode(
+        absl::InvalidArgumentError(absl::StrCat(
+            arguments.cage, ": a ", file.format,
+            " has its own unit and way up; give the cage as OBJ or PLY, in the coordinates of ",
+            arguments.input)),
+        ExitCode::kUsage);
+  }
   const bool tagged = file.tags.has_value();
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
   ControlMesh cage = CageOf(std::move(file), own.surface.control_mesh);
   if (arguments.crease_sharpness) SetSharpness(*arguments.crease_sharpness, &cage);
   const absl::StatusOr<std::vector<uint8_t>> after = ReplaceControlMesh(before, cage);
   if (!after.ok()) {
+    const bool of_surface = absl::IsFailedPrecondition(after.status());
     return absl::Status(after.status().code(),
-                        absl::StrCat(arguments.cage, ": ", after.status().message()));
+                        absl::StrCat(of_surface ? arguments.input : arguments.cage, ": ",
+                                     after.status().message()));
   }
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, *after, context));
   Print(arguments, after->size(), cage.creases.size(), tagged);
@@ -91,14 +105,14 @@ Command AddDeform(CLI::App& program) {
   app->add_option(
          "--cage", arguments->cage,
          "the control mesh as 'rilievo export IN cage.obj --cage' writes it, with vertices "
-         "moved or creases changed; where it has no line 't crease 2/1/0 A B SHARPNESS', "
+         "moved or creases changed; where it has no line 't crease' or 't corner', "
          "the creases of the surface stay")
       ->required();
   AddSurfaceOutput(app, "", &arguments->output)->required();
-  app->add_option(
-         "--crease-sharpness", arguments->crease_sharpness,
-         "sharpness of all creases: 0 (none) to 10 (sharp at every level); default as they "
-         "are")
+  app->add_option("--crease-sharpness", arguments->crease_sharpness,
+                  "sharpness of all creases: 0 (none, no corners) to 10 (sharp at every level); "
+                  "default as they "
+                  "are")
       ->check(CLI::Range(0.0, 10.0));
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Deform(*arguments, stop); }};

@@ -18,12 +18,14 @@ namespace rilievo {
 namespace {
 
 // The words of the command line; `help COMMAND` is what `COMMAND --help` is.
-std::vector<std::string> GivenWords(int argc, const char* const* argv) {
+std::vector<std::string> GivenWords(const CLI::App& app, int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
-  if (!words.empty() && words.front() == "help") {
-    words.erase(words.begin());
-    words.push_back("--help");
-  }
+  if (words.empty() || words.front() != "help") return words;
+  words.erase(words.begin());
+  // What is not a command is answered as where it stands alone.
+  const auto is_meant = [&](const CLI::App* command) { return command->check_name(words.front()); };
+  const bool known = words.empty() || !app.get_subcommands(is_meant).empty();
+  if (known) words.push_back("--help");
   return words;
 }
 
@@ -49,7 +51,7 @@ int RunProgram(int argc, const char* const* argv) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }
-  const std::vector<std::string> words = GivenWords(argc, argv);
+  const std::vector<std::string> words = GivenWords(app, argc, argv);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::ParseError& error) {

@@ -138,30 +138,47 @@ absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
 
 namespace {
 
-// "crease 2/1/0 A B SHARPNESS" or "corner 1/1/0 V SHARPNESS", vertices counted from 0; other tags
-// of OpenSubdiv are passed over.
+// One number of a tag that is due next, at least 0.
+template <typename Number>
+absl::Status NextOfTag(std::string_view* words, std::vector<Number>* numbers) {
+  double number = 0;
+  RILIEVO_RETURN_IF_ERROR(ParseNumber(NextWord(words), &number));
+  if (!(number >= 0 && number < std::numeric_limits<int>::max())) {
+    return absl::InvalidArgumentError("a number of a tag is below 0, or beyond any vertex");
+  }
+  numbers->push_back(static_cast<Number>(number));
+  return absl::OkStatus();
+}
+
+// "crease N/M/0", N vertices of a chain of edges, counted from 0, and M sharpnesses, of which the
+// last is that of all further edges; "corner N/M/0" likewise with vertices. Corners that are not
+// sharp for ever are passed over, as are the other tags of OpenSubdiv.
 absl::Status ParseTag(std::string_view words, std::optional<MeshTags>* tags) {
   const std::string_view kind = NextWord(&words);
-  const size_t count = kind == "crease" ? 2 : kind == "corner" ? 1 : 0;
-  if (count == 0) return absl::OkStatus();
+  if (kind != "crease" && kind != "corner") return absl::OkStatus();
   const std::string_view counts = NextWord(&words);
-  std::array<uint64_t, 2> vertices{};
-  double sharpness = 0;
-  bool right = counts == (count == 2 ? "2/1/0" : "1/1/0");
-  for (size_t i = 0; i < count; ++i) {
-    right = right && ParseCount(NextWord(&words), &vertices[i]) &&
-            vertices[i] < std::numeric_limits<int>::max();
+  const size_t slash = counts.find('/'), second = counts.find('/', slash + 1);
+  uint64_t vertex_count = 0, sharpness_count = 0;
+  if (second == std::string_view::npos || !ParseCount(counts.substr(0, slash), &vertex_count) ||
+      !ParseCount(counts.substr(slash + 1, second - slash - 1), &sharpness_count) ||
+      sharpness_count == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "a tag begins 't crease 2/1/0' or 't corner 1/1/0', not with ", Quoted(counts)));
   }
-  if (!right || !ParseNumber(NextWord(&words), &sharpness).ok() || !(sharpness >= 0)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("a tag must read 't crease 2/1/0 A B SHARPNESS' or 't corner 1/1/0 V "
-                     "SHARPNESS', with vertices counted from 0 and a sharpness of 0 or more"));
+  std::vector<int> vertices;
+  std::vector<float> sharpness;
+  while (vertices.size() < vertex_count) RILIEVO_RETURN_IF_ERROR(NextOfTag(&words, &vertices));
+  while (sharpness.size() < sharpness_count) {
+    RILIEVO_RETURN_IF_ERROR(NextOfTag(&words, &sharpness));
   }
   if (!*tags) tags->emplace();
-  const int a = static_cast<int>(vertices[0]), b = static_cast<int>(vertices[1]);
-  if (count == 1 && sharpness > 0) (*tags)->corners.push_back(a);
-  if (count == 2 && sharpness > 0) {
-    (*tags)->creases.push_back({std::min(a, b), std::max(a, b), static_cast<float>(sharpness)});
+  const auto sharpness_of = [&](size_t i) { return sharpness[std::min(i, sharpness.size() - 1)]; };
+  for (size_t i = 0; kind == "corner" && i < vertices.size(); ++i) {
+    if (sharpness_of(i) >= kInfiniteSharpness) (*tags)->corners.push_back(vertices[i]);
+  }
+  for (size_t i = 0; kind == "crease" && i + 1 < vertices.size(); ++i) {
+    const auto [a, b] = std::minmax(vertices[i], vertices[i + 1]);
+    if (sharpness_of(i) > 0) (*tags)->creases.push_back({a, b, sharpness_of(i)});
   }
   return absl::OkStatus();
 }

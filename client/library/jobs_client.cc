@@ -74,7 +74,7 @@ struct JobsClient::Attempts {
 
   // Waits, unless another server can be asked at once; false when it is not worth another attempt.
   bool Again(const absl::Status& status) {
-    if (IsWorthARetry(status)) client.MoveOn(server);
+    if (!call.stop.stop_requested() && IsWorthARetry(status)) client.MoveOn(server);
     return retry.AfterFailure(status);
   }
 

@@ -170,6 +170,9 @@ class SamplesOfParts {
 
 absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const SearchableShape& b,
                                         const MeasureOptions& options, const RunContext& context) {
+  if (!(surface.area > 0)) {
+    return absl::InvalidArgumentError("the surface has no area, so no samples of it can be taken");
+  }
   RILIEVO_RETURN_IF_ERROR(options.Validate());
   PartsError found;
   SamplesOfParts samples(surface, b, options.samples, context);

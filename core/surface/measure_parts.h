@@ -28,7 +28,8 @@ struct PartsError {
 
 // As MeasureAgainst, where the surface is a and b a point set with gaps: about options.samples of
 // them are spread evenly over its area, as many more as it has more than `area`. Distances from b
-// are exact. Parts are asked for once, and once more where they lie near to what is far from all.
+// are exact. INVALID_ARGUMENT where `area` is not above 0. Parts are asked for once, and once more
+// where they lie near to what is far from all.
 absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const SearchableShape& b,
                                         const MeasureOptions& options, const RunContext& context);
 

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <regex>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -83,11 +84,15 @@ std::string OnlyOneWith(char letter, const std::vector<std::string>& names) {
   return *std::find_if(names.begin(), names.end(), begins);
 }
 
-// A word that names a file which is not there yet.
-bool MayBeAnOutput(const std::string& word) {
+// Whether the last word, behind another that is not an option, names a file which is not there yet.
+bool EndsWithAnOutput(const std::vector<std::string>& words) {
+  if (words.size() < 3) return false;
+  const std::string& last = words.back();
+  const std::string& before = words[words.size() - 2];
+  const std::string extension = fs::path(last).extension().string();
   std::error_code error;
-  return !word.empty() && word[0] != '-' && fs::path(word).has_extension() &&
-         !fs::exists(word, error);
+  return !absl::StartsWith(last, "-") && !absl::StartsWith(before, "-") && extension.size() > 1 &&
+         absl::ascii_isalpha(static_cast<unsigned char>(extension[1])) && !fs::exists(last, error);
 }
 
 std::string UnexpectedWords(const CLI::App& app, const std::vector<std::string>& extra) {
@@ -191,7 +196,7 @@ std::string UsageMessage(const CLI::App& program, const std::vector<std::string>
     what = WrongCommand(app, FirstStrayWord(app, words));
   } else {
     what = Reworded(app, error.what());
-    if (absl::StartsWith(error.what(), "--output ") && MayBeAnOutput(words.back())) {
+    if (absl::StartsWith(error.what(), "--output ") && EndsWithAnOutput(words)) {
       absl::StrAppend(&what, "; did you mean -o ", words.back(), "?");
     }
   }

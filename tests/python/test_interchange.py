@@ -45,6 +45,7 @@ class InterchangeTest(unittest.TestCase):
     def test_trimesh(self):
         for surface in (self.plain, self.colored):
             made = surface.to_trimesh(1)
+            self.assertTrue(made.vertices.flags.writeable)
             colors = made.visual.vertex_colors[:, :3] if made.visual.kind == "vertex" else None
             self.check(surface.mesh(1), made.vertices, made.faces, made.vertex_normals, colors)
 

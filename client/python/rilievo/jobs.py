@@ -111,6 +111,7 @@ class Jobs:
 
     def __init__(self, server: Union[str, Server]) -> None:
         self._server = as_server(server)
+        self._closed = False
         self._channels = [server.channel() for server in self._server.each()]
         self._stubs = [jobs_pb2_grpc.JobsServiceStub(channel)  # type: ignore[no-untyped-call]
                        for channel in self._channels]
@@ -125,6 +126,7 @@ class Jobs:
         self._current = (self._current + 1) % len(self._stubs)
 
     def close(self) -> None:
+        self._closed = True
         for channel in self._channels:
             channel.close()
 
@@ -310,6 +312,7 @@ class _Tries:
         self._jobs = jobs
         self._end = None if timeout is None else time.monotonic() + timeout
         self._failures = 0
+        self._of_call: Optional[RilievoError] = None
         self.calls = 0
 
     def progress(self) -> None:
@@ -322,7 +325,8 @@ class _Tries:
         try:
             return call(left)
         except grpc.RpcError as failure:
-            raise error_of(failure, self._jobs._server.address) from None
+            self._of_call = error_of(failure, self._jobs._server.address)
+            raise self._of_call from None
 
     def repeat(self, call: Callable[[Optional[float]], Any]) -> Any:
         while True:
@@ -334,8 +338,9 @@ class _Tries:
     def pause(self, error: RilievoError, worth_it: bool = False) -> None:
         """Waits, or raises `error` when another attempt cannot help or no time is left."""
         self._failures += 1
-        # Cancelled: by a server that ended before it had answered.
-        may_help = (worth_it or isinstance(error, (Unavailable, Cancelled))
+        # Cancelled: by a server that ended before it had answered, not by a callback or close().
+        ended = isinstance(error, Cancelled) and error is self._of_call and not self._jobs._closed
+        may_help = (worth_it or ended or isinstance(error, Unavailable)
                     or error.retry_delay is not None)
         servers = len(self._jobs._stubs)
         rounds, rest = divmod(self._failures, servers)

@@ -42,7 +42,7 @@ class Mesh:
         those of this mesh, in the same order."""
         trimesh = _library_of("trimesh", "`pip install trimesh`")
         return trimesh.Trimesh(
-            vertices=self.vertices, faces=self.faces.astype(np.int64), process=False,
+            vertices=np.array(self.vertices), faces=self.faces.astype(np.int64), process=False,
             vertex_normals=self.normals.astype(np.float64), vertex_colors=self.colors)
 
     def to_pyvista(self) -> Any:

@@ -17,7 +17,7 @@
 namespace rilievo {
 namespace {
 
-// Of control points that lie anywhere: half of it, in three coordinates, is below 1e-7.
+// Of control points that lie anywhere: half a step in each coordinate is less than 1e-7 in length.
 constexpr double kFineStep = 1e-7;
 // Within which a point counts as one of the file's grid: digits lost on the way through text.
 constexpr double kOnGrid = 1e-9;
@@ -49,8 +49,9 @@ absl::Status CheckCage(const ControlMesh& cage, const ControlMesh& own) {
   if (differ.first != found.end()) {
     const FaceCorners& face = *differ.first;
     return absl::InvalidArgumentError(
-        absl::StrCat("the cage has a face of the vertices ", face[0], ", ", face[1], " and ",
-                     face[2], ", the control mesh has not; keep the order of the vertices"));
+        absl::StrCat("face (", face[0], ", ", face[1], ", ", face[2],
+                     "), vertices counted from 0, is not a face of the control mesh; keep the "
+                     "order of the vertices"));
   }
   if (!cage.vertices.allFinite()) {
     return absl::InvalidArgumentError("a vertex of the cage is not finite");
@@ -83,7 +84,13 @@ ControlMesh InUnitFrame(const ControlMesh& cage, const SpatialFrame& frame,
   std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& p, const Crease& q) {
     return std::pair(p.a, p.b) < std::pair(q.a, q.b);
   });
+  // What is tagged twice is tagged.
+  mesh.creases.erase(
+      std::unique(mesh.creases.begin(), mesh.creases.end(),
+                  [](const Crease& p, const Crease& q) { return p.a == q.a && p.b == q.b; }),
+      mesh.creases.end());
   std::sort(mesh.corners.begin(), mesh.corners.end());
+  mesh.corners.erase(std::unique(mesh.corners.begin(), mesh.corners.end()), mesh.corners.end());
   return mesh;
 }
 

@@ -14,7 +14,8 @@ namespace rilievo {
 // A .dss file, whole or a prefix of whole chunks, with the control points and the tags of `cage`
 // (scan frame) in the place of its own. The chunks of heights and colours stay as they are, since
 // heights stand along the limit normals of whatever smooth surface there is (Lee, Moreton and Hoppe
-// 2000, section 6, "animation"). Control points come back to within 1e-7 of the diagonal; points
+// 2000, section 6, "animation"). Control points come back to within 1e-7 of the diagonal, those
+// of a cage of more than ten diagonals to within 2^-26 of its size; points
 // that all lie on the grid of the file stay on it, so that a cage that did not change gives the
 // same bytes. What the file states of its scan (errors, folds, number and hash of the points) goes,
 // unless nothing changed.

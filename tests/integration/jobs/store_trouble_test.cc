@@ -167,7 +167,7 @@ TEST_F(JobsTest, ACallUnderWayIsAnsweredByAServerThatEnds) {
   ASSERT_TRUE(database->Execute("BEGIN IMMEDIATE").ok());
   auto created =
       std::async(std::launch::async, [&] { return HastyClient().Create(JobOf(scan, "last")); });
-  std::this_thread::sleep_for(milliseconds(300));
+  std::this_thread::sleep_for(seconds(1));  // it has arrived by then
   daemon_->Signal(SIGTERM);
   EXPECT_EQ(created.wait_for(seconds(1)), std::future_status::timeout);
   ASSERT_TRUE(database->Execute("COMMIT").ok());

@@ -48,9 +48,30 @@ TEST_F(DeformTest, TheSurfaceFollowsTheCage) {
   const Ended made = Run({"deform", At("a.dss"), "--cage", At("tall.obj"), "-o", At("b.dss")});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_NEAR(VolumeOf(At("b.dss")), 2 * VolumeOf(At("a.dss")), 0.01 * VolumeOf(At("a.dss")));
-  const Json info = Json::parse(Run({"info", At("b.dss"), "--json"}).out);
-  EXPECT_THAT(info.dump(), HasSubstr("mm"));
+  EXPECT_THAT(Run({"info", At("b.dss")}).out, HasSubstr("unit        mm"));
   EXPECT_EQ(Run({"deform", At("a.dss"), "--cage", At("tall.obj"), "-o", At("b.glb")}).code, 0);
+}
+
+TEST_F(DeformTest, AChainIsReadAndATagCountsOnce) {
+  std::string cage = Content(At("cage.obj"));
+  cage.resize(cage.find("t crease"));
+  std::istringstream first(cage.substr(cage.find("\nf ") + 3));
+  std::vector<int> corners;
+  for (std::string word; corners.size() < 3 && first >> word;) {
+    corners.push_back(std::stoi(word) - 1);
+  }
+  std::ostringstream chain;
+  chain << "t crease 3/2/0 " << corners[0] << ' ' << corners[1] << ' ' << corners[2] << " 2 3\n"
+        << "t crease 2/1/0 " << corners[1] << ' ' << corners[0] << " 2\n";
+  std::ofstream(At("chain.obj")) << cage << chain.str();
+  const Ended made = Run({"deform", At("a.dss"), "--cage", At("chain.obj"), "-o", At("b.dss")});
+  ASSERT_EQ(made.code, 0) << made.err;
+  ASSERT_EQ(Run({"export", At("b.dss"), At("b.obj"), "--cage"}).code, 0);
+  const std::string text = Content(At("b.obj"));
+  EXPECT_THAT(text, AllOf(HasSubstr(" 2\n"), HasSubstr(" 3\n")));
+  size_t count = 0;
+  for (size_t at = 0; (at = text.find("t crease", at)) != std::string::npos; ++at) ++count;
+  EXPECT_EQ(count, 2u);
 }
 
 TEST_F(DeformTest, CreasesAreThoseOfTheCageOrElseOfTheSurface) {
@@ -80,8 +101,14 @@ TEST_F(DeformTest, RefusesOtherMeshesAndWrongTags) {
   const Ended tag = Run({"deform", At("a.dss"), "--cage", At("tag.obj"), "-o", At("b.dss")});
   EXPECT_EQ(tag.code, 3);
   EXPECT_THAT(tag.err, HasSubstr("a tag names vertex 999999"));
-  std::ofstream(At("tag.obj")) << "t crease 2/1/0 0 -1 3\n";
-  EXPECT_EQ(Run({"deform", At("a.dss"), "--cage", At("tag.obj"), "-o", At("b.dss")}).code, 3);
+  std::ofstream(At("tag.obj")) << Content(At("cage.obj")) << "t crease 2/1/0 0 -1 3\n";
+  const Ended below = Run({"deform", At("a.dss"), "--cage", At("tag.obj"), "-o", At("b.dss")});
+  EXPECT_EQ(below.code, 3);
+  EXPECT_THAT(below.err, HasSubstr("below 0"));
+  ASSERT_EQ(Run({"export", At("a.dss"), At("cage.glb"), "--cage"}).code, 0);
+  const Ended glb = Run({"deform", At("a.dss"), "--cage", At("cage.glb"), "-o", At("b.dss")});
+  EXPECT_EQ(glb.code, 2);
+  EXPECT_THAT(glb.err, HasSubstr("as OBJ or PLY"));
   EXPECT_EQ(Run({"deform", At("a.dss"), "--cage", At("cage.obj"), "-o", At("cage.obj")}).code, 2);
   EXPECT_FALSE(fs::exists(At("b.dss")));
 }

@@ -154,6 +154,18 @@ See 'rilievo simulate --help'.
      R"(rilievo: -v is not an option; did you mean --version?
 See 'rilievo --help'.
 )"},
+    {"help recontruct", 2,
+     R"(rilievo: 'recontruct' is not a command; did you mean 'reconstruct'?
+See 'rilievo --help'.
+)"},
+    {"reconstruct scna.ply", 2,
+     R"(rilievo reconstruct: --output is missing: the surface, a .dss file
+See 'rilievo reconstruct --help'.
+)"},
+    {"reconstruct scan.ply --max-error 0.1%", 2,
+     R"(rilievo reconstruct: --output is missing: the surface, a .dss file
+See 'rilievo reconstruct --help'.
+)"},
     {"reconstruct scan.ply b.dss", 2,
      R"(rilievo reconstruct: --output is missing: the surface, a .dss file; did you mean
   -o b.dss?

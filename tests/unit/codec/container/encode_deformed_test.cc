@@ -129,7 +129,7 @@ TEST(EncodeDeformedTest, RefusesWhatIsAnotherMesh) {
   EXPECT_THAT(ReplaceControlMesh(file, fewer).status().message(), HasSubstr("may come or go"));
   ControlMesh turned = cage;
   turned.faces.col(3).reverseInPlace();
-  EXPECT_THAT(ReplaceControlMesh(file, turned).status().message(), HasSubstr("a face of"));
+  EXPECT_THAT(ReplaceControlMesh(file, turned).status().message(), HasSubstr("is not a face"));
   ControlMesh open = cage;
   open.vertices(1, 4) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(ReplaceControlMesh(file, open).status().message(), HasSubstr("not finite"));
