@@ -48,6 +48,11 @@ double RmsFrom(const AnalyticShape& shape, const DisplacedSurface& surface) {
   return MeasureAgainstShape(shape, mesh.vertices).rms / shape.diagonal();
 }
 
+// Coded and measured in blocks of 4 000 vertices, of 15 000 to 70 000.
+constexpr PartSizes kBlocks{.coarse_points = 30000, .part_points = 20480, .block_vertices = 4000};
+// Heights by parts, all coded at once.
+constexpr PartSizes kAtOnce{.coarse_points = 30000, .part_points = 20480};
+
 // Clean, noisy, with sharp edges, of two components.
 struct PagedCase {
   std::string shape;
@@ -55,41 +60,45 @@ struct PagedCase {
   // What chance does to the error across the surface, which samples beside sharp edges make up.
   double chance = 0.03;
 };
-class PagedShapes : public ::testing::TestWithParam<PagedCase> {
- protected:
-  static constexpr int kPoints = 60000;
-
-  Eigen::Matrix3Xd Points() const { return EvenPoints(*shape_, kPoints, GetParam().noise); }
-  // Heights by parts, all coded at once.
-  Reconstruction AtOnce() const {
-    return InParts(Points(), {.coarse_points = kPoints, .part_points = 36864});
-  }
-
-  const ShapePtr shape_ = MakeShape(GetParam().shape).value();
-};
+class PagedShapes : public ::testing::TestWithParam<PagedCase> {};
 INSTANTIATE_TEST_SUITE_P(PagedScanTest, PagedShapes,
                          ::testing::Values(PagedCase{"genus2", 0}, PagedCase{"star", 0.001},
                                            PagedCase{"cutbox", 0, 0.15}, PagedCase{"pair", 0}));
 
-TEST_P(PagedShapes, PartsAreAsExactAsTheWhole) {
+TEST_P(PagedShapes, PartsAndBlocksAreAsGoodAsTheWhole) {
+  const ShapePtr shape = MakeShape(GetParam().shape).value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 30000, GetParam().noise);
   const Reconstruction whole =
-      Reconstruct(PointCloud{Points()}, ReconstructOptions{}, RunContext{}).value();
-  const Reconstruction parts = AtOnce();
-  EXPECT_EQ(parts.report.genus, shape_->genus());
-  EXPECT_EQ(parts.report.components, shape_->components());
-  EXPECT_EQ(parts.report.points_in, kPoints);
+      Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
+  const Reconstruction parts = InParts(points, kAtOnce);
+  EXPECT_EQ(parts.report.genus, shape->genus());
+  EXPECT_EQ(parts.report.components, shape->components());
+  EXPECT_EQ(parts.report.points_in, points.cols());
   EXPECT_EQ(parts.surface.max_level, whole.surface.max_level);
   EXPECT_EQ(parts.surface.control_mesh.faces, whole.surface.control_mesh.faces);
-  EXPECT_LT(RmsFrom(*shape_, parts.surface), 1.05 * RmsFrom(*shape_, whole.surface));
+  EXPECT_LT(RmsFrom(*shape, parts.surface), 1.05 * RmsFrom(*shape, whole.surface));
   EXPECT_LT(parts.report.encoded_bytes, 1.1 * static_cast<double>(whole.report.encoded_bytes));
+
+  const Reconstruction blocks = InParts(points, kBlocks);
+  ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
+  const DisplacedSurface decoded = DecodedOf(blocks);
+  EXPECT_LT(RmsFrom(*shape, decoded), 1.02 * RmsFrom(*shape, DecodedOf(parts)));
+  EXPECT_LT(blocks.report.encoded_bytes, 1.1 * static_cast<double>(parts.report.encoded_bytes));
+  EXPECT_EQ(blocks.report.surface_vertices, static_cast<int64_t>(decoded.heights.size()));
+  EXPECT_EQ(blocks.report.surface_faces, parts.report.surface_faces);
+  EXPECT_EQ(blocks.report.heights_filled, parts.report.heights_filled);
+  EXPECT_EQ(blocks.report.heights_smoothed, parts.report.heights_smoothed);
+  EXPECT_NEAR(blocks.report.error.rms, parts.report.error.rms, 0.03 * parts.report.error.rms);
+  EXPECT_NEAR(blocks.report.error.across_rms, parts.report.error.across_rms,
+              GetParam().chance * parts.report.error.across_rms);
 }
 
 // Fewer than the whole's, as in a clean scan the heights of a vertex come of the points around it.
 TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 60000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 30000);
   const Reconstruction whole =
       Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
-  const Reconstruction parts = InParts(points, {.coarse_points = 60000, .part_points = 36864});
+  const Reconstruction parts = InParts(points, kAtOnce);
   ASSERT_EQ(parts.surface.heights.size(), whole.surface.heights.size());
   const double spacing = whole.report.median_spacing;
   int64_t apart = 0;
@@ -105,20 +114,20 @@ TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
 
 TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
   const ShapePtr shape = MakeShape("genus2").value();
-  const Eigen::Matrix3Xd points = EvenPoints(*shape, 120000);
-  const PartSizes sizes{.coarse_points = 20000, .part_points = 61440};
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 60000);
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 36864};
   const Reconstruction parts = InParts(points, sizes);
   PointCloud thinned;
   thinned.points = OnDisk(points).Thinned(sizes.coarse_points, RunContext{}).value();
-  ASSERT_LT(thinned.points.cols(), 20000);
+  ASSERT_LT(thinned.points.cols(), 10000);
   const Reconstruction coarse = Reconstruct(thinned, ReconstructOptions{}, RunContext{}).value();
   EXPECT_LT(RmsFrom(*shape, parts.surface), 0.5 * RmsFrom(*shape, coarse.surface));
-  EXPECT_EQ(parts.report.points_used, 120000);
+  EXPECT_EQ(parts.report.points_used, 60000);
 }
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000, 0.0005);
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 20480};
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000, 0.0005);
+  const PartSizes sizes{.coarse_points = 8000, .part_points = 12288};
   const auto bytes = [&](int threads) {
     return InParts(points, sizes, {}, threads).encoded.Concatenate();
   };
@@ -126,53 +135,35 @@ TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
 }
 
 TEST(PagedScanTest, TheOrderOfThePointsDoesNotChangeAByte) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000);
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 20480};
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000);
+  const PartSizes sizes{.coarse_points = 8000, .part_points = 12288};
   EXPECT_EQ(InParts(points, sizes).encoded.Concatenate(),
             InParts(points.rowwise().reverse(), sizes).encoded.Concatenate());
 }
 
 TEST(PagedScanTest, BordersStayOpen) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 40000);
-  const Reconstruction parts = InParts(points, {.coarse_points = 10000, .part_points = 24576});
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 20000);
+  const Reconstruction parts = InParts(points, {.coarse_points = 8000, .part_points = 12288});
   EXPECT_EQ(parts.report.boundary_loops, 1);
   EXPECT_EQ(parts.report.components, 1);
 }
 
 TEST(PagedScanTest, TheLevelAskedForIsTaken) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 10000);
   ReconstructOptions options;
   for (const int level : {0, 1, 4}) {
     options.max_level = level;
-    const Reconstruction parts = InParts(points, {8000, 16384}, options);
+    const Reconstruction parts = InParts(points, {5000, 8192}, options);
     EXPECT_EQ(parts.surface.max_level, level);
   }
-}
-
-// Coded and measured in blocks of 8 000 vertices, of 30 000 to 130 000.
-constexpr PartSizes kBlocks{.coarse_points = 60000, .part_points = 36864, .block_vertices = 8000};
-
-TEST_P(PagedShapes, BlocksAreAsGoodAsTheWhole) {
-  const Reconstruction whole = AtOnce();
-  const Reconstruction blocks = InParts(Points(), kBlocks);
-  ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
-  const DisplacedSurface decoded = DecodedOf(blocks);
-  EXPECT_LT(RmsFrom(*shape_, decoded), 1.02 * RmsFrom(*shape_, DecodedOf(whole)));
-  EXPECT_LT(blocks.report.encoded_bytes, 1.1 * static_cast<double>(whole.report.encoded_bytes));
-  EXPECT_EQ(blocks.report.surface_vertices, static_cast<int64_t>(decoded.heights.size()));
-  EXPECT_EQ(blocks.report.surface_faces, whole.report.surface_faces);
-  EXPECT_EQ(blocks.report.heights_filled, whole.report.heights_filled);
-  EXPECT_EQ(blocks.report.heights_smoothed, whole.report.heights_smoothed);
-  EXPECT_NEAR(blocks.report.error.rms, whole.report.error.rms, 0.03 * whole.report.error.rms);
-  EXPECT_NEAR(blocks.report.error.across_rms, whole.report.error.across_rms,
-              GetParam().chance * whole.report.error.across_rms);
 }
 
 // Clean, and noisy.
 TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
   for (const double noise : {0.0, 0.0005}) {
     const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 40000, noise);
-    const std::vector<uint8_t> dss = InParts(points, kBlocks).encoded.Concatenate();
+    const PartSizes sizes{.coarse_points = 40000, .part_points = 36864, .block_vertices = 8000};
+    const std::vector<uint8_t> dss = InParts(points, sizes).encoded.Concatenate();
     const SeamFigures seams = MeasureSeams(dss, RunContext{}).value();
     EXPECT_GT(seams.border.control_edges, 50);
     EXPECT_LT(seams.AngleRatio(), 1.05) << noise;
@@ -204,7 +195,7 @@ TEST(PagedScanTest, AStepBetweenGroupsWouldShow) {
 }
 
 TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 40000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 20000, 0.0005);
   const Reconstruction blocks = InParts(points, kBlocks);
   ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
   const DecodedSurface decoded = DecodeDss(blocks.encoded.Concatenate(), RunContext{}).value();
@@ -219,7 +210,7 @@ TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
 }
 
 TEST(PagedScanTest, BlocksKeepAnErrorOrASize) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 30000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 20000);
   ReconstructOptions options;
   options.encode.max_error = 3e-4;
   const Reconstruction exact = InParts(points, kBlocks, options);
@@ -234,7 +225,7 @@ TEST(PagedScanTest, BlocksKeepAnErrorOrASize) {
 }
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByteOfBlocks) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 30000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000, 0.0005);
   const auto bytes = [&](int threads) {
     return InParts(points, kBlocks, {}, threads).encoded.Concatenate();
   };
