@@ -7,9 +7,8 @@
 #include "core/base/status_macros.h"
 
 namespace rilievo::decoder_c {
-namespace {
 
-std::unique_ptr<RilievoSurface> WrapSurface(DecodedSurface decoded) {
+RilievoSurface* WrapSurface(DecodedSurface decoded) {
   auto surface = std::make_unique<RilievoSurface>();
   const SpatialFrame& frame = decoded.surface.frame;
   surface->frame = {frame.center.x(), frame.center.y(), frame.center.z(), frame.diagonal};
@@ -24,10 +23,9 @@ std::unique_ptr<RilievoSurface> WrapSurface(DecodedSurface decoded) {
   }
   surface->info = InfoJson(decoded);
   surface->decoded = std::move(decoded);
-  return surface;
+  return surface.release();
 }
 
-}  // namespace
 }  // namespace rilievo::decoder_c
 
 using rilievo::decoder_c::AsUnsigned;
@@ -44,7 +42,7 @@ RilievoCode rilievo_decode(const uint8_t* bytes, size_t size, int threads,
     context.threads = Threads(threads);
     RILIEVO_ASSIGN_OR_RETURN(rilievo::DecodedSurface decoded,
                              rilievo::DecodeDss({bytes, size}, context));
-    *surface = WrapSurface(std::move(decoded)).release();
+    *surface = WrapSurface(std::move(decoded));
     return absl::OkStatus();
   });
 }

@@ -21,6 +21,9 @@ struct RilievoSurface {
 
 namespace rilievo::decoder_c {
 
+// For C; the caller frees it.
+RilievoSurface* WrapSurface(DecodedSurface decoded);
+
 // What rilievo_surface_info() gives.
 std::string InfoJson(const DecodedSurface& decoded);
 // Its "place".

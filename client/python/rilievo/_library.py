@@ -75,6 +75,9 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
     if library.rilievo_decoder_abi_version() >= 6:
         library.rilievo_mesh_create.argtypes = [pointer, size, pointer, size, ctypes.c_int, out]
         library.rilievo_combine.argtypes = [pointer, pointer, ctypes.c_int, ctypes.c_int, out]
+    if library.rilievo_decoder_abi_version() >= 7:
+        library.rilievo_surface_with_cage.argtypes = [pointer, pointer, size, pointer, pointer, size,
+                                                      pointer, size, out]
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
@@ -162,6 +165,23 @@ def decode(data: bytes, size: int, threads: int) -> Handle:
     surface = ctypes.c_void_p()
     check(library().rilievo_decode(data, size, threads, ctypes.byref(surface)))
     return Handle(surface.value or 0, "rilievo_surface_free")
+
+
+def with_cage(surface: Handle, vertices: npt.NDArray[np.float64],
+              creases: "npt.NDArray[np.uint32]", sharpness: "npt.NDArray[np.float32]",
+              corners: "npt.NDArray[np.uint32]") -> Handle:
+    if library().rilievo_decoder_abi_version() < 7:
+        raise RilievoError("this decoder library is of an older version and takes no other cage; "
+                           "install the one of this version")
+    moved = ctypes.c_void_p()
+    # NULL stands for the surface's own, which no tags are not.
+    none = ctypes.create_string_buffer(1)
+    tags, sharp, pinned = (array.ctypes.data if array.size else ctypes.addressof(none)
+                           for array in (creases, sharpness, corners))
+    check(library().rilievo_surface_with_cage(
+        surface.address, vertices.ctypes.data, len(vertices), tags, sharp, len(creases), pinned,
+        len(corners), ctypes.byref(moved)))
+    return Handle(moved.value or 0, "rilievo_surface_free")
 
 
 def tessellate(surface: Handle, level: int, threads: int) -> Handle:

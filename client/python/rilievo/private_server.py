@@ -1,8 +1,6 @@
 """A rilievod of one's own, for as long as it is needed."""
 import os
-import pathlib
 import select
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -10,6 +8,7 @@ import time
 from types import TracebackType
 from typing import IO, List, Optional, Type
 
+from . import _programs
 from .connection import Server
 from .errors import Unavailable
 
@@ -30,17 +29,8 @@ _OPTIONS = {
 def find_program() -> str:
     """rilievod: named by the environment variable RILIEVOD, in PATH, or in the bin folder of the
     place where this package is installed."""
-    named = os.environ.get("RILIEVOD")
-    if named:
-        return named
-    found = shutil.which("rilievod")
-    if found:
-        return found
-    for folder in pathlib.Path(__file__).resolve().parents:
-        if os.access(folder / "bin" / "rilievod", os.X_OK):
-            return str(folder / "bin" / "rilievod")
-    raise Unavailable("rilievod is not found: install it, name its file in the environment "
-                      "variable RILIEVOD, or start one elsewhere and pass server=\"host:port\"")
+    return _programs.find("rilievod", "RILIEVOD",
+                          ", or start one elsewhere and pass server=\"host:port\"")
 
 
 class PrivateServer:

@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, List, Optional, Tuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from . import _library
+from . import _library, _programs
 from .errors import InvalidArgument, RilievoError
 from .values import (Certificate, Closest, ControlMesh, Distance, Frame, Jet, Mesh, Place, Voxels)
 
@@ -22,8 +22,13 @@ class Surface:
 
     def __init__(self, data: bytes, size: int, report: Optional[Dict[str, Any]] = None,
                  threads: int = 0) -> None:
-        self._handle = _library.decode(data, size, threads)
-        self._data = data[:size]
+        self._open(_library.decode(data, size, threads), report, threads)
+        self._file = data[:size]
+        self._moved = False
+
+    def _open(self, handle: _library.Handle, report: Optional[Dict[str, Any]],
+              threads: int) -> None:
+        self._handle = handle
         self._threads = threads
         self._lock = threading.Lock()
         self._meshes: "OrderedDict[int, Mesh]" = OrderedDict()
@@ -49,9 +54,51 @@ class Surface:
             size = whole if partial or whole < size and _ends(data, level) else size
         return cls(data, size, threads=threads)
 
+    def with_cage(self, vertices: npt.ArrayLike, creases: Optional[npt.ArrayLike] = None,
+                  sharpness: Optional[npt.ArrayLike] = None,
+                  corners: Optional[npt.ArrayLike] = None) -> "Surface":
+        """The surface with other control points: it follows them, its heights and colours ride
+        along. Nothing is encoded before to_bytes() or write(), which run `rilievo deform`
+        (Unavailable when that is not installed) and round the control points to 1e-7 of the
+        diagonal.
+
+        vertices   (n, 3) control points, scan frame, in the order of control_mesh.vertices
+        creases    (k, 2) vertices of edges; None: as they are
+        sharpness  one number for all creases, or (k,), above 0, kept in 1/16; 10 and more: sharp at
+                   every level; None: as they are, of other creases 10
+        corners    (c,) vertices; None: as they are
+
+        The new surface has no certificate and no report. InvalidArgument where the control points
+        are not finite or of another number, and for a crease that is not an edge.
+        """
+        own = self.control_mesh
+        points = np.ascontiguousarray(vertices, np.float64)
+        if points.shape != own.vertices.shape:
+            raise InvalidArgument(f"vertices has the shape {points.shape}: must be "
+                                  f"{own.vertices.shape}, the control points of this surface")
+        edges = own.creases if creases is None else _numbers(creases, "creases", 2)
+        if sharpness is None:
+            sharp = own.sharpness if creases is None else np.float32(10)
+        else:
+            sharp = np.asarray(sharpness, np.float32)
+        if sharp.shape not in ((), (len(edges),)):
+            raise InvalidArgument(f"sharpness has the shape {sharp.shape}: must be one number, or "
+                                  f"one for each of {len(edges)} creases")
+        moved = Surface.__new__(Surface)
+        moved._open(_library.with_cage(
+            self._handle, points, edges,
+            np.ascontiguousarray(np.broadcast_to(sharp, len(edges)), np.float32),
+            own.corners if corners is None else _numbers(corners, "corners", 1)),
+            None, self._threads)
+        moved._file = self._file
+        moved._moved = True
+        return moved
+
     def to_bytes(self) -> bytes:
-        """The .dss file, as it was."""
-        return self._data
+        """The .dss file, as it was read; of a surface with_cage(), as `rilievo deform` makes it."""
+        if self._moved:
+            return _programs.deform(self._file, self.control_mesh)
+        return self._file
 
     def write(self, path: Union[str, "os.PathLike[str]"]) -> None:
         """The .dss file; one that is there already is replaced at once or not at all. The name ends
@@ -59,10 +106,11 @@ class Surface:
         if os.path.splitext(os.fspath(path))[1].lower() not in ("", ".dss"):
             raise InvalidArgument(f"{os.fspath(path)}: write() makes a .dss file; give it that "
                                   "extension. `rilievo export` makes meshes of it")
+        data = self.to_bytes()
         temporary = f"{os.fspath(path)}.{os.getpid()}.part"
         try:
             with open(temporary, "wb") as file:
-                file.write(self._data)
+                file.write(data)
             os.replace(temporary, path)
         except BaseException:
             if os.path.exists(temporary):
@@ -70,7 +118,12 @@ class Surface:
             raise
 
     def __reduce__(self) -> Tuple[Callable[..., "Surface"], Tuple[Any, ...]]:
-        return Surface, (self._data, len(self._data), self.report, self._threads)
+        if self._moved:
+            cage = self.control_mesh
+            return _with_cage, (self._file, self._threads, np.array(cage.vertices),
+                                np.array(cage.creases), np.array(cage.sharpness),
+                                np.array(cage.corners))
+        return Surface, (self._file, len(self._file), self.report, self._threads)
 
     def __repr__(self) -> str:
         finest = self.info["levels"][-1]
@@ -79,7 +132,7 @@ class Surface:
             f"scan to surface {error * metres:.3g} m, "
         return (f"<rilievo.Surface: {told}{self.info['control']['faces']} control faces, "
                 f"max_level {self.max_level}, {finest['vertices']} vertices, "
-                f"{len(self._data)} bytes>")
+                f"{'another cage' if self._moved else f'{len(self._file)} bytes'}>")
 
     @property
     def max_level(self) -> int:
@@ -270,6 +323,28 @@ def read(path: Union[str, "os.PathLike[str]"], max_level: Optional[int] = None,
         return Surface.from_bytes(data, max_level, partial, threads)
     except RilievoError as error:
         raise type(error)(f"{os.fspath(path)}: {error}") from None
+
+
+def _with_cage(file: bytes, threads: int, *cage: npt.NDArray[Any]) -> Surface:
+    return Surface(file, len(file), threads=threads).with_cage(*cage)
+
+
+def _numbers(values: npt.ArrayLike, name: str, columns: int) -> npt.NDArray[np.uint32]:
+    """(n, columns), or (n,) for one column, of vertex numbers."""
+    numbers = np.asarray(values)
+    if numbers.size == 0:
+        numbers = np.empty((0, columns), np.uint32)
+    if columns == 1:
+        numbers = numbers.reshape(-1, 1) if numbers.ndim == 1 else numbers
+    if numbers.ndim != 2 or numbers.shape[1] != columns or numbers.dtype.kind not in "iu":
+        raise InvalidArgument(f"{name} has the shape {np.shape(values)} and elements of type "
+                              f"{numbers.dtype}: must be whole numbers, "
+                              f"{'(n, 2)' if columns == 2 else '(n,)'}")
+    if numbers.size and not (0 <= numbers.min() and numbers.max() < 2**32):
+        raise InvalidArgument(f"{name} holds {numbers.min()} to {numbers.max()}: must be numbers "
+                              "of vertices")
+    kept = np.ascontiguousarray(numbers, np.uint32)
+    return kept.ravel() if columns == 1 else kept
 
 
 def _level(level: int) -> int:

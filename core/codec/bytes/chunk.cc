@@ -24,9 +24,10 @@ absl::Status CheckSignature(std::span<const uint8_t> bytes) {
     return absl::DataLossError("the stream ends within its signature");
   }
   const int version = bytes[kSignature.size()];
-  if (version > kDssVersion) {
+  if (version > kNewestDssVersion) {
     return absl::UnimplementedError(absl::StrCat("the stream has format version ", version,
-                                                 ", this decoder reads up to ", kDssVersion));
+                                                 ", this decoder reads up to ",
+                                                 kNewestDssVersion));
   }
   if (version == 0) return absl::InvalidArgumentError("format version 0 does not exist");
   return absl::OkStatus();
@@ -34,12 +35,13 @@ absl::Status CheckSignature(std::span<const uint8_t> bytes) {
 
 }  // namespace
 
-std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bool first) {
+std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bool first,
+                               int version) {
   std::vector<uint8_t> bytes;
   ByteWriter writer(bytes);
   if (first) {
     writer.Bytes(kSignature);
-    writer.Byte(kDssVersion);
+    writer.Byte(static_cast<uint8_t>(version));
   }
   writer.Byte(tag);
   writer.Varint(payload.size());

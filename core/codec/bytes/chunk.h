@@ -10,7 +10,8 @@
 
 namespace rilievo {
 
-inline constexpr int kDssVersion = 3;
+// Of a file that needs no newer one, and the newest.
+inline constexpr int kDssVersion = 3, kNewestDssVersion = 4;
 
 // A capital letter is a chunk that a decoder must understand, a small one may be skipped.
 enum ChunkTag : uint8_t {
@@ -21,7 +22,8 @@ enum ChunkTag : uint8_t {
 };
 
 // One chunk as it stands in the file; the first one brings the signature and the version along.
-std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bool first);
+std::vector<uint8_t> WrapChunk(uint8_t tag, std::span<const uint8_t> payload, bool first,
+                               int version = kDssVersion);
 
 struct Chunk {
   size_t number = 0;  // in the file

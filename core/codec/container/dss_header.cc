@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/codec/bytes/byte_stream.h"
+#include "core/codec/bytes/chunk.h"
 #include "core/codec/bytes/stored_step.h"
 #include "core/codec/container/dss_metadata.h"
 #include "core/codec/heights/edge_rules.h"
@@ -21,20 +22,24 @@ constexpr uint8_t kHasBoundaryFlag = 1;
 constexpr uint8_t kHasFilledFlag = 2;
 constexpr uint8_t kHasCreasesFlag = 4;
 constexpr uint8_t kHasGroupsFlag = 8;
+constexpr uint8_t kTellsGroupsFlag = 16;
 
 int KnownFlags(int version) {
   return kHasBoundaryFlag | (version > 1 ? kHasFilledFlag | kHasCreasesFlag : 0) |
-         (version > 2 ? kHasGroupsFlag : 0);
+         (version > 2 ? kHasGroupsFlag : 0) | (version > 3 ? kTellsGroupsFlag : 0);
 }
 
 }  // namespace
+
+int VersionOf(const DssHeader& header) { return header.tells_groups ? kNewestDssVersion : kDssVersion; }
 
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
   std::vector<uint8_t> bytes;
   ByteWriter writer(bytes);
   writer.Byte(static_cast<uint8_t>(
       (header.has_boundary ? kHasBoundaryFlag : 0) | (header.has_filled ? kHasFilledFlag : 0) |
-      (header.has_creases ? kHasCreasesFlag : 0) | (header.group_limit > 0 ? kHasGroupsFlag : 0)));
+      (header.has_creases ? kHasCreasesFlag : 0) | (header.group_limit > 0 ? kHasGroupsFlag : 0) |
+      (header.tells_groups ? kTellsGroupsFlag : 0)));
   writer.Varint(static_cast<uint64_t>(header.vertex_count));
   writer.Varint(static_cast<uint64_t>(header.face_count));
   writer.Byte(static_cast<uint8_t>(header.max_level));
@@ -57,6 +62,7 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   const uint64_t vertex_count = reader.Varint(), face_count = reader.Varint();
   header.max_level = reader.Byte();
   const bool has_groups = version > 2 && (flags & kHasGroupsFlag) != 0;
+  header.tells_groups = has_groups && (flags & kTellsGroupsFlag) != 0;
   const uint64_t group_limit = has_groups ? reader.Varint() : 0;
   const auto number = [&] { return version == 1 ? reader.F64() : reader.ShortF64(); };
   for (int axis = 0; axis < 3; ++axis) header.frame.center[axis] = number();
@@ -65,7 +71,7 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   header.height_unit = number();
   header.metadata = ReadMetadata(reader);
   if (!reader.ok()) return absl::DataLossError("the header ends before its last field");
-  if ((flags & ~KnownFlags(version)) != 0) {
+  if ((flags & ~KnownFlags(version)) != 0 || ((flags & kTellsGroupsFlag) != 0 && !has_groups)) {
     return absl::DataLossError(absl::StrCat("the header has unknown flags, ", flags));
   }
   if (vertex_count < 3 || vertex_count > kMaxCount || face_count < 1 || face_count > kMaxCount) {

@@ -22,13 +22,18 @@ struct DssHeader {
   bool has_filled = false;   // whether any height counts as filled in; version 1: true
   bool has_creases = false;
   int group_limit = 0;  // most faces of a group (face_groups.h); 0: no groups
+  // Whether the file tells its groups (group_coder.h); else they follow from the control points.
+  bool tells_groups = false;
   DssMetadata metadata;
 
   // Chunks of heights in a whole file.
   int layer_count() const { return max_level + 1 - static_cast<int>(metadata.plain_levels.size()); }
 };
 
-// Always of the newest version.
+// The oldest version that has what such a file holds.
+int VersionOf(const DssHeader& header);
+
+// Of VersionOf().
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header);
 
 // DATA_LOSS when a field is missing or out of range. The counts are checked for themselves here,

@@ -17,13 +17,13 @@ namespace rilievo {
 // 2000, section 6, "animation"). Control points come back to within 1e-7 of the diagonal, those
 // of a cage of more than ten diagonals to within 2^-26 of its size; points
 // that all lie on the grid of the file stay on it, so that a cage that did not change gives the
-// same bytes. What the file states of its scan (errors, folds, number and hash of the points) goes,
-// unless nothing changed.
+// same bytes. Heights in groups keep their groups, which the file then tells (docs/dss-format.md,
+// section 4.5). What the file states of its scan (errors, folds, number and hash of the points)
+// goes, unless nothing changed.
 //
 // INVALID_ARGUMENT when vertices or faces of `cage` are not those of the file (in any order of the
 // faces), a tag is not an edge or vertex of it, or a coordinate is not finite; FAILED_PRECONDITION
-// for a file of an older version, and for one whose heights stand in groups, which hang on the
-// control points (docs/dss-format.md, section 5.5). Else the errors of DecodeDss.
+// for a file of version 1 or 2. Else the errors of DecodeDss.
 absl::StatusOr<std::vector<uint8_t>> ReplaceControlMesh(std::span<const uint8_t> dss,
                                                         const ControlMesh& cage);
 

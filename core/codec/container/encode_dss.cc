@@ -144,7 +144,7 @@ absl::Status ReplaceMetadata(const DssMetadata& metadata, EncodedSurface& encode
   RILIEVO_ASSIGN_OR_RETURN(const ChunkList list, ListChunks(encoded.chunks[0]));
   ByteReader reader(list.chunks[0].payload);
   const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
-  if (!reader.ok() || list.version != kDssVersion) {
+  if (!reader.ok() || list.version < 3) {
     return absl::InvalidArgumentError("chunk 0 is not as this version writes it");
   }
   RILIEVO_ASSIGN_OR_RETURN(DssHeader header, DecodeDssHeader(head, list.version));

@@ -152,7 +152,7 @@ absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DssHeader& header,
                                                   std::span<const uint8_t> coded_mesh) {
   const std::vector<uint8_t> head = EncodeDssHeader(header);
   // The reader's own checks of the frame and the counts, as an error of the caller's.
-  if (absl::Status status = DecodeDssHeader(head, kDssVersion).status(); !status.ok()) {
+  if (absl::Status status = DecodeDssHeader(head, VersionOf(header)).status(); !status.ok()) {
     return absl::InvalidArgumentError(status.message());
   }
   std::vector<uint8_t> payload;
@@ -163,7 +163,7 @@ absl::StatusOr<std::vector<uint8_t>> ControlChunk(const DssHeader& header,
   PadTo(std::max(BytesByLimit(header.vertex_count, kControlVerticesPerByte),
                  BytesByLimit(header.face_count, kControlFacesPerByte)),
         payload);
-  return WrapChunk(kControlTag, payload, true);
+  return WrapChunk(kControlTag, payload, true, VersionOf(header));
 }
 
 absl::StatusOr<DssDraft> DraftDss(const SpatialFrame& frame, const ControlMesh& mesh,

@@ -23,7 +23,7 @@ namespace rilievo {
 struct DssDraft {
   DssHeader header;
   MeshTopology control;
-  std::vector<uint8_t> coded_mesh;  // crease tags and control mesh
+  std::vector<uint8_t> coded_mesh;  // crease tags and control mesh, what follows the header
   FaceGroups groups;                // where header.group_limit > 0
 };
 

@@ -9,6 +9,7 @@
 #include "core/codec/bytes/decode_limits.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
+#include "core/codec/mesh/group_coder.h"
 
 namespace rilievo {
 namespace {
@@ -26,13 +27,12 @@ absl::Status CheckLaw(int64_t items, int64_t items_per_byte, const Chunk& chunk,
 // becomes DATA_LOSS.
 absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   const DssHeader& header = file.header;
-  std::span<const uint8_t> tags;
-  if (header.has_creases) {
-    ByteReader reader(bytes);
-    tags = reader.Bytes(reader.Varint());
-    if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its crease tags");
-    bytes = reader.Bytes(reader.remaining());
-  }
+  ByteReader reader(bytes);
+  std::span<const uint8_t> groups, tags;
+  if (header.tells_groups) groups = reader.Bytes(reader.Varint());
+  if (header.has_creases) tags = reader.Bytes(reader.Varint());
+  if (!reader.ok()) return absl::DataLossError("chunk 0 ends before its control mesh");
+  bytes = reader.Bytes(reader.remaining());
   const int vertices = header.vertex_count, faces = header.face_count;
   RILIEVO_ASSIGN_OR_RETURN(GridMesh grid,
                            file.version == 1
@@ -59,7 +59,10 @@ absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
     RILIEVO_RETURN_IF_ERROR(DecodeCreases(tags, *topology, grid.points, mesh));
   }
   file.topology = *std::move(topology);
-  if (header.group_limit > 0) {
+  if (header.tells_groups) {
+    RILIEVO_ASSIGN_OR_RETURN(file.groups,
+                             DecodeGroups(groups, file.topology, header.group_limit));
+  } else if (header.group_limit > 0) {
     file.groups = GroupFaces(file.topology, grid.points, header.group_limit);
   }
   return absl::OkStatus();

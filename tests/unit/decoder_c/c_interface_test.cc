@@ -392,6 +392,73 @@ TEST(CInterfaceTest, WhatIsNoSolidIsNotCombined) {
   EXPECT_EQ(mesh, nullptr);
 }
 
+SurfacePtr WithCage(const RilievoSurface* surface, std::span<const double> vertices) {
+  RilievoSurface* moved = nullptr;
+  EXPECT_EQ(rilievo_surface_with_cage(surface, vertices.data(), vertices.size() / 3, nullptr,
+                                      nullptr, 0, nullptr, 0, &moved),
+            RILIEVO_OK)
+      << rilievo_last_error();
+  return SurfacePtr(moved);
+}
+
+TEST(CInterfaceTest, AnotherCageMovesTheSurface) {
+  const std::vector<uint8_t> bytes = Golden("colored_torus_in_groups_v3.dss");
+  SurfacePtr surface = Decode(bytes);
+  std::vector<double> cage = All(rilievo_control_vertices, surface.get());
+  for (size_t i = 2; i < cage.size(); i += 3) cage[i] += 7;
+  const MeshPtr before = Tessellated(surface.get(), 2);
+  const SurfacePtr moved = WithCage(surface.get(), cage);
+  surface.reset();
+  const MeshPtr after = Tessellated(moved.get(), 2);
+  std::vector<double> expected = All(rilievo_mesh_vertices, before.get());
+  for (size_t i = 2; i < expected.size(); i += 3) expected[i] += 7;
+  EXPECT_THAT(All(rilievo_mesh_vertices, after.get()),
+              testing::Pointwise(testing::DoubleNear(1e-9), expected));
+  EXPECT_EQ(All(rilievo_mesh_colors, after.get()), All(rilievo_mesh_colors, before.get()));
+  size_t size = 0;
+  const nlohmann::json info = nlohmann::json::parse(rilievo_surface_info(moved.get(), &size));
+  EXPECT_TRUE(info["certificate"]["folds"].is_null());
+  EXPECT_TRUE(info["chunk_bytes"].empty());
+}
+
+TEST(CInterfaceTest, TagsOfACageAreTakenOrKept) {
+  const SurfacePtr surface = Decode(Golden("colored_torus_in_groups_v3.dss"));
+  const std::vector<double> cage = All(rilievo_control_vertices, surface.get());
+  const std::vector<uint32_t> faces = All(rilievo_control_faces, surface.get());
+  const uint32_t edge[] = {std::max(faces[0], faces[1]), std::min(faces[0], faces[1])};
+  const float sharpness = 2.5f;
+  const auto tag = [&](const RilievoSurface* of, size_t creases, size_t corners) {
+    RilievoSurface* tagged = nullptr;
+    EXPECT_EQ(rilievo_surface_with_cage(of, cage.data(), cage.size() / 3, edge, &sharpness, creases,
+                                        edge, corners, &tagged),
+              RILIEVO_OK)
+        << rilievo_last_error();
+    return SurfacePtr(tagged);
+  };
+  const SurfacePtr tagged = tag(surface.get(), 1, 1);
+  EXPECT_EQ(All(rilievo_control_creases, tagged.get()), (std::vector<uint32_t>{edge[1], edge[0]}));
+  EXPECT_EQ(All(rilievo_control_corners, tagged.get()), std::vector<uint32_t>{edge[0]});
+  const SurfacePtr kept = WithCage(tagged.get(), cage);
+  EXPECT_EQ(All(rilievo_control_sharpness, kept.get()), std::vector<float>{sharpness});
+  EXPECT_TRUE(All(rilievo_control_creases, tag(tagged.get(), 0, 0).get()).empty());
+
+  RilievoSurface* moved = nullptr;
+  const auto refused = [&](size_t vertices, size_t creases, size_t corners) {
+    return rilievo_surface_with_cage(surface.get(), cage.data(), vertices, faces.data(), &sharpness,
+                                     creases, edge, corners, &moved) == RILIEVO_INVALID_ARGUMENT;
+  };
+  EXPECT_TRUE(refused(cage.size() / 3 - 1, 0, 0));
+  EXPECT_TRUE(refused(~size_t{0} / 8, 0, 0));
+  EXPECT_TRUE(refused(cage.size() / 3, ~size_t{0} / 8, 0));
+  EXPECT_EQ(rilievo_surface_with_cage(surface.get(), nullptr, 3, nullptr, nullptr, 0, nullptr, 0,
+                                      &moved),
+            RILIEVO_INVALID_ARGUMENT);
+  EXPECT_EQ(rilievo_surface_with_cage(surface.get(), cage.data(), cage.size() / 3, nullptr, nullptr,
+                                      0, nullptr, 0, nullptr),
+            RILIEVO_INVALID_ARGUMENT);
+  EXPECT_EQ(moved, nullptr);
+}
+
 TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
   RilievoSurface* surface = nullptr;
   const uint8_t text[] = "solid";
@@ -403,7 +470,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 6);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 7);
 }
 
 }  // namespace

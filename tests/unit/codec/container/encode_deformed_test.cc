@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/codec/container/decode_region.h"
 #include "core/codec/container/dss.h"
+#include "core/codec/container/open_dss.h"
 #include "core/surface/displaced_surface.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -136,10 +138,43 @@ TEST(EncodeDeformedTest, RefusesWhatIsAnotherMesh) {
   ControlMesh tagged = cage;
   tagged.corners = {static_cast<int>(cage.vertices.cols())};
   EXPECT_TRUE(absl::IsInvalidArgument(ReplaceControlMesh(file, tagged).status()));
-  const absl::Status grouped =
-      ReplaceControlMesh(FileOf(Torus(12, 16), 128), CageOf(FileOf(Torus(12, 16), 128))).status();
-  EXPECT_TRUE(absl::IsFailedPrecondition(grouped)) << grouped;
-  EXPECT_THAT(grouped.message(), HasSubstr("groups"));
+}
+
+// Groups follow from the control points of a file that does not tell them.
+TEST(EncodeDeformedTest, HeightsInGroupsKeepTheirGroups) {
+  for (const ControlMesh& mesh : {Torus(12, 16), Creased(Torus(12, 16))}) {
+    const std::vector<uint8_t> file = FileOf(mesh, kLeastGroupLimit);
+    ControlMesh cage = CageOf(file);
+    EXPECT_EQ(*ReplaceControlMesh(file, cage), file);
+    const OpenedDss before = *OpenDss(file, true);
+    ASSERT_EQ(before.groups.count(), 4);
+    cage.vertices.row(2) *= 9;
+    for (auto vertex : cage.vertices.colwise()) {
+      vertex = Eigen::AngleAxisd(vertex.z() / kFrame.diagonal, Eigen::Vector3d::UnitX()) *
+               Eigen::Vector3d(vertex);
+    }
+    const std::vector<uint8_t> bent = *ReplaceControlMesh(file, cage);
+    const OpenedDss after = *OpenDss(bent, true);
+    EXPECT_EQ(after.version, 4);
+    EXPECT_EQ(after.groups.members, before.groups.members);
+    EXPECT_LE(after.chunk_bytes[0], 8 * cage.vertices.cols());
+    const DisplacedSurface own = DecodeDss(file, RunContext{})->surface;
+    const DisplacedSurface moved = DecodeDss(bent, RunContext{})->surface;
+    EXPECT_EQ(moved.heights, own.heights);
+    EXPECT_EQ(moved.sources, own.sources);
+    const std::vector<int> faces = {3, 200};
+    const DecodedRegion region = *DecodeRegion(bent, faces, kFinestLevel, RunContext{});
+    EXPECT_LT(region.groups_read, 4);
+    const TriangleMesh whole = *Tessellate(moved, moved.max_level, RunContext{});
+    for (size_t i = 0; i < region.region.vertices.size(); ++i) {
+      EXPECT_EQ(region.region.mesh.vertices.col(static_cast<Eigen::Index>(i)),
+                whole.vertices.col(region.region.vertices[i]));
+    }
+    // Moved again, and only so far that the halves stay what they are.
+    const std::vector<uint8_t> again = *ReplaceControlMesh(bent, CageOf(file));
+    EXPECT_EQ(OpenDss(again, true)->version, 3);
+    EXPECT_EQ(DecodeDss(again, RunContext{})->surface.heights, own.heights);
+  }
 }
 
 }  // namespace

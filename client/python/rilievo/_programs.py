@@ -1,0 +1,64 @@
+"""The programs of rilievo that this package runs."""
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import InvalidArgument, RilievoError, ServerDefect, Unavailable
+from .values import ControlMesh
+
+_INPUT = 3
+"""Exit code of a file that cannot be read or used."""
+
+
+def find(name: str, variable: str, otherwise: str = "") -> str:
+    """Named by the environment variable, in PATH, or in the bin folder of the place where this
+    package is installed. Unavailable if it is in none of them; `otherwise`: what else would do."""
+    named = os.environ.get(variable)
+    if named:
+        return named
+    found = shutil.which(name)
+    if found:
+        return found
+    for folder in pathlib.Path(__file__).resolve().parents:
+        if os.access(folder / "bin" / name, os.X_OK):
+            return str(folder / "bin" / name)
+    raise Unavailable(f"{name} is not found: install it, or name its file in the environment "
+                      f"variable {variable}{otherwise}")
+
+
+def deform(dss: bytes, cage: ControlMesh) -> bytes:
+    """The .dss with the control points and tags of `cage`, by `rilievo deform`. Unavailable when
+    that is not installed."""
+    command = [find("rilievo", "RILIEVO_PROGRAM"), "deform", "-", "-o", "-", "--cage"]
+    with tempfile.NamedTemporaryFile("w", suffix=".obj", encoding="ascii") as file:
+        file.write(_as_obj(cage))
+        file.flush()
+        command.append(file.name)
+        if len(cage.creases) + len(cage.corners) == 0:
+            command += ["--crease-sharpness", "0"]
+        done = subprocess.run(command, input=dss, capture_output=True, check=False)
+    if done.returncode == 0:
+        return done.stdout
+    reason = done.stderr.decode("utf-8", "replace").strip() or f"it ended with {done.returncode}"
+    error = InvalidArgument if done.returncode == _INPUT else \
+        ServerDefect if done.returncode < 2 else RilievoError
+    raise error(f"{command[0]} deform: {reason}")
+
+
+def _as_obj(cage: ControlMesh) -> str:
+    """As `rilievo export --cage` writes it; numbers read back the same."""
+    lines = [_line("v", vertex) for vertex in cage.vertices]
+    lines += [_line("f", face + 1) for face in cage.faces.astype(np.int64)]
+    lines += [f"t crease 2/1/0 {a} {b} {sharpness!r}" for (a, b), sharpness in
+              zip(cage.creases.tolist(), cage.sharpness.tolist())]
+    lines += [f"t corner 1/1/0 {corner} 10" for corner in cage.corners.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _line(kind: str, numbers: npt.NDArray[np.generic]) -> str:
+    return " ".join([kind] + [repr(number) for number in numbers.tolist()])
