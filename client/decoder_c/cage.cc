@@ -21,9 +21,7 @@ absl::Status CheckCount(size_t count, const char* name) {
 }
 
 // What is not an int becomes the number of no vertex.
-int CageNumber(uint32_t number) {
-  return number > kMostCageNumber ? -1 : static_cast<int>(number);
-}
+int CageNumber(uint32_t number) { return number > kMostCageNumber ? -1 : static_cast<int>(number); }
 
 std::vector<Crease> CreasesOf(std::span<const uint32_t> ends, const float* sharpness) {
   std::vector<Crease> creases;
@@ -54,8 +52,8 @@ RilievoCode rilievo_surface_with_cage(const RilievoSurface* surface, const doubl
     RILIEVO_RETURN_IF_ERROR(CheckCount(crease_count, "crease_count"));
     RILIEVO_RETURN_IF_ERROR(CheckCount(corner_count, "corner_count"));
     rilievo::ControlMesh cage = surface->decoded.surface.control_mesh;
-    cage.vertices = Eigen::Map<const Eigen::Matrix3Xd>(vertices, 3,
-                                                       static_cast<Eigen::Index>(vertex_count));
+    cage.vertices =
+        Eigen::Map<const Eigen::Matrix3Xd>(vertices, 3, static_cast<Eigen::Index>(vertex_count));
     if (creases != nullptr) cage.creases = CreasesOf({creases, 2 * crease_count}, sharpness);
     if (corners != nullptr) {
       cage.corners.resize(corner_count);

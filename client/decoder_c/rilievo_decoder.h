@@ -108,11 +108,11 @@ RILIEVO_API const uint32_t* rilievo_control_creases(const RilievoSurface* surfac
 RILIEVO_API const float* rilievo_control_sharpness(const RilievoSurface* surface, size_t* count);
 RILIEVO_API const uint32_t* rilievo_control_corners(const RilievoSurface* surface, size_t* count);
 
-/* Since 7. The surface with other control points and tags: what moves its control mesh moves it, and
- * its heights ride along. `vertices`: x, y, z of each of the `vertex_count` control points, in their
- * order, scan frame. `creases`: two vertex numbers for each of `crease_count` edges, with their
- * `sharpness`, above 0, kept in 1/16. `corners`: `corner_count` vertices. NULL for `creases` or
- * `corners`: those of the surface. The new surface has no certificate and no chunks. It does not
+/* Since 7. The surface with other control points and tags: what moves its control mesh moves it,
+ * and its heights ride along. `vertices`: x, y, z of each of the `vertex_count` control points, in
+ * their order, scan frame. `creases`: two vertex numbers for each of `crease_count` edges, with
+ * their `sharpness`, above 0, kept in 1/16. `corners`: `corner_count` vertices. NULL for `creases`
+ * or `corners`: those of the surface. The new surface has no certificate and no chunks. It does not
  * need the one before. On failure *moved is NULL. */
 RILIEVO_API RilievoCode rilievo_surface_with_cage(const RilievoSurface* surface,
                                                   const double* vertices, size_t vertex_count,

@@ -26,8 +26,7 @@ absl::Status CheckSignature(std::span<const uint8_t> bytes) {
   const int version = bytes[kSignature.size()];
   if (version > kNewestDssVersion) {
     return absl::UnimplementedError(absl::StrCat("the stream has format version ", version,
-                                                 ", this decoder reads up to ",
-                                                 kNewestDssVersion));
+                                                 ", this decoder reads up to ", kNewestDssVersion));
   }
   if (version == 0) return absl::InvalidArgumentError("format version 0 does not exist");
   return absl::OkStatus();

@@ -59,10 +59,9 @@ absl::Status CheckCage(const ControlMesh& cage, const SpatialFrame& frame,
     const double diagonals =
         (cage.vertices.col(v) - frame.center).cwiseAbs().maxCoeff() / frame.diagonal;
     if (!(diagonals <= kMostDiagonals)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("vertex ", v, " of the cage is ", diagonals,
-                       " diagonals of the surface away from it, at most ", kMostDiagonals,
-                       " are possible"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          "vertex ", v, " of the cage is ", diagonals,
+          " diagonals of the surface away from it, at most ", kMostDiagonals, " are possible"));
     }
   }
   return absl::OkStatus();
@@ -113,14 +112,12 @@ absl::StatusOr<DecodedSurface> WithControlMesh(const DecodedSurface& decoded,
   const DisplacedSurface& before = decoded.surface;
   DecodedSurface moved;
   DisplacedSurface& surface = moved.surface;
-  RILIEVO_ASSIGN_OR_RETURN(
-      surface.control_mesh,
-      ControlMeshOfCage(cage, before.frame, before.control_mesh.faces));
+  RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
+                           ControlMeshOfCage(cage, before.frame, before.control_mesh.faces));
   if (surface.control_mesh.creases != before.control_mesh.creases ||
       surface.control_mesh.corners != before.control_mesh.corners) {
-    RILIEVO_ASSIGN_OR_RETURN(
-        const MeshTopology topology,
-        BuildMeshTopology(cage.faces, static_cast<int>(cage.vertices.cols())));
+    RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                             BuildMeshTopology(cage.faces, static_cast<int>(cage.vertices.cols())));
     RILIEVO_RETURN_IF_ERROR(BuildCreaseTopology(surface.control_mesh, topology).status());
   }
   surface.frame = before.frame;

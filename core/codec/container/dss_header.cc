@@ -31,7 +31,9 @@ int KnownFlags(int version) {
 
 }  // namespace
 
-int VersionOf(const DssHeader& header) { return header.tells_groups ? kNewestDssVersion : kDssVersion; }
+int VersionOf(const DssHeader& header) {
+  return header.tells_groups ? kNewestDssVersion : kDssVersion;
+}
 
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
   std::vector<uint8_t> bytes;

@@ -51,7 +51,7 @@ absl::StatusOr<PlacedCage> Place(const ControlMesh& cage, const OpenedDss& file)
   }
   const Eigen::Vector3d low = cage.vertices.rowwise().minCoeff();
   const Eigen::Vector3d high = cage.vertices.rowwise().maxCoeff();
-  placed.frame = Rounded({(low + high) / 2, placed.frame.diagonal});
+  placed.frame.center = Rounded({(low + high) / 2, placed.frame.diagonal}).center;
   mesh.vertices = (cage.vertices.colwise() - placed.frame.center) / placed.frame.diagonal;
   placed.step =
       StoredStep(std::max(kFineStep, 2 * mesh.vertices.cwiseAbs().maxCoeff() / kMaxCoordinate));

@@ -60,8 +60,7 @@ absl::Status DecodeControl(std::span<const uint8_t> bytes, OpenedDss& file) {
   }
   file.topology = *std::move(topology);
   if (header.tells_groups) {
-    RILIEVO_ASSIGN_OR_RETURN(file.groups,
-                             DecodeGroups(groups, file.topology, header.group_limit));
+    RILIEVO_ASSIGN_OR_RETURN(file.groups, DecodeGroups(groups, file.topology, header.group_limit));
   } else if (header.group_limit > 0) {
     file.groups = GroupFaces(file.topology, grid.points, header.group_limit);
   }

@@ -107,8 +107,8 @@ absl::StatusOr<FaceGroups> DecodeGroups(std::span<const uint8_t> bytes, const Me
   const size_t least = count > 1 ? (static_cast<size_t>(limit) + 1) / 2 : 0;
   for (const std::vector<int>& members : groups.members) {
     if (members.size() < least || members.size() > static_cast<size_t>(limit)) {
-      return absl::DataLossError(absl::StrCat("a group has ", members.size(), " faces, must be ",
-                                              least, " to ", limit));
+      return absl::DataLossError(
+          absl::StrCat("a group has ", members.size(), " faces, must be ", least, " to ", limit));
     }
   }
   groups.group_of = std::move(group_of);

@@ -49,8 +49,8 @@ TEST(GroupCoderTest, GroupsThatHalvingDoesNotGiveAreDataLoss) {
   EXPECT_TRUE(absl::IsDataLoss(DecodeGroups(bytes, topology, 513).status()));
   EXPECT_TRUE(absl::IsDataLoss(DecodeGroups({}, topology, 256).status()));
   for (const size_t kept : {size_t{1}, bytes.size() / 4}) {
-    EXPECT_TRUE(absl::IsDataLoss(
-        DecodeGroups(std::span(bytes).first(kept), topology, 256).status()));
+    EXPECT_TRUE(
+        absl::IsDataLoss(DecodeGroups(std::span(bytes).first(kept), topology, 256).status()));
   }
   for (const uint8_t count : {0, 255}) {
     std::vector<uint8_t> spoiled = bytes;
