@@ -4,16 +4,18 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/deform_frames.h"
+#include "client/cli/edited_cage.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/output_folder.h"
 #include "client/cli/output_target.h"
 #include "client/cli/surface_output.h"
-#include "client/formats/mesh_reader.h"
+#include "client/formats/file_kind.h"
 #include "core/base/status_macros.h"
 #include "core/codec/container/encode_deformed.h"
 #include "server/command_line/text_layout.h"
@@ -22,29 +24,18 @@ namespace rilievo {
 namespace {
 
 struct DeformArguments {
-  std::string input, cage;
+  std::string input;
+  std::vector<std::string> cages;
   SurfaceOutputArguments output;
-  std::optional<double> crease_sharpness;
+  std::optional<double> crease_sharpness, frames_per_second;
+  std::optional<std::string> frames;  // what is written into a folder
   bool json = false;
 };
 
-// The tags of the surface stand where the file has none: editors that do not know them drop them.
-ControlMesh CageOf(MeshFile file, const ControlMesh& own) {
-  ControlMesh cage{std::move(file.mesh.vertices), std::move(file.mesh.triangles)};
-  cage.creases = file.tags ? std::move(file.tags->creases) : own.creases;
-  cage.corners = file.tags ? std::move(file.tags->corners) : own.corners;
-  return cage;
-}
+constexpr double kFramesPerSecond = 24;
 
-void SetSharpness(double sharpness, ControlMesh* cage) {
-  if (sharpness == 0) {
-    cage->creases.clear();
-    cage->corners.clear();
-  }
-  for (Crease& crease : cage->creases) crease.sharpness = static_cast<float>(sharpness);
-}
-
-void Print(const DeformArguments& arguments, size_t bytes, size_t creases, bool tagged) {
+void Print(const DeformArguments& arguments, size_t bytes, const EditedCage& cage) {
+  const size_t creases = cage.mesh.creases.size();
   if (arguments.json) {
     const nlohmann::ordered_json report = {
         {"output", arguments.output.output}, {"bytes", bytes}, {"creases", creases}};
@@ -55,43 +46,91 @@ void Print(const DeformArguments& arguments, size_t bytes, size_t creases, bool 
   out << arguments.output.output << '\n'
       << LabelledLine("size", absl::StrCat(Counted(static_cast<int64_t>(bytes), "byte", "bytes"),
                                            " as a .dss file"))
-      << LabelledLine("creases", absl::StrCat(Grouped(static_cast<int64_t>(creases)),
-                                              arguments.crease_sharpness ? " of that sharpness"
-                                              : tagged                   ? ", as the cage says"
-                                                       : ", as before: the cage says nothing"));
+      << LabelledLine("creases",
+                      absl::StrCat(Grouped(static_cast<int64_t>(creases)),
+                                   arguments.crease_sharpness ? " of that sharpness"
+                                   : cage.tagged              ? ", as the cage says"
+                                                 : ", as before: the cage says nothing"));
+}
+
+void Print(const DeformArguments& arguments, const WrittenFrames& written) {
+  if (arguments.json) {
+    const nlohmann::ordered_json report = {
+        {"output", arguments.output.output}, {"frames", written.frames}, {"bytes", written.bytes}};
+    std::cout << report.dump(2) << '\n';
+    return;
+  }
+  std::cout << arguments.output.output << '\n'
+            << LabelledLine("frames", Grouped(written.frames))
+            << LabelledLine("size", Counted(written.bytes, "byte", "bytes"));
+}
+
+absl::Status DeformOnce(const DeformArguments& arguments, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
+  const std::string& path = arguments.cages.front();
+  CommandFiles files{.inputs = {arguments.input, path}, .outputs = PathsOf({target})};
+  if (arguments.json) files.text.push_back("-");
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
+  RILIEVO_ASSIGN_OR_RETURN(const EditedCage cage,
+                           ReadCage(path, arguments.input, own.surface.control_mesh,
+                                    arguments.crease_sharpness, context));
+  const absl::StatusOr<std::vector<uint8_t>> after = ReplaceControlMesh(before, cage.mesh);
+  if (!after.ok()) {
+    const bool of_surface = absl::IsFailedPrecondition(after.status());
+    return absl::Status(after.status().code(), absl::StrCat(of_surface ? arguments.input : path,
+                                                            ": ", after.status().message()));
+  }
+  RILIEVO_RETURN_IF_ERROR(WriteSurface(target, *after, context));
+  Print(arguments, after->size(), cage);
+  return absl::OkStatus();
+}
+
+// Several cages, or one into a folder.
+absl::Status DeformFrames(const DeformArguments& arguments, const RunContext& context) {
+  const std::string& output = arguments.output.output;
+  const bool clip = !NamesAFolder(output);
+  if (clip && Extension(output) != "glb") {
+    return UsageError(absl::StrCat("--output ", output, ": ", arguments.cages.size(),
+                                   " cages need a folder, ", output, "/, or one .glb of all"));
+  }
+  if (arguments.output.keep_dss) {
+    return UsageError("--keep-dss is for one cage; use --frames dss with a folder");
+  }
+  const FramesRequest request = {arguments.input, arguments.cages, arguments.crease_sharpness,
+                                 output, arguments.frames_per_second.value_or(kFramesPerSecond)};
+  const std::string kind = arguments.frames.value_or("pose");
+  CommandFiles files{.inputs = {arguments.input}, .outputs = {output}};
+  files.inputs.insert(files.inputs.end(), arguments.cages.begin(), arguments.cages.end());
+  if (!clip) {
+    RILIEVO_ASSIGN_OR_RETURN(files.outputs, FrameFiles(request, kind));
+  }
+  if (arguments.json) files.text.push_back("-");
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> dss, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, dss, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const WrittenFrames written,
+      clip ? WriteClip(request, own, context) : WriteFrames(request, kind, dss, own, context));
+  Print(arguments, written);
+  return absl::OkStatus();
 }
 
 absl::Status Deform(const DeformArguments& arguments, std::stop_token stop) {
-  RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
-  CommandFiles files{.inputs = {arguments.input, arguments.cage}, .outputs = PathsOf({target})};
-  if (arguments.json) files.text.push_back("-");
-  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
   RunContext context;
   context.stop = stop;
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
-  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMesh(arguments.cage));
-  if (file.place != ScanPlace{}) {
-    return WithExitCode(
-        absl::InvalidArgumentError(absl::StrCat(
-            arguments.cage, ": a ", file.format,
-            " has its own unit and way up; give the cage as OBJ or PLY, in the coordinates of ",
-            arguments.input)),
-        ExitCode::kUsage);
+  const std::string& output = arguments.output.output;
+  const bool folder = NamesAFolder(output), one = arguments.cages.size() == 1 && !folder;
+  if (arguments.frames && !folder) {
+    return UsageError(absl::StrCat("--frames ", *arguments.frames,
+                                   " is about the files of a folder; write --output ", output,
+                                   "/, or leave it out"));
   }
-  const bool tagged = file.tags.has_value();
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
-  ControlMesh cage = CageOf(std::move(file), own.surface.control_mesh);
-  if (arguments.crease_sharpness) SetSharpness(*arguments.crease_sharpness, &cage);
-  const absl::StatusOr<std::vector<uint8_t>> after = ReplaceControlMesh(before, cage);
-  if (!after.ok()) {
-    const bool of_surface = absl::IsFailedPrecondition(after.status());
-    return absl::Status(after.status().code(),
-                        absl::StrCat(of_surface ? arguments.input : arguments.cage, ": ",
-                                     after.status().message()));
+  if (arguments.frames_per_second && (folder || one)) {
+    return UsageError("--fps is for several cages in one .glb; leave it out");
   }
-  RILIEVO_RETURN_IF_ERROR(WriteSurface(target, *after, context));
-  Print(arguments, after->size(), cage.creases.size(), tagged);
-  return absl::OkStatus();
+  return one ? DeformOnce(arguments, context) : DeformFrames(arguments, context);
 }
 
 }  // namespace
@@ -103,12 +142,23 @@ Command AddDeform(CLI::App& program) {
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
   app->add_option(
-         "--cage", arguments->cage,
+         "--cage", arguments->cages,
          "the control mesh as 'rilievo export IN cage.obj --cage' writes it, with vertices "
          "moved or creases changed; where it has no line 't crease' or 't corner', "
-         "the creases of the surface stay")
+         "the creases of the surface stay; or a .dss with such a control mesh; several: frames")
       ->required();
-  AddSurfaceOutput(app, "", &arguments->output)->required();
+  AddSurfaceOutput(app,
+                   "of several cages a folder, see --frames, or a .glb with an animation through "
+                   "all of them; ",
+                   &arguments->output)
+      ->required();
+  app->add_option("--frames", arguments->frames,
+                  "what is written for each cage into a folder: a pose (default), the control mesh "
+                  "alone, which takes its heights from IN when it is a --cage itself; dss; or a "
+                  "mesh: ply, obj, stl, glb, 3mf, usda")
+      ->check(CLI::IsMember({"pose", "dss", "ply", "obj", "stl", "glb", "3mf", "usda"}));
+  app->add_option("--fps", arguments->frames_per_second, "frames per second of a .glb; default 24")
+      ->check(CLI::Range(0.01, 1000.0));
   app->add_option("--crease-sharpness", arguments->crease_sharpness,
                   "sharpness of all creases: 0 (none, no corners) to 10 (sharp at every level); "
                   "default as they "

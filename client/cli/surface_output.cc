@@ -29,7 +29,6 @@ bool IsMesh(const std::string& extension) {
   return std::find(meshes.begin(), meshes.end(), extension) != meshes.end();
 }
 
-// As `rilievo export` does without options.
 absl::Status WriteMeshOf(const DecodedSurface& decoded, const std::string& path,
                          const RunContext& context) {
   const DisplacedSurface& surface = decoded.surface;
@@ -128,7 +127,12 @@ absl::Status WriteSurface(const SurfaceTarget& target, std::span<const uint8_t> 
   // The .dss first: what took the time is kept whatever becomes of the mesh.
   if (!target.kept_dss.empty()) RILIEVO_RETURN_IF_ERROR(WriteDss(target.kept_dss, dss));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(dss, context));
-  absl::Status written = WriteMeshOf(decoded, target.path, context);
+  return WriteSurfaceMesh(decoded, target.path, context);
+}
+
+absl::Status WriteSurfaceMesh(const DecodedSurface& decoded, const std::string& path,
+                              const RunContext& context) {
+  absl::Status written = WriteMeshOf(decoded, path, context);
   if (absl::IsCancelled(written)) return written;
   return WithExitCode(std::move(written), ExitCode::kOutput);
 }

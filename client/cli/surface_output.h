@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
+#include "core/codec/container/dss.h"
 
 namespace CLI {
 class App;
@@ -44,6 +45,10 @@ absl::StatusOr<SurfaceTarget> SurfaceTargetOf(const SurfaceOutputArguments& argu
 // standard input.
 absl::StatusOr<std::vector<SurfaceTarget>> SurfaceTargets(const std::vector<std::string>& scans,
                                                           const SurfaceOutputArguments& arguments);
+
+// The mesh at the finest level, as `rilievo export` makes it without options.
+absl::Status WriteSurfaceMesh(const DecodedSurface& decoded, const std::string& path,
+                              const RunContext& context);
 
 // All files that WriteSurface() writes.
 std::vector<std::string> PathsOf(const std::vector<SurfaceTarget>& targets);

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/export_axes.h"
+#include "client/formats/glb_clip.h"
 
 namespace rilievo {
 namespace {
@@ -34,13 +35,16 @@ void AppendJoined(const std::string& item, std::string* list) {
 // Where the bytes of a column lie: in the file, or, of a compressed one, in a buffer that exists
 // only once it has been unpacked.
 std::string View(const GlbColumn& column, uint64_t offset, uint64_t unpacked_offset) {
-  const bool is_attribute = !column.attribute.empty();
+  const bool is_attribute = !column.attribute.empty() && !column.of_animation;
   const std::string stride = absl::StrCat(",\"byteStride\":", column.stride);
   std::string view =
       absl::StrCat("{\"buffer\":", column.mode != nullptr ? 1 : 0,
                    ",\"byteOffset\":", column.mode != nullptr ? unpacked_offset : offset,
-                   ",\"byteLength\":", PlainBytes(column), is_attribute ? stride : "",
-                   ",\"target\":", is_attribute ? kArrayBuffer : kElementArrayBuffer);
+                   ",\"byteLength\":", PlainBytes(column));
+  if (!column.of_animation) {
+    absl::StrAppend(&view, is_attribute ? stride : "",
+                    ",\"target\":", is_attribute ? kArrayBuffer : kElementArrayBuffer);
+  }
   if (column.mode != nullptr) {
     absl::StrAppend(
         &view, ",\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":0,\"byteOffset\":", offset,
@@ -83,7 +87,7 @@ Lists ListColumns(const GlbContents& contents, uint64_t* unpacked) {
   uint64_t offset = 0;
   for (size_t i = 0; i < contents.columns.size(); ++i) {
     const GlbColumn& column = contents.columns[i];
-    if (!column.attribute.empty()) {
+    if (!column.attribute.empty() && column.target < 0 && !column.of_animation) {
       AppendJoined(absl::StrCat("\"", column.attribute, "\":", i), &lists.attributes);
     }
     AppendJoined(View(column, offset, *unpacked), &lists.views);
@@ -130,8 +134,9 @@ std::string GlbJson(const GlbContents& contents, const ScanPlace& place) {
       "\"baseColorFactor\":", contents.has_colors ? "[1,1,1,1]" : "[0.8,0.8,0.78,1]",
       ",\"metallicFactor\":0,\"roughnessFactor\":0.9}}],", textured ? TextureJson(indices + 1) : "",
       "\"meshes\":[{\"primitives\":[{\"attributes\":{", lists.attributes, "},\"indices\":", indices,
-      ",\"material\":0}]}],\"accessors\":[", lists.accessors, "],\"bufferViews\":[", lists.views,
-      "],\"buffers\":[", buffers, "]}");
+      ",\"material\":0", GlbTargets(contents.columns), "}]}]", GlbAnimations(contents.columns),
+      ",\"accessors\":[", lists.accessors, "],\"bufferViews\":[", lists.views, "],\"buffers\":[",
+      buffers, "]}");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ namespace rilievo {
 inline constexpr int kGlbByte = 5120, kGlbUnsignedByte = 5121, kGlbUnsignedShort = 5123,
                      kGlbUnsignedInt = 5125, kGlbFloat = 5126;
 
-// Rows of numbers: an attribute of the vertices, or the corners of the triangles.
+// Rows of numbers: an attribute of the vertices, the corners of the triangles, or of a clip.
 struct GlbColumn {
   std::string attribute;  // "POSITION", "_SOURCE"; empty: the corners of the triangles
   int component = kGlbFloat;
@@ -33,6 +33,9 @@ struct GlbColumn {
   // Of EXT_meshopt_compression: "ATTRIBUTES" or "TRIANGLES", and "OCTAHEDRAL"; nullptr: none.
   const char* mode = nullptr;
   const char* filter = nullptr;
+  // Of a clip (glb_clip.h): the morph target whose attribute it is, or numbers of its animation.
+  int target = -1;
+  bool of_animation = false;
 };
 
 struct GlbContents {

@@ -59,7 +59,7 @@ GlbColumn ColorColumn(const std::vector<Rgb>& colors) {
 // The columns refer to what they are made of.
 std::vector<GlbColumn> ColumnsOf(const TriangleMesh& mesh, std::span<const HeightSource> sources,
                                  const PointLayers& layers, const GlbTexture* texture,
-                                 const Eigen::Vector3d& middle) {
+                                 const GlbClip* clip, const Eigen::Vector3d& middle) {
   const auto vertices = static_cast<uint64_t>(mesh.vertices.cols());
   std::vector<GlbColumn> columns = {PositionColumn(mesh, middle)};
   if (mesh.normals.cols() == mesh.vertices.cols()) {
@@ -89,6 +89,7 @@ std::vector<GlbColumn> ColumnsOf(const TriangleMesh& mesh, std::span<const Heigh
           for (const float place : texture->places.reshaped()) writer->Little(place);
         }));
   }
+  if (clip != nullptr) AppendClipColumns(*clip, &columns);
   columns.push_back(Column("", kGlbUnsignedInt, "SCALAR",
                            static_cast<uint64_t>(mesh.triangles.size()), 4,
                            [&mesh](BlockWriter* writer) {
@@ -103,12 +104,12 @@ std::vector<GlbColumn> ColumnsOf(const TriangleMesh& mesh, std::span<const Heigh
 
 absl::Status WriteGlbMesh(const TriangleMesh& mesh, std::span<const HeightSource> sources,
                           std::ostream& out, const PointLayers& layers, const ScanPlace& place,
-                          const GlbTexture* texture) {
+                          const GlbTexture* texture, const GlbClip* clip) {
   RILIEVO_RETURN_IF_ERROR(CheckGlbMesh(mesh, sources, layers));
   GlbContents contents;
   contents.translation =
       (mesh.vertices.rowwise().minCoeff() + mesh.vertices.rowwise().maxCoeff()) / 2;
-  contents.columns = ColumnsOf(mesh, sources, layers, texture, contents.translation);
+  contents.columns = ColumnsOf(mesh, sources, layers, texture, clip, contents.translation);
   contents.has_colors = !layers.colors.empty() || texture != nullptr;
   if (texture != nullptr) contents.png = &texture->png;
   return WriteGlbContents(contents, place, out);

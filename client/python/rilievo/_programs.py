@@ -41,7 +41,11 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
         command.append(file.name)
         if len(cage.creases) + len(cage.corners) == 0:
             command += ["--crease-sharpness", "0"]
-        done = subprocess.run(command, input=dss, capture_output=True, check=False)
+        try:
+            done = subprocess.run(command, input=dss, capture_output=True, check=False)
+        except OSError as error:
+            raise Unavailable(f"{command[0]} cannot be started: {error.strerror}; name the program "
+                              "in the environment variable RILIEVO_PROGRAM") from None
     if done.returncode == 0:
         return done.stdout
     reason = done.stderr.decode("utf-8", "replace").strip() or f"it ended with {done.returncode}"

@@ -219,6 +219,24 @@ TEST(GoldenTest, Version3WithSmoothedHeights) {
   }
 }
 
+// The torus of Version3 in groups, whose cage was bent: it tells its groups.
+TEST(GoldenTest, Version4) {
+  const std::vector<uint8_t> bytes = Golden("bent_torus_in_groups_v4.dss");
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 4);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{1393, 118, 121, 242, 572}));
+  const DisplacedSurface& surface = decoded->surface;
+  ASSERT_EQ(surface.control_mesh.creases.size(), 1u);
+  EXPECT_EQ(surface.control_mesh.creases[0].sharpness, 2.5f);
+  EXPECT_EQ(PointsFingerprint(surface.control_mesh), 1580947596u);
+  EXPECT_EQ(HeightsFingerprint(surface), 2738325827u);
+  const std::vector<int> faces = {0, 100};
+  const auto region = DecodeRegion(bytes, faces, kFinestLevel, RunContext());
+  ASSERT_TRUE(region.ok()) << region.status();
+  EXPECT_EQ(region->groups, 4);
+}
+
 // A torus whose heights and colours stand in groups from level 2 on.
 TEST(GoldenTest, Colours) {
   const std::vector<uint8_t> bytes = Golden("colored_torus_in_groups_v3.dss");

@@ -1,0 +1,109 @@
+// `rilievo deform` with several cages: poses that share the heights, meshes, and a clip.
+#include <cmath>
+
+#include "tests/unit/cli/program_fixture.h"
+#include "tests/unit/formats/glb_parts.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+
+class DeformFramesTest : public ProgramFixture {
+ protected:
+  void SetUp() override {
+    fs::copy_file(RILIEVO_GOLDEN_FOLDER "/colored_torus_in_groups_v3.dss", At("a.dss"));
+    ASSERT_EQ(Run({"export", At("a.dss"), At("cage.obj"), "--cage"}).code, 0);
+    for (int frame = 0; frame < 3; ++frame) WriteBent(frame);
+  }
+
+  std::string Frame(int frame) const { return At("f" + std::to_string(frame) + ".obj"); }
+
+  // The cage, bent the more the later.
+  void WriteBent(int frame) const {
+    std::istringstream in(Content(At("cage.obj")));
+    std::ofstream out(Frame(frame));
+    out.precision(17);
+    for (std::string line; std::getline(in, line);) {
+      double x = 0, y = 0, z = 0;
+      if (std::sscanf(line.c_str(), "v %lf %lf %lf", &x, &y, &z) == 3) {
+        out << "v " << x << ' ' << y << ' ' << z + 5 * frame * std::sin(x) << '\n';
+      } else {
+        out << line << '\n';
+      }
+    }
+  }
+
+  Ended Deform(const std::string& output, std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"deform", At("a.dss"), "--cage", Frame(0), Frame(1), Frame(2),
+                                      "-o",     At(output)};
+    words.insert(words.end(), more.begin(), more.end());
+    return Run(words);
+  }
+};
+
+TEST_F(DeformFramesTest, PosesCostTheirCagesAndTakeTheHeightsOfTheSurface) {
+  const Ended made = Deform("out/", {"--json"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(Json::parse(made.out)["frames"], 3);
+  const std::string pose = Content(At("out/f2.pose.dss"));
+  EXPECT_LT(3 * pose.size(), Content(At("a.dss")).size());
+  for (const std::string& cage : {Frame(2), At("out/f2.pose.dss")}) {
+    ASSERT_EQ(Run({"deform", At("a.dss"), "--cage", cage, "-o", At("full.dss")}).code, 0);
+    ASSERT_EQ(Run({"deform", At("a.dss"), "--cage", Frame(2), "-o", At("direct.dss")}).code, 0);
+    EXPECT_EQ(Content(At("full.dss")), Content(At("direct.dss")));
+  }
+  EXPECT_EQ(Content(At("full.dss")).substr(0, pose.size()), pose);
+}
+
+TEST_F(DeformFramesTest, AFolderOfSurfacesOrMeshes) {
+  ASSERT_EQ(Deform("full/", {"--frames", "dss"}).code, 0);
+  ASSERT_EQ(Deform("meshes/", {"--frames", "obj"}).code, 0);
+  EXPECT_EQ(Content(At("full/f0.dss")), Content(At("a.dss")));
+  const Ended compared =
+      Run({"compare", At("full/f1.dss"), At("meshes/f1.obj"), "--max-distance", "1e-6"});
+  EXPECT_EQ(compared.code, 0) << compared.out << compared.err;
+}
+
+TEST_F(DeformFramesTest, AClipGoesThroughAllCages) {
+  const Ended made = Deform("clip.glb", {"--fps", "10"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("frames"));
+  const std::string glb = Content(At("clip.glb"));
+  const Json json = testing::TakeGlbApart(glb).json;
+  const Json& primitive = json["meshes"][0]["primitives"][0];
+  ASSERT_EQ(primitive["targets"].size(), 2u);
+  const Json& sampler = json["animations"][0]["samplers"][0];
+  const Json& times = json["accessors"][sampler["input"].get<size_t>()];
+  EXPECT_EQ(times["count"], 3);
+  EXPECT_NEAR(times["max"][0].get<double>(), 0.2, 1e-6);
+  EXPECT_EQ(json["accessors"][sampler["output"].get<size_t>()]["count"], 6);
+  // The first frame and what the last adds are the last.
+  ASSERT_EQ(Run({"deform", At("a.dss"), "--cage", Frame(2), "-o", At("last.glb")}).code, 0);
+  const auto middle = [](const Json& of, const Json& position, int axis) {
+    const Json& accessor = of["accessors"][position.get<size_t>()];
+    return accessor["max"][axis].get<double>() + of["nodes"][1]["translation"][axis].get<double>();
+  };
+  const Json last = testing::TakeGlbApart(Content(At("last.glb"))).json;
+  const Json& added = json["accessors"][primitive["targets"][1]["POSITION"].get<size_t>()];
+  EXPECT_EQ(added["count"], json["accessors"][0]["count"]);
+  EXPECT_GT(added["max"][2].get<double>(), 0);
+  EXPECT_GE(middle(json, primitive["attributes"]["POSITION"], 2) + added["max"][2].get<double>(),
+            middle(last, last["meshes"][0]["primitives"][0]["attributes"]["POSITION"], 2));
+}
+
+TEST_F(DeformFramesTest, SaysWhereFramesGoAndWhichOneIsWrong) {
+  const Ended no_folder = Deform("b.dss");
+  EXPECT_EQ(no_folder.code, 2);
+  EXPECT_THAT(no_folder.err, HasSubstr("3 cages need a folder"));
+  EXPECT_EQ(Deform("b.glb", {"--frames", "obj"}).code, 2);
+  EXPECT_EQ(Deform("out/", {"--fps", "30"}).code, 2);
+  std::ofstream(Frame(1)) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const Ended other = Deform("b.glb");
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.err, HasSubstr("f1.obj: the cage has 3 vertices"));
+  EXPECT_FALSE(fs::exists(At("b.glb")));
+}
+
+}  // namespace
+}  // namespace rilievo
