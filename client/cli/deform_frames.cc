@@ -52,7 +52,10 @@ absl::Status WriteEncoded(const FramesRequest& request, const std::string& cage_
   RILIEVO_ASSIGN_OR_RETURN(const EditedCage cage,
                            CageOfFrame(request, cage_path, decoded, context));
   const absl::StatusOr<std::vector<uint8_t>> moved = ReplaceControlMesh(dss, cage.mesh);
-  if (!moved.ok()) return OfFrame(cage_path, moved.status());
+  if (!moved.ok()) {
+    const bool of_surface = absl::IsFailedPrecondition(moved.status());
+    return OfFrame(of_surface ? request.surface : cage_path, moved.status());
+  }
   std::span<const uint8_t> bytes = *moved;
   if (pose) {
     RILIEVO_ASSIGN_OR_RETURN(const ChunkList list, ListChunks(bytes, /*check=*/false));

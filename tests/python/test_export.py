@@ -185,6 +185,13 @@ class ExportTest(unittest.TestCase):
                                    atol=1e-6)
         np.testing.assert_array_equal(vertices["intensity"] * 4, number)
 
+    def clip(self):
+        """Two frames with morph targets."""
+        cage, path = self.export("cage.obj", "--cage"), self.folder / "clip.glb"
+        subprocess.run([program("RILIEVO_PROGRAM"), "deform", str(GOLDEN), "--cage", str(cage),
+                        str(cage), "-o", str(path)], check=True, stdout=subprocess.DEVNULL)
+        return path
+
     def test_glb_passes_the_validator(self):
         validator = os.environ.get("RILIEVO_GLTF_VALIDATOR", "")
         node, npm = shutil.which("node"), shutil.which("npm")
@@ -200,7 +207,7 @@ class ExportTest(unittest.TestCase):
                 self.skipTest("npm cannot install gltf-validator; no network?")
         files = [self.export("level0.glb", "--level", "0"), self.export("finest.glb"),
                  self.export("few.glb", "--triangles", "300"),
-                 self.export("colors.glb", "--carry", str(self.colored_scan()))]
+                 self.export("colors.glb", "--carry", str(self.colored_scan())), self.clip()]
         script = ("const validator = require('gltf-validator'); const fs = require('fs');"
                   "Promise.all(process.argv.slice(1).map(path => validator.validateBytes("
                   "new Uint8Array(fs.readFileSync(path))))).then(r => console.log("

@@ -49,9 +49,9 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
     if done.returncode == 0:
         return done.stdout
     reason = done.stderr.decode("utf-8", "replace").strip() or f"it ended with {done.returncode}"
-    error = InvalidArgument if done.returncode == _INPUT else \
+    kind = InvalidArgument if done.returncode == _INPUT else \
         ServerDefect if done.returncode < 2 else RilievoError
-    raise error(f"{command[0]} deform: {reason}")
+    raise kind(f"{command[0]} deform: {reason}")
 
 
 def _as_obj(cage: ControlMesh) -> str:

@@ -77,10 +77,11 @@ class Surface:
             raise InvalidArgument(f"vertices has the shape {points.shape}: must be "
                                   f"{own.vertices.shape}, the control points of this surface")
         edges = own.creases if creases is None else _numbers(creases, "creases", 2)
-        if sharpness is None:
-            sharp = own.sharpness if creases is None else np.float32(10)
-        else:
-            sharp = np.asarray(sharpness, np.float32)
+        sharp: npt.NDArray[np.float32] = np.array(10, np.float32)
+        if sharpness is not None:
+            sharp = np.array(sharpness, np.float32)
+        elif creases is None:
+            sharp = own.sharpness
         if sharp.shape not in ((), (len(edges),)):
             raise InvalidArgument(f"sharpness has the shape {sharp.shape}: must be one number, or "
                                   f"one for each of {len(edges)} creases")

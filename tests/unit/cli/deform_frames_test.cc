@@ -35,8 +35,8 @@ class DeformFramesTest : public ProgramFixture {
   }
 
   Ended Deform(const std::string& output, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words = {"deform", At("a.dss"), "--cage", Frame(0), Frame(1), Frame(2),
-                                      "-o",     At(output)};
+    std::vector<std::string> words = {"deform", At("a.dss"), "--cage", Frame(0),
+                                      Frame(1), Frame(2),    "-o",     At(output)};
     words.insert(words.end(), more.begin(), more.end());
     return Run(words);
   }
