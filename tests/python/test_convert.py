@@ -62,16 +62,17 @@ class ConvertTest(WithServer):
         self.assertEqual(surface.report["genus"], 0)
 
     def test_the_same_mesh_from_any_array(self):
-        vertices, faces = torus(30, 16)
+        vertices, faces = torus(12, 8)
+        few = {"control_faces": 100, "max_level": 1, "server": self.server}
         vertices = vertices.astype(np.float32)
         structured = np.zeros(len(vertices), [("x", "f4"), ("y", "f4"), ("z", "f4")])
         for i, axis in enumerate("xyz"):
             structured[axis] = vertices[:, i]
-        first = rilievo.convert(vertices, faces, server=self.server).to_bytes()
+        first = rilievo.convert(vertices, faces, **few).to_bytes()
         for some, others in ((vertices.tolist(), faces.tolist()), (structured, faces),
                              (vertices.astype(float), faces.astype(np.uint16)),
                              (np.asfortranarray(vertices), np.asfortranarray(faces))):
-            again = rilievo.convert(some, others, server=self.server)
+            again = rilievo.convert(some, others, **few)
             self.assertEqual(again.to_bytes(), first)
 
     def test_options_and_colors_arrive(self):
@@ -87,7 +88,7 @@ class ConvertTest(WithServer):
 
     def test_levels_arrive_one_by_one(self):
         levels = []
-        rilievo.convert(*torus(60, 30), server=self.server,
+        rilievo.convert(*torus(60, 30), server=self.server, control_faces=200,
                         layer=lambda part: levels.append(part.max_level))
         self.assertEqual(levels, list(range(levels[-1] + 1)))
 

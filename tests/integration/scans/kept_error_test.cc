@@ -22,10 +22,10 @@ struct Asked {
 
 void PrintTo(const Asked& asked, std::ostream* out) { *out << asked.name << asked.max_error; }
 
-class KeptErrorTest : public testing::TestWithParam<Asked> {
+class KeptTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto path = SharedData() / (std::string(GetParam().name) + ".ply");
+  void Read(const std::string& name) {
+    const auto path = SharedData() / (name + ".ply");
     if (!std::filesystem::exists(path)) {
       GTEST_SKIP() << "the shared scans are not on this machine";
     }
@@ -51,6 +51,16 @@ class KeptErrorTest : public testing::TestWithParam<Asked> {
   PointCloud cloud_;
 };
 
+class KeptErrorTest : public KeptTest, public testing::WithParamInterface<Asked> {
+ protected:
+  void SetUp() override { Read(GetParam().name); }
+};
+
+class KeptSizeTest : public KeptTest, public testing::WithParamInterface<std::string> {
+ protected:
+  void SetUp() override { Read(GetParam()); }
+};
+
 TEST_P(KeptErrorTest, IsKeptOrSaidNotToBe) {
   ReconstructOptions options;
   options.encode.max_error = GetParam().max_error;
@@ -68,7 +78,7 @@ TEST_P(KeptErrorTest, IsKeptOrSaidNotToBe) {
   EXPECT_THAT(result->report.warnings[0], HasSubstr("is not kept"));
 }
 
-TEST_P(KeptErrorTest, ASizeIsKept) {
+TEST_P(KeptSizeTest, ASizeIsKept) {
   ReconstructOptions options;
   options.encode.max_bytes = 4000;
   const auto result = Reconstruct(cloud_, options, {});
@@ -86,6 +96,9 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) {
       return std::string(test.param.name) + (test.param.reachable ? "_reachable" : "_not");
     });
+INSTANTIATE_TEST_SUITE_P(Shared, KeptSizeTest,
+                         testing::Values("tum_rabbit", "mechpart_genus3", "distcap"),
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace rilievo

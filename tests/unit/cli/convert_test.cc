@@ -23,7 +23,8 @@ class ConvertTest : public ProgramFixture {
 TEST_F(ConvertTest, EveryFormatBecomesTheSameShape) {
   for (const std::string extension : {"ply", "obj", "stl", "glb"}) {
     const std::string mesh = At("m." + extension), surface = At("s_" + extension + ".dss");
-    const Ended made = Run({"convert", mesh, "-o", surface, "--json", "--quiet"});
+    const Ended made =
+        Run({"convert", mesh, "-o", surface, "--control-faces", "400", "--json", "--quiet"});
     ASSERT_EQ(made.code, 0) << made.err;
     const Json report = Json::parse(made.out);
     EXPECT_EQ(report["genus"], 1) << extension;

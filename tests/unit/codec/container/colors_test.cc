@@ -162,7 +162,7 @@ double Spread(const std::vector<Rgb>& colors) {
 
 TEST(ColorsTest, RoomIsUsedOrLeftAndWhatIsThereDecodes) {
   for (const double size : {0.03, 0.3}) {
-    const DisplacedSurface surface = Painted(Torus(12, 20), 4, Paint::kChecker, size);
+    const DisplacedSurface surface = Painted(Torus(12, 20), 3, Paint::kChecker, size);
     const EncodedSurface plain = *EncodeDss(surface, {}, {}, RunContext());
     const auto bare = static_cast<int64_t>(plain.Concatenate().size());
     double last = Spread(surface.colors);
@@ -187,7 +187,7 @@ TEST(ColorsTest, RoomIsUsedOrLeftAndWhatIsThereDecodes) {
 
 // Many colours and next to no room: the decoder knows no units above 1.
 TEST(ColorsTest, TooManyColoursForTheRoomAreLeftOut) {
-  DisplacedSurface surface = Painted(Torus(48, 48), 3, Paint::kSmooth);
+  DisplacedSurface surface = Painted(Torus(24, 24), 3, Paint::kSmooth);
   uint32_t state = 1;
   for (Rgb& color : surface.colors) {
     for (uint8_t& channel : color)
