@@ -5,9 +5,6 @@ import shutil
 import subprocess
 import tempfile
 
-import numpy as np
-import numpy.typing as npt
-
 from .errors import InvalidArgument, RilievoError, ServerDefect, Unavailable
 from .values import ControlMesh
 
@@ -36,7 +33,7 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
     that is not installed."""
     command = [find("rilievo", "RILIEVO_PROGRAM"), "deform", "-", "-o", "-", "--cage"]
     with tempfile.NamedTemporaryFile("w", suffix=".obj", encoding="ascii") as file:
-        file.write(_as_obj(cage))
+        file.write(cage.to_obj())
         file.flush()
         command.append(file.name)
         if len(cage.creases) + len(cage.corners) == 0:
@@ -52,17 +49,3 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
     kind = InvalidArgument if done.returncode == _INPUT else \
         ServerDefect if done.returncode < 2 else RilievoError
     raise kind(f"{command[0]} deform: {reason}")
-
-
-def _as_obj(cage: ControlMesh) -> str:
-    """As `rilievo export --cage` writes it; numbers read back the same."""
-    lines = [_line("v", vertex) for vertex in cage.vertices]
-    lines += [_line("f", face + 1) for face in cage.faces.astype(np.int64)]
-    lines += [f"t crease 2/1/0 {a} {b} {sharpness!r}" for (a, b), sharpness in
-              zip(cage.creases.tolist(), cage.sharpness.tolist())]
-    lines += [f"t corner 1/1/0 {corner} 10" for corner in cage.corners.tolist()]
-    return "\n".join(lines) + "\n"
-
-
-def _line(kind: str, numbers: npt.NDArray[np.generic]) -> str:
-    return " ".join([kind] + [repr(number) for number in numbers.tolist()])

@@ -80,6 +80,20 @@ class ControlMesh:
     corners: npt.NDArray[np.uint32]
     """Vertices that stay where they are."""
 
+    def to_obj(self) -> str:
+        """The text of an OBJ, as `rilievo export --cage` writes it and `rilievo deform --cage` reads
+        it; numbers read back the same."""
+        lines = [_obj_line("v", vertex) for vertex in self.vertices]
+        lines += [_obj_line("f", face + 1) for face in self.faces.astype(np.int64)]
+        lines += [f"t crease 2/1/0 {a} {b} {sharpness!r}" for (a, b), sharpness in
+                  zip(self.creases.tolist(), self.sharpness.tolist())]
+        lines += [f"t corner 1/1/0 {corner} 10" for corner in self.corners.tolist()]
+        return "\n".join(lines) + "\n"
+
+
+def _obj_line(kind: str, numbers: "npt.NDArray[Any]") -> str:
+    return " ".join([kind] + [repr(number) for number in numbers.tolist()])
+
 
 @dataclass(frozen=True)
 class Frame:
