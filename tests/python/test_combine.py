@@ -49,7 +49,7 @@ class CombineTest(unittest.TestCase):
         for operation, expected, genus in (("union", 10, 0), ("intersection", 2, 0),
                                            ("difference", 6, 1)):
             with self.subTest(operation=operation):
-                surface = self.combine(self.block, self.bar, operation)
+                surface = self.combine(self.block, self.bar, operation, control_faces=400)
                 self.assertAlmostEqual(volume(surface), expected, delta=2e-3 * expected)
                 self.assertEqual(surface.report["genus"], genus)
                 self.assertEqual(surface.report["components"], 1)

@@ -52,7 +52,7 @@ int Run(const CommandLine& line) {
   Scale scale;
   scale.client_time = std::chrono::seconds(line.seconds);
   if (line.brief) {
-    scale = {std::chrono::seconds(15), 8, 10, 1, std::chrono::seconds(2)};
+    scale = {std::chrono::seconds(8), 8, 10, 1, std::chrono::seconds(2)};
     scale.faults = 4;
     scale.odd_clients = 1;
   }

@@ -45,8 +45,9 @@ TEST_F(CombineTest, BoxesHaveTheVolumesThatTheyShould) {
   for (const auto& [operation, volume] : operations) {
     const std::string surface = At(std::string("c") + operation + ".dss");
     const std::string triangles = At(std::string("c") + operation + ".ply");
-    const Ended made = Run({"combine", At("a.obj"), At("b.obj"), operation, "-o", surface,
-                            "--keep-mesh", triangles, "--json", "--quiet"});
+    const Ended made =
+        Run({"combine", At("a.obj"), At("b.obj"), operation, "-o", surface, "--keep-mesh",
+             triangles, "--control-faces", "400", "--json", "--quiet"});
     ASSERT_EQ(made.code, 0) << made.err;
     const Json report = Json::parse(made.out);
     EXPECT_EQ(report["genus"], 0);

@@ -35,7 +35,7 @@ TEST(CertificateTest, TheHashIsThatOfTheNumbers) {
 
 TEST(CertificateTest, EveryShapesFileIsConfirmedByItsScan) {
   for (const std::string& name : ShapeNames()) {
-    const PointCloud scan = Scan(name, 8000);
+    const PointCloud scan = Scan(name, 5000);
     RunContext context;
     context.seed = 3;
     const auto made = Reconstruct(scan, {}, context);

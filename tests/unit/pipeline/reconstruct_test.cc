@@ -164,8 +164,8 @@ TEST(ReconstructTest, StopsWithinHalfASecondAtAnyMoment) {
   constexpr int kStops = 3;
   const double begin = ProcessorSeconds();
   ASSERT_TRUE(Reconstruct(Scan(*MakeGenus2(), 25000), ReconstructOptions{}, RunContext{}).ok());
-  const double run = 3 * (ProcessorSeconds() - begin);
-  const PointCloud scan = Scan(*MakeGenus2(), 75000);
+  const double run = 2 * (ProcessorSeconds() - begin);
+  const PointCloud scan = Scan(*MakeGenus2(), 50000);
   std::mt19937 random(17);
   std::uniform_real_distribution<double> within(0, 1);
   for (int i = 0; i < kStops; ++i) {
