@@ -9,7 +9,7 @@ export default defineConfig({
     emptyOutDir: true,
     copyPublicDir: false,
     rollupOptions: {
-      input: Object.fromEntries(['gateway', 'decoder', 'page', 'formats', 'exports', 'first_layer'].map((part) => [`${part}.test`, `tests/${part}.test.ts`])),
+      input: Object.fromEntries(['gateway', 'decoder', 'page', 'formats', 'exports', 'loader', 'first_layer'].map((part) => [`${part}.test`, `tests/${part}.test.ts`])),
     },
   },
 });

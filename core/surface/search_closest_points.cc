@@ -18,7 +18,7 @@ double ClosestPointTree::SquaredDistanceToItem(const Vector3d& local, int item) 
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNotReached = std::numeric_limits<float>::infinity();
 // Deep enough for 2^31 items: 16 levels, three siblings left on the stack at each.
 constexpr int kStack = 64;
 
@@ -99,7 +99,7 @@ bool ClosestPointTree::HasWithin(const Vector3d& point, double distance) const {
 int ClosestPointTree::Nearest(const Vector3d& point, std::span<Hit> hits, bool hinted) const {
   if (hits.empty()) return 0;
   const Vector3d local = point - origin_;
-  double most = kInfinity;
+  double most = kNotReached;
   if (hinted) {
     constexpr double kHairMore = 1 + 1e-12;  // so that the farthest itself may be taken
     most = std::numeric_limits<double>::min();
@@ -141,7 +141,7 @@ void ClosestPointTree::Search(const Vector3d& local, Best* best) const {
     Entry near[kWidth];
     int near_count = 0;
     for (int k = 0; k < kWidth; ++k) {
-      if (!(distance[k] <= radius) || distance[k] == kInfinity) continue;
+      if (!(distance[k] <= radius) || distance[k] == kNotReached) continue;
       int place = near_count++;
       for (; place > 0 && near[place - 1].distance < distance[k]; --place) {
         near[place] = near[place - 1];

@@ -3,7 +3,8 @@
 #   client/web/tests/run.sh BUILD_DIR [PART [NAME_PATTERN]]
 # build: the page, the gateway, the tests and their types, which the other parts need; gateway; decoder:
 # against the compiled one; page: in Chromium; formats: scans of scanners on the page; exports: files
-# that the command line writes, read by others; first_layer: the page again, where time is measured.
+# that the command line writes, read by others; loader: the npm package, with three.js on a page of its
+# own; first_layer: the page again, where time is measured.
 # Ends with 77 (skipped, for ctest) and a sentence where a tool is not there.
 set -euo pipefail
 build=$(cd "$1" && pwd)
@@ -33,6 +34,7 @@ if [ "$part" = build ] || [ "$part" = all ]; then
     npm ping --fetch-retries=0 >/dev/null 2>&1 || skip "npm's registry does not answer"
     exit 1
   }
+  npm/build.sh "$build"
   npx tsc --noEmit
   npx vite build --logLevel warn --config vite.tests.config.ts
 fi
@@ -42,7 +44,7 @@ export BIN=$build/bin WEB=$build/web WASM=$build/web/rilievo.wasm
 export PYTHON_PACKAGE=$build/python DECODER_LIBRARY=$build/lib/librilievo_decoder.so
 export GOLDEN=$root/tests/golden CORPUS=$root/tests/fuzz/corpus REFERENCE=$web/tests/reference
 status=0
-[ "$part" = all ] && part="gateway decoder page formats exports first_layer"
+[ "$part" = all ] && part="gateway decoder page formats exports loader first_layer"
 for name in $part; do
   node --test ${3:+--test-name-pattern="$3"} "generated/tests/$name.test.js" || status=1
 done

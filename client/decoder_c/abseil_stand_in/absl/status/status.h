@@ -1,5 +1,5 @@
-// What the decoder and the readers use of absl::Status, for WebAssembly: Debian ships Abseil
-// compiled for the machine only, and its sources need threads.
+// What the decoder and the readers use of absl::Status, where Abseil cannot be linked: Debian ships
+// it neither for WebAssembly nor as archives that a shared library could take in.
 #pragma once
 
 #include <string>

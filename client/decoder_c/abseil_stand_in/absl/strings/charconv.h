@@ -1,4 +1,4 @@
-// absl::from_chars of a double; see compat/charconv.
+// absl::from_chars of a double; for WebAssembly see client/web/wasm/compat/charconv.
 #pragma once
 
 #include <charconv>
