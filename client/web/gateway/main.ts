@@ -2,12 +2,15 @@
 import { createServer, type IncomingMessage, type RequestListener, type ServerResponse } from 'node:http';
 import { type AddressInfo } from 'node:net';
 import { basename } from 'node:path';
+import { isMainThread } from 'node:worker_threads';
 import { connectNodeAdapter, createGrpcTransport } from '@connectrpc/connect-node';
 import { fileHandler } from './files';
 import { forwardCalls } from './forward';
+import { convert } from './glb';
 import { boundConnections, boundMessage, MAX_MESSAGE_BYTES } from './limits';
 import { fail, type Options, readOptions } from './options';
 import { secure } from './security_headers';
+import { surfaceFileHandler } from './surface_file';
 import { uploadHandler } from './upload';
 
 /** Nothing is inflated: a few kilobytes can hold gigabytes. */
@@ -25,6 +28,7 @@ function answers(options: Options): RequestListener {
   const transport = createGrpcTransport({ baseUrl: options.serverUrl, nodeOptions: options.tls, ...BOUNDS });
   const files = fileHandler(options.page, options.file);
   const upload = uploadHandler(transport, options);
+  const surfaceFile = surfaceFileHandler(transport, options, options.page);
   const calls = connectNodeAdapter({
     ...BOUNDS,
     routes: (router) => forwardCalls(router, transport, options),
@@ -36,6 +40,8 @@ function answers(options: Options): RequestListener {
         .end('this gateway does not answer to that name; start it with --allow-host\n');
     } else if (request.method === 'POST' && request.url === '/scans') {
       void upload(request, response);
+    } else if (request.method === 'GET' && request.url?.startsWith('/jobs/')) {
+      void surfaceFile(request, response);
     } else {
       if (request.method === 'POST') boundMessage(request);
       calls(request, response);
@@ -70,4 +76,5 @@ function main(): void {
   }
 }
 
-main();
+if (isMainThread) main();
+else void convert();

@@ -2,7 +2,7 @@
 // before a real one.
 //   BIN: folder with rilievod; WEB: the built page and gateway.
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { type IncomingHttpHeaders, request } from 'node:http';
@@ -18,7 +18,7 @@ import { createConnectTransport } from '@connectrpc/connect-web';
 import { BadRequestSchema, ErrorInfoSchema } from '../generated/google/rpc/error_details_pb';
 import { JobsService } from '../generated/rilievo/v1/jobs_pb';
 import { CoordinateFormat } from '../generated/rilievo/v1/reconstruction_pb';
-import { type Program, startGateway, startServer } from './programs';
+import { type Program, rilievo, startGateway, startServer } from './programs';
 
 const NOBODY = '127.0.0.1:9';
 const GET_JOB = '/rilievo.v1.JobsService/GetJob';
@@ -285,6 +285,49 @@ test('errors of the server arrive with code, message and details, and nothing el
     const { code, details } = JSON.parse(scan.text);
     assert.deepEqual([scan.status, code], [400, 'invalid_argument']);
     assert.ok(details.some(({ type }: { type: string }) => type === 'google.rpc.BadRequest'));
+  } finally {
+    await front.stop();
+    await server.stop();
+  }
+});
+
+test('the curl commands of docs/http.md make a surface and a GLB', async () => {
+  const server = await startServer(join(folder, 'http'));
+  const front = await startGateway(server.address);
+  const at = (name: string) => join(folder, name);
+  try {
+    const page = readFileSync(join(process.env.GOLDEN ?? '', '../../docs/http.md'), 'utf8');
+    const commands = [...page.matchAll(/^```sh\n(.*?)^```/gms)].map(([, block]) => block).join('');
+    assert.match(commands, /GATEWAY=http:\/\/127\.0\.0\.1:8080\n/);
+    const sphere = Array.from({ length: 2000 }, (_none, i) => {
+      const [z, angle] = [1 - (2 * i + 1) / 2000, 2.39996 * i];
+      return [Math.sqrt(1 - z * z) * Math.cos(angle), Math.sqrt(1 - z * z) * Math.sin(angle), z].join(' ');
+    });
+    writeFileSync(at('scan.xyz'), sphere.join('\n'));
+    // By Debian's own Python, which has NumPy.
+    const run = spawn('bash', ['-euo', 'pipefail', '-c', commands.replace('http://127.0.0.1:8080', front.address.replace(/\/$/, ''))],
+      { cwd: folder, env: { ...process.env, PATH: `/usr/bin:${process.env.PATH}` }, stdio: ['ignore', 'pipe', 'pipe'] });
+    let said = '';
+    for (const stream of [run.stdout, run.stderr]) stream.on('data', (text) => (said += text));
+    assert.equal(await new Promise((resolve) => run.on('close', resolve)), 0, said);
+    const job = /"jobId":"([\w-]+)"/.exec(said)![1]!;
+    // The same file as by the command line, and what that makes of it.
+    rilievo('jobs', 'fetch', job, '--server', server.address, '-o', at('fetched.dss'));
+    assert.ok(readFileSync(at('surface.dss')).equals(readFileSync(at('fetched.dss'))));
+    rilievo('export', at('fetched.dss'), at('exported.glb'), '--level', '2');
+    assert.ok(readFileSync(at('surface.glb')).equals(readFileSync(at('exported.glb'))));
+
+    const wrong: [string, number, RegExp][] = [
+      ['/jobs/x/surface.dss', 404, /not_found.*job/], [`/jobs/${job}/surface.obj`, 404, /surface\.glb with/],
+      [`/jobs/${job}/surface.glb?level=60`, 400, /level/], ['/jobs/%2e%2e/surface.dss', 404, /not_found/],
+    ];
+    for (const [path, status, text] of wrong) {
+      const answer = await ask(path, {}, undefined, front);
+      assert.equal(answer.status, status, `${path}: ${answer.text}`);
+      assert.match(answer.text, text);
+    }
+    const both = await Promise.all([0, 1].map(() => ask(`/jobs/${job}/surface.glb`, {}, undefined, front)));
+    assert.deepEqual(both.map(({ status }) => status), [200, 200]);
   } finally {
     await front.stop();
     await server.stop();
