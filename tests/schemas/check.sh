@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The protocol by buf (lint, and nothing broken since the release kept in proto/released.binpb) and by
-# protoc for Go, Java and C#, the Kubernetes manifests by the schemas of its API, the compose file by
-# the one of the Compose Specification, and the options that manifests, compose file and image give
+# protoc for Go, Java and C#, the Kubernetes manifests by the schemas of its API, the compose files by
+# the one of the Compose Specification, the recipes for continuous integration by running them, and the
+# options that manifests, compose file and image give
 # to the server by the server itself.
 #   check.sh SOURCE WORK RILIEVOD
 # Exit code 77: the tools cannot be had here.
@@ -83,6 +84,33 @@ for change in 's/read_only: true/readonly: true/' 's/retries: 3/retries: often/'
   check "a compose file with $change is refused" \
     not node tests/schemas/check_compose.mjs "$modules" "$work/changed/wrong.yaml"
 done
+
+check "the compose file of one scan matches the schema" \
+  node tests/schemas/check_compose.mjs "$modules" deploy/ci/compose.yaml
+
+# The recipes for continuous integration, as their services run them: a scan like its reference passes, a
+# changed one ends with 7.
+bin=$(dirname "$rilievod")
+rm -rf "$work/ci" && mkdir "$work/ci"
+for scan in "reference --noise 0.001" "same --noise 0.001 --seed 2" "changed --noise 0.02"; do
+  # shellcheck disable=SC2086  # a name and options
+  "$bin/rilievo" simulate star -o "$work/ci/${scan%% *}.ply" --points 5000 ${scan#* } >/dev/null
+done
+"$bin/rilievo" reconstruct "$work/ci/reference.ply" -o "$work/ci/reference.dss" --quiet >/dev/null
+ends_with() { # CODE FILE SCAN
+  local code=0
+  node tests/schemas/script_of.mjs "$modules" "$2" >"$work/ci/commands"
+  (cd "$work/ci" && PATH=$bin:$PATH SCAN=$3 REFERENCE=reference.dss MAX_RMS=0.001 SURFACE=surface.dss \
+    bash -e commands) || code=$?
+  [ "$code" -eq "$1" ] || { echo "ended with $code, not $1"; return 1; }
+}
+for recipe in action.yml gitlab.yml; do
+  check "$recipe passes a scan like its reference" ends_with 0 "deploy/ci/$recipe" same.ply
+  check "$recipe ends with 7 at a changed scan" ends_with 7 "deploy/ci/$recipe" changed.ply
+done
+mapfile -t once < <(node tests/schemas/container_arguments.mjs "$modules" deploy/ci/compose.yaml reconstruct)
+check "the command of the compose file makes a mesh" \
+  sh -c 'cd "$1/ci" && cp same.ply scan.ply && shift && "$@" && test -s mesh.glb' sh "$work" "$bin/rilievo" "${once[@]}"
 
 # What the image is built with comes to it past .dockerignore.
 for script in $(grep -o 'docker/[a-z_]*\.sh' docker/Dockerfile | sort -u); do
