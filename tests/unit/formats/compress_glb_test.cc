@@ -2,7 +2,6 @@
 #include "client/formats/meshopt/compress_glb.h"
 
 #include <gmock/gmock.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
