@@ -53,5 +53,7 @@ add_library(rilievo_pcl INTERFACE)
 find_path(PCL_INCLUDE_DIR pcl/point_cloud.h PATH_SUFFIXES pcl-1.13 REQUIRED)
 target_include_directories(rilievo_pcl SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
 target_link_libraries(rilievo_pcl INTERFACE Eigen3::Eigen)
-find_library(PCL_common_LIBRARY pcl_common REQUIRED)
+# By its full name: who links an installed rilievo::core needs libpcl-common1.13, and not libpcl-dev with its
+# five hundred packages.
+find_library(PCL_common_LIBRARY NAMES libpcl_common.so.1.13 pcl_common REQUIRED)
 target_link_libraries(rilievo_pcl INTERFACE ${PCL_common_LIBRARY})

@@ -1,8 +1,7 @@
 // Points of a torus become a surface, a file, and a mesh again.
 #include <cmath>
 #include <iostream>
-
-#include "core/pipeline/reconstruct.h"
+#include <rilievo/core/pipeline/reconstruct.h>
 
 int main() {
   constexpr int kPoints = 8000;

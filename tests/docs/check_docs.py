@@ -72,7 +72,8 @@ def check_words(root, pages):
 def main():
     root = pathlib.Path(sys.argv[1]).resolve()
     pages = sorted((root / "docs").glob("*.md")) + [root / name for name in
-                                                    ("README.md", "CHANGELOG.md", "SECURITY.md")]
+                                                    ("README.md", "CHANGELOG.md", "CONTRIBUTING.md",
+                                                     "SECURITY.md")]
     faults = check_links(root, pages) + check_words(root, pages)
     print("\n".join(faults) or f"{len(pages)} pages checked")
     return 1 if faults else 0

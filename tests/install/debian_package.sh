@@ -20,13 +20,23 @@ for file in bin/rilievo bin/rilievod bin/rilievo-worker share/man/man1/rilievo.1
   lib/systemd/system/rilievod.service lib/systemd/system/rilievo-worker@.service; do
   [ -s "$root/programs/usr/$file" ] || { echo "not in the package: $file" >&2; exit 1; }
 done
-# The viewer is in it where it has been built.
-if [ -f "$build/web/gateway.mjs" ]; then
-  for file in gateway.mjs page/index.html; do
-    [ -s "$root/programs/usr/share/rilievo/web/$file" ] || { echo "no $file in the package" >&2; exit 1; }
+in_package() { # NAME FILE...
+  local listed name=$1
+  listed=$(dpkg-deb -c "$root/${name}"_*.deb)
+  shift
+  for file in "$@"; do
+    grep -q "[.]/usr/$file\( ->.*\)\?$" <<<"$listed" || { echo "not in $name: $file" >&2; exit 1; }
   done
-  dpkg-deb -f "$programs" Suggests | grep -q nodejs
-fi
+}
+# The viewer where it has been built, the decoder for other languages, Python.
+[ ! -f "$build/web/gateway.mjs" ] ||
+  in_package rilievo-viewer share/rilievo/web/gateway.mjs share/rilievo/web/page/index.html
+dpkg-deb -f "$root"/rilievo-viewer_*_all.deb Depends | grep -q nodejs
+in_package librilievo-decoder1 lib/librilievo_decoder.so.1
+in_package librilievo-decoder-dev lib/librilievo_decoder.so \
+  include/rilievo/rilievo_decoder.h
+[ ! -d "$build/python" ] ||
+  in_package python3-rilievo lib/python3/dist-packages/rilievo/{__init__,v1/jobs_pb2}.py
 "$root/programs/usr/bin/rilievo" simulate sphere -o "$root/a.ply" --points 500
 "$root/programs/usr/bin/rilievo" reconstruct "$root/a.ply" -o "$root/a.dss" --quiet >/dev/null
 listed=$(dpkg-deb -c "$development")

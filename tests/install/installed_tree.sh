@@ -25,6 +25,11 @@ if grep -rl "$source" "$prefix/lib/cmake" "$prefix/lib/pkgconfig"; then
   exit 1
 fi
 
+if grep -rnE '#include "(core|client|rilievo|google|grpc)/' "$prefix/include/rilievo"; then
+  echo "these headers are not named under <rilievo/...>" >&2
+  exit 1
+fi
+
 cmake -S "$source/examples/reconstruct" -B "$root/example" -DCMAKE_PREFIX_PATH="$prefix" \
   -DCMAKE_BUILD_TYPE=Release >"$root/log" 2>&1 && cmake --build "$root/example" >>"$root/log" 2>&1 ||
   { cat "$root/log" >&2; exit 1; }
@@ -34,8 +39,9 @@ echo "example: $said"
 
 # The decoder alone, by pkg-config, and the C interface's older namesake is not taken.
 flags=$(PKG_CONFIG_PATH=$prefix/lib/pkgconfig pkg-config --cflags --libs rilievo-decoder)
+sed 's,#include "\(core/.*\)",#include <rilievo/\1>,' "$source/tests/decoder/decode_only.cc" >"$root/decode_only.cc"
 # shellcheck disable=SC2086
-g++ -std=c++20 -o "$root/decode_only" "$source/tests/decoder/decode_only.cc" $flags
+g++ -std=c++20 -o "$root/decode_only" "$root/decode_only.cc" $flags
 vertices=$("$root/decode_only" "$source/tests/golden/sheet_and_octahedron_v2.dss" 3 | grep -c '^v ')
 echo "decoder by pkg-config: $vertices vertices"
 [ "$vertices" -eq 1562 ]

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .private_server import PrivateServer
     from .reconstruction import Progress, combine, convert, reconstruct
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = [
     "Cancelled", "Certificate", "Closest", "ControlMesh", "DataLoss", "DeadlineExceeded",
     "Distance", "FILLED", "FailedPrecondition", "FieldViolation", "Frame", "InvalidArgument",
