@@ -1,7 +1,8 @@
 // Points of a torus become a surface, a file, and a mesh again.
+#include <rilievo/core/pipeline/reconstruct.h>
+
 #include <cmath>
 #include <iostream>
-#include <rilievo/core/pipeline/reconstruct.h>
 
 int main() {
   constexpr int kPoints = 8000;
