@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
 #include "client/cli/deform_frames.h"
 #include "client/cli/edited_cage.h"
@@ -18,6 +19,8 @@
 #include "client/formats/file_kind.h"
 #include "core/base/status_macros.h"
 #include "core/codec/container/encode_deformed.h"
+#include "core/loop/refinement.h"
+#include "core/pipeline/edit_level.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -29,6 +32,7 @@ struct DeformArguments {
   SurfaceOutputArguments output;
   std::optional<double> crease_sharpness, frames_per_second;
   std::optional<std::string> frames;  // what is written into a folder
+  std::optional<int> level;           // whose vertices the cage has; none: the control mesh
   bool json = false;
 };
 
@@ -65,6 +69,14 @@ void Print(const DeformArguments& arguments, const WrittenFrames& written) {
             << LabelledLine("size", Counted(written.bytes, "byte", "bytes"));
 }
 
+// With the path of what is at fault.
+absl::Status AtFault(const std::string& surface, const std::string& cage,
+                     const absl::Status& status) {
+  return absl::Status(
+      status.code(),
+      absl::StrCat(absl::IsFailedPrecondition(status) ? surface : cage, ": ", status.message()));
+}
+
 absl::Status DeformOnce(const DeformArguments& arguments, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
   const std::string& path = arguments.cages.front();
@@ -77,13 +89,52 @@ absl::Status DeformOnce(const DeformArguments& arguments, const RunContext& cont
                            ReadCage(path, arguments.input, own.surface.control_mesh,
                                     arguments.crease_sharpness, context));
   const absl::StatusOr<std::vector<uint8_t>> after = ReplaceControlMesh(before, cage.mesh);
-  if (!after.ok()) {
-    const bool of_surface = absl::IsFailedPrecondition(after.status());
-    return absl::Status(after.status().code(), absl::StrCat(of_surface ? arguments.input : path,
-                                                            ": ", after.status().message()));
-  }
+  if (!after.ok()) return AtFault(arguments.input, path, after.status());
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, *after, context));
   Print(arguments, after->size(), cage);
+  return absl::OkStatus();
+}
+
+void Print(const DeformArguments& arguments, size_t bytes, const TargetsMissed& missed,
+           double diagonal) {
+  const double rms = missed.rms * diagonal, max = missed.max * diagonal;
+  if (arguments.json) {
+    const nlohmann::ordered_json report = {{"output", arguments.output.output},
+                                           {"bytes", bytes},
+                                           {"missed_rms", rms},
+                                           {"missed_max", max}};
+    std::cout << report.dump(2) << '\n';
+    return;
+  }
+  WordsBeside(arguments.output.output)
+      << arguments.output.output << '\n'
+      << LabelledLine("size", absl::StrCat(Counted(static_cast<int64_t>(bytes), "byte", "bytes"),
+                                           " as a .dss file"))
+      << LabelledLine("missed",
+                      absl::StrFormat("RMS %.3g, max %.3g between vertices and where they "
+                                      "were put, along the surface",
+                                      rms, max));
+}
+
+// The vertices of a level have been moved.
+absl::Status DeformLevel(const DeformArguments& arguments, const RunContext& context) {
+  const std::string& path = arguments.cages.front();
+  if (arguments.crease_sharpness) {
+    return UsageError("--crease-sharpness is about the control mesh; leave out --level, or it");
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
+  CommandFiles files{.inputs = {arguments.input, path}, .outputs = PathsOf({target})};
+  if (arguments.json) files.text.push_back("-");
+  RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
+  RILIEVO_ASSIGN_OR_RETURN(const EditedCage mesh,
+                           ReadCage(path, arguments.input, {}, std::nullopt, context));
+  const absl::StatusOr<EditedLevel> edited =
+      EditLevel(before, *arguments.level, {mesh.mesh.vertices, mesh.mesh.faces, {}}, context);
+  if (!edited.ok()) return AtFault(arguments.input, path, edited.status());
+  RILIEVO_RETURN_IF_ERROR(WriteSurface(target, edited->dss, context));
+  Print(arguments, edited->dss.size(), edited->missed, own.surface.frame.diagonal);
   return absl::OkStatus();
 }
 
@@ -130,7 +181,11 @@ absl::Status Deform(const DeformArguments& arguments, std::stop_token stop) {
   if (arguments.frames_per_second && (folder || one)) {
     return UsageError("--fps is for several cages in one .glb; leave it out");
   }
-  return one ? DeformOnce(arguments, context) : DeformFrames(arguments, context);
+  if (!arguments.level) {
+    return one ? DeformOnce(arguments, context) : DeformFrames(arguments, context);
+  }
+  if (!one) return UsageError("--level takes one --cage and no folder");
+  return DeformLevel(arguments, context);
 }
 
 }  // namespace
@@ -159,6 +214,11 @@ Command AddDeform(CLI::App& program) {
       ->check(CLI::IsMember({"pose", "dss", "ply", "obj", "stl", "glb", "3mf", "usda"}));
   app->add_option("--fps", arguments->frames_per_second, "frames per second of a .glb; default 24")
       ->check(CLI::Range(0.01, 1000.0));
+  app->add_option("--level", arguments->level,
+                  "the --cage is the mesh of this level of the surface, as 'rilievo export IN "
+                  "mesh.obj --level L' writes it: its vertices are moved, the detail of finer "
+                  "levels rides along")
+      ->check(CLI::Range(0, kMaxLoopLevel));
   app->add_option("--crease-sharpness", arguments->crease_sharpness,
                   "sharpness of all creases: 0 (none, no corners) to 10 (sharp at every level); "
                   "default as they "

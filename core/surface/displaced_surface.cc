@@ -60,22 +60,6 @@ float InterpolatedHeight(const MeshTopology& topology, int edge,
   return static_cast<float>(middle + opposite / 8 - wings / 16);
 }
 
-std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRefinement& refinement,
-                                  int level) {
-  std::vector<float> heights = surface.heights;
-  for (int l = surface.max_level; l < level; ++l) {
-    const MeshTopology& topology = refinement.levels[l];
-    std::vector<float> finer = heights;
-    finer.reserve(heights.size() + topology.edge_count());
-    for (int edge = 0; edge < topology.edge_count(); ++edge) {
-      finer.push_back(InterpolatedHeight(topology, edge, heights));
-    }
-    heights = std::move(finer);
-  }
-  heights.resize(refinement.levels[level].vertex_count);
-  return heights;
-}
-
 absl::Status CheckHeightCount(const DisplacedSurface& surface, int64_t expected) {
   if (static_cast<int64_t>(surface.heights.size()) == expected) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
@@ -124,6 +108,22 @@ absl::StatusOr<TriangleMesh> TessellateTopology(const DisplacedSurface& surface,
 }
 
 }  // namespace
+
+std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRefinement& refinement,
+                                  int level) {
+  std::vector<float> heights = surface.heights;
+  for (int l = surface.max_level; l < level; ++l) {
+    const MeshTopology& topology = refinement.levels[l];
+    std::vector<float> finer = heights;
+    finer.reserve(heights.size() + topology.edge_count());
+    for (int edge = 0; edge < topology.edge_count(); ++edge) {
+      finer.push_back(InterpolatedHeight(topology, edge, heights));
+    }
+    heights = std::move(finer);
+  }
+  heights.resize(refinement.vertex_count(level));
+  return heights;
+}
 
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context) {

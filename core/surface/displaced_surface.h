@@ -9,6 +9,7 @@
 #include "core/geometry/rgb.h"
 #include "core/geometry/spatial_frame.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/loop/refinement.h"
 #include "core/surface/height_source.h"
 
 namespace rilievo {
@@ -42,6 +43,11 @@ struct DisplacedVertices {
 };
 absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surface,
                                                    const RunContext& context);
+
+// Height of each vertex of that tessellation, from surface.max_level and surface.heights alone.
+// `refinement` reaches `level`, or the level before it.
+std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRefinement& refinement,
+                                  int level);
 
 // Height source of each vertex of that tessellation. An interpolated height has the less trusted
 // source of the two ends of its edge. Empty where Tessellate would fail.

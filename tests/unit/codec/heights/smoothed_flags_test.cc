@@ -11,7 +11,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int kLevel = 3;
+constexpr int kFlagsLevel = 3;
 
 struct Flags {
   LoopRefinement refinement;
@@ -20,9 +20,9 @@ struct Flags {
 
 // `scatter`: share of the flags that are turned over.
 Flags FlagsOn(const ControlMesh& mesh, double scatter) {
-  const DisplacedSurface surface = SurfaceOver(mesh, kLevel, 4e-4, 1e-4);
+  const DisplacedSurface surface = SurfaceOver(mesh, kFlagsLevel, 4e-4, 1e-4);
   Flags flags;
-  flags.refinement = *RefineTopology(surface.control_mesh, kLevel - 1, RunContext());
+  flags.refinement = *RefineTopology(surface.control_mesh, kFlagsLevel - 1, RunContext());
   for (size_t v = 0; v < surface.sources.size(); ++v) {
     const bool turned = std::abs(MixedUnit(v)) < scatter;
     flags.filled.push_back(surface.sources[v] == HeightSource::kFilled);
@@ -33,7 +33,7 @@ Flags FlagsOn(const ControlMesh& mesh, double scatter) {
 }
 
 std::vector<uint8_t> Encoded(const Flags& flags) {
-  return *EncodeSmoothed(flags.refinement, kLevel, nullptr, flags.filled, flags.smoothed,
+  return *EncodeSmoothed(flags.refinement, kFlagsLevel, nullptr, flags.filled, flags.smoothed,
                          RunContext());
 }
 
@@ -43,7 +43,7 @@ TEST(SmoothedFlagsTest, EveryFlagComesBack) {
     const Flags flags = FlagsOn(Together(Torus(10, 8), Sheet(6, 7, true), {0, 0, 0.2}), scatter);
     const std::vector<uint8_t> payload = Encoded(flags);
     SmoothedReader reader = *SmoothedReader::Open(payload, 0);
-    ASSERT_TRUE(reader.ReadShared(flags.refinement, kLevel + 1, flags.filled).ok());
+    ASSERT_TRUE(reader.ReadShared(flags.refinement, kFlagsLevel + 1, flags.filled).ok());
     EXPECT_EQ(reader.shared(), flags.smoothed);
   }
 }
@@ -67,7 +67,7 @@ TEST(SmoothedFlagsTest, AnyBytesAreFlagsOrRefused) {
       bytes[i] = static_cast<uint8_t>(MixedBits(1000 * trial + i));
     }
     SmoothedReader reader = *SmoothedReader::Open(bytes, 0);
-    const absl::Status status = reader.ReadShared(flags.refinement, kLevel + 1, flags.filled);
+    const absl::Status status = reader.ReadShared(flags.refinement, kFlagsLevel + 1, flags.filled);
     if (!status.ok()) {
       EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
       ++refused;
@@ -90,8 +90,8 @@ TEST(SmoothedFlagsTest, TheIndexOfGroupsIsChecked) {
     }
   }
   const FaceGroups groups = GroupFaces(control, points, kLeastGroupLimit);
-  std::vector<uint8_t> payload = *EncodeSmoothed(flags.refinement, kLevel, &groups, flags.filled,
-                                                 flags.smoothed, RunContext());
+  std::vector<uint8_t> payload = *EncodeSmoothed(flags.refinement, kFlagsLevel, &groups,
+                                                 flags.filled, flags.smoothed, RunContext());
   ASSERT_TRUE(SmoothedReader::Open(payload, groups.count()).ok());
   EXPECT_FALSE(SmoothedReader::Open(payload, groups.count() + 1).ok());
   EXPECT_FALSE(SmoothedReader::Open(std::span(payload).first(3), groups.count()).ok());
