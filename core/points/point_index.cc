@@ -194,8 +194,9 @@ struct PointIndex::Impl {
     return MortonCode(MortonCell(at.x()), MortonCell(at.y()), MortonCell(at.z()));
   }
 
-  int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances) const {
-    NearestSet nearest(k, indices, distances);
+  int Query(const Eigen::Vector3d& position, int k, int* indices, double* distances,
+            double most_squared = std::numeric_limits<double>::max()) const {
+    NearestSet nearest(k, indices, distances, most_squared);
     Fill(position, &nearest);
     nearest.Finish(true);
     return nearest.count();
@@ -214,9 +215,7 @@ struct PointIndex::Impl {
     Ask(home, position, &nearest);
     for (size_t t = 0; t < trees.size(); ++t) {
       if (t == home) continue;
-      if (nearest.full() && boxes[t].squaredExteriorDistance(position) > nearest.worstDist()) {
-        continue;
-      }
+      if (boxes[t].squaredExteriorDistance(position) > nearest.worstDist()) continue;
       Ask(t, position, &nearest);
     }
   }
@@ -265,8 +264,8 @@ absl::StatusOr<PointIndex> PointIndex::BuildOver(const Eigen::Matrix3Xd& points,
 int PointIndex::size() const { return impl_->size; }
 
 int PointIndex::Nearest(const Eigen::Vector3d& position, int k, int* indices,
-                        double* squared_distances) const {
-  return impl_->Query(position, std::min(k, size()), indices, squared_distances);
+                        double* squared_distances, double most_squared) const {
+  return impl_->Query(position, std::min(k, size()), indices, squared_distances, most_squared);
 }
 
 int PointIndex::NearestUnordered(const Eigen::Vector3d& position, int k, int* indices,

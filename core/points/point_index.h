@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -36,9 +37,10 @@ class PointIndex {
   int size() const;
 
   // The `k` (<= size()) nearest points of one position, ascending by distance; fills
-  // indices[0..k) and squared_distances[0..k). Returns how many were found.
-  int Nearest(const Eigen::Vector3d& position, int k, int* indices,
-              double* squared_distances) const;
+  // indices[0..k) and squared_distances[0..k). Returns how many were found, of those within a
+  // squared distance of `most_squared`: where all points lie farther off, it saves a wide search.
+  int Nearest(const Eigen::Vector3d& position, int k, int* indices, double* squared_distances,
+              double most_squared = std::numeric_limits<double>::max()) const;
 
   // The same points unordered, which is faster for large k, and faster still if about k points lie
   // within `likely_reach`.

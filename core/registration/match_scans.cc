@@ -21,12 +21,16 @@ struct Asker {
   const Pose& b_pose;
   const Pose b_from_a;
   double reach;
+  double most_along = kWithinSpacings * *std::max_element(b.spacing.begin(), b.spacing.end());
 
   bool Ask(Eigen::Index point, ScanMatch* match) const {
     int nearest = 0;
     double squared = 0;
     const Vector3d asked = b_from_a * a.points.col(point);
-    b.index.Nearest(asked, 1, &nearest, &squared);
+    if (b.index.Nearest(asked, 1, &nearest, &squared, reach * reach + most_along * most_along) ==
+        0) {
+      return false;
+    }
     const double along = kWithinSpacings * b.spacing[nearest];
     if (squared > reach * reach + along * along) return false;
     const Vector3d own_normal = b_from_a.linear() * a.normals.col(point);

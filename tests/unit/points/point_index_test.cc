@@ -33,6 +33,11 @@ TEST(PointIndexTest, NearestMatchesBruteForce) {
         EXPECT_EQ(indices[j], expected[j].second);
         EXPECT_DOUBLE_EQ(squared[j], expected[j].first);
       }
+      // Those alone that are no farther off than the middle one of them.
+      const double most_squared = expected[found / 2].first;
+      const int near = index.Nearest(position, k, indices.data(), squared.data(), most_squared);
+      ASSERT_EQ(near, found / 2 + 1);
+      for (int j = 0; j < near; ++j) EXPECT_EQ(indices[j], expected[j].second);
       std::vector<int> wanted;
       for (int j = 0; j < found; ++j) wanted.push_back(expected[j].second);
       std::sort(wanted.begin(), wanted.end());
