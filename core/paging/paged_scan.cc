@@ -53,12 +53,8 @@ class CellThinner {
 
 }  // namespace
 
-int64_t PagedScan::CountOf(int page) const {
-  return std::min<int64_t>(kPagePoints, size_ - int64_t{page} * kPagePoints);
-}
-
 absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Read(int page) const {
-  Eigen::Matrix3Xd points(3, CountOf(page));
+  Eigen::Matrix3Xd points(3, PointsOfPage(page, size_));
   const auto bytes = static_cast<size_t>(points.cols() * kPointBytes);
   RILIEVO_RETURN_IF_ERROR(
       file_.ReadAt(int64_t{page} * kPagePoints * kPointBytes, points.data(), bytes));
@@ -71,14 +67,18 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Read(int page) const {
 }
 
 absl::StatusOr<Eigen::Matrix3Xd> PagedScan::PointsIn(const Eigen::AlignedBox3d& box,
-                                                     const RunContext& context) const {
+                                                     const RunContext& context,
+                                                     std::vector<int64_t>* ranks) const {
+  if (ranks != nullptr) ranks->clear();
   std::vector<Eigen::Vector3d> within;
   for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
     if (!box.intersects(pages_[page].box)) continue;
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
-    for (const auto point : points.colwise()) {
-      if (box.contains(point)) within.emplace_back(point);
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      if (!box.contains(points.col(i))) continue;
+      within.emplace_back(points.col(i));
+      if (ranks != nullptr) ranks->push_back(int64_t{page} * kPagePoints + i);
     }
   }
   return Eigen::Map<const Eigen::Matrix3Xd>(within.empty() ? nullptr : within.front().data(), 3,

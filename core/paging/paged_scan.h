@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -22,6 +23,11 @@ struct Page {
   Eigen::AlignedBox3d box;  // of its points, scan frame
   uint32_t checksum = 0;    // CRC-32C
 };
+
+// How many points page `page` of `size` points has.
+inline int64_t PointsOfPage(int page, int64_t size) {
+  return std::min<int64_t>(kPagePoints, size - int64_t{page} * kPagePoints);
+}
 
 struct PagingFigures {
   int64_t points_in = 0;
@@ -57,16 +63,16 @@ class PagedScan {
   absl::StatusOr<Eigen::Matrix3Xd> Read(int page) const;
 
   // All points within the box (scan frame), in order; pages that do not touch it are not read.
+  // `ranks`, unless null, become their places in the order of all points.
   absl::StatusOr<Eigen::Matrix3Xd> PointsIn(const Eigen::AlignedBox3d& box,
-                                            const RunContext& context) const;
+                                            const RunContext& context,
+                                            std::vector<int64_t>* ranks = nullptr) const;
 
   // All points, or, where they are more than `most`, the one nearest to its middle of each cell of
   // the finest level with at most `most` cells. Scan frame, in order.
   absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const RunContext& context) const;
 
  private:
-  int64_t CountOf(int page) const;
-
   ScratchFile file_;
   std::vector<Page> pages_;
   int64_t size_;

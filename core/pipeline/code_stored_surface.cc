@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -46,16 +47,25 @@ double AreaOf(const ControlMesh& mesh) {
   return area;
 }
 
+std::vector<int> AllFaces(int64_t count) {
+  std::vector<int> faces(static_cast<size_t>(count));
+  std::iota(faces.begin(), faces.end(), 0);
+  return faces;
+}
+
 class StoredCoding {
  public:
-  StoredCoding(const StoredSurface& surface, const PartCutter& cutter, int64_t block_vertices,
-               const ReconstructOptions& options, const PipelineContext& context)
+  // `points` may be null: then nothing is measured.
+  StoredCoding(const StoredSurface& surface, const PartCutter& cutter, PointPages* points,
+               const BlockSize& block, const ReconstructOptions& options,
+               const PipelineContext& context)
       : surface_(surface),
         cutter_(cutter),
-        block_vertices_(block_vertices),
+        points_(points),
+        block_(block),
         options_(options),
         context_(context),
-        faces_(PartsToMeasure(surface, cutter.topology(), block_vertices)) {}
+        faces_(PartsToMeasure(surface, cutter.topology(), block.vertices)) {}
 
   // As given.
   SurfaceParts Uncoded() const {
@@ -64,37 +74,45 @@ class StoredCoding {
     });
   }
 
-  // `file` is kept by reference.
-  SurfaceParts Decoded(const OpenedDss& file) const {
-    return Parts([this, &file](std::span<const int> faces, const RunContext& context) {
-      return DecodePart(file, cutter_, faces, context);
-    });
-  }
-
-  absl::StatusOr<EncodedSurface> Encode(const DssMetadata& metadata, double position_step,
+  absl::StatusOr<EncodedSurface> Encode(const DssMetadata& given, double position_step,
                                         std::optional<double> coding_error) const {
     const StageScope scope(Stage::kEncode, context_);
     EncodeOptions encode = options_.encode;
     encode.position_step = position_step;
     encode.max_error = coding_error;
     const int64_t faces = int64_t{cutter_.topology().face_count()} << (2 * surface_.max_level);
-    return EncodeDssBlocks(surface_, cutter_, WithWidestFigures(metadata, options_.measure, faces),
-                           encode, block_vertices_, context_);
+    const DssMetadata metadata = WithWidestFigures(given, options_.measure, faces);
+    if (block_.in_groups) {
+      return EncodeDssBlocks(surface_, cutter_, metadata, encode, block_.vertices, context_);
+    }
+    RILIEVO_ASSIGN_OR_RETURN(const DisplacedSurface whole, ReadWhole(surface_, cutter_));
+    return EncodeDss(whole, metadata, encode, context_);
   }
 
   // Errors only if there are points.
-  absl::StatusOr<PartsError> Measure(const SurfaceParts& parts,
-                                     const SearchableShape* points) const {
+  absl::StatusOr<PartsError> Measure(const SurfaceParts& parts) const {
     const StageScope scope(Stage::kMeasure, context_);
-    if (points == nullptr) return CountParts(parts, context_);
-    return MeasureParts(parts, *points, MeasureOptions{kCertifiedSamples}, context_);
+    if (points_ == nullptr) return CountParts(parts, context_);
+    return MeasureParts(parts, MeasureOptions{kCertifiedSamples}, context_, points_);
   }
 
-  absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded,
-                                          const SearchableShape* points) const {
+  absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded) const {
     const std::vector<uint8_t> bytes = encoded.Concatenate();
-    RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-    return Measure(Decoded(file), points);
+    if (block_.in_groups) {
+      RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
+      return Measure(Parts([&](std::span<const int> faces, const RunContext& context) {
+        return DecodePart(file, cutter_, faces, context);
+      }));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
+    SurfacePart whole;
+    whole.faces = whole.inner = AllFaces(decoded.surface.control_mesh.faces.cols());
+    whole.surface = std::move(decoded.surface);
+    SurfaceParts parts =
+        Parts([&](std::span<const int> /*faces*/,
+                  const RunContext& /*context*/) -> absl::StatusOr<SurfacePart> { return whole; });
+    parts.count = 1;
+    return Measure(parts);
   }
 
  private:
@@ -115,7 +133,8 @@ class StoredCoding {
 
   const StoredSurface& surface_;
   const PartCutter& cutter_;
-  int64_t block_vertices_;
+  PointPages* points_;
+  BlockSize block_;
   const ReconstructOptions& options_;
   const PipelineContext& context_;
   FaceLists faces_;
@@ -143,28 +162,33 @@ std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter&
   return static_cast<int>(group);
 }
 
+absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const PartCutter& cutter) {
+  DisplacedSurface surface;
+  surface.frame = stored.frame;
+  surface.control_mesh = stored.control_mesh;
+  surface.max_level = stored.max_level;
+  RILIEVO_RETURN_IF_ERROR(stored.heights->Read(AllFaces(cutter.topology().face_count()),
+                                               FaceVertices(cutter.topology(), stored.max_level),
+                                               &surface.heights, &surface.sources));
+  return surface;
+}
+
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
-    const StoredSurface& surface, const PartCutter& cutter, OrientedCloud cloud,
-    double position_step, const DssMetadata& metadata, int64_t block_vertices,
+    const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
+    PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
     const ReconstructOptions& options, const PipelineContext& context) {
-  const StoredCoding coding(surface, cutter, block_vertices, options, context);
+  if (!options.measure) points = nullptr;
+  const StoredCoding coding(surface, cutter, points, block, options, context);
   CodedStoredSurface coded;
-  coded.uncoded = {cloud.median_spacing, cloud.median_noise, options.measure, {}};
-  std::optional<SearchableShape> points;
-  if (options.measure) {
-    RILIEVO_ASSIGN_OR_RETURN(points, MakeSearchable(PointsToMeasure(std::move(cloud)), context));
-    if (options.encode.max_error) {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.Measure(coding.Uncoded(), &*points));
-      coded.uncoded.error = found.error;
-    } else {
-      const StageScope scope(Stage::kMeasure, context);
-      RILIEVO_ASSIGN_OR_RETURN(
-          coded.uncoded.error.b_to_a,
-          MeasureToParts(SomePoints(points->shape.vertices), coding.Uncoded(), context));
-    }
+  coded.uncoded = {thinned.median_spacing, thinned.median_noise, options.measure, {}};
+  if (options.measure && options.encode.max_error) {
+    RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.Measure(coding.Uncoded()));
+    coded.uncoded.error = found.error;
+  } else if (options.measure) {
+    const StageScope scope(Stage::kMeasure, context);
+    RILIEVO_ASSIGN_OR_RETURN(coded.uncoded.error.b_to_a,
+                             MeasureToParts(thinned.some, coding.Uncoded(), context));
   }
-  cloud = OrientedCloud();
-  const SearchableShape* const against = points ? &*points : nullptr;
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
   const auto encode = [&](std::optional<double> error) {
@@ -174,7 +198,7 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   if (options.encode.max_error && options.measure) {
     const double limit = *options.encode.max_error, own = coded.uncoded.error.across_rms;
     const auto error_of = [&](const EncodedSurface& encoded) -> absl::StatusOr<double> {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(encoded, against));
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(encoded));
       return found.error.across_rms;
     };
     if (own < limit && NoiseAllows(limit, coded.uncoded.noise)) {
@@ -183,9 +207,9 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
                                   .status());
     }
   }
-  RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(coded.encoded, against));
+  RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(coded.encoded));
   coded.error = found.error;
-  if (points) StateErrors(found.error, &coded.metadata);
+  if (points != nullptr) StateErrors(found.error, &coded.metadata);
   coded.metadata.folds = found.folds;
   StateShares(ShareOfSource(HeightSource::kFilled, found.source_counts),
               ShareOfSource(HeightSource::kSmoothed, found.source_counts), &coded.metadata);

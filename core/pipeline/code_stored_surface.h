@@ -1,6 +1,7 @@
 // A surface whose heights lie on disk as a file with its certificate, some groups at a time.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 
@@ -9,8 +10,9 @@
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
-#include "core/points/oriented_cloud.h"
+#include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
+#include "core/surface/point_pages.h"
 #include "core/surface/stored_surface.h"
 
 namespace rilievo {
@@ -21,6 +23,17 @@ namespace rilievo {
 std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter& cutter,
                                  int64_t block_vertices, const EncodeOptions& options);
 
+// What of the thinned scan tells how exactly its surface is worth coding.
+struct ThinnedPoints {
+  Eigen::Matrix3Xd some;  // SomePoints()
+  double median_spacing = 0, median_noise = 0;
+};
+
+struct BlockSize {
+  int64_t vertices = 0;   // of the finest level, that are in memory at a time
+  bool in_groups = true;  // coded so, with groups as GroupFacesFor() gives them; else at once
+};
+
 struct CodedStoredSurface {
   EncodedSurface encoded;  // with the certificate in it
   DssMetadata metadata;
@@ -28,11 +41,14 @@ struct CodedStoredSurface {
   TwoSidedError error;  // as the certificate states it; zero when not measured
 };
 
-// What CodeSurface(), KeepError() and Certify() do with a surface in memory. options.encode has
-// group_faces, as GroupFacesFor() gives them. The errors are those against `cloud`.
+// All heights in memory.
+absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const PartCutter& cutter);
+
+// What CodeSurface(), KeepError() and Certify() do with a surface in memory. The errors are those
+// against all `points`.
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
-    const StoredSurface& surface, const PartCutter& cutter, OrientedCloud cloud,
-    double position_step, const DssMetadata& metadata, int64_t block_vertices,
+    const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
+    PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
     const ReconstructOptions& options, const PipelineContext& context);
 
 }  // namespace rilievo

@@ -26,6 +26,7 @@ struct FinishedSurface {
   CertifiedBytes certified;                // these
   std::array<int64_t, 3> source_counts{};  // vertices of each HeightSource
   CodedColors colors;
+  int64_t points_used = 0;  // of a scan on disk
 };
 
 // Certifies coded->encoded against `mesh`, or the points of `cloud` where it has no triangles.

@@ -27,10 +27,12 @@ using Box = Eigen::AlignedBox3d;
 
 // What no part changes.
 struct Whole {
+  const PagedScan& scan;
   const ScanSurface& coarse;
   const ControlMesh& mesh;
   const PartCutter& cutter;
   const MeshTopology& topology;
+  const ReconstructOptions& options;
   int level = 0;           // of the heights that are measured
   std::vector<Box> reach;  // of each control face: where its displaced surface lies, unit frame
 };
@@ -58,14 +60,17 @@ std::vector<Box> ReachOfFaces(const MeshTopology& topology, const DisplacedSurfa
   return reach;
 }
 
-// The box that the points of these faces are read from.
+// The box that the points of these faces are read from; unit frame.
 Box BoxOf(const std::vector<int>& members, const Whole& whole) {
   Box box;
   for (const int f : members) box.extend(whole.reach[f]);
   const double halo = kHaloSpacings * whole.coarse.cloud.median_spacing;
   box.min().array() -= halo;
   box.max().array() += halo;
-  const SpatialFrame& frame = whole.coarse.frame;
+  return box;
+}
+
+Box InScan(const Box& box, const SpatialFrame& frame) {
   return Box(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
 }
 
@@ -73,8 +78,7 @@ Box BoxOf(const std::vector<int>& members, const Whole& whole) {
 // that.
 class Partition {
  public:
-  Partition(const PagedScan& scan, const Whole& whole, int64_t most)
-      : scan_(scan), whole_(whole), most_(most) {}
+  Partition(const Whole& whole, int64_t most) : whole_(whole), most_(most) {}
 
   std::vector<std::vector<int>> Run() {
     std::vector<int> all(whole_.topology.face_count());
@@ -87,7 +91,7 @@ class Partition {
  private:
   int64_t PointsAround(const Box& box) const {
     int64_t pages = 0;
-    for (const Page& page : scan_.pages()) pages += box.intersects(page.box);
+    for (const Page& page : whole_.scan.pages()) pages += box.intersects(page.box);
     return pages * kPagePoints;
   }
 
@@ -98,7 +102,7 @@ class Partition {
   }
 
   int64_t PointsOf(const std::vector<int>& members) const {
-    return PointsAround(BoxOf(members, whole_));
+    return PointsAround(InScan(BoxOf(members, whole_), whole_.coarse.frame));
   }
 
   // Both halves, across the longest extent of their box.
@@ -130,45 +134,135 @@ class Partition {
     parts_.push_back(std::move(members));
   }
 
-  const PagedScan& scan_;
   const Whole& whole_;
   int64_t most_;
   std::vector<std::vector<int>> parts_;
 };
 
-// The points of a block as a scan of their own, whose sides are those of the coarse points. No
-// points where they are too few for a surface.
-absl::StatusOr<OrientedCloud> AnalyzeBlock(Eigen::Matrix3Xd points, int64_t points_of_scan,
-                                           const Whole& whole, const ReconstructOptions& options,
+// The points of a block as a scan of their own.
+struct AnalyzedBlock {
+  OrientedCloud cloud;      // unit frame of the whole; no points where they are too few
+  std::vector<int> source;  // of each point of it: its column in the block
+};
+
+// The sides are those of the coarse points.
+absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, const Whole& whole,
                                            const RunContext& context) {
   PointCloud block;
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
                            whole.coarse.index.NearestOfEach(points, context));
-  block.points = std::move(points);
+  block.points = points;
   block.sights.normals = whole.coarse.cloud.normals(Eigen::all, nearest).cast<float>();
-  ScanOptions scan = options.scan;
-  scan.sights = {SightRule::kIgnore, SightRule::kUse};
+  ScanOptions options = whole.options.scan;
+  options.sights = {SightRule::kIgnore, SightRule::kUse};
   // Islands are as large as they would have to be in the whole.
-  scan.outliers.min_component_share =
-      std::min(0.1, scan.outliers.min_component_share * static_cast<double>(points_of_scan) /
-                        static_cast<double>(block.points.cols()));
-  CheckOptions check = options.check;
-  absl::StatusOr<CheckedScan> checked = CheckScan(block, check, context);
+  options.outliers.min_component_share =
+      std::min(0.1, options.outliers.min_component_share * static_cast<double>(whole.scan.size()) /
+                        static_cast<double>(points.cols()));
+  absl::StatusOr<CheckedScan> checked = CheckScan(block, whole.options.check, context);
   block = PointCloud();
-  if (absl::IsInvalidArgument(checked.status())) return OrientedCloud();
+  AnalyzedBlock found;
+  if (absl::IsInvalidArgument(checked.status())) return found;
   RILIEVO_RETURN_IF_ERROR(checked.status());
-  absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), scan, context);
-  if (absl::IsInvalidArgument(analyzed.status())) return OrientedCloud();
+  found.source = std::move(checked->source_index);
+  absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), options, context);
+  if (absl::IsInvalidArgument(analyzed.status())) return AnalyzedBlock();
   RILIEVO_RETURN_IF_ERROR(analyzed.status());
+  size_t kept = 0;
+  for (size_t i = 0; i < analyzed->keep.size(); ++i) {
+    if (analyzed->keep[i] != 0) found.source[kept++] = found.source[i];
+  }
+  if (!analyzed->keep.empty()) found.source.resize(kept);
   const SpatialFrame& frame = analyzed->frame;
-  OrientedCloud cloud = std::move(analyzed->cloud);
+  found.cloud = std::move(analyzed->cloud);
+  OrientedCloud& cloud = found.cloud;
   for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
   const auto scale = static_cast<float>(frame.diagonal);
   for (float& spacing : cloud.spacing) spacing *= scale;
   for (float& noise : cloud.noise) noise *= scale;
   cloud.median_spacing *= frame.diagonal;
   cloud.median_noise *= frame.diagonal;
-  return cloud;
+  return found;
+}
+
+// By point, whether the part has to tell of it: of all parts that read it the one whose box reaches
+// farthest around it, for its neighbours are the most complete there; of equals the first.
+std::vector<uint8_t> PointsToTellOf(const Eigen::Matrix3Xd& points, size_t part,
+                                    const std::vector<Box>& boxes) {
+  const auto depth = [&](size_t of, const Eigen::Vector3d& point) {
+    return std::min((point - boxes[of].min()).minCoeff(), (boxes[of].max() - point).minCoeff());
+  };
+  std::vector<size_t> others;
+  for (size_t other = 0; other < boxes.size(); ++other) {
+    if (other != part && boxes[other].intersects(boxes[part])) others.push_back(other);
+  }
+  std::vector<uint8_t> own(static_cast<size_t>(points.cols()));
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d point = points.col(i);
+    const double here = depth(part, point);
+    own[i] = std::none_of(others.begin(), others.end(), [&](size_t other) {
+      const double there = depth(other, point);
+      return there > here || (there == here && other < part);
+    });
+  }
+  return own;
+}
+
+constexpr uint32_t kKnownFromAll = 1, kKnownFromThinned = 2;
+
+Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i, uint32_t known) {
+  const Eigen::Vector3f normal = cloud.normals.col(i).cast<float>();
+  return {{normal.x(), normal.y(), normal.z()}, cloud.spacing[i], known};
+}
+
+absl::Status WriteSurfels(const AnalyzedBlock& block, const std::vector<uint8_t>& own,
+                          const std::vector<int64_t>& ranks, ScratchSurfels* surfels) {
+  std::vector<int64_t> at(own.size());
+  std::vector<Surfel> of_block(own.size(), Surfel{{}, 0, kKnownFromAll});
+  for (size_t i = 0; i < block.source.size(); ++i) {
+    of_block[block.source[i]] = SurfelOf(block.cloud, static_cast<Eigen::Index>(i), kKnownFromAll);
+  }
+  size_t count = 0;
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (own[i] == 0) continue;
+    at[count] = ranks[i];
+    of_block[count++] = of_block[i];
+  }
+  at.resize(count);
+  of_block.resize(count);
+  return surfels->Write(at, of_block);
+}
+
+// Points that no part has told of belong to the surface where thinned points of it are near. How
+// many of all points do.
+absl::StatusOr<int64_t> CompleteSurfels(const Whole& whole, const RunContext& context,
+                                        ScratchSurfels* surfels) {
+  constexpr double kNearSpacings = 3;
+  const OrientedCloud& coarse = whole.coarse.cloud;
+  int64_t of_surface = 0;
+  for (int page = 0; page < static_cast<int>(whole.scan.pages().size()); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> of_page, surfels->Read(page));
+    const auto is_unknown = [](const Surfel& surfel) { return surfel.known == 0; };
+    if (std::any_of(of_page.begin(), of_page.end(), is_unknown)) {
+      RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, whole.scan.Read(page));
+      for (auto point : points.colwise()) point = whole.coarse.frame.UnitFromScan(point);
+      RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
+                               whole.coarse.index.NearestOfEach(points, context));
+      for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        if (!is_unknown(of_page[i])) continue;
+        const int near = nearest[i];
+        const double away = (points.col(i) - coarse.points.col(near)).norm();
+        of_page[i] = away <= kNearSpacings * coarse.spacing[near]
+                         ? SurfelOf(coarse, near, kKnownFromThinned)
+                         : Surfel{{}, 0, kKnownFromThinned};
+      }
+      RILIEVO_RETURN_IF_ERROR(surfels->WritePage(page, of_page));
+    }
+    of_surface += std::count_if(of_page.begin(), of_page.end(),
+                                [](const Surfel& surfel) { return surfel.is_of_surface(); });
+  }
+  return of_surface;
 }
 
 // Some control faces with all that their heights depend on.
@@ -213,16 +307,9 @@ DisplacementField NoHeights(int64_t vertices) {
   return field;
 }
 
-absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::vector<int>& members,
-                         const ReconstructOptions& options, const RunContext& context,
-                         ScratchHeights* heights) {
-  const Box in_scan = BoxOf(members, whole);
-  const SpatialFrame& frame = whole.coarse.frame;
-  const Box box(frame.UnitFromScan(in_scan.min()), frame.UnitFromScan(in_scan.max()));
-  RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, scan.PointsIn(in_scan, context));
-  for (auto point : points.colwise()) point = frame.UnitFromScan(point);
-  RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
-                           AnalyzeBlock(std::move(points), scan.size(), whole, options, context));
+absl::Status MeasureFaces(const Whole& whole, const std::vector<int>& members, const Box& box,
+                          const OrientedCloud& cloud, const RunContext& context,
+                          ScratchHeights* heights) {
   const Part part = CutPart(whole, members, box);
   const ControlMesh& mesh = part.sub.mesh;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
@@ -235,15 +322,36 @@ absl::Status MeasurePart(const PagedScan& scan, const Whole& whole, const std::v
     const LevelRings rings = whole.level == 0
                                  ? LevelRings(control_rings)
                                  : LevelRings::After(refinement.levels[whole.level - 1]);
-    RILIEVO_ASSIGN_OR_RETURN(
-        field, SampleDisplacement(cloud, refinement, rings, limit, options.displacement, context));
+    RILIEVO_ASSIGN_OR_RETURN(field, SampleDisplacement(cloud, refinement, rings, limit,
+                                                       whole.options.displacement, context));
   }
   return WritePart(part, FaceVertices(refinement.levels.front(), whole.level), field, heights);
 }
 
+// Part `part`, whose control faces are `members`. `boxes`: of all parts.
+absl::Status MeasurePart(const Whole& whole, const std::vector<int>& members, size_t part,
+                         const std::vector<Box>& boxes, const RunContext& context,
+                         MeasuredPages* measured) {
+  const SpatialFrame& frame = whole.coarse.frame;
+  OrientedCloud cloud;
+  {
+    std::vector<int64_t> ranks;
+    RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points,
+                             whole.scan.PointsIn(InScan(boxes[part], frame), context, &ranks));
+    for (auto point : points.colwise()) point = frame.UnitFromScan(point);
+    const std::vector<uint8_t> own = PointsToTellOf(points, part, boxes);
+    RILIEVO_ASSIGN_OR_RETURN(AnalyzedBlock block, AnalyzeBlock(points, whole, context));
+    if (block.cloud.points.cols() > 0) {
+      RILIEVO_RETURN_IF_ERROR(WriteSurfels(block, own, ranks, &measured->surfels));
+    }
+    cloud = std::move(block.cloud);
+  }
+  return MeasureFaces(whole, members, boxes[part], cloud, context, &measured->heights);
+}
+
 }  // namespace
 
-absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
+absl::StatusOr<MeasuredPages> MeasureHeightsFromPages(
     const PagedScan& scan, const ScanSurface& coarse, const DisplacedSurface& surface,
     const PartCutter& cutter, int level, int64_t part_points, const ReconstructOptions& options,
     const PipelineContext& context) {
@@ -251,18 +359,24 @@ absl::StatusOr<ScratchHeights> MeasureHeightsFromPages(
   const MeshTopology& topology = cutter.topology();
   RILIEVO_ASSIGN_OR_RETURN(ScratchHeights heights,
                            ScratchHeights::Create(scan.scratch_folder(), topology, level));
-  const Whole whole{coarse, surface.control_mesh,           cutter, topology,
-                    level,  ReachOfFaces(topology, surface)};
-  const std::vector<std::vector<int>> parts = Partition(scan, whole, part_points).Run();
+  RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));
+  MeasuredPages measured{std::move(heights), std::move(surfels), 0};
+  const Whole whole{scan,    coarse, surface.control_mesh,           cutter, topology,
+                    options, level,  ReachOfFaces(topology, surface)};
+  const std::vector<std::vector<int>> parts = Partition(whole, part_points).Run();
+  std::vector<Box> boxes;
+  for (const std::vector<int>& members : parts) boxes.push_back(BoxOf(members, whole));
   const PipelineContext silent = context.Silent();
   for (size_t part = 0; part < parts.size(); ++part) {
-    RILIEVO_RETURN_IF_ERROR(MeasurePart(scan, whole, parts[part], options, silent, &heights));
+    RILIEVO_RETURN_IF_ERROR(MeasurePart(whole, parts[part], part, boxes, silent, &measured));
     ReleaseToOsAfter(scan.size());
     context.Report(Stage::kDisplacement,
                    static_cast<double>(part + 1) / static_cast<double>(parts.size()));
   }
-  RILIEVO_RETURN_IF_ERROR(heights.Finish());
-  return heights;
+  RILIEVO_RETURN_IF_ERROR(measured.heights.Finish());
+  RILIEVO_ASSIGN_OR_RETURN(measured.points_of_surface,
+                           CompleteSurfels(whole, silent, &measured.surfels));
+  return measured;
 }
 
 }  // namespace rilievo

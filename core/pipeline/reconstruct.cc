@@ -200,7 +200,9 @@ absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in
     report.non_finite = paged.non_finite;
     report.duplicates = paged.duplicates;
     report.strays = paged.strays;
-    report.points_used = in.pages->size();
+    report.points_used = finished.points_used;
+    report.outliers = in.pages->size() - finished.points_used;
+    report.island_points = 0;
   }
   std::copy(seconds.begin(), seconds.end(), report.stage_seconds);
   report.total_seconds =

@@ -115,7 +115,7 @@ struct PartSizes {
 // part of the control faces at a time (heights_from_pages.h), and a surface of more than
 // block_vertices is coded and measured in blocks (code_stored_surface.h); its heights are in the
 // bytes alone, not in Reconstruction::surface. The errors that are asked for and stated are those
-// against the thinned points. The file does not name its scan. INVALID_ARGUMENT besides where the
+// against all points. The file does not name its scan. INVALID_ARGUMENT besides where the
 // options ask for what only points in memory tell.
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,

@@ -1,15 +1,14 @@
 #include "core/pipeline/surface_from_pages.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "core/base/status_macros.h"
 #include "core/pipeline/code_stored_surface.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/heights_from_pages.h"
+#include "core/pipeline/points_of_pages.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/surface/stored_surface.h"
 
@@ -24,25 +23,6 @@ ReconstructOptions AtCoarseLevel(ReconstructOptions options, const OrientedCloud
   const auto points = static_cast<double>(thinned.points.cols());
   options.max_level = LevelAsDenseAs(points / kPointsPerVertex, control_faces);
   return options;
-}
-
-// All heights come to memory, and the surface is coded as any.
-absl::StatusOr<FinishedSurface> FinishAtOnce(const StoredSurface& stored, const PartCutter& cutter,
-                                             OrientedCloud cloud, SampledSurface sampled,
-                                             const DssMetadata& metadata,
-                                             const ReconstructOptions& options,
-                                             const PipelineContext& context) {
-  std::vector<int> faces(static_cast<size_t>(stored.control_mesh.faces.cols()));
-  std::iota(faces.begin(), faces.end(), 0);
-  DisplacedSurface& surface = sampled.surface;
-  RILIEVO_RETURN_IF_ERROR(stored.heights->Read(faces,
-                                               FaceVertices(cutter.topology(), stored.max_level),
-                                               &surface.heights, &surface.sources));
-  RILIEVO_ASSIGN_OR_RETURN(sampled.shape, FinestTriangles(surface, context));
-  RILIEVO_ASSIGN_OR_RETURN(CodedSurface coded, CodeSurface(cloud, Shape(), std::move(sampled),
-                                                           metadata, options, context));
-  RILIEVO_ASSIGN_OR_RETURN(coded, KeepError(cloud, Shape(), std::move(coded), options, context));
-  return FinishSurface(std::move(coded), std::move(cloud), Shape(), options, context);
 }
 
 }  // namespace
@@ -76,28 +56,31 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   RILIEVO_ASSIGN_OR_RETURN(stored.max_level, LevelFor(options, pages.size(), scan.cloud,
                                                       stored.control_mesh.faces.cols()));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
-  RILIEVO_ASSIGN_OR_RETURN(const ScratchHeights heights,
+  RILIEVO_ASSIGN_OR_RETURN(const MeasuredPages measured,
                            MeasureHeightsFromPages(pages, scan, surface, cutter, stored.max_level,
                                                    sizes.part_points, options, context));
-  stored.heights = &heights;
-  stored.source_counts = heights.source_counts();
+  stored.heights = &measured.heights;
+  stored.source_counts = measured.heights.source_counts();
   surface.max_level = stored.max_level;
   surface.heights = {};
   surface.sources = {};
-  OrientedCloud cloud = CloudAlone(std::move(scan));
+  const ThinnedPoints some{SomePoints(scan.cloud.points), scan.cloud.median_spacing,
+                           scan.cloud.median_noise};
+  { const ScanSurface spent = std::move(scan); }
 
   const std::optional<int> group =
       GroupFacesFor(stored, cutter, sizes.block_vertices, options.encode);
-  if (!group) {
-    return FinishAtOnce(stored, cutter, std::move(cloud), std::move(sampled), metadata, options,
-                        context);
-  }
   ReconstructOptions grouped = options;
-  grouped.encode.group_faces = *group;
+  if (group) grouped.encode.group_faces = *group;
+  RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
+                           PointsOfPages::Create(pages, measured.surfels, stored.frame));
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
-      CodeStoredSurface(stored, cutter, std::move(cloud), sampled.domain.position_step, metadata,
-                        sizes.block_vertices, grouped, context));
+      CodeStoredSurface(stored, cutter, some, &points, sampled.domain.position_step, metadata,
+                        {sizes.block_vertices, group.has_value()}, grouped, context));
+  if (!group) {
+    RILIEVO_ASSIGN_OR_RETURN(surface, ReadWhole(stored, cutter));
+  }
   FinishedSurface finished;
   finished.coded.domain = std::move(sampled.domain);
   finished.coded.surface = std::move(surface);
@@ -105,6 +88,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   finished.coded.uncoded = coded.uncoded;
   finished.certified = {std::move(coded.encoded), coded.error};
   finished.source_counts = stored.source_counts;
+  finished.points_used = measured.points_of_surface;
   return finished;
 }
 

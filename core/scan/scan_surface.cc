@@ -82,7 +82,7 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
 // The points that belong to a surface, in a frame of their own.
 absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
                                               const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
+  RILIEVO_ASSIGN_OR_RETURN(OutlierResult found,
                            FindOutliers(scan.points, scan.graph, options.outliers, context));
   const int64_t checked = scan.points.cols();
   const int64_t count = checked - std::count(found.keep.begin(), found.keep.end(), 0);
@@ -111,8 +111,9 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
     RILIEVO_ASSIGN_OR_RETURN(kept.graph,
                              BuildNeighborGraph(index, kept.points, options.neighbors, context));
   }
-  return ScanNeighbors{std::move(kept.points), std::move(sights), kept.frame, curve,
-                       std::move(kept.graph),  std::move(index),  figures};
+  return ScanNeighbors{
+      std::move(kept.points), std::move(sights), kept.frame, curve,
+      std::move(kept.graph),  std::move(index),  figures,    std::move(found.keep)};
 }
 
 }  // namespace
@@ -174,8 +175,8 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
   }
   RILIEVO_RETURN_IF_ERROR(CorrectThickNoise(*index, context, &cloud));
   context.Report(Stage::kNormals, 1);
-  return ScanSurface{std::move(cloud),  std::move(colors), std::move(graph),
-                     *std::move(index), scan.frame,        scan.figures};
+  return ScanSurface{std::move(cloud), std::move(colors), std::move(graph),    *std::move(index),
+                     scan.frame,       scan.figures,      std::move(scan.keep)};
 }
 
 absl::StatusOr<ScanSurface> AnalyzeScan(CheckedScan scan, const ScanOptions& options,

@@ -37,6 +37,7 @@ struct ScanNeighbors {
   NeighborGraph graph;
   PointIndex index;
   ScanFigures figures;
+  std::vector<uint8_t> keep = {};  // see ScanSurface
 };
 
 absl::StatusOr<ScanNeighbors> FindNeighbors(CheckedScan scan, const ScanOptions& options,
@@ -51,6 +52,8 @@ struct ScanSurface {
   PointIndex index;         // of many points over cloud.points
   SpatialFrame frame;
   ScanFigures figures;
+  // By point of the checked scan, whether it is in the cloud; empty: all are.
+  std::vector<uint8_t> keep = {};
 };
 
 absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& options,

@@ -2,13 +2,18 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/surface/nearest_in_pages.h"
+#include "core/surface/nearest_of_parts.h"
 #include "core/surface/one_way_distances.h"
 #include "core/surface/surface_samples.h"
 
@@ -16,84 +21,6 @@ namespace rilievo {
 namespace {
 
 using Eigen::Vector3d;
-
-// Points at most this far from a part's box ask it first: of the diagonal.
-constexpr double kNear = 0.01;
-
-// Distances of points from the nearest of all parts.
-class NearestOfParts {
- public:
-  explicit NearestOfParts(const Eigen::Matrix3Xd& points)
-      : points_(points), squared_(points.cols(), std::numeric_limits<double>::infinity()) {}
-
-  // `reach`: points farther than that from the part's box need not ask it.
-  absl::Status Ask(const Shape& part, double reach, const RunContext& context) {
-    Eigen::AlignedBox3d box;
-    for (const auto vertex : part.vertices.colwise()) box.extend(vertex);
-    std::vector<int64_t> asking;
-    for (int64_t i = 0; i < points_.cols(); ++i) {
-      const double away = box.squaredExteriorDistance(points_.col(i));
-      if (away <= reach * reach && away < squared_[i]) asking.push_back(i);
-    }
-    if (asking.empty()) return absl::OkStatus();
-    RILIEVO_ASSIGN_OR_RETURN(
-        const ClosestPointTree tree,
-        ClosestPointTree::Build(part.vertices, part.triangles, context, part.children_per_face));
-    RILIEVO_ASSIGN_OR_RETURN(
-        const std::vector<double> found,
-        SquaredDistances(
-            static_cast<int64_t>(asking.size()),
-            [&](int64_t i) -> Vector3d { return points_.col(asking[i]); }, tree, context));
-    for (size_t i = 0; i < found.size(); ++i) {
-      squared_[asking[i]] = std::min(squared_[asking[i]], found[i]);
-    }
-    return absl::OkStatus();
-  }
-
-  // Whether a part whose box this is may be nearer than what has been asked with `reach`.
-  bool MayBeNearer(const Eigen::AlignedBox3d& box, double reach) const {
-    for (int64_t i = 0; i < points_.cols(); ++i) {
-      if (squared_[i] <= reach * reach) continue;
-      const double away = box.squaredExteriorDistance(points_.col(i));
-      if (away > reach * reach && away < squared_[i]) return true;
-    }
-    return false;
-  }
-
-  std::vector<double> TakeSquared() { return std::move(squared_); }
-
- private:
-  const Eigen::Matrix3Xd& points_;
-  std::vector<double> squared_;
-};
-
-Eigen::AlignedBox3d BoxOfShape(const Shape& shape) {
-  Eigen::AlignedBox3d box;
-  for (const auto vertex : shape.vertices.colwise()) box.extend(vertex);
-  return box;
-}
-
-// Calls visit(part) for each part in order, and asks of all points how far it is.
-template <typename Visit>
-absl::StatusOr<std::vector<double>> SquaredToParts(const Eigen::Matrix3Xd& points,
-                                                   const SurfaceParts& surface,
-                                                   const RunContext& context, const Visit& visit) {
-  NearestOfParts nearest(points);
-  std::vector<Eigen::AlignedBox3d> boxes;
-  for (int i = 0; i < surface.count; ++i) {
-    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles part, surface.triangles(i, context));
-    boxes.push_back(BoxOfShape(part.shape));
-    RILIEVO_RETURN_IF_ERROR(visit(part));
-    RILIEVO_RETURN_IF_ERROR(nearest.Ask(part.shape, kNear, context));
-    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
-  }
-  for (int i = 0; i < surface.count; ++i) {
-    if (!nearest.MayBeNearer(boxes[i], kNear)) continue;
-    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles part, surface.triangles(i, context));
-    RILIEVO_RETURN_IF_ERROR(nearest.Ask(part.shape, std::numeric_limits<double>::max(), context));
-  }
-  return nearest.TakeSquared();
-}
 
 void AddCounts(const PartTriangles& part, PartsError* found) {
   found->folds += part.folds;
@@ -107,7 +34,7 @@ double LargestOf(const std::vector<double>& values) {
 }
 
 DistanceSummary SummaryOf(std::vector<double> squared, double largest_squared,
-                          std::vector<double>* pooled) {
+                          std::vector<double>* distances) {
   DistanceSummary summary;
   summary.samples = static_cast<int64_t>(squared.size());
   if (squared.empty()) return summary;
@@ -121,7 +48,7 @@ DistanceSummary SummaryOf(std::vector<double> squared, double largest_squared,
   }
   summary.mean = sum / count;
   summary.rms = std::sqrt(sum_of_squares / count);
-  if (pooled != nullptr) pooled->insert(pooled->end(), squared.begin(), squared.end());
+  if (distances != nullptr) *distances = squared;
   summary.p95 = Percentile95(squared);
   return summary;
 }
@@ -129,69 +56,259 @@ DistanceSummary SummaryOf(std::vector<double> squared, double largest_squared,
 // What the samples of the parts so far have shown.
 class SamplesOfParts {
  public:
-  SamplesOfParts(const SurfaceParts& surface, const SearchableShape& b, int samples,
+  SamplesOfParts(const SurfaceParts& surface, const PointPages& points, int samples,
                  const RunContext& context)
-      : b_(b), context_(context), sampler_(surface.area / samples, context.seed) {}
+      : context_(context), sampler_(surface.area / samples, context.seed), far_(points) {}
 
-  absl::Status Take(const Shape& part) {
+  // `near`: the points within kNearPart of the part's box, if there are any.
+  absl::Status Take(const Shape& part, const SearchableShape* near) {
     SurfaceSamples samples;
     samples.places = sampler_.Next(part.vertices, part.triangles, &samples.faces);
-    std::vector<double> across;
-    RILIEVO_ASSIGN_OR_RETURN(
-        const std::vector<double> squared,
-        SquaredAcrossCloud(part, samples, b_.shape, b_.tree, context_, &across));
+    std::vector<double> squared(samples.faces.size(), kUnknown), across = squared;
+    if (near != nullptr) {
+      RILIEVO_ASSIGN_OR_RETURN(
+          squared, SquaredAcrossCloud(part, samples, near->shape, near->tree, context_, &across));
+    }
     for (size_t i = 0; i < squared.size(); ++i) {
+      if (squared[i] > kNearPart * kNearPart) {
+        RILIEVO_RETURN_IF_ERROR(Settle(part, samples, i, &squared[i], &across[i]));
+      }
+      largest_ = std::max(largest_, squared[i]);
       squared_.push_back(squared[i]);
       if (IsFilled(part, samples.faces[i])) continue;
       across_sum_ += across[i];
       across_count_ += 1;
     }
-    const auto vertex = [&](int64_t i) -> Vector3d { return part.vertices.col(i); };
-    RILIEVO_ASSIGN_OR_RETURN(
-        largest_, LargestSquaredDistance(part.vertices.cols(), vertex, b_.tree,
-                                         std::max(largest_, LargestOf(squared)), context_));
-    return absl::OkStatus();
+    return TakeVertices(part, near);
   }
 
   double AcrossRms() const { return std::sqrt(across_sum_ / std::max(across_count_, 1.0)); }
-  DistanceSummary Summary(std::vector<double>* pooled) {
-    return SummaryOf(std::move(squared_), largest_, pooled);
+  DistanceSummary Summary(std::vector<double>* distances) {
+    return SummaryOf(std::move(squared_), largest_, distances);
   }
 
  private:
-  const SearchableShape& b_;
+  static constexpr double kUnknown = std::numeric_limits<double>::infinity();
+
+  // Of a sample whose nearest point may lie elsewhere.
+  absl::Status Settle(const Shape& part, const SurfaceSamples& samples, size_t i, double* squared,
+                      double* across) {
+    const Vector3d place = samples.places.col(static_cast<Eigen::Index>(i));
+    RILIEVO_ASSIGN_OR_RETURN(const auto found, far_.Search(place, *squared));
+    if (!found) return absl::OkStatus();
+    const auto triangle = part.triangles.col(samples.faces[i]);
+    const Vector3d a = part.vertices.col(triangle[0]);
+    const Vector3d normal =
+        (part.vertices.col(triangle[1]) - a).cross(part.vertices.col(triangle[2]) - a);
+    *squared = found->squared_distance;
+    *across = SquaredAcross(found->point, normal.normalized(), found->gap, place);
+    return absl::OkStatus();
+  }
+
+  absl::Status TakeVertices(const Shape& part, const SearchableShape* near) {
+    if (near != nullptr) {
+      RILIEVO_ASSIGN_OR_RETURN(
+          const double bound,
+          LargestSquaredDistance(
+              part.vertices.cols(), [&](int64_t i) -> Vector3d { return part.vertices.col(i); },
+              near->tree, largest_, context_));
+      if (bound <= std::max(largest_, kNearPart * kNearPart)) {
+        largest_ = bound;
+        return absl::OkStatus();
+      }
+    }
+    int hint = -1;
+    std::optional<Vector3d> far_hint;
+    for (int64_t i = 0; i < part.vertices.cols(); ++i) {
+      if (i % kSearchBlock == 0) RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
+      const Vector3d vertex = part.vertices.col(i);
+      if (far_hint && (vertex - *far_hint).squaredNorm() <= largest_) continue;
+      double squared = kUnknown;
+      if (near != nullptr) {
+        const ClosestPointTree::Hit hit = near->tree.Closest(vertex, hint);
+        hint = hit.item;
+        squared = hit.squared_distance;
+      }
+      if (squared > std::max(largest_, kNearPart * kNearPart)) {
+        RILIEVO_ASSIGN_OR_RETURN(const auto found, far_.Search(vertex, squared));
+        if (found) {
+          squared = found->squared_distance;
+          far_hint = found->point;
+        }
+      }
+      largest_ = std::max(largest_, squared);
+    }
+    return absl::OkStatus();
+  }
+
   const RunContext& context_;
   AreaSampler sampler_;
+  NearestInPages far_;
   std::vector<double> squared_;
   double largest_ = 0, across_sum_ = 0, across_count_ = 0;
 };
 
+// Brings the distances of points to the pages they are of.
+absl::Status Lower(const GatheredPoints& gathered, const std::vector<double>& squared,
+                   PointPages* points) {
+  for (const GatheredPoints::OfPage& page : gathered.pages) {
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<float> distances, points->Distances(page.page));
+    for (int64_t i = page.begin; i < page.end; ++i) {
+      float& known = distances[gathered.places[i]];
+      known = std::min(known, static_cast<float>(squared[i]));
+    }
+    RILIEVO_RETURN_IF_ERROR(points->WriteDistances(page.page, distances));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<double>> KnownDistances(const GatheredPoints& gathered,
+                                                   const PointPages& points) {
+  std::vector<double> squared;
+  for (const GatheredPoints::OfPage& page : gathered.pages) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> distances, points.Distances(page.page));
+    for (int64_t i = page.begin; i < page.end; ++i) {
+      squared.push_back(distances[gathered.places[i]]);
+    }
+  }
+  return squared;
+}
+
+// What is farther than kNearPart from all parts that have been asked asks the others, so many
+// points at a time.
+absl::Status SettleFarPoints(const SurfaceParts& surface,
+                             const std::vector<Eigen::AlignedBox3d>& boxes,
+                             const RunContext& context, PointPages* points) {
+  constexpr int64_t kAtATime = int64_t{1} << 18;
+  std::vector<Vector3d> far;
+  GatheredPoints gathered;
+  const auto settle = [&]() -> absl::Status {
+    gathered.shape.vertices = Eigen::Map<const Eigen::Matrix3Xd>(
+        far.front().data(), 3, static_cast<Eigen::Index>(far.size()));
+    RILIEVO_ASSIGN_OR_RETURN(std::vector<double> known, KnownDistances(gathered, *points));
+    NearestOfParts nearest(gathered.shape.vertices, std::move(known));
+    RILIEVO_RETURN_IF_ERROR(nearest.AskFarParts(surface, boxes, context));
+    RILIEVO_RETURN_IF_ERROR(Lower(gathered, nearest.squared(), points));
+    far.clear();
+    gathered = GatheredPoints();
+    return absl::OkStatus();
+  };
+  for (int page = 0; page < points->count(); ++page) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> distances, points->Distances(page));
+    const auto is_far = [](float squared) { return squared > kNearPart * kNearPart; };
+    if (std::none_of(distances.begin(), distances.end(), is_far)) continue;
+    RILIEVO_ASSIGN_OR_RETURN(const Shape of_page, points->Read(page));
+    const auto begin = static_cast<int64_t>(far.size());
+    for (int i = 0; i < static_cast<int>(distances.size()); ++i) {
+      if (!is_far(distances[i])) continue;
+      far.emplace_back(of_page.vertices.col(i));
+      gathered.places.push_back(i);
+    }
+    gathered.pages.push_back({page, begin, static_cast<int64_t>(far.size())});
+    if (static_cast<int64_t>(far.size()) >= kAtATime) RILIEVO_RETURN_IF_ERROR(settle());
+  }
+  return far.empty() ? absl::OkStatus() : settle();
+}
+
+// How many distances there are of each size, for a percentile of as many as there may be.
+class DistanceCounts {
+ public:
+  void Add(double distance) {
+    ++counts_[std::bit_cast<uint32_t>(static_cast<float>(distance)) >> kLeftOut];
+    ++count_;
+  }
+  // As of one_way_distances.h, to 6e-5 of itself.
+  double Percentile95() const {
+    auto before = static_cast<int64_t>(0.95 * static_cast<double>(count_ - 1));
+    for (uint32_t i = 0; i < counts_.size(); ++i) {
+      before -= counts_[i];
+      if (before < 0) return std::bit_cast<float>(i << kLeftOut | uint32_t{1} << (kLeftOut - 1));
+    }
+    return 0;
+  }
+
+ private:
+  static constexpr int kLeftOut = 10;  // of 23 bits of the mantissa
+  std::vector<int64_t> counts_ = std::vector<int64_t>(size_t{1} << (31 - kLeftOut));
+  int64_t count_ = 0;
+};
+
+// `counts` takes the distances.
+absl::StatusOr<DistanceSummary> SummaryOfPages(const PointPages& points, DistanceCounts* counts) {
+  DistanceSummary summary;
+  double sum = 0, sum_of_squares = 0, largest = 0;
+  for (int page = 0; page < points.count(); ++page) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> distances, points.Distances(page));
+    for (const double squared : distances) {
+      const double distance = std::sqrt(squared);
+      sum += distance;
+      sum_of_squares += squared;
+      largest = std::max(largest, squared);
+      counts->Add(distance);
+    }
+    summary.samples += static_cast<int64_t>(distances.size());
+  }
+  if (summary.samples == 0) return summary;
+  const auto count = static_cast<double>(summary.samples);
+  summary.max = std::sqrt(largest);
+  summary.mean = sum / count;
+  summary.rms = std::sqrt(sum_of_squares / count);
+  summary.p95 = counts->Percentile95();
+  return summary;
+}
+
+// Both ways between a part and the points near it; the points' distances go to their pages.
+absl::Status MeasurePart(const Shape& part, const RunContext& context, SamplesOfParts* samples,
+                         PointPages* points) {
+  Eigen::AlignedBox3d box = BoxOfShape(part);
+  box.min().array() -= kNearPart;
+  box.max().array() += kNearPart;
+  RILIEVO_ASSIGN_OR_RETURN(GatheredPoints near, PointsWithin(box, *points, context));
+  if (near.pages.empty()) return samples->Take(part, nullptr);
+  {
+    RILIEVO_ASSIGN_OR_RETURN(const SearchableShape searchable,
+                             MakeSearchable(std::move(near.shape), context));
+    RILIEVO_RETURN_IF_ERROR(samples->Take(part, &searchable));
+    near.shape.vertices = searchable.shape.vertices;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> known, KnownDistances(near, *points));
+  NearestOfParts nearest(near.shape.vertices, std::move(known));
+  RILIEVO_RETURN_IF_ERROR(nearest.Ask(part, 2 * kNearPart, context));
+  return Lower(near, nearest.squared(), points);
+}
+
 }  // namespace
 
-absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const SearchableShape& b,
-                                        const MeasureOptions& options, const RunContext& context) {
+absl::StatusOr<PartsError> MeasureParts(const SurfaceParts& surface, const MeasureOptions& options,
+                                        const RunContext& context, PointPages* points) {
   if (!(surface.area > 0)) {
     return absl::InvalidArgumentError("the surface has no area, so no samples of it can be taken");
   }
   RILIEVO_RETURN_IF_ERROR(options.Validate());
+  points->ForgetDistances();
   PartsError found;
-  SamplesOfParts samples(surface, b, options.samples, context);
-  const auto visit = [&](const PartTriangles& part) {
+  SamplesOfParts samples(surface, *points, options.samples, context);
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (int i = 0; i < surface.count; ++i) {
+    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles part, surface.triangles(i, context));
+    boxes.push_back(BoxOfShape(part.shape));
     AddCounts(part, &found);
-    return samples.Take(part.shape);
-  };
-  RILIEVO_ASSIGN_OR_RETURN(std::vector<double> back,
-                           SquaredToParts(b.shape.vertices, surface, context, visit));
+    RILIEVO_RETURN_IF_ERROR(MeasurePart(part.shape, context, &samples, points));
+    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
+  }
+  RILIEVO_RETURN_IF_ERROR(SettleFarPoints(surface, boxes, context, points));
   TwoSidedError& error = found.error;
-  std::vector<double> pooled;
-  error.a_to_b = samples.Summary(&pooled);
-  error.b_to_a = SummaryOf(std::move(back), 0, &pooled);
+  DistanceCounts counts;
+  RILIEVO_ASSIGN_OR_RETURN(error.b_to_a, SummaryOfPages(*points, &counts));
+  std::vector<double> distances;
+  error.a_to_b = samples.Summary(&distances);
+  for (const double distance : distances) counts.Add(distance);
   const auto square = [](double x) { return x * x; };
   error.rms = std::sqrt((square(error.a_to_b.rms) + square(error.b_to_a.rms)) / 2);
   error.across_rms = std::max(samples.AcrossRms(), error.b_to_a.rms);
   error.mean = (error.a_to_b.mean + error.b_to_a.mean) / 2;
   error.max = std::max(error.a_to_b.max, error.b_to_a.max);
-  error.p95 = Percentile95(pooled);
+  error.p95 = counts.Percentile95();
   return found;
 }
 
@@ -207,11 +324,17 @@ absl::StatusOr<PartsError> CountParts(const SurfaceParts& surface, const RunCont
 absl::StatusOr<DistanceSummary> MeasureToParts(const Eigen::Matrix3Xd& points,
                                                const SurfaceParts& surface,
                                                const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      std::vector<double> squared,
-      SquaredToParts(points, surface, context,
-                     [](const PartTriangles& /*part*/) { return absl::OkStatus(); }));
-  return SummaryOf(std::move(squared), 0, nullptr);
+  const std::vector<double> unknown(points.cols(), std::numeric_limits<double>::infinity());
+  NearestOfParts nearest(points, unknown);
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (int i = 0; i < surface.count; ++i) {
+    RILIEVO_ASSIGN_OR_RETURN(const PartTriangles part, surface.triangles(i, context));
+    boxes.push_back(BoxOfShape(part.shape));
+    RILIEVO_RETURN_IF_ERROR(nearest.Ask(part.shape, kNearPart, context));
+    context.Report(Stage::kMeasure, static_cast<double>(i + 1) / surface.count);
+  }
+  RILIEVO_RETURN_IF_ERROR(nearest.AskFarParts(surface, boxes, context));
+  return SummaryOf(nearest.TakeSquared(), 0, nullptr);
 }
 
 }  // namespace rilievo

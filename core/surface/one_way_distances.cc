@@ -16,16 +16,6 @@ constexpr size_t kPointsOfSides = 4;  // nearest to a place, that tell the sides
 
 using FoundItems = std::span<const ClosestPointTree::Hit>;
 
-// How far `place` lies from the plane through a point of `to`, squared, or from the point itself
-// where that is farther off along the plane than `reach`.
-double SquaredAcross(const Shape& to, int point, const Vector3d& normal, double reach,
-                     const Vector3d& place) {
-  const Vector3d offset = place - to.vertices.col(point);
-  const double across = offset.dot(normal);
-  const double along = offset.squaredNorm() - across * across;
-  return along <= reach * reach ? across * across : offset.squaredNorm();
-}
-
 // The least distance of `place`, squared, from the planes of the sides that its nearest points
 // show; infinite where they show but one.
 double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, FoundItems found,
@@ -42,7 +32,8 @@ double SquaredAcrossSides(const Shape& to, const ClosestPointTree& to_tree, Foun
     const auto same = [&](const Vector3d& side) { return std::abs(side.dot(normal)) > kSameSide; };
     if (std::any_of(sides.begin(), sides.begin() + count, same)) continue;
     sides[count++] = normal;
-    least = std::min(least, SquaredAcross(to, point, normal, kReach * to.gaps[point], place));
+    least = std::min(least,
+                     SquaredAcross(to.vertices.col(point), normal, kReach * to.gaps[point], place));
   }
   return count > 1 ? least : std::numeric_limits<double>::infinity();
 }
@@ -53,6 +44,14 @@ double Percentile95(std::vector<double>& distances) {
   const auto place = distances.begin() + static_cast<int64_t>(0.95 * (distances.size() - 1));
   std::nth_element(distances.begin(), place, distances.end());
   return *place;
+}
+
+double SquaredAcross(const Vector3d& point, const Vector3d& normal, double reach,
+                     const Vector3d& place) {
+  const Vector3d offset = place - point;
+  const double across = offset.dot(normal);
+  const double along = offset.squaredNorm() - across * across;
+  return along <= reach * reach ? across * across : offset.squaredNorm();
 }
 
 bool IsFilled(const Shape& shape, int face) {
@@ -83,7 +82,8 @@ absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
           squared[i] = hits[0].squared_distance;
           const int nearest = to_tree.source()[hits[0].item];
           double& of_sample = (*across)[i];
-          of_sample = SquaredAcross(to, nearest, normal.normalized(), to.gaps[nearest], place);
+          of_sample =
+              SquaredAcross(to.vertices.col(nearest), normal.normalized(), to.gaps[nearest], place);
           if (wanted == 1) continue;
           of_sample =
               std::min(of_sample, SquaredAcrossSides(to, to_tree, {hits.data(), found}, place));

@@ -69,6 +69,11 @@ struct SurfaceSamples {
 // Whether all corners of the face are.
 bool IsFilled(const Shape& shape, int face);
 
+// How far `place` lies across the surface from a point, squared: from the plane through it, or from
+// the point itself where that is farther off along the plane than `reach`. `normal`: unit.
+double SquaredAcross(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double reach,
+                     const Eigen::Vector3d& place);
+
 // Squared distances of samples of `from` from a cloud with gaps; `across` becomes the squares whose
 // mean, over faces that are not filled, is that of TwoSidedError::across_rms.
 absl::StatusOr<std::vector<double>> SquaredAcrossCloud(
