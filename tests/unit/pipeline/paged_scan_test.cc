@@ -11,6 +11,7 @@
 #include "core/paging/scan_pager.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/reconstruct.h"
+#include "core/pipeline/shape_input.h"
 #include "tests/benchmark/seams.h"
 #include "tests/scans/analytic_shape.h"
 #include "tests/scans/scanner.h"
@@ -123,6 +124,32 @@ TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
   const Reconstruction coarse = Reconstruct(thinned, ReconstructOptions{}, RunContext{}).value();
   EXPECT_LT(RmsFrom(*shape, parts.surface), 0.5 * RmsFrom(*shape, coarse.surface));
   EXPECT_EQ(parts.report.points_used, 60000);
+}
+
+// Of a scan that is thinned to a sixth; coded at once, and in blocks.
+TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 60000, 0.0005);
+  const ScanSurface scan =
+      PointsOfScan(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
+  Shape used = PointsToMeasure(scan.cloud);
+  for (const int64_t block : {1 << 20, 8000}) {
+    const Reconstruction made =
+        InParts(points, {.coarse_points = 10000, .part_points = 36864, .block_vertices = block});
+    const DisplacedSurface surface = DecodedOf(made);
+    for (Eigen::Index i = 0; i < used.vertices.cols(); ++i) {
+      used.vertices.col(i) =
+          surface.frame.UnitFromScan(scan.frame.ScanFromUnit(scan.cloud.points.col(i)));
+    }
+    const TwoSidedError& stated = made.report.error;
+    const TwoSidedError whole =
+        MeasureSurface(surface, FilledVertices(surface, {}), used, RunContext{}).value();
+    EXPECT_GT(stated.b_to_a.samples, 59000);
+    EXPECT_EQ(stated.b_to_a.samples, made.report.points_used);
+    EXPECT_NEAR(stated.b_to_a.rms, whole.b_to_a.rms, 0.01 * whole.b_to_a.rms);
+    EXPECT_NEAR(stated.b_to_a.p95, whole.b_to_a.p95, 0.01 * whole.b_to_a.p95);
+    EXPECT_NEAR(stated.a_to_b.rms, whole.a_to_b.rms, 0.01 * whole.a_to_b.rms);
+    EXPECT_NEAR(stated.across_rms, whole.across_rms, 0.02 * whole.across_rms);
+  }
 }
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {

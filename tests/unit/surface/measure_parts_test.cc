@@ -11,6 +11,7 @@
 #include "core/surface/count_folds.h"
 #include "core/surface/surface_samples.h"
 #include "tests/unit/surface/heights_in_memory.h"
+#include "tests/unit/surface/pages_in_memory.h"
 #include "tests/unit/surface/test_shapes.h"
 
 namespace rilievo {
@@ -126,18 +127,49 @@ TEST(MeasurePartsTest, ErrorsAreThoseOfTheWhole) {
   const Shape shape = WholeShape(in_parts.surface());
   const TwoSidedError whole =
       MeasureAgainst(shape, points, MeasureOptions{20000}, RunContext()).value();
-  const TwoSidedError parts =
-      MeasureParts(in_parts.Parts(), points, MeasureOptions{20000}, RunContext())->error;
-  EXPECT_NEAR(parts.b_to_a.rms, whole.b_to_a.rms, 1e-12);
-  EXPECT_NEAR(parts.b_to_a.mean, whole.b_to_a.mean, 1e-12);
-  EXPECT_NEAR(parts.b_to_a.p95, whole.b_to_a.p95, 1e-12);
-  EXPECT_NEAR(parts.b_to_a.max, whole.b_to_a.max, 1e-12);
+  PagesInMemory pages(points.shape, 130);
+  const auto measure = [&] {
+    return MeasureParts(in_parts.Parts(), MeasureOptions{20000}, RunContext(), &pages)->error;
+  };
+  const TwoSidedError parts = measure();
+  EXPECT_NEAR(parts.b_to_a.rms, whole.b_to_a.rms, 1e-7 * whole.b_to_a.rms);
+  EXPECT_NEAR(parts.b_to_a.mean, whole.b_to_a.mean, 1e-7 * whole.b_to_a.mean);
+  EXPECT_NEAR(parts.b_to_a.p95, whole.b_to_a.p95, 1e-4 * whole.b_to_a.p95);
+  EXPECT_NEAR(parts.p95, whole.p95, 0.02 * whole.p95);
+  EXPECT_NEAR(parts.b_to_a.max, whole.b_to_a.max, 1e-7);
+  EXPECT_EQ(measure().b_to_a.rms, parts.b_to_a.rms);
   EXPECT_EQ(parts.b_to_a.samples, 3000);
   EXPECT_NEAR(parts.a_to_b.max, whole.a_to_b.max, 1e-3 * whole.a_to_b.max);
   EXPECT_NEAR(parts.a_to_b.rms, whole.a_to_b.rms, 0.02 * whole.a_to_b.rms);
   EXPECT_NEAR(parts.a_to_b.mean, whole.a_to_b.mean, 0.02 * whole.a_to_b.mean);
   EXPECT_NEAR(parts.across_rms, whole.across_rms, 0.02 * whole.across_rms);
   EXPECT_NEAR(parts.rms, whole.rms, 0.02 * whole.rms);
+}
+
+// All points on one side: what lies elsewhere finds them beyond the parts around it.
+TEST(MeasurePartsTest, WhatHasNoPointsNearByFindsThoseFarOff) {
+  DisplacedSurface surface = Rough(8);
+  surface.sources.assign(surface.sources.size(), HeightSource::kMeasured);
+  const InParts in_parts(std::move(surface));
+  Shape all = PointsAround().shape, side;
+  std::vector<int> kept;
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d point = all.vertices.col(i);
+    if (point.x() > 0.1 && point.norm() < 0.3) kept.push_back(i);
+  }
+  side.vertices = all.vertices(Eigen::all, kept);
+  side.gaps.assign(kept.size(), 0.05f);
+  const TwoSidedError whole =
+      MeasureAgainst(WholeShape(in_parts.surface()), MakeSearchable(side, RunContext()).value(),
+                     MeasureOptions{20000}, RunContext())
+          .value();
+  PagesInMemory pages(side, 50);
+  const TwoSidedError parts =
+      MeasureParts(in_parts.Parts(), MeasureOptions{20000}, RunContext(), &pages)->error;
+  EXPECT_GT(whole.a_to_b.max, 0.3);
+  EXPECT_NEAR(parts.a_to_b.max, whole.a_to_b.max, 1e-9);
+  EXPECT_NEAR(parts.a_to_b.rms, whole.a_to_b.rms, 0.01 * whole.a_to_b.rms);
+  EXPECT_NEAR(parts.across_rms, whole.across_rms, 0.01 * whole.across_rms);
 }
 
 TEST(MeasurePartsTest, PointsAloneAskTheNearestPart) {
