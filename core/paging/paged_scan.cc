@@ -8,11 +8,35 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/crc32c.h"
+#include "core/paging/saved_value.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int64_t kPointBytes = 3 * sizeof(double);
+
+constexpr char kPagesName[] = "pages", kIndexName[] = "pages.index";
+
+struct PageIndex {
+  int64_t size = 0;
+  SpatialFrame curve;
+  CellCounts cells{};
+  PagingFigures figures;
+  Eigen::Matrix3Xd low, high;  // of the pages' boxes
+  std::vector<uint32_t> checksums;
+};
+
+template <typename Archive, typename Index>
+void VisitIndex(Archive& archive, Index& index) {
+  archive(index.size);
+  archive(index.curve.center);
+  archive(index.curve.diagonal);
+  archive(index.cells);
+  archive(index.figures);
+  archive(index.low);
+  archive(index.high);
+  archive(index.checksums);
+}
 
 // Chooses a point of each cell while the points come along the curve.
 class CellThinner {
@@ -101,6 +125,48 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunConte
     }
   }
   return all ? whole : thinner.Finish();
+}
+
+absl::Status PagedScan::Save() const {
+  PageIndex index{size_, curve_, cells_, figures_, {}, {}, {}};
+  index.low.resize(3, static_cast<Eigen::Index>(pages_.size()));
+  index.high.resize(3, index.low.cols());
+  for (const Page& page : pages_) {
+    const auto column = static_cast<Eigen::Index>(index.checksums.size());
+    index.low.col(column) = page.box.min();
+    index.high.col(column) = page.box.max();
+    index.checksums.push_back(page.checksum);
+  }
+  ValueWriter writer;
+  VisitIndex(writer, index);
+  return file_.folder().Save(kIndexName, writer.bytes);
+}
+
+absl::StatusOr<std::optional<PagedScan>> FindPagedScan(const ScratchFolder& folder,
+                                                       const RunContext& context) {
+  const std::optional<std::vector<uint8_t>> saved = folder.Load(kIndexName);
+  if (!saved) return std::nullopt;
+  PageIndex index;
+  ValueReader reader(*saved);
+  VisitIndex(reader, index);
+  const auto count = static_cast<Eigen::Index>(index.checksums.size());
+  const int64_t expected = (index.size + kPagePoints - 1) / kPagePoints;
+  absl::StatusOr<ScratchFile> file = ScratchFile::Create(folder, kPagesName);
+  if (!reader.Finished() || count != expected || index.low.cols() != count ||
+      index.high.cols() != count || !file.ok() || file->size() != index.size * kPointBytes) {
+    return std::nullopt;
+  }
+  std::vector<Page> pages;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    pages.push_back({{index.low.col(i), index.high.col(i)}, index.checksums[i]});
+  }
+  PagedScan scan(*std::move(file), std::move(pages), index.size, index.curve, index.cells,
+                 index.figures);
+  for (int page = 0; page < static_cast<int>(count); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (!scan.Read(page).ok()) return std::nullopt;
+  }
+  return scan;
 }
 
 }  // namespace rilievo

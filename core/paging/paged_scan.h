@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,8 +38,8 @@ struct PagingFigures {
 // The cells of `level` are cubes of side 2^-level in the unit frame of the curve.
 using CellCounts = std::array<int64_t, kMortonBits + 1>;
 
-// Made by ScanPager. Finite points, none twice, no strays (CheckedScan), in the order of
-// ComputeMortonOrder.
+// Made by ScanPager, or found (FindPagedScan). Finite points, none twice, no strays (CheckedScan),
+// in the order of ComputeMortonOrder.
 class PagedScan {
  public:
   PagedScan(ScratchFile file, std::vector<Page> pages, int64_t size, const SpatialFrame& curve,
@@ -57,7 +58,7 @@ class PagedScan {
   // How many cells of each level hold points.
   const CellCounts& cells() const { return cells_; }
   const PagingFigures& figures() const { return figures_; }
-  const std::string& scratch_folder() const { return file_.folder(); }
+  const ScratchFolder& scratch_folder() const { return file_.folder(); }
 
   // Column = point, scan frame. DATA_LOSS when the page is not what was written.
   absl::StatusOr<Eigen::Matrix3Xd> Read(int page) const;
@@ -67,6 +68,9 @@ class PagedScan {
   absl::StatusOr<Eigen::Matrix3Xd> PointsIn(const Eigen::AlignedBox3d& box,
                                             const RunContext& context,
                                             std::vector<int64_t>* ranks = nullptr) const;
+
+  // For FindPagedScan().
+  absl::Status Save() const;
 
   // All points, or, where they are more than `most`, the one nearest to its middle of each cell of
   // the finest level with at most `most` cells. Scan frame, in order.
@@ -80,5 +84,10 @@ class PagedScan {
   CellCounts cells_;
   PagingFigures figures_;
 };
+
+// What ScanPager::Finish() has made in a folder that keeps its files; unset where there is nothing,
+// or a page is not as it was written. CANCELLED is the only error.
+absl::StatusOr<std::optional<PagedScan>> FindPagedScan(const ScratchFolder& folder,
+                                                       const RunContext& context);
 
 }  // namespace rilievo

@@ -167,9 +167,9 @@ class PageWriter {
 
 }  // namespace
 
-absl::StatusOr<ScanPager> ScanPager::Create(std::string scratch_folder, int64_t run_points) {
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile raw, ScratchFile::Create(scratch_folder));
-  return ScanPager(std::move(scratch_folder), run_points, std::move(raw));
+absl::StatusOr<ScanPager> ScanPager::Create(ScratchFolder folder, int64_t run_points) {
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile raw, ScratchFile::Create(folder.path(), ""));
+  return ScanPager(std::move(folder), run_points, std::move(raw));
 }
 
 // Those whose coordinates, as bits, fall among the first of 2^`halvings_`: the same whatever the
@@ -283,7 +283,8 @@ absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckRoom(folder_, kBytesOfPoint * finite_));
   RILIEVO_ASSIGN_OR_RETURN(const SpatialFrame frame, FrameOf(context));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<int64_t> counts, SortRuns(frame, context));
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder_));
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder_, "pages"));
+  RILIEVO_RETURN_IF_ERROR(file.Resize(0));
   PageWriter writer(std::move(file));
   RunMerger merger(raw_, counts, run_points_, frame);
   RILIEVO_RETURN_IF_ERROR(merger.Start());
@@ -300,7 +301,9 @@ absl::StatusOr<PagedScan> ScanPager::Finish(const RunContext& context) {
   }
   if (writer.size() < kMinScanPoints) return TooFew(writer.size());
   context.Report(Stage::kCheck, 1);
-  return writer.Finish(frame, figures_);
+  RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, writer.Finish(frame, figures_));
+  RILIEVO_RETURN_IF_ERROR(scan.Save());
+  return scan;
 }
 
 }  // namespace rilievo

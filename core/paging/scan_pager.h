@@ -22,9 +22,8 @@ class ScanPager {
  public:
   static constexpr int64_t kRunPoints = 1 << 20;
 
-  // Files are made in `scratch_folder`. The errors of ScratchFile.
-  static absl::StatusOr<ScanPager> Create(std::string scratch_folder,
-                                          int64_t run_points = kRunPoints);
+  // The errors of ScratchFile.
+  static absl::StatusOr<ScanPager> Create(ScratchFolder folder, int64_t run_points = kRunPoints);
 
   // So many more will be added. RESOURCE_EXHAUSTED when the scratch folder has no room for them.
   absl::Status Expect(int64_t points);
@@ -35,12 +34,13 @@ class ScanPager {
   // INVALID_ARGUMENT when fewer than kMinScanPoints distinct finite points remain, and where
   // BoundingFrame() refuses them; RESOURCE_EXHAUSTED when there is no room for the pages. Of
   // duplicates only those at exactly the same place are dropped. Nothing may be added afterwards.
+  // In a folder that keeps its files FindPagedScan() finds the pages again.
   absl::StatusOr<PagedScan> Finish(const RunContext& context);
 
   int64_t points_in() const { return figures_.points_in; }
 
  private:
-  ScanPager(std::string folder, int64_t run_points, ScratchFile raw)
+  ScanPager(ScratchFolder folder, int64_t run_points, ScratchFile raw)
       : folder_(std::move(folder)), run_points_(run_points), raw_(std::move(raw)) {}
   void Sample(const Eigen::Vector3d& point);
   absl::Status TooFew(int64_t distinct) const;
@@ -49,7 +49,7 @@ class ScanPager {
   absl::StatusOr<std::vector<int64_t>> SortRuns(const SpatialFrame& frame,
                                                 const RunContext& context);
 
-  std::string folder_;
+  ScratchFolder folder_;
   int64_t run_points_;
   ScratchFile raw_;  // points as they came; then sorted runs in their place
   PagingFigures figures_;

@@ -6,10 +6,12 @@
 
 namespace rilievo {
 
-absl::StatusOr<ScratchBlocks> ScratchBlocks::Create(const std::string& folder, int count,
+absl::StatusOr<ScratchBlocks> ScratchBlocks::Create(const ScratchFolder& folder,
+                                                    const std::string& name, int count,
                                                     int64_t block_bytes) {
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder));
-  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder, count * block_bytes));
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder, name));
+  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder, count * block_bytes - file.BytesOnDisk()));
+  RILIEVO_RETURN_IF_ERROR(file.Resize(count * block_bytes));
   return ScratchBlocks(std::move(file), count, block_bytes);
 }
 
@@ -17,6 +19,13 @@ absl::Status ScratchBlocks::Write(int block, std::span<const uint8_t> bytes) {
   RILIEVO_RETURN_IF_ERROR(file_.WriteAt(block * block_bytes_, bytes.data(), bytes.size()));
   blocks_[block] = {static_cast<uint32_t>(bytes.size()), Crc32c(bytes)};
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<uint8_t>> ScratchBlocks::Adopt(int block, size_t count) {
+  std::vector<uint8_t> bytes(count);
+  RILIEVO_RETURN_IF_ERROR(file_.ReadAt(block * block_bytes_, bytes.data(), bytes.size()));
+  blocks_[block] = {static_cast<uint32_t>(bytes.size()), Crc32c(bytes)};
+  return bytes;
 }
 
 absl::StatusOr<std::vector<uint8_t>> ScratchBlocks::Read(int block) const {

@@ -16,14 +16,17 @@ namespace rilievo {
 // 8 bytes of memory per block.
 class ScratchBlocks {
  public:
-  // `block_bytes`: room for each. The errors of ScratchFile, and of CheckRoom() for all blocks.
-  static absl::StatusOr<ScratchBlocks> Create(const std::string& folder, int count,
-                                              int64_t block_bytes);
+  // `block_bytes`: room for each. `name`: of the file, where it has one. The errors of ScratchFile,
+  // and of CheckRoom() for all blocks.
+  static absl::StatusOr<ScratchBlocks> Create(const ScratchFolder& folder, const std::string& name,
+                                              int count, int64_t block_bytes);
 
   int count() const { return static_cast<int>(blocks_.size()); }
   absl::Status Write(int block, std::span<const uint8_t> bytes);
   // Empty where it has not been written. DATA_LOSS when it is not what was written.
   absl::StatusOr<std::vector<uint8_t>> Read(int block) const;
+  // Takes over so many bytes as they are there; zeros where nothing was ever written.
+  absl::StatusOr<std::vector<uint8_t>> Adopt(int block, size_t bytes);
   // As after Create().
   void Forget() { blocks_.assign(blocks_.size(), {}); }
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -32,28 +33,37 @@ absl::StatusCode CodeOfErrno(int error) {
 
 }  // namespace
 
-absl::Status CheckRoom(const std::string& folder, int64_t bytes) {
+absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes) {
   struct statvfs disk;
-  if (statvfs(folder.c_str(), &disk) != 0) return absl::OkStatus();  // writing will tell
+  if (statvfs(folder.path().c_str(), &disk) != 0) return absl::OkStatus();  // writing will tell
   const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
   if (static_cast<double>(bytes) <= free) return absl::OkStatus();
   return absl::ResourceExhaustedError(absl::StrFormat(
       "scratch folder %s: %.1f MB more are needed, %.1f MB are free; free some space, or name "
       "another folder",
-      folder, 1e-6 * static_cast<double>(bytes), 1e-6 * free));
+      folder.path(), 1e-6 * static_cast<double>(bytes), 1e-6 * free));
 }
 
-absl::Status ScratchFile::Failed(int error) const {
+absl::Status ScratchError(const std::string& folder, int error) {
   const char* remedy = error == ENOSPC || error == EDQUOT
                            ? "; free some space, or name another folder: two copies of the points "
                              "are kept there, 48 bytes a point"
                            : "";
-  return absl::Status(CodeOfErrno(error), absl::StrCat("scratch folder ", folder_, ": ",
+  return absl::Status(CodeOfErrno(error), absl::StrCat("scratch folder ", folder, ": ",
                                                        std::string(strerror(error)), remedy));
 }
 
-absl::StatusOr<ScratchFile> ScratchFile::Create(const std::string& folder) {
-  std::string name = absl::StrCat(folder, "/rilievo-scratch-XXXXXX");
+absl::StatusOr<ScratchFile> ScratchFile::Create(const ScratchFolder& folder,
+                                                const std::string& kept_name) {
+  if (folder.keeps()) {
+    const std::string path = absl::StrCat(folder.path(), "/", kept_name);
+    ScratchFile file(folder, open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    struct stat found;
+    if (file.number_ < 0 || fstat(file.number_, &found) != 0) return file.Failed(errno);
+    file.size_ = found.st_size;
+    return file;
+  }
+  std::string name = absl::StrCat(folder.path(), "/rilievo-scratch-XXXXXX");
   ScratchFile file(folder, mkostemp(name.data(), O_CLOEXEC));
   if (file.number_ < 0) return file.Failed(errno);
   unlink(name.c_str());
@@ -85,6 +95,18 @@ absl::Status ScratchFile::WriteAt(int64_t offset, const void* data, size_t bytes
   return absl::OkStatus();
 }
 
+absl::Status ScratchFile::Resize(int64_t bytes) {
+  if (ftruncate(number_, bytes) != 0) return Failed(errno);
+  size_ = bytes;
+  return absl::OkStatus();
+}
+
+int64_t ScratchFile::BytesOnDisk() const {
+  constexpr int64_t kBlock = 512;
+  struct stat found;
+  return fstat(number_, &found) == 0 ? kBlock * found.st_blocks : 0;
+}
+
 absl::Status ScratchFile::ReadAt(int64_t offset, void* data, size_t bytes) const {
   char* to = static_cast<char*>(data);
   while (bytes > 0) {
@@ -92,8 +114,8 @@ absl::Status ScratchFile::ReadAt(int64_t offset, void* data, size_t bytes) const
     if (taken < 0 && errno == EINTR) continue;
     if (taken < 0) return Failed(errno);
     if (taken == 0) {
-      return absl::DataLossError(
-          absl::StrCat("scratch folder ", folder_, ": a file of this run is shorter than it was"));
+      return absl::DataLossError(absl::StrCat("scratch folder ", folder_.path(),
+                                              ": a file of this run is shorter than it was"));
     }
     to += taken;
     offset += taken;

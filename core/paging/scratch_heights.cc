@@ -24,11 +24,12 @@ ScratchHeights::ScratchHeights(ScratchFile file, const MeshTopology& control, in
   count_ = static_cast<size_t>(lattice.point_count());
 }
 
-absl::StatusOr<ScratchHeights> ScratchHeights::Create(const std::string& folder,
+absl::StatusOr<ScratchHeights> ScratchHeights::Create(const ScratchFolder& folder,
                                                       const MeshTopology& control, int level) {
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder));
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder, "heights"));
+  const int64_t on_disk = file.BytesOnDisk();
   ScratchHeights heights(std::move(file), control, level);
-  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder, control.face_count() * heights.Bytes()));
+  RILIEVO_RETURN_IF_ERROR(CheckRoom(folder, control.face_count() * heights.Bytes() - on_disk));
   return heights;
 }
 
@@ -66,6 +67,7 @@ absl::Status ScratchHeights::Write(int face, const std::vector<float>& heights,
 }
 
 absl::Status ScratchHeights::Finish() {
+  source_counts_ = {};
   Record at_corners{std::vector<float>(control_.vertex_count),
                     std::vector<HeightSource>(control_.vertex_count)};
   std::vector<uint8_t> known(control_.vertex_count, 0);

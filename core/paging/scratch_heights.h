@@ -20,15 +20,19 @@ namespace rilievo {
 class ScratchHeights : public FaceHeights {
  public:
   // `control` is kept by reference. The errors of ScratchFile, and of CheckRoom() for all heights.
-  static absl::StatusOr<ScratchHeights> Create(const std::string& folder,
+  static absl::StatusOr<ScratchHeights> Create(const ScratchFolder& folder,
                                                const MeshTopology& control, int level);
 
   // Of one face, in the order of FaceVertices::Of; each face once, in any order.
   absl::Status Write(int face, const std::vector<float>& heights,
                      const std::vector<HeightSource>& sources);
 
+  // Whether the record of the face is there as it was written, maybe by an earlier run.
+  bool Has(int face) const { return ReadRecord(face).ok(); }
+
   // Once all faces are written: of a vertex between faces, which may have been found with different
-  // halos, the value of the face with the smallest number becomes that of all.
+  // halos, the value of the face with the smallest number becomes that of all. May be done
+  // once more after some faces have been written anew.
   absl::Status Finish();
 
   // DATA_LOSS when a record is not what was written.

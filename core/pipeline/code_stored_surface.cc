@@ -13,6 +13,7 @@
 #include "core/codec/container/encode_dss_blocks.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/mesh/face_groups.h"
+#include "core/paging/saved_value.h"
 #include "core/pipeline/certificate.h"
 #include "core/surface/measure_parts.h"
 
@@ -67,6 +68,57 @@ class StoredCoding {
         context_(context),
         faces_(PartsToMeasure(surface, cutter.topology(), block.vertices)) {}
 
+  // Within the error asked for, or as exactly as the points are worth.
+  absl::Status Code(const ThinnedPoints& thinned, double position_step,
+                    CodedStoredSurface* coded) const {
+    UncodedError& uncoded = coded->uncoded;
+    uncoded = {thinned.median_spacing, thinned.median_noise, options_.measure, {}};
+    const std::optional<double> limit = options_.encode.max_error;
+    if (options_.measure && limit) {
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, Measure(Uncoded()));
+      uncoded.error = found.error;
+    } else if (options_.measure) {
+      const StageScope scope(Stage::kMeasure, context_);
+      RILIEVO_ASSIGN_OR_RETURN(uncoded.error.b_to_a,
+                               MeasureToParts(thinned.some, Uncoded(), context_));
+    }
+    const auto encode = [&](std::optional<double> error) {
+      return Encode(coded->metadata, position_step, error);
+    };
+    RILIEVO_ASSIGN_OR_RETURN(coded->encoded, encode(CodingErrorFor(options_.encode, uncoded)));
+    const double own = uncoded.error.across_rms;
+    if (!limit || !options_.measure || own >= *limit || !NoiseAllows(*limit, uncoded.noise)) {
+      return absl::OkStatus();
+    }
+    const auto error_of = [&](const EncodedSurface& encoded) -> absl::StatusOr<double> {
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, MeasureBytes(encoded));
+      return found.error.across_rms;
+    };
+    return KeepErrorOf(*limit, own, CodingErrorWithin(*limit, uncoded), error_of, encode,
+                       &coded->encoded)
+        .status();
+  }
+
+  absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded) const {
+    const std::vector<uint8_t> bytes = encoded.Concatenate();
+    if (block_.in_groups) {
+      RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
+      return Measure(Parts([&](std::span<const int> faces, const RunContext& context) {
+        return DecodePart(file, cutter_, faces, context);
+      }));
+    }
+    RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
+    SurfacePart whole;
+    whole.faces = whole.inner = AllFaces(decoded.surface.control_mesh.faces.cols());
+    whole.surface = std::move(decoded.surface);
+    SurfaceParts parts =
+        Parts([&](std::span<const int> /*faces*/,
+                  const RunContext& /*context*/) -> absl::StatusOr<SurfacePart> { return whole; });
+    parts.count = 1;
+    return Measure(parts);
+  }
+
+ private:
   // As given.
   SurfaceParts Uncoded() const {
     return Parts([this](std::span<const int> faces, const RunContext& /*context*/) {
@@ -96,26 +148,6 @@ class StoredCoding {
     return MeasureParts(parts, MeasureOptions{kCertifiedSamples}, context_, points_);
   }
 
-  absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded) const {
-    const std::vector<uint8_t> bytes = encoded.Concatenate();
-    if (block_.in_groups) {
-      RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
-      return Measure(Parts([&](std::span<const int> faces, const RunContext& context) {
-        return DecodePart(file, cutter_, faces, context);
-      }));
-    }
-    RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(bytes, context_));
-    SurfacePart whole;
-    whole.faces = whole.inner = AllFaces(decoded.surface.control_mesh.faces.cols());
-    whole.surface = std::move(decoded.surface);
-    SurfaceParts parts =
-        Parts([&](std::span<const int> /*faces*/,
-                  const RunContext& /*context*/) -> absl::StatusOr<SurfacePart> { return whole; });
-    parts.count = 1;
-    return Measure(parts);
-  }
-
- private:
   template <typename Read>
   SurfaceParts Parts(const Read& read) const {
     SurfaceParts parts;
@@ -139,6 +171,37 @@ class StoredCoding {
   const PipelineContext& context_;
   FaceLists faces_;
 };
+
+template <typename Archive, typename Encoded>
+void VisitEncoded(Archive& archive, Encoded& encoded) {
+  for (auto& chunk : encoded.chunks) archive(chunk);
+  archive(encoded.height_step);
+  archive(encoded.height_rms);
+  archive(encoded.height_max);
+}
+
+constexpr char kCodedName[] = "coded";
+
+absl::Status SaveCoded(const CodedStoredSurface& coded, const ScratchFolder& folder) {
+  ValueWriter writer;
+  writer(coded.uncoded);
+  writer(static_cast<int>(coded.encoded.chunks.size()));
+  VisitEncoded(writer, coded.encoded);
+  return folder.Save(kCodedName, writer.bytes);
+}
+
+bool FindCoded(const ScratchFolder& folder, CodedStoredSurface* coded) {
+  constexpr int kMostChunks = 64;
+  const std::optional<std::vector<uint8_t>> saved = folder.Load(kCodedName);
+  if (!saved) return false;
+  ValueReader reader(*saved);
+  int chunks = 0;
+  reader(coded->uncoded);
+  reader(chunks);
+  coded->encoded.chunks.resize(static_cast<size_t>(std::clamp(chunks, 0, kMostChunks)));
+  VisitEncoded(reader, coded->encoded);
+  return reader.Finished();
+}
 
 double ShareOfSource(HeightSource source, const std::array<int64_t, 3>& counts) {
   const int64_t all = counts[0] + counts[1] + counts[2];
@@ -176,36 +239,16 @@ absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const Pa
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
     PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
-    const ReconstructOptions& options, const PipelineContext& context) {
+    const ScratchFolder& scratch, const ReconstructOptions& options,
+    const PipelineContext& context) {
   if (!options.measure) points = nullptr;
   const StoredCoding coding(surface, cutter, points, block, options, context);
   CodedStoredSurface coded;
-  coded.uncoded = {thinned.median_spacing, thinned.median_noise, options.measure, {}};
-  if (options.measure && options.encode.max_error) {
-    RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.Measure(coding.Uncoded()));
-    coded.uncoded.error = found.error;
-  } else if (options.measure) {
-    const StageScope scope(Stage::kMeasure, context);
-    RILIEVO_ASSIGN_OR_RETURN(coded.uncoded.error.b_to_a,
-                             MeasureToParts(thinned.some, coding.Uncoded(), context));
-  }
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
-  const auto encode = [&](std::optional<double> error) {
-    return coding.Encode(coded.metadata, position_step, error);
-  };
-  RILIEVO_ASSIGN_OR_RETURN(coded.encoded, encode(CodingErrorFor(options.encode, coded.uncoded)));
-  if (options.encode.max_error && options.measure) {
-    const double limit = *options.encode.max_error, own = coded.uncoded.error.across_rms;
-    const auto error_of = [&](const EncodedSurface& encoded) -> absl::StatusOr<double> {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(encoded));
-      return found.error.across_rms;
-    };
-    if (own < limit && NoiseAllows(limit, coded.uncoded.noise)) {
-      RILIEVO_RETURN_IF_ERROR(KeepErrorOf(limit, own, CodingErrorWithin(limit, coded.uncoded),
-                                          error_of, encode, &coded.encoded)
-                                  .status());
-    }
+  if (!FindCoded(scratch, &coded)) {
+    RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
+    RILIEVO_RETURN_IF_ERROR(SaveCoded(coded, scratch));
   }
   RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(coded.encoded));
   coded.error = found.error;

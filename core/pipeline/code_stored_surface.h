@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/codec/container/dss.h"
+#include "core/paging/scratch_folder.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
@@ -45,10 +46,12 @@ struct CodedStoredSurface {
 absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const PartCutter& cutter);
 
 // What CodeSurface(), KeepError() and Certify() do with a surface in memory. The errors are those
-// against all `points`.
+// against all `points`. In a scratch folder that keeps its files what is coded, but not measured,
+// is found again.
 absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     const StoredSurface& surface, const PartCutter& cutter, const ThinnedPoints& thinned,
     PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
-    const ReconstructOptions& options, const PipelineContext& context);
+    const ScratchFolder& scratch, const ReconstructOptions& options,
+    const PipelineContext& context);
 
 }  // namespace rilievo

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,8 @@
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/sub_mesh.h"
+#include "core/paging/part_journal.h"
+#include "core/pipeline/block_surfels.h"
 #include "core/pipeline/sample_heights.h"
 
 namespace rilievo {
@@ -139,132 +142,6 @@ class Partition {
   std::vector<std::vector<int>> parts_;
 };
 
-// The points of a block as a scan of their own.
-struct AnalyzedBlock {
-  OrientedCloud cloud;      // unit frame of the whole; no points where they are too few
-  std::vector<int> source;  // of each point of it: its column in the block
-};
-
-// The sides are those of the coarse points.
-absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, const Whole& whole,
-                                           const RunContext& context) {
-  PointCloud block;
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
-                           whole.coarse.index.NearestOfEach(points, context));
-  block.points = points;
-  block.sights.normals = whole.coarse.cloud.normals(Eigen::all, nearest).cast<float>();
-  ScanOptions options = whole.options.scan;
-  options.sights = {SightRule::kIgnore, SightRule::kUse};
-  // Islands are as large as they would have to be in the whole.
-  options.outliers.min_component_share =
-      std::min(0.1, options.outliers.min_component_share * static_cast<double>(whole.scan.size()) /
-                        static_cast<double>(points.cols()));
-  absl::StatusOr<CheckedScan> checked = CheckScan(block, whole.options.check, context);
-  block = PointCloud();
-  AnalyzedBlock found;
-  if (absl::IsInvalidArgument(checked.status())) return found;
-  RILIEVO_RETURN_IF_ERROR(checked.status());
-  found.source = std::move(checked->source_index);
-  absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), options, context);
-  if (absl::IsInvalidArgument(analyzed.status())) return AnalyzedBlock();
-  RILIEVO_RETURN_IF_ERROR(analyzed.status());
-  size_t kept = 0;
-  for (size_t i = 0; i < analyzed->keep.size(); ++i) {
-    if (analyzed->keep[i] != 0) found.source[kept++] = found.source[i];
-  }
-  if (!analyzed->keep.empty()) found.source.resize(kept);
-  const SpatialFrame& frame = analyzed->frame;
-  found.cloud = std::move(analyzed->cloud);
-  OrientedCloud& cloud = found.cloud;
-  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
-  const auto scale = static_cast<float>(frame.diagonal);
-  for (float& spacing : cloud.spacing) spacing *= scale;
-  for (float& noise : cloud.noise) noise *= scale;
-  cloud.median_spacing *= frame.diagonal;
-  cloud.median_noise *= frame.diagonal;
-  return found;
-}
-
-// By point, whether the part has to tell of it: of all parts that read it the one whose box reaches
-// farthest around it, for its neighbours are the most complete there; of equals the first.
-std::vector<uint8_t> PointsToTellOf(const Eigen::Matrix3Xd& points, size_t part,
-                                    const std::vector<Box>& boxes) {
-  const auto depth = [&](size_t of, const Eigen::Vector3d& point) {
-    return std::min((point - boxes[of].min()).minCoeff(), (boxes[of].max() - point).minCoeff());
-  };
-  std::vector<size_t> others;
-  for (size_t other = 0; other < boxes.size(); ++other) {
-    if (other != part && boxes[other].intersects(boxes[part])) others.push_back(other);
-  }
-  std::vector<uint8_t> own(static_cast<size_t>(points.cols()));
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Vector3d point = points.col(i);
-    const double here = depth(part, point);
-    own[i] = std::none_of(others.begin(), others.end(), [&](size_t other) {
-      const double there = depth(other, point);
-      return there > here || (there == here && other < part);
-    });
-  }
-  return own;
-}
-
-constexpr uint32_t kKnownFromAll = 1, kKnownFromThinned = 2;
-
-Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i, uint32_t known) {
-  const Eigen::Vector3f normal = cloud.normals.col(i).cast<float>();
-  return {{normal.x(), normal.y(), normal.z()}, cloud.spacing[i], known};
-}
-
-absl::Status WriteSurfels(const AnalyzedBlock& block, const std::vector<uint8_t>& own,
-                          const std::vector<int64_t>& ranks, ScratchSurfels* surfels) {
-  std::vector<int64_t> at(own.size());
-  std::vector<Surfel> of_block(own.size(), Surfel{{}, 0, kKnownFromAll});
-  for (size_t i = 0; i < block.source.size(); ++i) {
-    of_block[block.source[i]] = SurfelOf(block.cloud, static_cast<Eigen::Index>(i), kKnownFromAll);
-  }
-  size_t count = 0;
-  for (size_t i = 0; i < own.size(); ++i) {
-    if (own[i] == 0) continue;
-    at[count] = ranks[i];
-    of_block[count++] = of_block[i];
-  }
-  at.resize(count);
-  of_block.resize(count);
-  return surfels->Write(at, of_block);
-}
-
-// Points that no part has told of belong to the surface where thinned points of it are near. How
-// many of all points do.
-absl::StatusOr<int64_t> CompleteSurfels(const Whole& whole, const RunContext& context,
-                                        ScratchSurfels* surfels) {
-  constexpr double kNearSpacings = 3;
-  const OrientedCloud& coarse = whole.coarse.cloud;
-  int64_t of_surface = 0;
-  for (int page = 0; page < static_cast<int>(whole.scan.pages().size()); ++page) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> of_page, surfels->Read(page));
-    const auto is_unknown = [](const Surfel& surfel) { return surfel.known == 0; };
-    if (std::any_of(of_page.begin(), of_page.end(), is_unknown)) {
-      RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, whole.scan.Read(page));
-      for (auto point : points.colwise()) point = whole.coarse.frame.UnitFromScan(point);
-      RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
-                               whole.coarse.index.NearestOfEach(points, context));
-      for (Eigen::Index i = 0; i < points.cols(); ++i) {
-        if (!is_unknown(of_page[i])) continue;
-        const int near = nearest[i];
-        const double away = (points.col(i) - coarse.points.col(near)).norm();
-        of_page[i] = away <= kNearSpacings * coarse.spacing[near]
-                         ? SurfelOf(coarse, near, kKnownFromThinned)
-                         : Surfel{{}, 0, kKnownFromThinned};
-      }
-      RILIEVO_RETURN_IF_ERROR(surfels->WritePage(page, of_page));
-    }
-    of_surface += std::count_if(of_page.begin(), of_page.end(),
-                                [](const Surfel& surfel) { return surfel.is_of_surface(); });
-  }
-  return of_surface;
-}
-
 // Some control faces with all that their heights depend on.
 struct Part {
   SubMesh sub;
@@ -328,25 +205,43 @@ absl::Status MeasureFaces(const Whole& whole, const std::vector<int>& members, c
   return WritePart(part, FaceVertices(refinement.levels.front(), whole.level), field, heights);
 }
 
-// Part `part`, whose control faces are `members`. `boxes`: of all parts.
-absl::Status MeasurePart(const Whole& whole, const std::vector<int>& members, size_t part,
-                         const std::vector<Box>& boxes, const RunContext& context,
-                         MeasuredPages* measured) {
+// Part `part`, whose control faces are `members`. `boxes`: of all parts. The checksum of its
+// surfels.
+absl::StatusOr<uint64_t> MeasurePart(const Whole& whole, const std::vector<int>& members,
+                                     size_t part, const std::vector<Box>& boxes,
+                                     const RunContext& context, MeasuredPages* measured) {
   const SpatialFrame& frame = whole.coarse.frame;
   OrientedCloud cloud;
+  uint64_t sum = 0;
   {
     std::vector<int64_t> ranks;
     RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points,
                              whole.scan.PointsIn(InScan(boxes[part], frame), context, &ranks));
     for (auto point : points.colwise()) point = frame.UnitFromScan(point);
     const std::vector<uint8_t> own = PointsToTellOf(points, part, boxes);
-    RILIEVO_ASSIGN_OR_RETURN(AnalyzedBlock block, AnalyzeBlock(points, whole, context));
+    RILIEVO_ASSIGN_OR_RETURN(AnalyzedBlock block, AnalyzeBlock(points, whole.scan.size(), whole.coarse, whole.options, context));
     if (block.cloud.points.cols() > 0) {
-      RILIEVO_RETURN_IF_ERROR(WriteSurfels(block, own, ranks, &measured->surfels));
+      RILIEVO_ASSIGN_OR_RETURN(sum, WriteSurfels(block, part, own, ranks, &measured->surfels));
     }
     cloud = std::move(block.cloud);
   }
-  return MeasureFaces(whole, members, boxes[part], cloud, context, &measured->heights);
+  RILIEVO_RETURN_IF_ERROR(
+      MeasureFaces(whole, members, boxes[part], cloud, context, &measured->heights));
+  return sum;
+}
+
+// Parts that an earlier run has finished, and whose heights and surfels are as they were.
+absl::StatusOr<std::set<int>> PartsThatAreThere(const PartJournal& journal,
+                                                const std::vector<std::vector<int>>& parts,
+                                                MeasuredPages* measured) {
+  if (journal.finished().empty()) return std::set<int>();
+  RILIEVO_ASSIGN_OR_RETURN(std::set<int> there, measured->surfels.Adopt(journal.finished()));
+  std::erase_if(there, [&](int part) {
+    const std::vector<int>& members = parts[static_cast<size_t>(part)];
+    return !std::all_of(members.begin(), members.end(),
+                        [&](int face) { return measured->heights.Has(face); });
+  });
+  return there;
 }
 
 }  // namespace
@@ -367,15 +262,21 @@ absl::StatusOr<MeasuredPages> MeasureHeightsFromPages(
   std::vector<Box> boxes;
   for (const std::vector<int>& members : parts) boxes.push_back(BoxOf(members, whole));
   const PipelineContext silent = context.Silent();
+  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(scan.scratch_folder()));
+  RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, PartsThatAreThere(journal, parts, &measured));
   for (size_t part = 0; part < parts.size(); ++part) {
-    RILIEVO_RETURN_IF_ERROR(MeasurePart(whole, parts[part], part, boxes, silent, &measured));
-    ReleaseToOsAfter(scan.size());
+    if (there.count(static_cast<int>(part)) == 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
+                               MeasurePart(whole, parts[part], part, boxes, silent, &measured));
+      RILIEVO_RETURN_IF_ERROR(journal.Add(static_cast<int>(part), sum));
+      ReleaseToOsAfter(scan.size());
+    }
     context.Report(Stage::kDisplacement,
                    static_cast<double>(part + 1) / static_cast<double>(parts.size()));
   }
   RILIEVO_RETURN_IF_ERROR(measured.heights.Finish());
   RILIEVO_ASSIGN_OR_RETURN(measured.points_of_surface,
-                           CompleteSurfels(whole, silent, &measured.surfels));
+                           CompleteSurfels(scan, coarse, silent, &measured.surfels));
   return measured;
 }
 

@@ -13,6 +13,7 @@
 #include "core/base/status_macros.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/coarse_surface.h"
 #include "core/pipeline/code_surface.h"
 #include "core/pipeline/color_surface.h"
 #include "core/pipeline/finished_surface.h"
@@ -48,6 +49,8 @@ absl::Status ReconstructOptions::Validate() const {
 }
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 // What is known of the surface before it is coded.
 DssMetadata MetadataOf(std::string input_hash, Topology topology, const ReconstructOptions& options,
@@ -120,13 +123,6 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   return report;
 }
 
-// What goes in besides the points in memory.
-struct Input {
-  PointCloud* spent = nullptr;  // where the scan's memory may go once its points have been checked
-  const PagedScan* pages = nullptr;  // of a thinned scan: all its points
-  PartSizes sizes = {};
-};
-
 // `faces_given`: the number of control faces is the caller's. Points and mesh of `input` are spent.
 absl::StatusOr<FinishedSurface> FinishInMemory(bool faces_given, const DssMetadata& metadata,
                                                const PipelineContext& context, ShapedInput* input) {
@@ -165,51 +161,58 @@ absl::StatusOr<FinishedSurface> FinishInMemory(bool faces_given, const DssMetada
   return finished;
 }
 
-absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, const Input& in,
-                                         const ReconstructOptions& given,
-                                         const RunContext& caller) {
-  const auto start = std::chrono::steady_clock::now();
-  StageSeconds seconds{};
-  const PipelineContext context{caller, &seconds, scan.points.cols()};
-  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
-  const ReconstructOptions asked = in.pages != nullptr && !faces_given
-                                       ? WithFacesForPages(given, *in.pages, scan.points.cols())
-                                       : given;
-
-  const auto shape = scan.triangles.cols() > 0 ? ShapeMesh : ShapeScan;
-  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, in.spent, asked, context));
-  const ScanFigures figures = input.scan.figures;
-  const bool has_colors = !input.scan.colors.empty();
-  DssMetadata metadata =
-      MetadataOf(std::move(input.hash), input.control.topology, input.options, context);
-  FinishedSurface finished;
-  if (in.pages != nullptr) {
-    metadata.input_hash.clear();
-    metadata.scan_points = in.pages->figures().points_in;
-    RILIEVO_ASSIGN_OR_RETURN(
-        finished, FinishFromPages(*in.pages, in.sizes, faces_given, metadata, context, &input));
-  } else {
-    RILIEVO_ASSIGN_OR_RETURN(finished, FinishInMemory(faces_given, metadata, context, &input));
-  }
-
-  ReconstructReport report = ReportOf(figures, input.control, finished, input.options);
-  report.mesh = input.mesh;
-  report.colors_left_out = has_colors && finished.colors.bytes == 0;
-  if (in.pages != nullptr) {
-    const PagingFigures& paged = in.pages->figures();
-    report.non_finite = paged.non_finite;
-    report.duplicates = paged.duplicates;
-    report.strays = paged.strays;
-    report.points_used = finished.points_used;
-    report.outliers = in.pages->size() - finished.points_used;
-    report.island_points = 0;
-  }
+// The report is complete but for what depends on where the points lay.
+absl::StatusOr<Reconstruction> Made(FinishedSurface finished, ReconstructReport report,
+                                    const StageSeconds& seconds, Clock::time_point start) {
   std::copy(seconds.begin(), seconds.end(), report.stage_seconds);
-  report.total_seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.total_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.warnings = WarningsOf(report);
   return Reconstruction{std::move(finished.coded.surface), std::move(finished.certified.encoded),
                         std::move(report)};
+}
+
+// `spent`: where the scan's memory may go once its points have been checked; or null.
+absl::StatusOr<Reconstruction> RunStages(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& given,
+                                         const RunContext& caller) {
+  const auto start = Clock::now();
+  StageSeconds seconds{};
+  const PipelineContext context{caller, &seconds, scan.points.cols()};
+  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
+  const auto shape = scan.triangles.cols() > 0 ? ShapeMesh : ShapeScan;
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, shape(scan, spent, given, context));
+  const ScanFigures figures = input.scan.figures;
+  const bool has_colors = !input.scan.colors.empty();
+  const DssMetadata metadata =
+      MetadataOf(std::move(input.hash), input.control.topology, input.options, context);
+  RILIEVO_ASSIGN_OR_RETURN(FinishedSurface finished,
+                           FinishInMemory(faces_given, metadata, context, &input));
+  ReconstructReport report = ReportOf(figures, input.control, finished, input.options);
+  report.mesh = input.mesh;
+  report.colors_left_out = has_colors && finished.colors.bytes == 0;
+  return Made(std::move(finished), std::move(report), seconds, start);
+}
+
+absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes& sizes,
+                                        const ReconstructOptions& given, const RunContext& caller) {
+  const auto start = Clock::now();
+  StageSeconds seconds{};
+  const PipelineContext context{caller, &seconds, pages.size()};
+  RILIEVO_ASSIGN_OR_RETURN(CoarseSurface coarse,
+                           ShapeCoarsely(pages, sizes.coarse_points, given, context));
+  const ScanFigures figures = coarse.scan.figures;
+  DssMetadata metadata = MetadataOf("", coarse.control.topology, coarse.options, context);
+  metadata.scan_points = pages.figures().points_in;
+  RILIEVO_ASSIGN_OR_RETURN(FinishedSurface finished,
+                           FinishFromPages(pages, sizes, metadata, context, &coarse));
+  ReconstructReport report = ReportOf(figures, coarse.control, finished, coarse.options);
+  report.non_finite = pages.figures().non_finite;
+  report.duplicates = pages.figures().duplicates;
+  report.strays = pages.figures().strays;
+  report.points_used = finished.points_used;
+  report.outliers = pages.size() - finished.points_used;
+  report.island_points = 0;
+  return Made(std::move(finished), std::move(report), seconds, start);
 }
 
 // What `work` makes of options in range; exceptions become statuses.
@@ -230,23 +233,19 @@ absl::StatusOr<Reconstruction> Safely(const ReconstructOptions& options, const W
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context) {
-  return Safely(options, [&] { return RunStages(scan, {}, options, context); });
+  return Safely(options, [&] { return RunStages(scan, nullptr, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context) {
-  return Safely(options, [&] { return RunStages(scan, {&scan}, options, context); });
+  return Safely(options, [&] { return RunStages(scan, &scan, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
                                                 const RunContext& context) {
-  return Safely(options, [&]() -> absl::StatusOr<Reconstruction> {
-    PointCloud thinned;
-    RILIEVO_ASSIGN_OR_RETURN(thinned.points, scan.Thinned(sizes.coarse_points, context));
-    return RunStages(thinned, {&thinned, &scan, sizes}, options, context);
-  });
+  return Safely(options, [&] { return RunPaged(scan, sizes, options, context); });
 }
 
 }  // namespace rilievo

@@ -1,0 +1,150 @@
+#include "core/pipeline/coarse_surface.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/paging/saved_value.h"
+#include "core/pipeline/fit_domain.h"
+#include "core/pipeline/option_lengths.h"
+#include "core/pipeline/shape_input.h"
+
+namespace rilievo {
+namespace {
+
+constexpr char kCoarseName[] = "coarse";
+
+// More control faces than a scan in memory gets, where its points ask for them and the `thinned`
+// ones can carry them.
+ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
+  constexpr int64_t kFacesInMemory = 12000;  // at most
+  constexpr int64_t kPointsPerFace = 120, kThinnedPerFace = 30;
+  const int64_t faces = std::min(points / kPointsPerFace, thinned / kThinnedPerFace);
+  if (faces > kFacesInMemory) options.control.target_faces = static_cast<int>(faces);
+  return options;
+}
+
+// Heights of thinned points tell how far the surface reaches, no more: one level less than they
+// would allow.
+ReconstructOptions AtCoarseLevel(ReconstructOptions options, const OrientedCloud& thinned,
+                                 int64_t control_faces) {
+  constexpr double kPointsPerVertex = 4;
+  const auto points = static_cast<double>(thinned.points.cols());
+  options.max_level = LevelAsDenseAs(points / kPointsPerVertex, control_faces);
+  return options;
+}
+
+CoarseSurface NoSurface() {
+  PointIndex index(Eigen::Matrix3Xd::Zero(3, 1));
+  return {ScanSurface{{}, {}, {}, std::move(index), {}, {}}, {}, {}, {}};
+}
+
+absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const ReconstructOptions& given,
+                                           const PipelineContext& context) {
+  PointCloud thinned;
+  RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, context));
+  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
+  const ReconstructOptions asked =
+      faces_given ? given : WithFacesForPages(given, pages.size(), thinned.points.cols());
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeScan(thinned, &thinned, asked, context));
+  CoarseSurface coarse = NoSurface();
+  coarse.scan = std::move(input.scan);
+  const ReconstructOptions& options = coarse.options = std::move(input.options);
+  const auto fit = faces_given ? FitDomain : FitUnderNoise;
+  RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(coarse.scan, input.control.mesh, options, context));
+  const ReconstructOptions at_level =
+      AtCoarseLevel(options, coarse.scan.cloud, domain.fit.control_mesh.faces.cols());
+  RILIEVO_ASSIGN_OR_RETURN(coarse.sampled, SampleHeights(coarse.scan, input.control.topology,
+                                                         std::move(domain), at_level, context));
+  coarse.sampled.shape = {};
+  coarse.control.topology = input.control.topology;
+  coarse.control.reason = std::move(input.control.reason);
+  return coarse;
+}
+
+template <typename Archive, typename Mesh>
+void VisitMesh(Archive& archive, Mesh& mesh) {
+  archive(mesh.vertices);
+  archive(mesh.faces);
+  archive(mesh.creases);
+  archive(mesh.corners);
+}
+
+template <typename Archive, typename Surface>
+void VisitCoarse(Archive& archive, Surface& coarse) {
+  archive(coarse.scan.frame.center);
+  archive(coarse.scan.frame.diagonal);
+  archive(coarse.scan.figures);
+  auto& cloud = coarse.scan.cloud;
+  archive(cloud.points);
+  archive(cloud.normals);
+  archive(cloud.spacing);
+  archive(cloud.noise);
+  archive(cloud.ambiguous);
+  archive(cloud.sharp_lines);
+  archive(cloud.median_spacing);
+  archive(cloud.median_noise);
+  archive(coarse.control.topology);
+  archive(coarse.control.reason);
+  archive(coarse.options.control.target_faces);
+  auto& domain = coarse.sampled.domain;
+  VisitMesh(archive, domain.fit.control_mesh);
+  archive(domain.fit.rms_before);
+  archive(domain.fit.rms_after);
+  archive(domain.fit.rounds);
+  archive(domain.fit.converged);
+  archive(domain.fit.round_rms);
+  archive(domain.position_step);
+  archive(domain.is_filled);
+  auto& surface = coarse.sampled.surface;
+  VisitMesh(archive, surface.control_mesh);
+  archive(surface.max_level);
+  archive(surface.heights);
+  archive(surface.sources);
+}
+
+absl::Status Save(const CoarseSurface& coarse, const ScratchFolder& folder) {
+  if (!folder.keeps()) return absl::OkStatus();
+  ValueWriter writer;
+  VisitCoarse(writer, coarse);
+  return folder.Save(kCoarseName, writer.bytes);
+}
+
+absl::StatusOr<std::optional<CoarseSurface>> Find(const ScratchFolder& folder,
+                                                  const ReconstructOptions& given) {
+  const std::optional<std::vector<uint8_t>> saved = folder.Load(kCoarseName);
+  if (!saved) return std::nullopt;
+  CoarseSurface coarse = NoSurface();
+  coarse.options = given;
+  ValueReader reader(*saved);
+  VisitCoarse(reader, coarse);
+  if (!reader.Finished()) return std::nullopt;
+  RILIEVO_ASSIGN_OR_RETURN(coarse.options,
+                           WithoutLengths(std::move(coarse.options), coarse.scan.frame.diagonal));
+  coarse.sampled.surface.frame = coarse.scan.frame;
+  return coarse;
+}
+
+}  // namespace
+
+absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,
+                                            const ReconstructOptions& given,
+                                            const PipelineContext& context) {
+  const ScratchFolder& folder = pages.scratch_folder();
+  RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> coarse, Find(folder, given));
+  if (!coarse) {
+    RILIEVO_ASSIGN_OR_RETURN(coarse, ShapeThinned(pages, coarse_points, given, context));
+    RILIEVO_RETURN_IF_ERROR(Save(*coarse, folder));
+  }
+  // Of points equally far off it depends on the index which is nearest: it is made in one way.
+  ScanSurface& scan = coarse->scan;
+  scan.graph = NeighborGraph();
+  RILIEVO_ASSIGN_OR_RETURN(scan.index, PointIndex::BuildOver(scan.cloud.points, context));
+  return *std::move(coarse);
+}
+
+}  // namespace rilievo

@@ -1,0 +1,29 @@
+// What the thinned points of a scan on disk tell: all that its parts agree on.
+#pragma once
+
+#include <cstdint>
+
+#include "absl/status/statusor.h"
+#include "core/control/build_control_mesh.h"
+#include "core/paging/paged_scan.h"
+#include "core/pipeline/reconstruct.h"
+#include "core/pipeline/sample_heights.h"
+#include "core/pipeline/stage_scope.h"
+#include "core/scan/scan_surface.h"
+
+namespace rilievo {
+
+struct CoarseSurface {
+  ScanSurface scan;            // thinned; without its neighbour graph and colours
+  ControlMeshResult control;   // topology and reason alone
+  SampledSurface sampled;      // without its shape; heights tell how far the surface reaches
+  ReconstructOptions options;  // lengths as fractions of the diagonal
+};
+
+// All steps on the thinned points up to their heights. In a scratch folder that keeps its files the
+// result is saved, and found there again.
+absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,
+                                            const ReconstructOptions& given,
+                                            const PipelineContext& context);
+
+}  // namespace rilievo
