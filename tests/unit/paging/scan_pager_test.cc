@@ -97,7 +97,7 @@ TEST(ScanPager, RefusesTooFewPoints) {
 }
 
 TEST(ScanPager, NamesAFolderThatIsNotThere) {
-  const auto pager = ScanPager::Create("/no/such/folder");
+  const auto pager = ScanPager::Create(std::string("/no/such/folder"));
   EXPECT_EQ(pager.status().code(), absl::StatusCode::kNotFound);
   EXPECT_THAT(pager.status().message(), ::testing::HasSubstr("/no/such/folder"));
 }

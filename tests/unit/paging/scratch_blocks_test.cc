@@ -15,7 +15,7 @@ namespace rilievo {
 namespace {
 
 TEST(ScratchBlocks, HoldWhatWasWrittenLast) {
-  ScratchBlocks blocks = ScratchBlocks::Create(::testing::TempDir(), 3, 8).value();
+  ScratchBlocks blocks = ScratchBlocks::Create(::testing::TempDir(), "", 3, 8).value();
   ASSERT_TRUE(blocks.Write(2, std::vector<uint8_t>{1, 2, 3}).ok());
   ASSERT_TRUE(blocks.Write(0, std::vector<uint8_t>(8, 7)).ok());
   ASSERT_TRUE(blocks.Write(2, std::vector<uint8_t>{4, 5}).ok());
@@ -27,7 +27,7 @@ TEST(ScratchBlocks, HoldWhatWasWrittenLast) {
 }
 
 TEST(ScratchBlocks, NameADamagedOne) {
-  ScratchBlocks blocks = ScratchBlocks::Create(::testing::TempDir(), 3, 8).value();
+  ScratchBlocks blocks = ScratchBlocks::Create(::testing::TempDir(), "", 3, 8).value();
   ASSERT_TRUE(blocks.Write(1, std::vector<uint8_t>(8, 7)).ok());
   ASSERT_TRUE(DamageScratchFile(8 + 5));
   const absl::Status status = blocks.Read(1).status();

@@ -1,0 +1,172 @@
+// A folder in which a run finds what one before it has finished.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/paging/part_journal.h"
+#include "core/paging/saved_value.h"
+#include "core/paging/scan_pager.h"
+#include "core/paging/scratch_blocks.h"
+#include "core/paging/scratch_folder.h"
+#include "core/paging/scratch_surfels.h"
+#include "tests/unit/scan/scan_clouds.h"
+
+namespace rilievo {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<uint8_t>;
+
+class KeptScratchTest : public ::testing::Test {
+ protected:
+  KeptScratchTest() {
+    std::string name = (fs::path(::testing::TempDir()) / "kept-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~KeptScratchTest() override { fs::remove_all(path_); }
+
+  KeptScratch Open(const std::string& identity = "a run") const {
+    return KeptScratch::Open(path_, identity).value();
+  }
+  // Turns a bit of byte `at` of a file of the run.
+  static void Damage(const KeptScratch& scratch, const std::string& name, int64_t at) {
+    std::fstream file(scratch.folder().path() + "/" + name,
+                      std::ios::in | std::ios::out | std::ios::binary);
+    ASSERT_TRUE(file.is_open());
+    file.seekg(at);
+    const auto byte = static_cast<char>(file.get() ^ 1);
+    file.seekp(at);
+    file.put(byte);
+  }
+
+  std::string path_;
+};
+
+TEST_F(KeptScratchTest, FindsWhatWasSavedLast) {
+  {
+    const KeptScratch scratch = Open();
+    EXPECT_FALSE(scratch.folder().Load("x").has_value());
+    ASSERT_TRUE(scratch.folder().Save("x", Bytes{1, 2, 3}).ok());
+    ASSERT_TRUE(scratch.folder().Save("x", Bytes{4, 5}).ok());
+  }
+  KeptScratch again = Open();
+  EXPECT_EQ(again.folder().Load("x"), (Bytes{4, 5}));
+  Damage(again, "x", 1);
+  EXPECT_FALSE(again.folder().Load("x").has_value());
+  EXPECT_FALSE(Open("another run").folder().Load("x").has_value());
+  const std::string folder = again.folder().path();
+  EXPECT_TRUE(fs::exists(folder));
+  again.Remove();
+  EXPECT_FALSE(fs::exists(folder));
+}
+
+TEST_F(KeptScratchTest, IsOfOneProcessAtATime) {
+  const KeptScratch scratch = Open();
+  const absl::Status status = KeptScratch::Open(path_, "a run").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr("another process"));
+}
+
+TEST_F(KeptScratchTest, FindsPagesUnlessOneIsDamaged) {
+  const KeptScratch scratch = Open();
+  EXPECT_FALSE(FindPagedScan(scratch.folder(), RunContext{})->has_value());
+  ScanPager pager = ScanPager::Create(scratch.folder(), 3000).value();
+  ASSERT_TRUE(pager.Add(SphereCloud(9000, 3).cloud.points).ok());
+  const PagedScan scan = pager.Finish(RunContext{}).value();
+  {
+    const std::optional<PagedScan> found = FindPagedScan(scratch.folder(), RunContext{}).value();
+    ASSERT_TRUE(found.has_value());
+    EXPECT_EQ(found->size(), scan.size());
+    EXPECT_EQ(found->cells(), scan.cells());
+    EXPECT_EQ(found->curve().diagonal, scan.curve().diagonal);
+    EXPECT_EQ(found->figures().points_in, 9000);
+    for (int page = 0; page < 3; ++page) {
+      EXPECT_EQ(found->Read(page).value(), scan.Read(page).value());
+      EXPECT_EQ(found->pages()[page].box.min(), scan.pages()[page].box.min());
+      EXPECT_EQ(found->pages()[page].box.max(), scan.pages()[page].box.max());
+    }
+  }
+  Damage(scratch, "pages", int64_t{kPagePoints} * 24 + 100);
+  EXPECT_FALSE(FindPagedScan(scratch.folder(), RunContext{})->has_value());
+}
+
+TEST_F(KeptScratchTest, JournalEndsWhereItIsDamaged) {
+  const KeptScratch scratch = Open();
+  {
+    PartJournal journal = PartJournal::Open(scratch.folder()).value();
+    for (int part = 0; part < 4; ++part) ASSERT_TRUE(journal.Add(part, 10 + part).ok());
+  }
+  EXPECT_EQ(PartJournal::Open(scratch.folder())->finished().size(), 4u);
+  Damage(scratch, "parts", 2 * 16 + 3);
+  PartJournal journal = PartJournal::Open(scratch.folder()).value();
+  EXPECT_EQ(journal.finished(), (std::map<int, uint64_t>{{0, 10}, {1, 11}}));
+  ASSERT_TRUE(journal.Add(3, 13).ok());
+  EXPECT_EQ(PartJournal::Open(scratch.folder())->finished(),
+            (std::map<int, uint64_t>{{0, 10}, {1, 11}, {3, 13}}));
+}
+
+TEST_F(KeptScratchTest, PartsWhoseSurfelsAreDamagedAreNotThere) {
+  const KeptScratch scratch = Open();
+  ScanPager pager = ScanPager::Create(scratch.folder()).value();
+  ASSERT_TRUE(pager.Add(SphereCloud(9000, 3).cloud.points).ok());
+  const PagedScan scan = pager.Finish(RunContext{}).value();
+  std::map<int, uint64_t> sums;
+  {
+    ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
+    for (uint32_t part = 0; part < 2; ++part) {
+      const std::vector<int64_t> ranks = {part, 5000 + part, 8990 + part};
+      const Surfel surfel{{0, 0, 1}, 0.5f, part + 1};
+      sums[static_cast<int>(part)] = surfels.Write(ranks, {surfel, surfel, surfel}).value();
+    }
+    std::vector<Surfel> of_page = surfels.Read(1).value();
+    of_page[17] = {{0, 0, 1}, 0.5f, Surfel::kFromThinned};
+    ASSERT_TRUE(surfels.WritePage(1, of_page).ok());
+  }
+  const auto adopt = [&](ScratchSurfels* surfels) { return surfels->Adopt(sums).value(); };
+  {
+    ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
+    EXPECT_EQ(adopt(&surfels), (std::set<int>{0, 1}));
+    EXPECT_EQ(surfels.Read(1).value()[5000 % kPagePoints].spacing, 0.5f);
+    EXPECT_EQ(surfels.Read(1).value()[17].known, 0u) << "it may come of other points now";
+  }
+  Damage(scratch, "surfels", 5001 * 20 + 13);
+  ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
+  EXPECT_EQ(adopt(&surfels), (std::set<int>{0}));
+}
+
+TEST(SavedValue, ComesBackUnlessBytesAreMissing) {
+  const auto visit = [](auto& archive, auto& number, auto& text, auto& list, auto& columns) {
+    archive(number);
+    archive(text);
+    archive(list);
+    archive(columns);
+  };
+  const double number = 2.5;
+  const std::string text = "two";
+  const std::vector<float> list = {1, 2, 3};
+  const Eigen::Matrix3Xd columns = Eigen::Matrix3Xd::Random(3, 5);
+  ValueWriter writer;
+  visit(writer, number, text, list, columns);
+  for (size_t bytes = 0; bytes <= writer.bytes.size(); ++bytes) {
+    double read_number = 0;
+    std::string read_text;
+    std::vector<float> read_list;
+    Eigen::Matrix3Xd read_columns;
+    ValueReader reader(std::span(writer.bytes).first(bytes));
+    visit(reader, read_number, read_text, read_list, read_columns);
+    EXPECT_EQ(reader.Finished(), bytes == writer.bytes.size());
+    if (!reader.Finished()) continue;
+    EXPECT_EQ(read_number, number);
+    EXPECT_EQ(read_text, text);
+    EXPECT_EQ(read_list, list);
+    EXPECT_EQ(read_columns, columns);
+  }
+}
+
+}  // namespace
+}  // namespace rilievo

@@ -1,0 +1,135 @@
+// A scan on disk whose run is killed, and goes on.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/paging/scan_pager.h"
+#include "core/paging/scratch_folder.h"
+#include "core/pipeline/reconstruct.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+
+namespace rilievo {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ResumeTest : public ::testing::Test {
+ protected:
+  ResumeTest() {
+    std::string name = (fs::path(::testing::TempDir()) / "resume-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+    ScannerOptions options;
+    options.points = 24000;
+    options.views = 0;
+    points_ = SimulateScan(*MakeShape("torus").value(), options).value().cloud.points;
+  }
+  ~ResumeTest() override { fs::remove_all(path_); }
+
+  // What the program does, on one thread.
+  std::vector<uint8_t> Run(const std::function<void(const Progress&)>& progress = {}) const {
+    RunContext context;
+    context.threads = 1;
+    context.progress = progress;
+    const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
+    std::optional<PagedScan> scan = FindPagedScan(scratch.folder(), context).value();
+    if (!scan) {
+      ScanPager pager = ScanPager::Create(scratch.folder(), 8000).value();
+      EXPECT_TRUE(pager.Add(points_).ok());
+      scan = pager.Finish(context).value();
+    }
+    const PartSizes sizes{.coarse_points = 6000, .part_points = 8192, .block_vertices = 8000};
+    return ReconstructPaged(*scan, sizes, {}, context)->encoded.Concatenate();
+  }
+
+  // In a process that is killed as soon as it has reported what `is_time` waits for.
+  void RunUntil(const std::function<bool(const Progress&)>& is_time) const {
+    const pid_t child = fork();
+    if (child == 0) {
+      Run([&](const Progress& progress) {
+        if (is_time(progress)) kill(getpid(), SIGKILL);
+      });
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status)) << "ended before it was killed";
+  }
+
+  std::vector<uint8_t> Uninterrupted() {
+    std::vector<uint8_t> bytes = Run();
+    fs::remove_all(path_);
+    fs::create_directory(path_);
+    return bytes;
+  }
+
+  std::string FileOfRun(const std::string& name) const {
+    return (fs::directory_iterator(path_)->path() / name).string();
+  }
+  void DamageFile(const std::string& name, int64_t at) const {
+    std::fstream file(FileOfRun(name), std::ios::in | std::ios::out | std::ios::binary);
+    ASSERT_TRUE(file.is_open()) << name;
+    file.seekg(at);
+    const auto byte = static_cast<char>(file.get() ^ 1);
+    file.seekp(at);
+    file.put(byte);
+  }
+
+  std::string path_;
+  Eigen::Matrix3Xd points_;
+};
+
+std::function<bool(const Progress&)> At(Stage stage, double fraction) {
+  return [=](const Progress& seen) { return seen.stage == stage && seen.fraction >= fraction; };
+}
+
+// When what is coded is measured.
+std::function<bool(const Progress&)> AfterCoding() {
+  return [coded = false](const Progress& seen) mutable {
+    coded = coded || seen.stage == Stage::kEncode;
+    return coded && seen.stage == Stage::kMeasure;
+  };
+}
+
+TEST_F(ResumeTest, KilledAtAnyMomentItEndsWithTheSameBytes) {
+  const std::vector<uint8_t> expected = Uninterrupted();
+  // Heights are reported for the thinned points, then for each part.
+  int heights = 0;
+  const auto in_parts = [&](const Progress& seen) {
+    heights += seen.stage == Stage::kDisplacement && seen.fraction == 0;
+    return heights == 2 && seen.fraction > 0.5;
+  };
+  RunUntil(At(Stage::kCheck, 0.1));
+  RunUntil(At(Stage::kNormals, 0.3));
+  RunUntil(in_parts);
+  RunUntil(At(Stage::kEncode, 0.0));
+  RunUntil(AfterCoding());
+  std::set<Stage> done_again;
+  EXPECT_EQ(Run([&](const Progress& seen) { done_again.insert(seen.stage); }), expected);
+  EXPECT_EQ(done_again, (std::set<Stage>{Stage::kDisplacement, Stage::kMeasure}));
+}
+
+TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
+  const std::vector<uint8_t> expected = Uninterrupted();
+  RunUntil(At(Stage::kEncode, 0.0));
+  DamageFile("surfels", 20 * 5000 + 3);
+  DamageFile("heights", 1000);
+  RunUntil(AfterCoding());
+  DamageFile("coded", 300);
+  RunUntil(AfterCoding());
+  DamageFile("coarse", 5000);
+  EXPECT_EQ(Run(), expected);
+  DamageFile("pages", 5000);
+  EXPECT_EQ(Run(), expected);
+}
+
+}  // namespace
+}  // namespace rilievo
