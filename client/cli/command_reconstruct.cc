@@ -1,5 +1,4 @@
 #include <CLI/CLI.hpp>
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <utility>
@@ -24,7 +23,7 @@ struct Arguments {
   ScanArguments scan;
   std::string kept_scan;  // file for the merged scan; empty: none
   bool merge = false, align = false, parts = false;
-  std::string scratch;  // folder of --parts
+  ScratchArguments scratch;  // of --parts
 
   const std::vector<std::string>& scans() const { return making.inputs; }
 };
@@ -38,10 +37,12 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
 
 absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& path,
                                  const std::stop_token& stop) {
-  RILIEVO_ASSIGN_OR_RETURN(PagedFile paged,
-                           LoadPaged(path, arguments.scan, arguments.scratch, stop));
+  RILIEVO_ASSIGN_OR_RETURN(
+      PagedFile paged,
+      LoadPaged(path, arguments.scan, arguments.making.options, arguments.scratch, stop));
   ReportPaths paths{path, paged.file.format, {}};
-  return Source{std::move(paged.file), std::move(paths), std::move(paged.scan)};
+  return Source{std::move(paged.file), std::move(paths), std::move(paged.scan),
+                std::move(paged.kept)};
 }
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
@@ -65,12 +66,6 @@ absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_to
                                          ExitCode::kOutput));
   }
   return Source{std::move(scan), std::move(paths)};
-}
-
-// Where temporary files go, as other programs have it; large ones may outlive no restart there.
-std::string DefaultScratchFolder() {
-  const char* folder = std::getenv("TMPDIR");
-  return folder != nullptr && *folder != '\0' ? folder : "/var/tmp";
 }
 
 // The scans that get a surface of their own: all, or the first in the name of all.
@@ -145,10 +140,11 @@ Command AddReconstruct(CLI::App& program) {
       "for scans larger than memory: the points go to disk, and the surface is made of them a part "
       "at a time; stations, normals and colours of the points are not used");
   parts->excludes(merge);
-  a->scratch = DefaultScratchFolder();
-  app->add_option("--scratch", a->scratch,
-                  "with --parts: the folder for it, with room for 48 bytes a point; nothing stays "
-                  "there (default: TMPDIR, or /var/tmp)")
+  app->add_option(
+         "--scratch", a->scratch.folder,
+         "with --parts: the folder for it, with room for 48 bytes a point; what is finished "
+         "stays there until the surface is written, and the same command goes on from "
+         "there (default: TMPDIR, or /var/tmp, and nothing stays)")
       ->needs(parts);
   return {app, [a](std::stop_token stop) { return Run(*a, stop); }};
 }

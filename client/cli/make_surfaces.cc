@@ -39,6 +39,15 @@ ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* 
   return callbacks;
 }
 
+// With its payloads.
+absl::Status WithMessage(const absl::Status& status, const std::string& message) {
+  absl::Status changed(status.code(), message);
+  status.ForEachPayload([&](absl::string_view type, const absl::Cord& payload) {
+    changed.SetPayload(type, payload);
+  });
+  return changed;
+}
+
 absl::Status Explain(const absl::Status& status, const std::string& scan,
                      const std::string& server) {
   std::string message = WordsOf(status);
@@ -52,8 +61,16 @@ absl::Status Explain(const absl::Status& status, const std::string& scan,
   }
   // Without a server it is the scan that asks for too much.
   const bool too_much = status.code() == absl::StatusCode::kResourceExhausted && server.empty();
-  const absl::Status explained(status.code(), message);
+  const absl::Status explained = WithMessage(status, message);
   return too_much ? WithExitCode(explained, ExitCode::kInput) : explained;
+}
+
+// The same, and how to go on where it ended.
+absl::Status WithWhereItStays(const absl::Status& status, const Source& source) {
+  if (source.kept == nullptr) return status;
+  return WithMessage(
+      status, absl::StrCat(status.message(), "\nWhat is finished stays in ",
+                           source.kept->folder().path(), "; the same command goes on from there."));
 }
 
 struct Made {
@@ -82,12 +99,14 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
       source.pages != nullptr ? ReconstructPages(*source.pages, options, callbacks.progress, stop)
                               : client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) {
-    return Explain(result.status(), source.paths.scan, arguments.connection.server);
+    return WithWhereItStays(
+        Explain(result.status(), source.paths.scan, arguments.connection.server), source);
   }
   display.Finish();
   RunContext context;
   context.stop = stop;
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, result->dss, context));
+  if (source.kept != nullptr) source.kept->Remove();
   return Made{std::move(result->report), std::move(source.paths)};
 }
 

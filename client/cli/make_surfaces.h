@@ -14,6 +14,7 @@
 #include "client/cli/surface_output.h"
 #include "client/formats/scan_reader.h"
 #include "core/paging/paged_scan.h"
+#include "core/paging/scratch_folder.h"
 
 namespace rilievo {
 
@@ -35,6 +36,7 @@ struct Source {
   ScanFile scan;
   ReportPaths paths;                                 // no target yet
   std::shared_ptr<const PagedScan> pages = nullptr;  // the points of a scan that went to disk
+  std::shared_ptr<KeptScratch> kept = nullptr;       // see PagedFile
 };
 
 using ReadSource = std::function<absl::StatusOr<Source>(const std::string& path)>;

@@ -1,13 +1,23 @@
 #include "client/cli/paged_scan_source.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
+#include <optional>
+#include <system_error>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/working_server.h"
 #include "core/base/status_macros.h"
+#include "core/paging/saved_value.h"
 #include "core/paging/scan_pager.h"
 #include "core/pipeline/reconstruct.h"
 #include "server/conversion/call_error.h"
@@ -34,22 +44,82 @@ class PagingSink : public PointSink {
   absl::Status status_;
 };
 
+// Where temporary files go, as other programs have it; large ones may outlive no restart there.
+std::string DefaultScratchFolder() {
+  const char* folder = std::getenv("TMPDIR");
+  return folder != nullptr && *folder != '\0' ? folder : "/var/tmp";
+}
+
+// All that pages, parts and bytes depend on: the file, told by its path, size and time of change,
+// and what is asked for.
+absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArguments& arguments,
+                                       const ReconstructArguments& options) {
+  struct stat file;
+  if (stat(path.c_str(), &file) != 0) return absl::NotFoundError(absl::StrCat(path, ": not found"));
+  std::error_code error;
+  const std::string absolute = std::filesystem::absolute(path, error).string();
+  RILIEVO_ASSIGN_OR_RETURN(v1::ReconstructOptions asked, OptionsFrom(options));
+  asked.clear_threads();
+  const PlaceArguments& place = options.place;
+  return absl::StrJoin(
+      {std::string("rilievo " RILIEVO_VERSION), absolute, absl::StrCat(file.st_size),
+       absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec), arguments.format,
+       asked.SerializeAsString(), options.height_step, options.max_error, options.close_holes_below,
+       place.unit, place.up, place.crs},
+      std::string(1, '\0'));
+}
+
+constexpr char kFileName[] = "file";
+
+template <typename Archive, typename File>
+void VisitFile(Archive& archive, File& file) {
+  archive(file.format);
+  archive(file.faces);
+  archive(file.place.metres_per_unit);
+  archive(file.place.up);
+  archive(file.place.crs);
+}
+
+absl::StatusOr<bool> FindPaged(const RunContext& context, PagedFile* paged) {
+  const ScratchFolder& folder = paged->kept->folder();
+  const std::optional<std::vector<uint8_t>> saved = folder.Load(kFileName);
+  if (!saved) return false;
+  ValueReader reader(*saved);
+  VisitFile(reader, paged->file);
+  if (!reader.Finished()) return false;
+  RILIEVO_ASSIGN_OR_RETURN(std::optional<PagedScan> scan, FindPagedScan(folder, context));
+  if (scan) paged->scan = std::make_shared<const PagedScan>(*std::move(scan));
+  return paged->scan != nullptr;
+}
+
 }  // namespace
 
 absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments& arguments,
-                                    const std::string& scratch_folder,
-                                    const std::stop_token& stop) {
-  RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(scratch_folder));
+                                    const ReconstructArguments& options,
+                                    const ScratchArguments& scratch, const std::stop_token& stop) {
+  RunContext context;
+  context.stop = stop;
+  PagedFile paged;
+  ScratchFolder folder(scratch.folder.empty() ? DefaultScratchFolder() : scratch.folder);
+  if (!scratch.folder.empty() && path != "-") {
+    RILIEVO_ASSIGN_OR_RETURN(const std::string identity, IdentityOf(path, arguments, options));
+    RILIEVO_ASSIGN_OR_RETURN(KeptScratch kept, KeptScratch::Open(scratch.folder, identity));
+    paged.kept = std::make_shared<KeptScratch>(std::move(kept));
+    folder = paged.kept->folder();
+    RILIEVO_ASSIGN_OR_RETURN(const bool found, FindPaged(context, &paged));
+    if (found) return paged;
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(folder));
   PagingSink sink(&pager);
   WantedLayers wanted;
   wanted.sink = &sink;
-  PagedFile paged;
   RILIEVO_ASSIGN_OR_RETURN(paged.file, LoadScan(path, arguments, wanted));
   RILIEVO_RETURN_IF_ERROR(sink.status());
-  RunContext context;
-  context.stop = stop;
   RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, pager.Finish(context));
   paged.scan = std::make_shared<const PagedScan>(std::move(scan));
+  ValueWriter writer;
+  VisitFile(writer, paged.file);
+  RILIEVO_RETURN_IF_ERROR(folder.Save(kFileName, writer.bytes));
   return paged;
 }
 

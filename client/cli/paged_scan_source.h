@@ -8,22 +8,33 @@
 
 #include "absl/status/statusor.h"
 #include "client/cli/loaded_shape.h"
+#include "client/cli/reconstruct_options.h"
 #include "client/formats/scan_reader.h"
 #include "client/library/reconstruction_client.h"
 #include "core/paging/paged_scan.h"
+#include "core/paging/scratch_folder.h"
 #include "rilievo/v1/options.pb.h"
 
 namespace rilievo {
 
 struct PagedFile {
-  ScanFile file;  // without its points
+  ScanFile file;                      // without its points
+  std::shared_ptr<KeptScratch> kept;  // its folder; null: its files have no names
   std::shared_ptr<const PagedScan> scan;
 };
 
-// All inputs of LoadScan; the points lie in files of `scratch_folder` that end with this process.
-// Stations, normals and colours of the points are left out.
+// `folder` empty: files without names, where temporary files go, that end with this process. Else
+// what is finished stays there, for a run of the same scan with the same options.
+struct ScratchArguments {
+  std::string folder;
+};
+
+// All inputs of LoadScan, or what an earlier run has left of one in the scratch folder. Standard
+// input is not found again, so its files have no names. Stations, normals and colours of the points
+// are left out.
 absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments& arguments,
-                                    const std::string& scratch_folder, const std::stop_token& stop);
+                                    const ReconstructArguments& options,
+                                    const ScratchArguments& scratch, const std::stop_token& stop);
 
 // ReconstructPaged() in this process. The errors are those of a call to a server.
 absl::StatusOr<ReconstructResult> ReconstructPages(
