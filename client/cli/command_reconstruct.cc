@@ -1,19 +1,25 @@
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <iostream>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/make_surfaces.h"
 #include "client/cli/output_target.h"
 #include "client/cli/paged_scan_source.h"
+#include "client/cli/parts_choice.h"
 #include "client/cli/scan_set.h"
 #include "client/formats/scan_writer.h"
 #include "core/base/status_macros.h"
+#include "core/paging/scratch_file.h"
+#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -23,7 +29,8 @@ struct Arguments {
   ScanArguments scan;
   std::string kept_scan;  // file for the merged scan; empty: none
   bool merge = false, align = false, parts = false;
-  ScratchArguments scratch;  // of --parts
+  uint64_t memory = 0;  // bytes that may be taken; 0: what there is
+  ScratchArguments scratch;
 
   const std::vector<std::string>& scans() const { return making.inputs; }
 };
@@ -37,12 +44,13 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
 
 absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& path,
                                  const std::stop_token& stop) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      PagedFile paged,
-      LoadPaged(path, arguments.scan, arguments.making.options, arguments.scratch, stop));
-  ReportPaths paths{path, paged.file.format, {}};
-  return Source{std::move(paged.file), std::move(paths), std::move(paged.scan),
-                std::move(paged.kept)};
+  absl::StatusOr<PagedFile> paged =
+      LoadPaged(path, arguments.scan, arguments.making.options, arguments.scratch, stop);
+  if (IsOfScratchFolder(paged.status())) return WithExitCode(paged.status(), ExitCode::kOutput);
+  RILIEVO_RETURN_IF_ERROR(paged.status());
+  ReportPaths paths{path, paged->file.format, {}};
+  return Source{std::move(paged->file), std::move(paths), std::move(paged->scan),
+                std::move(paged->kept)};
 }
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
@@ -84,7 +92,6 @@ absl::Status CheckMerge(const Arguments& arguments) {
 
 // What the points are asked for one by one is not there when they lie on disk.
 absl::Status CheckParts(const Arguments& arguments) {
-  if (!arguments.parts) return absl::OkStatus();
   const ReconstructArguments& options = arguments.making.options;
   const auto refuse = [](const char* option) {
     return UsageError(absl::StrCat("--parts does not go with ", option,
@@ -100,11 +107,43 @@ absl::Status CheckParts(const Arguments& arguments) {
   return absl::OkStatus();
 }
 
+std::string Gigabytes(int64_t bytes) {
+  return absl::StrFormat("%.1f GB", 1e-9 * static_cast<double>(bytes));
+}
+
+// Whether the scan is made by parts: it was asked for, or the scan does not fit into memory.
+absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path,
+                             const std::stop_token& stop) {
+  if (arguments.parts) return true;
+  if (!arguments.making.connection.server.empty() || arguments.merge) return false;
+  const absl::Status possible = CheckParts(arguments);
+  if (!possible.ok() && arguments.memory == 0) return false;
+  RILIEVO_ASSIGN_OR_RETURN(const ScanSize size,
+                           SizeOfScan(path, arguments.scan, arguments.making.options,
+                                      static_cast<int64_t>(arguments.memory), stop));
+  if (size.fits()) return false;
+  const std::string too_large = absl::StrCat(
+      path, ": ", Grouped(size.points), " points or more take about ", Gigabytes(size.memory),
+      " in memory, and ", Gigabytes(size.limit), " may be taken");
+  if (!possible.ok()) {
+    return WithMessage(possible, absl::StrCat(too_large, ". ", possible.message()));
+  }
+  if (size.limit < kMemoryOfParts) {
+    return WithExitCode(
+        absl::ResourceExhaustedError(absl::StrCat(too_large, "; by parts they take up to ",
+                                                  Gigabytes(kMemoryOfParts), ": allow that")),
+        ExitCode::kInput);
+  }
+  if (!arguments.making.quiet) std::cerr << Wrap(too_large + ": made by parts", 0) << std::endl;
+  return true;
+}
+
 absl::Status Run(const Arguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckMerge(arguments));
-  RILIEVO_RETURN_IF_ERROR(CheckParts(arguments));
-  const auto read = [&](const std::string& path) {
-    if (arguments.parts) return ReadPaged(arguments, path, stop);
+  if (arguments.parts) RILIEVO_RETURN_IF_ERROR(CheckParts(arguments));
+  const auto read = [&](const std::string& path) -> absl::StatusOr<Source> {
+    RILIEVO_ASSIGN_OR_RETURN(const bool in_parts, InParts(arguments, path, stop));
+    if (in_parts) return ReadPaged(arguments, path, stop);
     return arguments.merge ? ReadMerged(arguments, stop) : ReadOne(arguments, path);
   };
   MakingArguments making = arguments.making;
@@ -135,17 +174,19 @@ Command AddReconstruct(CLI::App& program) {
   app->add_option("--keep-scan", a->kept_scan,
                   "with --merge: write the merged scan to this .ply file, for verify and compare")
       ->needs(merge);
-  CLI::Option* parts = app->add_flag(
-      "--parts", a->parts,
-      "for scans larger than memory: the points go to disk, and the surface is made of them a part "
-      "at a time; stations, normals and colours of the points are not used");
-  parts->excludes(merge);
-  app->add_option(
-         "--scratch", a->scratch.folder,
-         "with --parts: the folder for it, with room for 48 bytes a point; what is finished "
-         "stays there until the surface is written, and the same command goes on from "
-         "there (default: TMPDIR, or /var/tmp, and nothing stays)")
-      ->needs(parts);
+  app->add_flag(
+         "--parts", a->parts,
+         "as for a scan larger than memory: the points go to disk, and the surface is made "
+         "of them a part at a time; stations, normals and colours of the points are not used")
+      ->excludes(merge);
+  app->add_option("--memory", a->memory,
+                  "how much may be taken, such as 2GB: a scan that takes more is made by parts "
+                  "(default: four fifths of what the machine or the container has)")
+      ->transform(CLI::AsSizeValue(true));
+  app->add_option("--scratch", a->scratch.folder,
+                  "the folder for parts, with room for 48 bytes a point; what is finished stays "
+                  "there until the surface is written, and the same command goes on from there "
+                  "(default: TMPDIR, or /var/tmp, and nothing stays)");
   return {app, [a](std::stop_token stop) { return Run(*a, stop); }};
 }
 

@@ -5,6 +5,7 @@
 #include "absl/strings/cord.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace rilievo {
 namespace {
@@ -22,7 +23,7 @@ const char kExitCodeHelp[] =
     "  4  the server cannot be reached, rejected the credentials, is full, or\n"
     "     ran out of time\n"
     "  5  cancelled (Ctrl-C)\n"
-    "  6  the result cannot be written\n"
+    "  6  the result, or a scratch folder, cannot be written\n"
     "  7  verification failed, or shapes differ more than allowed\n";
 
 absl::Status WithExitCode(absl::Status status, ExitCode code) {
@@ -30,6 +31,14 @@ absl::Status WithExitCode(absl::Status status, ExitCode code) {
     status.SetPayload(kPayload, absl::Cord(absl::StrCat(static_cast<int>(code))));
   }
   return status;
+}
+
+absl::Status WithMessage(const absl::Status& status, const std::string& message) {
+  absl::Status changed(status.code(), message);
+  status.ForEachPayload([&](absl::string_view type, const absl::Cord& payload) {
+    changed.SetPayload(type, payload);
+  });
+  return changed;
 }
 
 absl::Status UsageError(const std::string& message) {

@@ -15,7 +15,7 @@ enum class ExitCode {
   kInput = 3,      // a file that cannot be read, or a scan that cannot become a surface
   kServer = 4,     // the server cannot be reached, is full, or ran out of time
   kCancelled = 5,  // by Ctrl-C or SIGTERM
-  kOutput = 6,     // the result cannot be written
+  kOutput = 6,     // the result, or a scratch folder, cannot be written
   kDiffers = 7,    // a certificate that is not confirmed, or a bound of compare exceeded
 };
 
@@ -24,6 +24,9 @@ extern const char kExitCodeHelp[];
 
 // Attaches an exit code that the status code alone would not give. OK stays OK.
 absl::Status WithExitCode(absl::Status status, ExitCode code);
+
+// The same status, exit code and all, in other words.
+absl::Status WithMessage(const absl::Status& status, const std::string& message);
 
 // INVALID_ARGUMENT with kUsage.
 absl::Status UsageError(const std::string& message);

@@ -15,6 +15,7 @@
 #include "client/library/reconstruction_client.h"
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
+#include "core/paging/scratch_file.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -39,15 +40,6 @@ ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* 
   return callbacks;
 }
 
-// With its payloads.
-absl::Status WithMessage(const absl::Status& status, const std::string& message) {
-  absl::Status changed(status.code(), message);
-  status.ForEachPayload([&](absl::string_view type, const absl::Cord& payload) {
-    changed.SetPayload(type, payload);
-  });
-  return changed;
-}
-
 absl::Status Explain(const absl::Status& status, const std::string& scan,
                      const std::string& server) {
   std::string message = WordsOf(status);
@@ -62,6 +54,7 @@ absl::Status Explain(const absl::Status& status, const std::string& scan,
   // Without a server it is the scan that asks for too much.
   const bool too_much = status.code() == absl::StatusCode::kResourceExhausted && server.empty();
   const absl::Status explained = WithMessage(status, message);
+  if (IsOfScratchFolder(status)) return WithExitCode(explained, ExitCode::kOutput);
   return too_much ? WithExitCode(explained, ExitCode::kInput) : explained;
 }
 

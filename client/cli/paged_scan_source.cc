@@ -27,12 +27,13 @@
 namespace rilievo {
 namespace {
 
-// Goes on without a word after an error, which is told at the end.
+// Goes on without a word after an error of a point, which is told at the end.
 class PagingSink : public PointSink {
  public:
   explicit PagingSink(ScanPager* pager) : pager_(*pager) {}
   absl::Status Expect(uint64_t points) override {
-    return pager_.Expect(static_cast<int64_t>(points));
+    if (status_.ok()) status_ = pager_.Expect(static_cast<int64_t>(points));
+    return status_;
   }
   void Take(const Eigen::Ref<const Eigen::Matrix3Xd>& points) override {
     if (status_.ok()) status_ = pager_.Add(points);
@@ -113,8 +114,9 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
   PagingSink sink(&pager);
   WantedLayers wanted;
   wanted.sink = &sink;
-  RILIEVO_ASSIGN_OR_RETURN(paged.file, LoadScan(path, arguments, wanted));
+  absl::StatusOr<ScanFile> file = LoadScan(path, arguments, wanted);
   RILIEVO_RETURN_IF_ERROR(sink.status());
+  RILIEVO_ASSIGN_OR_RETURN(paged.file, std::move(file));
   RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, pager.Finish(context));
   paged.scan = std::make_shared<const PagedScan>(std::move(scan));
   ValueWriter writer;

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <string>
 
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
@@ -31,17 +32,28 @@ absl::StatusCode CodeOfErrno(int error) {
   }
 }
 
+constexpr char kPayload[] = "rilievo/scratch-folder";
+
+absl::Status OfScratchFolder(absl::Status status) {
+  status.SetPayload(kPayload, absl::Cord());
+  return status;
+}
+
 }  // namespace
+
+bool IsOfScratchFolder(const absl::Status& status) {
+  return status.GetPayload(kPayload).has_value();
+}
 
 absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes) {
   struct statvfs disk;
   if (statvfs(folder.path().c_str(), &disk) != 0) return absl::OkStatus();  // writing will tell
   const double free = static_cast<double>(disk.f_bavail) * static_cast<double>(disk.f_frsize);
   if (static_cast<double>(bytes) <= free) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrFormat(
+  return OfScratchFolder(absl::ResourceExhaustedError(absl::StrFormat(
       "scratch folder %s: %.1f MB more are needed, %.1f MB are free; free some space, or name "
       "another folder",
-      folder.path(), 1e-6 * static_cast<double>(bytes), 1e-6 * free));
+      folder.path(), 1e-6 * static_cast<double>(bytes), 1e-6 * free)));
 }
 
 absl::Status ScratchError(const std::string& folder, int error) {
@@ -49,8 +61,9 @@ absl::Status ScratchError(const std::string& folder, int error) {
                            ? "; free some space, or name another folder: two copies of the points "
                              "are kept there, 48 bytes a point"
                            : "";
-  return absl::Status(CodeOfErrno(error), absl::StrCat("scratch folder ", folder, ": ",
-                                                       std::string(strerror(error)), remedy));
+  return OfScratchFolder(absl::Status(
+      CodeOfErrno(error),
+      absl::StrCat("scratch folder ", folder, ": ", std::string(strerror(error)), remedy)));
 }
 
 absl::StatusOr<ScratchFile> ScratchFile::Create(const ScratchFolder& folder,
