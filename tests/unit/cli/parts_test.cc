@@ -1,0 +1,75 @@
+// Scans larger than memory, as people make surfaces of them.
+#include <thread>
+
+#include "client/cli/parts_choice.h"
+#include "tests/unit/cli/program_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PartsTest : public ProgramFixture {
+ protected:
+  PartsTest() {
+    EXPECT_EQ(Run({"simulate", "torus", "--points", "20000", "-o", At("scan.ply")}).code, 0);
+    fs::create_directory(At("scratch"));
+  }
+  std::vector<std::string> Command(const std::string& output,
+                                   const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all = {"reconstruct", At("scan.ply"), "--parts", "-o", At(output)};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  // Files of the run in the scratch folder.
+  std::vector<std::string> Kept() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(At("scratch"))) {
+      names.push_back(entry.path().filename().string());
+    }
+    return names;
+  }
+};
+
+TEST_F(PartsTest, AKilledRunGoesOnWhereItWas) {
+  ASSERT_EQ(Run(Command("whole.dss")).code, 0);
+  const std::vector<std::string> kept = Command("kept.dss", {"--scratch", At("scratch")});
+  const pid_t child = Start(kept);
+  while (!::testing::Matches(::testing::Contains("coarse"))(Kept()) && kill(child, 0) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  kill(child, SIGKILL);
+  ASSERT_EQ(Wait(child).code, -SIGKILL) << "ended before it was killed";
+  EXPECT_FALSE(fs::exists(At("kept.dss")));
+  const Ended ended = Run(kept);
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(ended.err, ::testing::Not(HasSubstr("control mesh"))) << "done again";
+  EXPECT_EQ(Content(At("kept.dss")), Content(At("whole.dss")));
+  EXPECT_THAT(Kept(), ::testing::IsEmpty());
+}
+
+TEST_F(PartsTest, WhatCannotBeWrittenEndsWithSix) {
+  const Ended ended = Run(Command("a.dss", {"--scratch", At("nowhere")}));
+  EXPECT_EQ(ended.code, 6);
+  EXPECT_THAT(ended.err, HasSubstr(At("nowhere")));
+}
+
+TEST_F(PartsTest, AScanThatFitsNeedsNoParts) {
+  const auto fits = [&](int64_t memory) {
+    return SizeOfScan(At("scan.ply"), {}, {}, memory, {})->fits();
+  };
+  EXPECT_TRUE(fits(2'000'000'000));
+  EXPECT_TRUE(fits(0));
+  EXPECT_FALSE(fits(25'000'000));
+  EXPECT_TRUE(SizeOfScan("-", {}, {}, 1, {})->fits());
+}
+
+TEST_F(PartsTest, MemoryThatIsNotEvenEnoughForPartsIsRefused) {
+  const Ended ended = Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--memory", "25MB"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("by parts"));
+  EXPECT_FALSE(fs::exists(At("a.dss")));
+}
+
+}  // namespace
+}  // namespace rilievo
