@@ -40,8 +40,10 @@ class ValueWriter {
 
  private:
   void Append(const void* data, size_t count) {
-    const auto* const from = static_cast<const uint8_t*>(data);
-    bytes.insert(bytes.end(), from, from + count);
+    if (count == 0) return;
+    const size_t at = bytes.size();
+    bytes.resize(at + count);
+    std::memcpy(bytes.data() + at, data, count);
   }
 };
 
