@@ -1,7 +1,9 @@
 #include "client/cli/make_surfaces.h"
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <iostream>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +13,7 @@
 #include "client/cli/paged_scan_source.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/server_words.h"
+#include "client/cli/time_left.h"
 #include "client/cli/working_server.h"
 #include "client/library/reconstruction_client.h"
 #include "core/base/freed_memory.h"
@@ -24,7 +27,9 @@ namespace {
 // From here on memory counts for more than the twentieth of the time that its return takes.
 constexpr int64_t kManyPoints = 300'000;
 
-ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* display) {
+// `left`: of a scan made by parts, else null.
+ReconstructCallbacks ShowProgress(int64_t points, bool remote, TimeLeft* left,
+                                  ProgressDisplay* display) {
   ReconstructCallbacks callbacks;
   if (remote) {
     callbacks.sent = [=](int64_t sent) {
@@ -32,10 +37,17 @@ ReconstructCallbacks ShowProgress(int64_t points, bool remote, ProgressDisplay* 
                       static_cast<double>(sent) / static_cast<double>(points));
     };
   }
+  const auto start = std::chrono::steady_clock::now();
   callbacks.progress = [=](const v1::Progress& progress) {
     if (progress.stage() < v1::STAGE_CHECK) return;
+    std::optional<double> seconds;
+    if (left != nullptr) {
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+      seconds = left->After(progress.stage(), progress.fraction(), elapsed.count());
+    }
     display->Update(progress.stage() - v1::STAGE_CHECK + 1, v1::Stage_MAX - v1::STAGE_CHECK + 1,
-                    StageLabel(progress.stage()), progress.fraction());
+                    StageLabel(progress.stage()), progress.fraction(),
+                    seconds ? TimeLeftText(*seconds) : "");
   };
   return callbacks;
 }
@@ -86,8 +98,10 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
       std::cerr);
   CallOptions call;
   call.stop = stop;
+  std::optional<TimeLeft> left;
+  if (source.pages != nullptr) left.emplace(source.pages->size());
   const ReconstructCallbacks callbacks =
-      ShowProgress(scan.cloud.points.cols(), !works_here, &display);
+      ShowProgress(scan.cloud.points.cols(), !works_here, left ? &*left : nullptr, &display);
   absl::StatusOr<ReconstructResult> result =
       source.pages != nullptr ? ReconstructPages(*source.pages, options, callbacks.progress, stop)
                               : client.Reconstruct(std::move(scan.cloud), options, callbacks, call);

@@ -22,8 +22,10 @@ class ProgressDisplay {
   ~ProgressDisplay();
 
   // Step `step` of `steps` (from 1), called `name`, is done to `fraction` of [0, 1]. A new step
-  // ends the one before it. Bars are drawn at most 20 times a second.
-  void Update(int step, int steps, const std::string& name, double fraction);
+  // ends the one before it. Bars are drawn at most 20 times a second. `left`: how long all of it
+  // still takes, in words; empty where that is not known.
+  void Update(int step, int steps, const std::string& name, double fraction,
+              const std::string& left = "");
 
   // Ends the last step.
   void Finish();
@@ -39,6 +41,7 @@ class ProgressDisplay {
   std::ostream& out_;
   std::mutex mutex_;
   std::string name_;  // empty: no step yet
+  std::string left_;
   int step_ = 0, steps_ = 0;
   size_t drawn_ = 0;  // characters of the bar on the line
   Clock::time_point step_began_, last_drawn_;

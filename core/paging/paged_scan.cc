@@ -84,8 +84,9 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Read(int page) const {
       file_.ReadAt(int64_t{page} * kPagePoints * kPointBytes, points.data(), bytes));
   const auto* const data = reinterpret_cast<const uint8_t*>(points.data());
   if (Crc32c(std::span(data, bytes)) != pages_[page].checksum) {
-    return absl::DataLossError(absl::StrCat("page ", page, " of ", pages_.size(),
-                                            " of the scan is damaged on the scratch disk"));
+    return absl::DataLossError(
+        absl::StrCat("page ", page, " of ", pages_.size(),
+                     " of the scan is damaged on the scratch disk; run the command again"));
   }
   return points;
 }

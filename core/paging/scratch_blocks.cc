@@ -35,7 +35,7 @@ absl::StatusOr<std::vector<uint8_t>> ScratchBlocks::Read(int block) const {
   if (Crc32c(bytes) != blocks_[block].checksum) {
     return absl::DataLossError(absl::StrCat("block ", block, " of ", count(),
                                             " of what is known of the points is damaged on the "
-                                            "scratch disk"));
+                                            "scratch disk; run the command again"));
   }
   return bytes;
 }

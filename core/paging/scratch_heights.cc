@@ -53,7 +53,8 @@ absl::StatusOr<ScratchHeights::Record> ScratchHeights::ReadRecord(int face) cons
   std::memcpy(&checksum, bytes.data() + count_ * kVertexBytes, kChecksumBytes);
   if (Crc32c(std::span(bytes).first(count_ * kVertexBytes)) != checksum) {
     return absl::DataLossError(
-        absl::StrCat("the heights of control face ", face, " are damaged on the scratch disk"));
+        absl::StrCat("the heights of control face ", face,
+                     " are damaged on the scratch disk; run the command again"));
   }
   Record record{std::vector<float>(count_), std::vector<HeightSource>(count_)};
   std::memcpy(record.heights.data(), bytes.data(), count_ * sizeof(float));

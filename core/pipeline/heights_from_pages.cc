@@ -219,7 +219,9 @@ absl::StatusOr<uint64_t> MeasurePart(const Whole& whole, const std::vector<int>&
                              whole.scan.PointsIn(InScan(boxes[part], frame), context, &ranks));
     for (auto point : points.colwise()) point = frame.UnitFromScan(point);
     const std::vector<uint8_t> own = PointsToTellOf(points, part, boxes);
-    RILIEVO_ASSIGN_OR_RETURN(AnalyzedBlock block, AnalyzeBlock(points, whole.scan.size(), whole.coarse, whole.options, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        AnalyzedBlock block,
+        AnalyzeBlock(points, whole.scan.size(), whole.coarse, whole.options, context));
     if (block.cloud.points.cols() > 0) {
       RILIEVO_ASSIGN_OR_RETURN(sum, WriteSurfels(block, part, own, ranks, &measured->surfels));
     }
@@ -250,7 +252,6 @@ absl::StatusOr<MeasuredPages> MeasureHeightsFromPages(
     const PagedScan& scan, const ScanSurface& coarse, const DisplacedSurface& surface,
     const PartCutter& cutter, int level, int64_t part_points, const ReconstructOptions& options,
     const PipelineContext& context) {
-  const StageScope scope(Stage::kDisplacement, context);
   const MeshTopology& topology = cutter.topology();
   RILIEVO_ASSIGN_OR_RETURN(ScratchHeights heights,
                            ScratchHeights::Create(scan.scratch_folder(), topology, level));
@@ -264,15 +265,19 @@ absl::StatusOr<MeasuredPages> MeasureHeightsFromPages(
   const PipelineContext silent = context.Silent();
   RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(scan.scratch_folder()));
   RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, PartsThatAreThere(journal, parts, &measured));
+  size_t done = there.size();
+  const auto share_done = [&] {
+    return static_cast<double>(done) / static_cast<double>(parts.size());
+  };
+  const StageScope scope(Stage::kDisplacement, context, share_done());
   for (size_t part = 0; part < parts.size(); ++part) {
-    if (there.count(static_cast<int>(part)) == 0) {
-      RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
-                               MeasurePart(whole, parts[part], part, boxes, silent, &measured));
-      RILIEVO_RETURN_IF_ERROR(journal.Add(static_cast<int>(part), sum));
-      ReleaseToOsAfter(scan.size());
-    }
-    context.Report(Stage::kDisplacement,
-                   static_cast<double>(part + 1) / static_cast<double>(parts.size()));
+    if (there.count(static_cast<int>(part)) != 0) continue;
+    RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
+                             MeasurePart(whole, parts[part], part, boxes, silent, &measured));
+    RILIEVO_RETURN_IF_ERROR(journal.Add(static_cast<int>(part), sum));
+    ReleaseToOsAfter(scan.size());
+    ++done;
+    context.Report(Stage::kDisplacement, share_done());
   }
   RILIEVO_RETURN_IF_ERROR(measured.heights.Finish());
   RILIEVO_ASSIGN_OR_RETURN(measured.points_of_surface,

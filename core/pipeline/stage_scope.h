@@ -29,9 +29,11 @@ struct PipelineContext : RunContext {
 // back first.
 class StageScope {
  public:
-  StageScope(Stage stage, const PipelineContext& context) : stage_(stage), context_(context) {
+  // `done`: the share that an earlier run has done.
+  StageScope(Stage stage, const PipelineContext& context, double done = 0)
+      : stage_(stage), context_(context) {
     ReleaseToOsAfter(context_.points);
-    context_.Report(stage_, 0.0);
+    context_.Report(stage_, done);
   }
   ~StageScope() {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;

@@ -1,0 +1,52 @@
+#include "client/cli/time_left.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "core/pipeline/reconstruct.h"
+
+namespace rilievo {
+
+// The work is microseconds of two threads, as measured on a torus of 10 million points
+// (docs/large-scans.md); what counts are the ratios.
+TimeLeft::TimeLeft(int64_t points) {
+  const auto all = static_cast<double>(points);
+  const auto thinned = static_cast<double>(std::min(points, PartSizes().coarse_points));
+  steps_ = {{v1::STAGE_CHECK, 1.0 * thinned},      {v1::STAGE_NEIGHBORS, 1.0 * thinned},
+            {v1::STAGE_NORMALS, 3.0 * thinned},    {v1::STAGE_CONTROL_MESH, 5.0 * thinned},
+            {v1::STAGE_DOMAIN_FIT, 2.0 * thinned}, {v1::STAGE_DISPLACEMENT, 0.5 * thinned},
+            {v1::STAGE_DISPLACEMENT, 8.0 * all},   {v1::STAGE_MEASURE, 0.5 * all},
+            {v1::STAGE_ENCODE, 3.0 * all},         {v1::STAGE_MEASURE, 4.0 * all}};
+}
+
+std::optional<double> TimeLeft::After(v1::Stage stage, double fraction, double seconds) {
+  if (!at_ || steps_[*at_].stage != stage || fraction < fraction_) {
+    size_t next = at_ ? *at_ + 1 : 0;
+    while (next < steps_.size() && steps_[next].stage != stage) ++next;
+    if (next == steps_.size()) return std::nullopt;
+    if (at_) done_ += steps_[*at_].work * (fraction_ - begun_fraction_);
+    at_ = next;
+    begun_fraction_ = fraction;
+  }
+  fraction_ = fraction;
+  const Step& step = steps_[*at_];
+  const double done = done_ + step.work * (fraction_ - begun_fraction_);
+  double left = step.work * (1 - fraction_);
+  for (size_t later = *at_ + 1; later < steps_.size(); ++later) left += steps_[later].work;
+  constexpr double kTellingShare = 0.03, kTellingSeconds = 3;
+  if (done < kTellingShare * (done + left) || seconds < kTellingSeconds) return std::nullopt;
+  return seconds * left / done;
+}
+
+std::string TimeLeftText(double seconds) {
+  constexpr double kMinute = 60, kHour = 3600;
+  const auto about = [](double count, const char* unit) {
+    return absl::StrCat("about ", std::max<int64_t>(1, std::lround(count)), " ", unit, " left");
+  };
+  if (seconds < 1.5 * kMinute) return about(seconds, "s");
+  if (seconds < 1.5 * kHour) return about(seconds / kMinute, "min");
+  return about(seconds / kHour, "h");
+}
+
+}  // namespace rilievo
