@@ -128,13 +128,13 @@ TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
 
 // Of a scan that is thinned to a sixth; coded at once, and in blocks.
 TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 60000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 30000, 0.0005);
   const ScanSurface scan =
       PointsOfScan(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
   Shape used = PointsToMeasure(scan.cloud);
   for (const int64_t block : {1 << 20, 8000}) {
     const Reconstruction made =
-        InParts(points, {.coarse_points = 10000, .part_points = 36864, .block_vertices = block});
+        InParts(points, {.coarse_points = 5000, .part_points = 24576, .block_vertices = block});
     const DisplacedSurface surface = DecodedOf(made);
     for (Eigen::Index i = 0; i < used.vertices.cols(); ++i) {
       used.vertices.col(i) =
@@ -143,7 +143,7 @@ TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
     const TwoSidedError& stated = made.report.error;
     const TwoSidedError whole =
         MeasureSurface(surface, FilledVertices(surface, {}), used, RunContext{}).value();
-    EXPECT_GT(stated.b_to_a.samples, 59000);
+    EXPECT_GT(stated.b_to_a.samples, 29500);
     EXPECT_EQ(stated.b_to_a.samples, made.report.points_used);
     EXPECT_NEAR(stated.b_to_a.rms, whole.b_to_a.rms, 0.01 * whole.b_to_a.rms);
     EXPECT_NEAR(stated.b_to_a.p95, whole.b_to_a.p95, 0.01 * whole.b_to_a.p95);

@@ -28,7 +28,7 @@ class ResumeTest : public ::testing::Test {
     std::string name = (fs::path(::testing::TempDir()) / "resume-XXXXXX").string();
     path_ = mkdtemp(name.data());
     ScannerOptions options;
-    options.points = 24000;
+    options.points = 12000;
     options.views = 0;
     points_ = SimulateScan(*MakeShape("torus").value(), options).value().cloud.points;
   }
@@ -42,11 +42,11 @@ class ResumeTest : public ::testing::Test {
     const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
     std::optional<PagedScan> scan = FindPagedScan(scratch.folder(), context).value();
     if (!scan) {
-      ScanPager pager = ScanPager::Create(scratch.folder(), 8000).value();
+      ScanPager pager = ScanPager::Create(scratch.folder(), 5000).value();
       EXPECT_TRUE(pager.Add(points_).ok());
       scan = pager.Finish(context).value();
     }
-    const PartSizes sizes{.coarse_points = 6000, .part_points = 8192, .block_vertices = 8000};
+    const PartSizes sizes{.coarse_points = 4000, .part_points = 8192, .block_vertices = 4000};
     return ReconstructPaged(*scan, sizes, {}, context)->encoded.Concatenate();
   }
 
