@@ -184,7 +184,7 @@ Command AddReconstruct(CLI::App& program) {
                   "(default: four fifths of what the machine or the container has)")
       ->transform(CLI::AsSizeValue(true));
   app->add_option("--scratch", a->scratch.folder,
-                  "the folder for parts, with room for 48 bytes a point; what is finished stays "
+                  "the folder for parts, with room for 60 bytes a point; what is finished stays "
                   "there until the surface is written, and the same command goes on from there "
                   "(default: TMPDIR, or /var/tmp, and nothing stays)");
   return {app, [a](std::stop_token stop) { return Run(*a, stop); }};

@@ -23,6 +23,11 @@ constexpr int64_t kBytesOfPoint = 3 * sizeof(double);
 // Points that the limit of strays is found from, at most.
 constexpr size_t kMostSampled = size_t{1} << 20;
 constexpr int kMostHalvings = 40;
+// What a reconstruction takes of a scratch folder: two copies of the points, later one, with what
+// is known of each of them and with heights; where it is kept, what the thinned points tell
+// besides.
+constexpr int64_t kScratchBytesOfPoint = 60, kSavedBytesOfPoint = 64;
+constexpr int64_t kMostSavedPoints = int64_t{1} << 22;
 constexpr int64_t kBufferedPoints = 512;  // of each run, while they are merged
 
 // Where a point stands on the curve; ties go by x, y, z (ComputeMortonOrder).
@@ -210,7 +215,9 @@ absl::Status ScanPager::Add(const Eigen::Ref<const Eigen::Matrix3Xd>& points) {
 
 absl::Status ScanPager::Expect(int64_t points) {
   expected_ += points;
-  return CheckRoom(folder_, 2 * kBytesOfPoint * expected_ - raw_.size());
+  int64_t needed = kScratchBytesOfPoint * expected_;
+  if (folder_.keeps()) needed += kSavedBytesOfPoint * std::min(expected_, kMostSavedPoints);
+  return CheckRoom(folder_, needed - raw_.size());
 }
 
 absl::Status ScanPager::TooFew(int64_t distinct) const {

@@ -25,7 +25,8 @@ class ScanPager {
   // The errors of ScratchFile.
   static absl::StatusOr<ScanPager> Create(ScratchFolder folder, int64_t run_points = kRunPoints);
 
-  // So many more will be added. RESOURCE_EXHAUSTED when the scratch folder has no room for them.
+  // So many more will be added. RESOURCE_EXHAUSTED when the scratch folder has no room for them and
+  // for what a reconstruction adds to them.
   absl::Status Expect(int64_t points);
 
   // Column = point, scan frame; what is not finite is counted and dropped.

@@ -58,8 +58,8 @@ absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes) {
 
 absl::Status ScratchError(const std::string& folder, int error) {
   const char* remedy = error == ENOSPC || error == EDQUOT
-                           ? "; free some space, or name another folder: two copies of the points "
-                             "are kept there, 48 bytes a point"
+                           ? "; free some space, or name another folder: 60 bytes a point are "
+                             "needed there, and 300 MB where they are kept"
                            : "";
   return OfScratchFolder(absl::Status(
       CodeOfErrno(error),
