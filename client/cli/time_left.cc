@@ -8,16 +8,16 @@
 
 namespace rilievo {
 
-// The work is microseconds of two threads, as measured on a torus of 10 million points
-// (docs/large-scans.md); what counts are the ratios.
+// The work is about microseconds of two threads, as measured on a torus of one and of ten million
+// points; what counts are the ratios.
 TimeLeft::TimeLeft(int64_t points) {
   const auto all = static_cast<double>(points);
   const auto thinned = static_cast<double>(std::min(points, PartSizes().coarse_points));
-  steps_ = {{v1::STAGE_CHECK, 1.0 * thinned},      {v1::STAGE_NEIGHBORS, 1.0 * thinned},
-            {v1::STAGE_NORMALS, 3.0 * thinned},    {v1::STAGE_CONTROL_MESH, 5.0 * thinned},
-            {v1::STAGE_DOMAIN_FIT, 2.0 * thinned}, {v1::STAGE_DISPLACEMENT, 0.5 * thinned},
-            {v1::STAGE_DISPLACEMENT, 8.0 * all},   {v1::STAGE_MEASURE, 0.5 * all},
-            {v1::STAGE_ENCODE, 3.0 * all},         {v1::STAGE_MEASURE, 4.0 * all}};
+  steps_ = {{v1::STAGE_CHECK, 0.7 * thinned},      {v1::STAGE_NEIGHBORS, 1.7 * thinned},
+            {v1::STAGE_NORMALS, 7 * thinned},      {v1::STAGE_CONTROL_MESH, 10 * thinned},
+            {v1::STAGE_DOMAIN_FIT, 1.5 * thinned}, {v1::STAGE_DISPLACEMENT, thinned},
+            {v1::STAGE_DISPLACEMENT, 35 * all},    {v1::STAGE_MEASURE, 1.5 * all},
+            {v1::STAGE_ENCODE, 12 * all},          {v1::STAGE_MEASURE, 5 * all}};
 }
 
 std::optional<double> TimeLeft::After(v1::Stage stage, double fraction, double seconds) {
