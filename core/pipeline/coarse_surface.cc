@@ -107,15 +107,15 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(surface.sources);
 }
 
-absl::Status Save(const CoarseSurface& coarse, const ScratchFolder& folder) {
+absl::Status SaveCoarse(const CoarseSurface& coarse, const ScratchFolder& folder) {
   if (!folder.keeps()) return absl::OkStatus();
   ValueWriter writer;
   VisitCoarse(writer, coarse);
   return folder.Save(kCoarseName, writer.bytes);
 }
 
-absl::StatusOr<std::optional<CoarseSurface>> Find(const ScratchFolder& folder,
-                                                  const ReconstructOptions& given) {
+absl::StatusOr<std::optional<CoarseSurface>> FindCoarse(const ScratchFolder& folder,
+                                                        const ReconstructOptions& given) {
   const std::optional<std::vector<uint8_t>> saved = folder.Load(kCoarseName);
   if (!saved) return std::nullopt;
   CoarseSurface coarse = NoSurface();
@@ -135,10 +135,10 @@ absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coar
                                             const ReconstructOptions& given,
                                             const PipelineContext& context) {
   const ScratchFolder& folder = pages.scratch_folder();
-  RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> coarse, Find(folder, given));
+  RILIEVO_ASSIGN_OR_RETURN(std::optional<CoarseSurface> coarse, FindCoarse(folder, given));
   if (!coarse) {
     RILIEVO_ASSIGN_OR_RETURN(coarse, ShapeThinned(pages, coarse_points, given, context));
-    RILIEVO_RETURN_IF_ERROR(Save(*coarse, folder));
+    RILIEVO_RETURN_IF_ERROR(SaveCoarse(*coarse, folder));
   }
   // Of points equally far off it depends on the index which is nearest: it is made in one way.
   ScanSurface& scan = coarse->scan;
