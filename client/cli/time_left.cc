@@ -22,9 +22,15 @@ TimeLeft::TimeLeft(int64_t points) {
 
 std::optional<double> TimeLeft::After(v1::Stage stage, double fraction, double seconds) {
   if (!at_ || steps_[*at_].stage != stage || fraction < fraction_) {
-    size_t next = at_ ? *at_ + 1 : 0;
-    while (next < steps_.size() && steps_[next].stage != stage) ++next;
+    // The step that follows, or where an earlier run has done some the last one of this stage.
+    const size_t following = at_ ? *at_ + 1 : 0;
+    size_t next = following;
     if (next == steps_.size()) return std::nullopt;
+    if (steps_[next].stage != stage) {
+      next = steps_.size() - 1;
+      while (next > following && steps_[next].stage != stage) --next;
+      if (next == following) return std::nullopt;
+    }
     if (at_) done_ += steps_[*at_].work * (fraction_ - begun_fraction_);
     at_ = next;
     begun_fraction_ = fraction;

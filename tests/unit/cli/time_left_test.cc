@@ -34,7 +34,6 @@ TEST(TimeLeftTest, FallsToNothing) {
 
 TEST(TimeLeftTest, WhatAnEarlierRunHasDoneTellsNothingOfTheSpeed) {
   TimeLeft resumed(kScan);
-  resumed.After(v1::STAGE_CHECK, 0, 0);
   resumed.After(v1::STAGE_DISPLACEMENT, 0.5, 1);
   const std::optional<double> told = resumed.After(v1::STAGE_DISPLACEMENT, 0.75, 101);
   ASSERT_TRUE(told.has_value());

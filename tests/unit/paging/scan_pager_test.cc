@@ -157,7 +157,7 @@ TEST(ScanPager, RefusesBeforehandWhatHasNoRoom) {
   EXPECT_TRUE(pager.Expect(1000).ok());
   const absl::Status status = pager.Expect(100'000'000'000'000);
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_THAT(status.message(), ::testing::HasSubstr("6000000000.0 MB more are needed"));
+  EXPECT_THAT(status.message(), ::testing::HasSubstr("6000000000.1 MB more are needed"));
   EXPECT_THAT(status.message(), ::testing::HasSubstr(::testing::TempDir()));
 }
 
