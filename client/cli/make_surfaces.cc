@@ -19,6 +19,7 @@
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/paging/scratch_file.h"
+#include "core/pipeline/reconstruct.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -99,7 +100,9 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
   CallOptions call;
   call.stop = stop;
   std::optional<TimeLeft> left;
-  if (source.pages != nullptr) left.emplace(source.pages->size());
+  if (source.pages != nullptr) {
+    left.emplace(source.pages->size(), source.pages->ThinnedCount(PartSizes().coarse_points));
+  }
   const ReconstructCallbacks callbacks =
       ShowProgress(scan.cloud.points.cols(), !works_here, left ? &*left : nullptr, &display);
   absl::StatusOr<ReconstructResult> result =

@@ -4,15 +4,13 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "core/pipeline/reconstruct.h"
 
 namespace rilievo {
 
 // The work is about microseconds of two threads, as measured on a torus of one and of ten million
 // points; what counts are the ratios.
-TimeLeft::TimeLeft(int64_t points) {
-  const auto all = static_cast<double>(points);
-  const auto thinned = static_cast<double>(std::min(points, PartSizes().coarse_points));
+TimeLeft::TimeLeft(int64_t points, int64_t thinned_points) {
+  const auto all = static_cast<double>(points), thinned = static_cast<double>(thinned_points);
   steps_ = {{v1::STAGE_CHECK, 0.7 * thinned},      {v1::STAGE_NEIGHBORS, 1.7 * thinned},
             {v1::STAGE_NORMALS, 7 * thinned},      {v1::STAGE_CONTROL_MESH, 10 * thinned},
             {v1::STAGE_DOMAIN_FIT, 1.5 * thinned}, {v1::STAGE_DISPLACEMENT, thinned},

@@ -11,11 +11,11 @@
 
 namespace rilievo {
 
-// Knows how the work of a scan of so many points falls to the steps, and measures how fast it is
-// done.
+// Knows how the work of a scan falls to the steps, and measures how fast it is done.
 class TimeLeft {
  public:
-  explicit TimeLeft(int64_t points);
+  // Of so many points, and so many in the coarse pass.
+  TimeLeft(int64_t points, int64_t thinned_points);
 
   // Seconds left once a stage has come to `fraction`, `seconds` after the first call; stages come
   // in order, and those that an earlier run has finished not at all. Unset while too little is done

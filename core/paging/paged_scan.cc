@@ -110,9 +110,18 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::PointsIn(const Eigen::AlignedBox3d& 
                                             static_cast<Eigen::Index>(within.size()));
 }
 
-absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunContext& context) const {
+int PagedScan::LevelOf(int64_t most) const {
   int level = kMortonBits;
   while (level > 0 && cells_[level] > most) --level;
+  return level;
+}
+
+int64_t PagedScan::ThinnedCount(int64_t most) const {
+  return size_ <= most ? size_ : cells_[LevelOf(most)];
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunContext& context) const {
+  const int level = LevelOf(most);
   const bool all = size_ <= most;
   CellThinner thinner(curve_, level, all ? 0 : cells_[level]);
   Eigen::Matrix3Xd whole(3, all ? size_ : 0);

@@ -75,8 +75,13 @@ class PagedScan {
   // All points, or, where they are more than `most`, the one nearest to its middle of each cell of
   // the finest level with at most `most` cells. Scan frame, in order.
   absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const RunContext& context) const;
+  // How many that are.
+  int64_t ThinnedCount(int64_t most) const;
 
  private:
+  // The finest level with at most `most` cells.
+  int LevelOf(int64_t most) const;
+
   ScratchFile file_;
   std::vector<Page> pages_;
   int64_t size_;

@@ -5,7 +5,7 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kScan = 10'000'000;
+constexpr int64_t kScan = 10'000'000, kThinned = 3'000'000;
 
 // All stages in order, each reported so often.
 template <typename Visit>
@@ -20,7 +20,7 @@ void GoThrough(int reports, const Visit& visit) {
 }
 
 TEST(TimeLeftTest, FallsToNothing) {
-  TimeLeft left(kScan);
+  TimeLeft left(kScan, kThinned);
   double seconds = 0;
   std::optional<double> last;
   GoThrough(4, [&](v1::Stage stage, double fraction) {
@@ -33,7 +33,7 @@ TEST(TimeLeftTest, FallsToNothing) {
 }
 
 TEST(TimeLeftTest, WhatAnEarlierRunHasDoneTellsNothingOfTheSpeed) {
-  TimeLeft resumed(kScan);
+  TimeLeft resumed(kScan, kThinned);
   resumed.After(v1::STAGE_DISPLACEMENT, 0.5, 1);
   const std::optional<double> told = resumed.After(v1::STAGE_DISPLACEMENT, 0.75, 101);
   ASSERT_TRUE(told.has_value());

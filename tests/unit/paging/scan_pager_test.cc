@@ -126,6 +126,7 @@ TEST(PagedScan, ThinsToOnePointACell) {
   int level = kMortonBits;
   while (paged.cells()[level] > 6000) --level;
   ASSERT_EQ(thinned->cols(), paged.cells()[level]);
+  EXPECT_EQ(paged.ThinnedCount(6000), thinned->cols());
   EXPECT_GT(thinned->cols(), 1500);
   std::map<std::tuple<double, double, double>, int> taken;
   for (const auto point : thinned->colwise()) {
