@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/control_options.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/crease_topology.h"
 #include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
@@ -90,6 +91,9 @@ absl::StatusOr<ControlMesh> CheckUserControlMesh(const ControlMesh& mesh,
     return absl::InvalidArgumentError(
         absl::StrCat("user_mesh: vertex ", most - topology->valence.begin(), " has ", *most,
                      " edges; at most ", kMostValence, " are allowed: split its faces"));
+  }
+  if (const auto creases = BuildCreaseTopology(mesh, *topology); !creases.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("user_mesh: ", creases.status().message()));
   }
   RILIEVO_RETURN_IF_ERROR(CheckNear(mesh, cloud, context));
   RILIEVO_RETURN_IF_ERROR(CheckFar(mesh, cloud));

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/meshes/scan_of_mesh.h"
+#include "server/conversion/convert_control_mesh.h"
 #include "server/conversion/convert_place.h"
 #include "server/conversion/job_request.h"
 #include "server/conversion/option_reader.h"
@@ -170,40 +171,6 @@ void RefuseWhatIsOfScans(const v1::ReconstructHeader& header, Violations* violat
          "BOUNDARY_CLOSE, but a mesh keeps its borders, which can be closed in it");
   refuse(control.has_control_mesh(), "options.control.control_mesh",
          "set, but that of a mesh is made from its triangles");
-}
-
-// Sizes, indices and finiteness; whether it is a manifold is found out by the control stage.
-void ReadControlMesh(const v1::ControlMesh& from, ControlOptions* control, Violations* violations) {
-  OptionReader reader("header.options.control.control_mesh", violations);
-  const size_t before = violations->size();
-  if (from.positions().empty() || from.positions().size() % kVertexBytes != 0) {
-    reader.Violate("positions", absl::StrCat(from.positions().size(),
-                                             " bytes; whole vertices take 24 bytes each"));
-  }
-  if (from.faces_size() == 0 || from.faces_size() % 3 != 0) {
-    reader.Violate("faces", absl::StrCat(from.faces_size(), " vertex numbers; a face takes three"));
-  } else if (from.faces_size() / 3 > kMaxControlFaces) {
-    reader.Violate("faces", absl::StrCat(from.faces_size() / 3, " faces; at most ",
-                                         kMaxControlFaces, " are taken, simplify the mesh"));
-  }
-  if (violations->size() > before) return;
-  ControlMesh mesh;
-  mesh.vertices.resize(3, static_cast<Eigen::Index>(from.positions().size() / kVertexBytes));
-  std::memcpy(mesh.vertices.data(), from.positions().data(), from.positions().size());
-  mesh.faces.resize(3, from.faces_size() / 3);
-  for (int i = 0; i < from.faces_size(); ++i) {
-    if (from.faces(i) >= static_cast<uint64_t>(mesh.vertices.cols())) {
-      reader.Violate("faces", absl::StrCat("face ", i / 3, " names vertex ", from.faces(i), " of ",
-                                           mesh.vertices.cols()));
-      return;
-    }
-    mesh.faces.data()[i] = static_cast<int>(from.faces(i));
-  }
-  if (!mesh.vertices.allFinite()) {
-    reader.Violate("positions", "a coordinate is not finite");
-    return;
-  }
-  control->user_mesh = std::move(mesh);
 }
 
 void ReadTopology(const v1::ControlOptions& from, OptionReader* reader, Topology* topology) {

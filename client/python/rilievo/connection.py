@@ -47,6 +47,7 @@ _PARAMETERS = {
     "close_holes_below_ratio": "close_holes_below",
     "close_holes_below_length": "close_holes_below",
     "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
+    "sharpness": "control_mesh", "corners": "control_mesh",
 }
 _SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",
          "max_level", "seed", "threads", "measure", "up", "crs")

@@ -6,6 +6,7 @@ from typing import Any, Dict, Literal, Optional, Tuple, TypedDict, Union
 
 from .scan import pack_control_mesh, refuse
 from .v1 import options_pb2
+from .values import ControlMesh
 
 Topology = Literal["auto", "planar", "spherical", "arbitrary"]
 Boundary = Literal["keep", "close"]
@@ -66,8 +67,9 @@ class Options(MeshOptions, total=False):
     """The same for the side of the given normals."""
     boundary: Optional[Boundary]
     """Keep an open scan open, or close it."""
-    control_mesh: Optional[Tuple[Any, Any]]
-    """Start from these vertices (n, 3) and faces (m, 3), scan frame."""
+    control_mesh: Union[None, Tuple[Any, Any], ControlMesh]
+    """Start from these vertices (n, 3) and faces (m, 3), scan frame; or from a ControlMesh with its
+    creases and corners."""
 
 
 _SIGHT_RULES: Dict[str, int] = {

@@ -6,6 +6,7 @@ import numpy.typing as npt
 
 from .errors import FieldViolation, InvalidArgument
 from .v1 import options_pb2, reconstruction_pb2
+from .values import ControlMesh
 
 # Large enough that messages cost little, small enough that progress and cancel are prompt.
 MESSAGE_BYTES = 384 << 10
@@ -199,11 +200,18 @@ def arrays_of_mesh(mesh: Tuple[Any, Any],
     return positions, _corners(faces, len(positions), parameter)
 
 
-def pack_control_mesh(mesh: Tuple[Any, Any]) -> Any:
-    """`mesh`: (vertices (n, 3), faces (m, 3))."""
-    positions, numbers = arrays_of_mesh(mesh, "control_mesh")
-    return options_pb2.ControlMesh(positions=positions.astype("<f8", copy=False).tobytes(),
-                                   faces=numbers.reshape(-1).tolist())
+def pack_control_mesh(mesh: Any) -> Any:
+    """`mesh`: a ControlMesh, or (vertices (n, 3), faces (m, 3))."""
+    tags = mesh if isinstance(mesh, ControlMesh) else None
+    positions, numbers = arrays_of_mesh((tags.vertices, tags.faces) if tags else mesh,
+                                        "control_mesh")
+    packed = options_pb2.ControlMesh(positions=positions.astype("<f8", copy=False).tobytes(),
+                                     faces=numbers.reshape(-1).tolist())
+    if tags is not None:
+        packed.creases.extend(tags.creases.reshape(-1).tolist())
+        packed.sharpness.extend(tags.sharpness.tolist())
+        packed.corners.extend(tags.corners.tolist())
+    return packed
 
 
 def _corners(faces: Any, count: int, parameter: str) -> npt.NDArray[Any]:

@@ -332,6 +332,21 @@ TEST(ParseHeader, ControlMeshArrivesAsItWasSent) {
   EXPECT_EQ(mesh.faces.col(3), Eigen::Vector3i(1, 2, 3));
 }
 
+TEST(ParseHeader, TagsOfAControlMeshAreSortedAndEachThereOnce) {
+  v1::ReconstructHeader header = ValidHeader();
+  v1::ControlMesh* mesh = header.mutable_options()->mutable_control()->mutable_control_mesh();
+  *mesh = Tetrahedron();
+  for (const uint32_t end : {3, 1, 0, 2, 1, 3}) mesh->add_creases(end);
+  for (const uint32_t corner : {2, 0, 2}) mesh->add_corners(corner);
+  EXPECT_EQ(Parse(header).options.control.user_mesh->creases,
+            (std::vector<Crease>{{0, 2, kInfiniteSharpness}, {1, 3, kInfiniteSharpness}}));
+  for (const float sharpness : {1.5f, 2.0f, 3.0f}) mesh->add_sharpness(sharpness);
+  const JobRequest request = Parse(header);
+  EXPECT_EQ(request.options.control.user_mesh->creases,
+            (std::vector<Crease>{{0, 2, 2.0f}, {1, 3, 1.5f}}));
+  EXPECT_EQ(request.options.control.user_mesh->corners, (std::vector<int>{0, 2}));
+}
+
 TEST(ParseHeader, ControlMeshFaultsAreNamed) {
   const auto faults = [](const std::function<void(v1::ControlOptions*)>& change) {
     v1::ReconstructHeader header = ValidHeader();
@@ -357,6 +372,17 @@ TEST(ParseHeader, ControlMeshFaultsAreNamed) {
                 std::memcpy(c->mutable_control_mesh()->mutable_positions()->data(), &kNan, 8);
               }),
               ElementsAre(mesh + ".positions"));
+  EXPECT_THAT(faults([](auto* c) { c->mutable_control_mesh()->add_creases(0); }),
+              ElementsAre(mesh + ".creases"));
+  EXPECT_THAT(faults([](auto* c) { c->mutable_control_mesh()->add_sharpness(1); }),
+              ElementsAre(mesh + ".sharpness"));
+  EXPECT_THAT(faults([](auto* c) { c->mutable_control_mesh()->add_corners(4); }),
+              ElementsAre(mesh + ".corners"));
+  EXPECT_THAT(faults([](auto* c) {
+                for (const uint32_t end : {0, 1}) c->mutable_control_mesh()->add_creases(end);
+                c->mutable_control_mesh()->add_sharpness(0);
+              }),
+              ElementsAre(mesh + ".sharpness"));
   EXPECT_THAT(faults([](auto* c) { c->set_topology(v1::TOPOLOGY_PLANAR); }),
               ElementsAre("header.options.control.topology"));
   EXPECT_THAT(faults([](auto* c) {
