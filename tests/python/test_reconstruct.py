@@ -1,4 +1,5 @@
 """Points in, surface out, through a real rilievod."""
+import dataclasses
 import os
 import signal
 import socket
@@ -235,6 +236,12 @@ class ReconstructTest(WithServer):
                                      control_mesh=(control.vertices, control.faces))
         self.assertEqual(second.report["road"], "user")
         self.assertEqual(len(second.control_mesh.faces), len(control.faces))
+        tagged = dataclasses.replace(
+            control, creases=control.faces[:1, :2], sharpness=np.array([2.5], np.float32),
+            corners=control.faces[0, :1])
+        third = rilievo.reconstruct(sphere(2000), server=self.server, control_mesh=tagged)
+        self.assertEqual(third.control_mesh.sharpness.tolist(), [2.5])
+        self.assertEqual(len(third.control_mesh.corners), 1)
 
 
 class RefusalTest(WithServer):

@@ -111,6 +111,20 @@ TEST(BuildControlMesh, AUserMeshIsTaken) {
   }
 }
 
+TEST(BuildControlMesh, TagsOfAUserMeshAreKeptAndMustBeItsOwn) {
+  const Octahedron octahedron(2);
+  const Eigen::Matrix3Xi faces = octahedron.faces();
+  const int a = faces.col(0).minCoeff(), b = faces.col(0).maxCoeff();
+  ControlOptions options;
+  options.user_mesh = ControlMesh{0.28 * octahedron.directions(), faces, {{a, b, 1.5f}}, {b}};
+  const auto result = Build(SphereCloud(2000), options);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_EQ(result->mesh.creases, options.user_mesh->creases);
+  EXPECT_EQ(result->mesh.corners, options.user_mesh->corners);
+  options.user_mesh->corners = {static_cast<int>(octahedron.directions().cols())};
+  EXPECT_TRUE(absl::IsInvalidArgument(Build(SphereCloud(2000), options).status()));
+}
+
 TEST(BuildControlMesh, TargetFacesIsObeyed) {
   ControlOptions options;
   options.target_faces = 600;
