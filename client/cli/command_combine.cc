@@ -8,15 +8,13 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
-#include "client/cli/loaded_shape.h"
+#include "client/cli/loaded_manifold.h"
 #include "client/cli/make_surfaces.h"
 #include "client/cli/output_target.h"
 #include "client/cli/scan_set.h"
 #include "client/formats/mesh_writer.h"
 #include "core/base/status_macros.h"
 #include "core/booleans/combine_solids.h"
-#include "core/booleans/solid_of_mesh.h"
-#include "server/command_line/text_layout.h"
 
 namespace rilievo {
 namespace {
@@ -42,37 +40,17 @@ struct CombineArguments {
   }
 };
 
-// A surface is closed and sound as it is; a file of triangles becomes that where it can.
-absl::StatusOr<LoadedShape> LoadSolid(const std::string& path, const CombineArguments& arguments,
-                                      const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(LoadedShape shape,
-                           LoadShape(path, std::nullopt, context, arguments.format));
-  shape.place = PlaceOf(arguments.making.options.place, std::move(shape.place));
-  if (shape.diagonal > 0) return shape;
-  if (shape.mesh.triangles.cols() == 0) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        path, ": ", Counted(shape.mesh.vertices.cols(), "point", "points"),
-        " without a face; solids are combined, so make a surface of them first ('rilievo "
-        "reconstruct')"));
-  }
-  PointCloud cloud;
-  cloud.points = std::move(shape.mesh.vertices);
-  cloud.triangles = std::move(shape.mesh.triangles);
-  absl::StatusOr<TriangleMesh> solid = SolidOfMesh(cloud, context);
-  if (!solid.ok()) {
-    return absl::Status(solid.status().code(), absl::StrCat(path, ": ", solid.status().message()));
-  }
-  shape.mesh = *std::move(solid);
-  return shape;
-}
-
 absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
                                     const std::stop_token& stop) {
   RunContext context;
   context.stop = stop;
   context.threads = static_cast<int>(arguments.making.options.threads.value_or(0));
-  RILIEVO_ASSIGN_OR_RETURN(const LoadedShape a, LoadSolid(arguments.first(), arguments, context));
-  RILIEVO_ASSIGN_OR_RETURN(const LoadedShape b, LoadSolid(arguments.second(), arguments, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LoadedShape a,
+      LoadManifold(arguments.first(), arguments.format, arguments.making.options.place, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      const LoadedShape b,
+      LoadManifold(arguments.second(), arguments.format, arguments.making.options.place, context));
   RILIEVO_RETURN_IF_ERROR(CheckSamePlace(arguments.first(), a.place, arguments.second(), b.place));
   absl::StatusOr<CombinedSolids> made =
       CombineSolids(a.mesh, b.mesh, arguments.operation(), context);

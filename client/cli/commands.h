@@ -37,6 +37,7 @@ Command AddManual(CLI::App& program);
 Command AddMeasure(CLI::App& program);
 Command AddCompare(CLI::App& program);
 Command AddSimulate(CLI::App& program);
+Command AddTrim(CLI::App& program);
 Command AddVerify(CLI::App& program);
 Command AddVoxelize(CLI::App& program);
 Command AddView(CLI::App& program);

@@ -10,10 +10,7 @@
 #include "client/cli/exit_code.h"
 
 namespace rilievo {
-namespace {
-
-// As many finite numbers with commas between them.
-std::optional<Eigen::VectorXd> Numbers(absl::string_view word, int count) {
+std::optional<Eigen::VectorXd> ReadNumbers(absl::string_view word, int count) {
   const std::vector<std::string> parts = absl::StrSplit(word, ',');
   if (static_cast<int>(parts.size()) != count) return std::nullopt;
   Eigen::VectorXd numbers(count);
@@ -24,13 +21,15 @@ std::optional<Eigen::VectorXd> Numbers(absl::string_view word, int count) {
   return numbers;
 }
 
+namespace {
+
 std::optional<Plane> ReadPlane(absl::string_view word) {
   if (word.size() > 2 && word[1] == '=' && word[0] >= 'x' && word[0] <= 'z') {
-    const auto offset = Numbers(word.substr(2), 1);
+    const auto offset = ReadNumbers(word.substr(2), 1);
     if (!offset) return std::nullopt;
     return Plane{Eigen::Vector3d::Unit(word[0] - 'x'), (*offset)[0]};
   }
-  const auto numbers = Numbers(word, 4);
+  const auto numbers = ReadNumbers(word, 4);
   if (!numbers || numbers->head<3>().isZero(0)) return std::nullopt;
   return Plane{numbers->head<3>(), (*numbers)[3]};
 }
@@ -54,7 +53,7 @@ absl::StatusOr<std::vector<Plane>> ReadPlaneWords(const std::vector<std::string>
 absl::StatusOr<std::vector<ProbeRay>> ReadRayWords(const std::vector<std::string>& words) {
   std::vector<ProbeRay> rays;
   for (const std::string& word : words) {
-    const auto numbers = Numbers(word, 6);
+    const auto numbers = ReadNumbers(word, 6);
     if (!numbers || numbers->tail<3>().isZero(0)) {
       return UsageError(absl::StrCat("--ray ", word,
                                      ": must be X,Y,Z,DX,DY,DZ with a direction that is not zero "

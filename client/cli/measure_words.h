@@ -1,11 +1,13 @@
-// The words in which `rilievo measure` is told planes and rays.
+// The words in which commands are told planes, rays and other numbers.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "core/surface/plane_section.h"
 
 namespace rilievo {
@@ -14,6 +16,9 @@ namespace rilievo {
 struct ProbeRay {
   Eigen::Vector3d from, direction;  // the direction has a length, not that of a unit vector
 };
+
+// As many finite numbers with ',' between them; nothing for any other word.
+std::optional<Eigen::VectorXd> ReadNumbers(absl::string_view word, int count);
 
 // Each word is "x=D", "y=D" or "z=D", or "A,B,C,D". Normals are as told, not of unit length.
 // INVALID_ARGUMENT, with the exit code kUsage, names a word of any other form or a zero normal.

@@ -45,9 +45,10 @@ int RunProgram(int argc, const char* const* argv) {
                    "'rilievo COMMAND --help' explains one.\n\n",
                    kExitCodeHelp));
   std::vector<Command> commands;
-  for (const auto add : {AddReconstruct, AddConvert, AddDiagnose, AddAlign, AddExport, AddInfo,
-                         AddMeasure, AddEvaluate, AddVoxelize, AddCombine, AddDeform, AddVerify,
-                         AddCompare, AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
+  for (const auto add :
+       {AddReconstruct, AddConvert, AddDiagnose, AddAlign, AddExport, AddInfo, AddMeasure,
+        AddEvaluate, AddVoxelize, AddCombine, AddTrim, AddDeform, AddVerify, AddCompare,
+        AddSimulate, AddView, AddJobs, AddCompletion, AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

@@ -29,7 +29,7 @@ typedef enum RilievoCode {
   RILIEVO_OK = 0,
   RILIEVO_INVALID_ARGUMENT = 3,    /* an argument out of range, or bytes that are no .dss */
   RILIEVO_RESOURCE_EXHAUSTED = 8,  /* no memory left */
-  RILIEVO_FAILED_PRECONDITION = 9, /* since 6, of rilievo_combine() alone */
+  RILIEVO_FAILED_PRECONDITION = 9, /* since 6, of rilievo_combine() and rilievo_trim() alone */
   RILIEVO_UNIMPLEMENTED = 12,      /* a newer format version */
   RILIEVO_INTERNAL = 13,           /* a defect of this library */
   RILIEVO_DATA_LOSS = 15           /* cut off or corrupted; the sentence names the chunk */
@@ -173,6 +173,20 @@ enum { RILIEVO_UNION = 0, RILIEVO_INTERSECTION = 1, RILIEVO_DIFFERENCE = 2 };
  * NULL. */
 RILIEVO_API RilievoCode rilievo_combine(const RilievoMesh* a, const RilievoMesh* b, int operation,
                                         int threads, RilievoMesh** mesh);
+
+/* What a mesh is trimmed by, and its numbers, in the coordinates of the mesh: A, B, C and D of the
+ * plane A x + B y + C z = D, inside of which that is less than D; two opposite corners of a box,
+ * the lower one first; centre and radius of a sphere; the direction of a prism and the corners of
+ * the closed polyline that is swept along it. */
+enum { RILIEVO_PLANE = 0, RILIEVO_BOX = 1, RILIEVO_SPHERE = 2, RILIEVO_PRISM = 3 };
+
+/* Since 8. The part of a mesh, open or closed, inside of a shape, or outside. The borders of both
+ * lie on the shape and are the same, to the last bit. `cap`: not 0 to close it along the shape, of
+ * a closed mesh, and with the errors of rilievo_combine(). FAILED_PRECONDITION where nothing is
+ * left. On failure *trimmed is NULL. */
+RILIEVO_API RilievoCode rilievo_trim(const RilievoMesh* mesh, int shape, const double* numbers,
+                                     size_t count, int outside, int cap, int threads,
+                                     RilievoMesh** trimmed);
 
 /* Since 3. The surface at any parameter of a control face: u weighs its second corner, v its third,
  * u >= 0, v >= 0, u + v <= 1. It passes through the vertices of the finest level; between them the

@@ -4,6 +4,7 @@
     vertices, faces = surface.vertices(), surface.faces()
     surface = rilievo.convert(vertices, faces)
     rilievo.combine(surface, (vertices, faces), "difference")
+    rilievo.trim(surface, plane=(0, 0, 1, 0.5), keep="inside")
     rilievo.read("owl.dss").mesh(level=2)
     rilievo.read("owl.dss").to_open3d()
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .merging import merge
     from .options import UNITS
     from .private_server import PrivateServer
-    from .reconstruction import Progress, combine, convert, reconstruct
+    from .reconstruction import Progress, combine, convert, reconstruct, trim
 
 __version__ = "0.2.0"
 __all__ = [
@@ -35,13 +36,14 @@ __all__ = [
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
     "Surface", "UNITS", "Unavailable", "Voxels", "combine", "convert", "merge", "read",
-    "reconstruct",
+    "reconstruct", "trim",
 ]
 
 _WITH_GRPC = {
     "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
     "Server": "connection", "UNITS": "options", "combine": "reconstruction",
     "convert": "reconstruction", "merge": "merging", "reconstruct": "reconstruction",
+    "trim": "reconstruction",
 }
 
 

@@ -78,6 +78,9 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
     if library.rilievo_decoder_abi_version() >= 7:
         library.rilievo_surface_with_cage.argtypes = [pointer, pointer, size, pointer, pointer, size,
                                                       pointer, size, out]
+    if library.rilievo_decoder_abi_version() >= 8:
+        library.rilievo_trim.argtypes = [pointer, ctypes.c_int, pointer, size] + 3 * [
+            ctypes.c_int] + [out]
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
@@ -200,7 +203,7 @@ def tessellate_adaptively(surface: Handle, tolerance: float, triangles: int,
 
 def mesh_of_arrays(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32],
                    threads: int) -> Handle:
-    _need_combine()
+    _need(6, "combines nothing")
     mesh = ctypes.c_void_p()
     check(library().rilievo_mesh_create(vertices.ctypes.data, len(vertices), faces.ctypes.data,
                                         len(faces), threads, ctypes.byref(mesh)))
@@ -209,16 +212,25 @@ def mesh_of_arrays(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint
 
 def combine(a: Handle, b: Handle, operation: int, threads: int) -> Handle:
     """Of two meshes."""
-    _need_combine()
+    _need(6, "combines nothing")
     mesh = ctypes.c_void_p()
     check(library().rilievo_combine(a.address, b.address, operation, threads, ctypes.byref(mesh)))
     return Handle(mesh.value or 0, "rilievo_mesh_free")
 
 
-def _need_combine() -> None:
-    if library().rilievo_decoder_abi_version() < 6:
-        raise RilievoError("this decoder library is of an older version and combines nothing; "
-                           "install the one of this version")
+def trim(mesh: Handle, shape: int, numbers: npt.NDArray[np.float64], outside: bool, cap: bool,
+         threads: int) -> Handle:
+    _need(8, "trims nothing")
+    trimmed = ctypes.c_void_p()
+    check(library().rilievo_trim(mesh.address, shape, numbers.ctypes.data, len(numbers), outside,
+                                 cap, threads, ctypes.byref(trimmed)))
+    return Handle(trimmed.value or 0, "rilievo_mesh_free")
+
+
+def _need(version: int, otherwise: str) -> None:
+    if library().rilievo_decoder_abi_version() < version:
+        raise RilievoError(f"this decoder library is of an older version and {otherwise}; install "
+                           "the one of this version")
 
 
 def evaluator(surface: Handle, smooth: bool, threads: int) -> Handle:

@@ -3,18 +3,19 @@ import contextlib
 import hashlib
 import threading
 from dataclasses import dataclass
-from typing import (TYPE_CHECKING, Any, Callable, Dict, Iterator, Literal, Optional, Tuple, Union,
-                    cast)
+from typing import (TYPE_CHECKING, Any, Callable, Dict, Iterator, Literal, Optional, Sequence, Tuple,
+                    Union, cast)
 
 import grpc
 import numpy as np
+import numpy.typing as npt
 
 from . import _library
 from .connection import Server, as_server, error_of
 from .errors import DataLoss, InvalidArgument, RilievoError
 from .options import UNITS, MeshOptions, Options, as_message
 from .private_server import PrivateServer
-from .scan import Packed, arrays_of_mesh, pack, pack_mesh, refuse
+from .scan import Packed, arrays_of_mesh, coordinates, pack, pack_mesh, refuse
 from .surface import Surface
 from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 from .values import Place
@@ -39,6 +40,8 @@ ProgressCallback = Callable[[Progress], Any]
 LayerCallback = Callable[[Surface], Any]
 Operation = Literal["union", "intersection", "difference"]
 _OPERATIONS = ("union", "intersection", "difference")
+Side = Literal["inside", "outside"]
+_SHAPE_NUMBERS = {"plane": 4, "box": 6, "sphere": 4}
 
 
 def reconstruct(points: Any, *, sensor: Any = None, point_normals: Any = None,
@@ -118,6 +121,66 @@ def combine(a: Union[Surface, Tuple[Any, Any]], b: Union[Surface, Tuple[Any, Any
     mesh = pack_mesh(handle.array("rilievo_mesh_vertices", 3),
                      handle.array("rilievo_mesh_faces", 3))
     return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
+
+
+def trim(shape: Union[Surface, Tuple[Any, Any]], *, keep: Side,
+         plane: Optional[Sequence[float]] = None, box: Optional[Sequence[float]] = None,
+         sphere: Optional[Sequence[float]] = None,
+         polyline: Optional[Tuple[Any, Sequence[float]]] = None, cap: bool = False,
+         server: Optional[Union[str, Server]] = None,
+         progress: Optional[ProgressCallback] = None, layer: Optional[LayerCallback] = None,
+         timeout: Optional[float] = None, **options: "Unpack[MeshOptions]") -> Surface:
+    """Makes a surface of what lies on one side of a plane, a box, a sphere or a polyline.
+
+    shape     a Surface, at its finest level; or a mesh: (vertices, faces) as of convert()
+    keep      "inside" or "outside" of the one that is given, in the coordinates of `shape`:
+    plane     A, B, C, D; inside is where A x + B y + C z < D
+    box       two corners: x, y, z, x, y, z
+    sphere    x, y, z of its centre, and its radius
+    polyline  (points, direction): (n, 3) corners of a closed polyline, swept along the direction
+    cap       close the surface along it, as combine() with a solid does; `shape` must be closed
+    options   as of convert(). Unit, way up and coordinate reference system are those of `shape`,
+              unless they are given
+
+    server, progress, layer, timeout, interruption and errors: as of convert(). FailedPrecondition
+    where nothing is left. Colours are not carried over.
+    """
+    if keep not in ("inside", "outside"):
+        raise refuse("keep", f"{keep!r} is not one of 'inside', 'outside'")
+    kind, numbers = _trim_numbers(plane, box, sphere, polyline)
+    message = as_message(_with_place(shape, shape, options), "trim", MeshOptions)
+    threads = options.get("threads") or 0
+    handle = _library.trim(_solid_of(shape, "shape", threads), kind, numbers, keep == "outside",
+                           bool(cap), threads)
+    mesh = pack_mesh(handle.array("rilievo_mesh_vertices", 3),
+                     handle.array("rilievo_mesh_faces", 3))
+    return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
+
+
+def _trim_numbers(plane: Any, box: Any, sphere: Any,
+                  polyline: Any) -> Tuple[int, npt.NDArray[np.float64]]:
+    """The kind of the shape that is given, and its numbers, for the decoder library."""
+    given = {name: value for name, value in
+             (("plane", plane), ("box", box), ("sphere", sphere), ("polyline", polyline))
+             if value is not None}
+    if len(given) != 1:
+        raise refuse("plane", f"{', '.join(given) or 'nothing'} given; give one of plane, box, "
+                     "sphere, polyline")
+    (name, value), = given.items()
+    if name == "polyline":
+        try:
+            points, direction = value
+        except (TypeError, ValueError):
+            raise refuse(name, "a pair (points, direction) is needed") from None
+        rows = [coordinates(np.reshape(direction, (1, -1)), name), coordinates(points, name)]
+        return 3, np.concatenate(rows).ravel()
+    numbers = np.array(value, np.float64).ravel()
+    if len(numbers) != _SHAPE_NUMBERS[name]:
+        raise refuse(name, f"{len(numbers)} numbers; {_SHAPE_NUMBERS[name]} are needed")
+    if name == "box":
+        corners = numbers.reshape(2, 3)
+        numbers = np.concatenate([corners.min(axis=0), corners.max(axis=0)])
+    return list(_SHAPE_NUMBERS).index(name), numbers
 
 
 def _solid_of(solid: Any, parameter: str, threads: int) -> _library.Handle:
@@ -306,4 +369,4 @@ def _fields_of(message: Any) -> Dict[str, Any]:
 
 
 __all__ = ["LayerCallback", "Operation", "Progress", "ProgressCallback", "RilievoError", "combine",
-           "convert", "reconstruct"]
+           "convert", "reconstruct", "trim"]

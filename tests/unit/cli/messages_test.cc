@@ -18,8 +18,8 @@ struct Case {
 const Case kCases[] = {
     {"", 2,
      R"(rilievo: a command is missing; the commands are reconstruct, convert, diagnose,
-  align, export, info, measure, evaluate, voxelize, combine, deform, verify,
-  compare, simulate, view, jobs, completion
+  align, export, info, measure, evaluate, voxelize, combine, trim, deform,
+  verify, compare, simulate, view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -39,8 +39,8 @@ See 'rilievo --help'.
 )"},
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, convert,
-  diagnose, align, export, info, measure, evaluate, voxelize, combine, deform,
-  verify, compare, simulate, view, jobs, completion
+  diagnose, align, export, info, measure, evaluate, voxelize, combine, trim,
+  deform, verify, compare, simulate, view, jobs, completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,

@@ -392,6 +392,43 @@ TEST(CInterfaceTest, WhatIsNoSolidIsNotCombined) {
   EXPECT_EQ(mesh, nullptr);
 }
 
+TEST(CInterfaceTest, MeshesAreTrimmed) {
+  const MeshPtr box = BoxOf(0, 2);
+  const std::vector<double> shapes[] = {{0, 0, 3, 3},
+                                        {-1, -1, -1, 1, 1, 1},
+                                        {0, 0, 0, 1},
+                                        {0, 0, 1, 1, -1, 0, 3, -1, 0, 3, 3, 0, 1, 3, 0}};
+  const double inside[] = {4, 1, std::numbers::pi / 6, 4};
+  for (int shape = RILIEVO_PLANE; shape <= RILIEVO_PRISM; ++shape) {
+    const auto& numbers = shapes[shape];
+    for (const int outside : {0, 1}) {
+      RilievoMesh* mesh = nullptr;
+      ASSERT_EQ(
+          rilievo_trim(box.get(), shape, numbers.data(), numbers.size(), outside, 1, 1, &mesh),
+          RILIEVO_OK)
+          << rilievo_last_error();
+      const MeshPtr closed(mesh);
+      EXPECT_NEAR(VolumeOf(mesh), outside != 0 ? 8 - inside[shape] : inside[shape], 1e-5);
+      ASSERT_EQ(
+          rilievo_trim(box.get(), shape, numbers.data(), numbers.size(), outside, 0, 1, &mesh),
+          RILIEVO_OK);
+      const MeshPtr open(mesh);
+      EXPECT_LT(All(rilievo_mesh_faces, static_cast<const RilievoMesh*>(mesh)).size(),
+                All(rilievo_mesh_faces, static_cast<const RilievoMesh*>(closed.get())).size());
+    }
+    RilievoMesh* none = nullptr;
+    EXPECT_EQ(rilievo_trim(box.get(), shape, numbers.data(), 2, 0, 0, 1, &none),
+              RILIEVO_INVALID_ARGUMENT);
+    EXPECT_THAT(rilievo_last_error(), HasSubstr("of 2 numbers"));
+  }
+  const double below[] = {0, 0, 1, -1};
+  RilievoMesh* none = nullptr;
+  EXPECT_EQ(rilievo_trim(box.get(), RILIEVO_PLANE, below, 4, 0, 0, 1, &none),
+            RILIEVO_FAILED_PRECONDITION);
+  EXPECT_EQ(rilievo_trim(nullptr, RILIEVO_PLANE, below, 4, 0, 0, 1, &none),
+            RILIEVO_INVALID_ARGUMENT);
+}
+
 TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
   RilievoSurface* surface = nullptr;
   const uint8_t text[] = "solid";
@@ -403,7 +440,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 7);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 8);
 }
 
 }  // namespace

@@ -1,0 +1,86 @@
+// `rilievo trim`: what lies on one side of a shape becomes a surface.
+#include "tests/unit/cli/program_fixture.h"
+
+namespace rilievo {
+namespace {
+
+using ::testing::HasSubstr;
+
+class TrimTest : public ProgramFixture {
+ protected:
+  void SetUp() override {
+    // A cube of side 2, and a polyline around the middle half of it.
+    std::ofstream out(At("cube.obj"));
+    for (int i = 0; i < 8; ++i) {
+      out << "v " << 2 * (i & 1) << ' ' << (i & 2) << ' ' << 2 * (i >> 2) << '\n';
+    }
+    out << "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    std::ofstream(At("square.xyz")) << "0.5 0.5 0\n1.5 0.5 0\n1.5 1.5 0\n0.5 1.5 0\n";
+  }
+
+  Ended Trim(std::vector<std::string> shape, const std::string& keep, const std::string& output,
+             std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {
+        "trim",    At("cube.obj"), "--keep",          keep,  "-o",          At(output),
+        "--quiet", "--json",       "--control-faces", "200", "--max-level", "2"};
+    words.insert(words.end(), shape.begin(), shape.end());
+    words.insert(words.end(), more.begin(), more.end());
+    return Run(words);
+  }
+};
+
+TEST_F(TrimTest, BothSidesHaveTheBorder) {
+  const std::vector<std::string> square = {"--polyline", At("square.xyz"), "--along", "0,0,1"};
+  const struct {
+    std::vector<std::string> shape;
+    double inside;  // area
+    int loops;      // of borders, inside
+  } cases[] = {
+      {{"--plane", "z=0.5"}, 8, 1}, {{"--sphere", "0,0,0,1"}, 3 * 0.785398, 1}, {square, 2, 2}};
+  for (const auto& [shape, inside, loops] : cases) {
+    for (const std::string side : {"inside", "outside"}) {
+      const Ended made = Trim(shape, side, "t.dss", {"--keep-mesh", At("t.ply")});
+      ASSERT_EQ(made.code, 0) << made.err;
+      EXPECT_EQ(Json::parse(made.out)["boundary_loops"], loops);
+      const double area = side == "inside" ? inside : 24 - inside;
+      const Json measured = Json::parse(Run({"measure", At("t.ply"), "--json"}).out);
+      EXPECT_NEAR(measured["area"], area, 1e-4);
+      EXPECT_EQ(Run({"compare", At("t.ply"), At("t.dss"), "--max-rms", "1e-3"}).code, 0);
+    }
+  }
+}
+
+TEST_F(TrimTest, CapsCloseTheSurface) {
+  const Ended made = Trim({"--box", "1,1,1,3,3,3"}, "outside", "t.dss", {"--cap"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(Json::parse(made.out)["boundary_loops"], 0);
+  EXPECT_NEAR(Json::parse(Run({"measure", At("t.dss"), "--json"}).out)["volume"], 7, 0.03);
+}
+
+TEST_F(TrimTest, SaysWhatIsWrong) {
+  const std::pair<std::vector<std::string>, const char*> cases[] = {
+      {{}, "the shape is missing"},
+      {{"--plane", "z"}, "--plane z: must be"},
+      {{"--box", "1,2,3"}, "two corners"},
+      {{"--box", "0,0,0,1,1,0"}, "two corners that differ"},
+      {{"--sphere", "0,0,0,0"}, "radius above"},
+      {{"--polyline", At("square.xyz")}, "--along"},
+      {{"--polyline", At("square.xyz"), "--along", "1"}, "DX,DY,DZ"},
+      {{"--plane", "z=1", "--sphere", "0,0,0,1"}, "excludes"},
+  };
+  for (const auto& [shape, words] : cases) {
+    const Ended made = Trim(shape, "inside", "t.dss");
+    EXPECT_EQ(made.code, 2) << made.err;
+    EXPECT_THAT(made.err, HasSubstr(words));
+  }
+  EXPECT_EQ(Trim({"--plane", "z=1"}, "below", "t.dss").code, 2);
+  const Ended none = Trim({"--plane", "z=-1"}, "inside", "t.dss");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("nothing is left"));
+  const std::vector<std::string> square = {"--polyline", At("square.xyz"), "--along", "0,0,1"};
+  EXPECT_EQ(Trim(square, "inside", "square.xyz").code, 2);
+  EXPECT_FALSE(fs::exists(At("t.dss")));
+}
+
+}  // namespace
+}  // namespace rilievo
