@@ -59,7 +59,7 @@ set(archives ${CMAKE_INSTALL_LIBDIR}/rilievo)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/rilievo)
 set(decoder_targets rilievo_warnings rilievo_base rilievo_geometry rilievo_loop rilievo_surface
   rilievo_evaluate rilievo_voxels rilievo_decoder)
-set(core_targets rilievo_flann rilievo_pcl rilievo_points rilievo_scan rilievo_registration rilievo_checked_meshes rilievo_meshes rilievo_booleans rilievo_control rilievo_domain
+set(core_targets rilievo_flann rilievo_pcl rilievo_points rilievo_scan rilievo_registration rilievo_checked_meshes rilievo_meshes rilievo_booleans rilievo_schemes rilievo_control rilievo_domain
   rilievo_displacement rilievo_codec rilievo_paging rilievo_pipeline)
 set(client_targets rilievo_messages rilievo_proto rilievo_client)
 foreach(component decoder core client)

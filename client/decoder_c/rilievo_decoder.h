@@ -44,6 +44,7 @@ typedef struct RilievoMesh RilievoMesh;
 typedef struct RilievoEvaluator RilievoEvaluator;
 typedef struct RilievoFinder RilievoFinder;
 typedef struct RilievoVoxels RilievoVoxels;
+typedef struct RilievoPolygons RilievoPolygons;
 
 /* 7; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
@@ -187,6 +188,30 @@ enum { RILIEVO_PLANE = 0, RILIEVO_BOX = 1, RILIEVO_SPHERE = 2, RILIEVO_PRISM = 3
 RILIEVO_API RilievoCode rilievo_trim(const RilievoMesh* mesh, int shape, const double* numbers,
                                      size_t count, int outside, int cap, int threads,
                                      RilievoMesh** trimmed);
+
+/* Since 8. A mesh of polygons refined by a scheme: "loop", "butterfly" and "sqrt3" (of triangles),
+ * "catmull-clark", "doo-sabin". `corner_counts`: of each face its number of corners; `corners`: the
+ * vertex numbers of all faces in turn, `corner_count` of them; `levels`: 0 to 8. INVALID_ARGUMENT
+ * for faces that are not an oriented manifold. On failure *polygons is NULL. */
+RILIEVO_API RilievoCode rilievo_subdivide(const double* vertices, size_t vertex_count,
+                                          const uint32_t* corners, size_t corner_count,
+                                          const uint32_t* corner_counts, size_t face_count,
+                                          const char* scheme, int levels,
+                                          RilievoPolygons** polygons);
+RILIEVO_API void rilievo_polygons_free(RilievoPolygons* polygons); /* NULL is fine */
+/* x, y, z of each vertex; the vertex numbers of all faces; how many each face has. */
+RILIEVO_API const double* rilievo_polygons_vertices(const RilievoPolygons* polygons, size_t* count);
+RILIEVO_API const uint32_t* rilievo_polygons_corners(const RilievoPolygons* polygons,
+                                                     size_t* count);
+RILIEVO_API const uint32_t* rilievo_polygons_corner_counts(const RilievoPolygons* polygons,
+                                                           size_t* count);
+
+/* Since 8. The control mesh of a Loop surface through all vertices of a mesh of triangles, open or
+ * closed: each triangle split into four, the given vertices first. INVALID_ARGUMENT for faces that
+ * are not an oriented manifold. It has no normals and no flags. On failure *cage is NULL. */
+RILIEVO_API RilievoCode rilievo_interpolate(const double* vertices, size_t vertex_count,
+                                            const uint32_t* faces, size_t face_count,
+                                            RilievoMesh** cage);
 
 /* Since 3. The surface at any parameter of a control face: u weighs its second corner, v its third,
  * u >= 0, v >= 0, u + v <= 1. It passes through the vertices of the finest level; between them the

@@ -21,6 +21,11 @@ class FaceCollector {
       return absl::InvalidArgumentError(absl::StrCat("a face of ", corners.size(), " corners"));
     }
     RILIEVO_RETURN_IF_ERROR(Check(corners, vertices));
+    if (corners.size() != 3 && corner_counts_.empty()) {
+      corner_counts_.assign(indices_.size() / 3, 3);
+      has_polygons_ = true;
+    }
+    if (has_polygons_) corner_counts_.push_back(static_cast<int>(corners.size()));
     for (size_t i = 2; i < corners.size(); ++i) {
       AddTriangle(corners[0], corners[i - 1], corners[i]);
     }
@@ -38,6 +43,7 @@ class FaceCollector {
         const double a = strip[i - 2], b = strip[i - 1], c = strip[i];
         if (a == b || b == c || c == a) continue;
         i % 2 == 0 ? AddTriangle(a, b, c) : AddTriangle(b, a, c);
+        if (has_polygons_) corner_counts_.push_back(3);
       }
       strip.clear();
       return absl::OkStatus();
@@ -57,6 +63,9 @@ class FaceCollector {
                                               static_cast<Eigen::Index>(indices_.size() / 3));
   }
 
+  // Of each face in turn its number of corners; empty where all are triangles.
+  const std::vector<int>& corner_counts() const { return corner_counts_; }
+
  private:
   static absl::Status Check(const std::vector<double>& corners, int64_t vertices) {
     for (double corner : corners) {
@@ -74,7 +83,8 @@ class FaceCollector {
     for (double corner : {a, b, c}) indices_.push_back(static_cast<int>(corner));
   }
 
-  std::vector<int> indices_;
+  std::vector<int> indices_, corner_counts_;
+  bool has_polygons_ = false;
 };
 
 }  // namespace rilievo

@@ -133,6 +133,7 @@ absl::StatusOr<MeshFile> ReadPlyMesh(std::istream& in) {
     }
   }
   file.mesh.triangles = faces.Finish();
+  file.corner_counts = faces.corner_counts();
   return file;
 }
 
@@ -230,6 +231,7 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
   if (color_count == points.count()) file.colors = colors.Finish();
   file.mesh.vertices = points.Finish();
   file.mesh.triangles = faces.Finish();
+  file.corner_counts = faces.corner_counts();
   if (file.mesh.triangles.size() > 0 &&
       file.mesh.triangles.maxCoeff() >= file.mesh.vertices.cols()) {
     return absl::InvalidArgumentError(absl::StrCat("OBJ: a face names vertex ",
@@ -237,6 +239,21 @@ absl::StatusOr<MeshFile> ReadObjMesh(std::istream& in) {
                                                    file.mesh.vertices.cols()));
   }
   return file;
+}
+
+PolygonMesh PolygonsOf(const MeshFile& file) {
+  const Eigen::Matrix3Xi& fans = file.mesh.triangles;
+  PolygonMesh mesh;
+  mesh.vertices = file.mesh.vertices;
+  std::vector<int> face;
+  Eigen::Index column = 0;
+  for (size_t f = 0; column < fans.cols(); ++f) {
+    const int corners = file.corner_counts.empty() ? 3 : file.corner_counts[f];
+    face = {fans(0, column), fans(1, column)};
+    for (int i = 2; i < corners; ++i) face.push_back(fans(2, column++));
+    mesh.AddFace(face);
+  }
+  return mesh;
 }
 
 absl::StatusOr<MeshFile> ReadMeshStream(std::istream& in, const std::string& name) {

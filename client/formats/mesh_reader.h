@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/geometry/polygon_mesh.h"
 #include "core/geometry/rgb.h"
 #include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
@@ -28,8 +29,13 @@ struct MeshFile {
   std::vector<Rgb> colors;      // where each vertex has one, or empty
   std::string format;           // for people
   ScanPlace place = {};         // of formats of scans, see ScanFile; of GLB metres, y up
+  // Of each face of a PLY or OBJ in turn its number of corners, where some are no triangles.
+  std::vector<int> corner_counts = {};
   std::optional<MeshTags> tags = {};  // of an OBJ with lines 't crease' or 't corner'
 };
+
+// Its faces as they were before they were cut into fans.
+PolygonMesh PolygonsOf(const MeshFile& file);
 
 // As the scan readers: streaming, no count believed before the bytes allow it. INVALID_ARGUMENT
 // also for indices that name no vertex.

@@ -164,6 +164,21 @@ absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out, const Poi
   return absl::OkStatus();
 }
 
+absl::Status WriteObjPolygons(const PolygonMesh& mesh, std::ostream& out) {
+  RILIEVO_RETURN_IF_ERROR(WriteObjMesh({mesh.vertices, {}, {}}, out));
+  BlockWriter writer(out);
+  for (int f = 0; f < mesh.face_count(); ++f) {
+    std::string& text = writer.text();
+    text += 'f';
+    for (const int corner : mesh.Face(f)) {
+      text += ' ';
+      AppendNumber(int64_t{corner} + 1, &text);
+    }
+    text += '\n';
+  }
+  return absl::OkStatus();
+}
+
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out) {
   if (mesh.triangles.cols() > static_cast<Eigen::Index>(UINT32_MAX)) {
     return absl::InvalidArgumentError("STL holds at most 2^32 - 1 triangles");
@@ -188,6 +203,14 @@ double FloatRounding(const Eigen::Matrix3Xd& points) {
   return (points - points.cast<float>().cast<double>()).colwise().norm().maxCoeff();
 }
 
+absl::Status CheckMeshExtension(const std::string& path, const std::string& extension) {
+  for (const char* known : {"ply", "obj", "stl", "glb", "3mf"}) {
+    if (extension == known) return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": the extension must be .ply, .obj, .stl, .glb or .3mf"));
+}
+
 absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
                        std::span<const HeightSource> sources, const PointLayers& layers,
                        const ScanPlace& place) {
@@ -197,11 +220,7 @@ absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh,
 absl::Status WriteMesh(const std::string& path, const std::string& extension,
                        const TriangleMesh& mesh, std::span<const HeightSource> sources,
                        const PointLayers& layers, const ScanPlace& place) {
-  if (extension != "ply" && extension != "obj" && extension != "stl" && extension != "glb" &&
-      extension != "3mf") {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": the extension must be .ply, .obj, .stl, .glb or .3mf"));
-  }
+  RILIEVO_RETURN_IF_ERROR(CheckMeshExtension(path, extension));
   return WriteFileAtomically(path, [&](std::ostream& out) {
     if (extension == "obj") return WriteObjMesh(mesh, out, layers);
     if (extension == "stl") return WriteStlMesh(mesh, out);

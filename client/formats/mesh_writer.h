@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "client/formats/point_layers.h"
+#include "core/geometry/polygon_mesh.h"
 #include "core/geometry/scan_place.h"
 #include "core/geometry/triangle_mesh.h"
 #include "core/surface/height_source.h"
@@ -31,9 +32,15 @@ absl::Status WritePlyPoints(const Eigen::Matrix3Xd& points, const Eigen::Matrix3
 absl::Status WriteObjMesh(const TriangleMesh& mesh, std::ostream& out,
                           const PointLayers& layers = {});
 
+// v and f lines, a face of any number of corners in each.
+absl::Status WriteObjPolygons(const PolygonMesh& mesh, std::ostream& out);
+
 // Binary STL with face normals. The format holds float coordinates only, and at most 2^32 - 1
 // triangles (INVALID_ARGUMENT beyond).
 absl::Status WriteStlMesh(const TriangleMesh& mesh, std::ostream& out);
+
+// INVALID_ARGUMENT unless it is one that WriteMesh() takes; `path` is named.
+absl::Status CheckMeshExtension(const std::string& path, const std::string& extension);
 
 // By the extension of `path`: .ply, .obj, .stl, .glb or .3mf; INVALID_ARGUMENT for any other.
 // Layers are for .ply and .glb, their colours for .obj and .3mf too; `place` is for .glb and .3mf.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <tuple>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -149,6 +150,17 @@ class ChainWalk {
 };
 
 }  // namespace
+
+void SortTags(std::vector<Crease>* creases, std::vector<int>* corners) {
+  for (Crease& crease : *creases) {
+    if (crease.a > crease.b) std::swap(crease.a, crease.b);
+  }
+  std::stable_sort(creases->begin(), creases->end(), Before);
+  const auto same = [](const Crease& p, const Crease& q) { return p.a == q.a && p.b == q.b; };
+  creases->erase(std::unique(creases->begin(), creases->end(), same), creases->end());
+  std::sort(corners->begin(), corners->end());
+  corners->erase(std::unique(corners->begin(), corners->end()), corners->end());
+}
 
 absl::StatusOr<CreaseTopology> BuildCreaseTopology(const ControlMesh& mesh,
                                                    const MeshTopology& topology) {

@@ -23,6 +23,9 @@ struct SharpEdge {
   friend bool operator==(const SharpEdge&, const SharpEdge&) = default;
 };
 
+// Tags in any order as BuildCreaseTopology() takes them: what is tagged twice is tagged.
+void SortTags(std::vector<Crease>* creases, std::vector<int>* corners);
+
 struct CreaseTopology {
   std::vector<SharpEdge> edges;   // ascending; a tag on a boundary edge changes nothing
   std::vector<VertexKind> kinds;  // one a vertex

@@ -13,6 +13,7 @@ Reading needs NumPy alone; making surfaces needs gRPC.
 """
 from typing import TYPE_CHECKING, Any
 
+from .cages import interpolate, subdivide
 from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FieldViolation,
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
@@ -35,8 +36,8 @@ __all__ = [
     "Jet", "Job", "Jobs", "LimitExceeded", "MEASURED", "Mesh", "NotFound", "PermissionDenied",
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
-    "Surface", "UNITS", "Unavailable", "Voxels", "combine", "convert", "merge", "read",
-    "reconstruct", "trim",
+    "Surface", "UNITS", "Unavailable", "Voxels", "combine", "convert", "interpolate", "merge", "read",
+    "reconstruct", "subdivide", "trim",
 ]
 
 _WITH_GRPC = {

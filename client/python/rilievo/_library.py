@@ -25,6 +25,8 @@ _ELEMENTS = {
     "rilievo_surface_colors": ctypes.c_uint8, "rilievo_mesh_colors": ctypes.c_uint8,
     "rilievo_voxels_frame": ctypes.c_double, "rilievo_voxels_size": ctypes.c_uint32,
     "rilievo_voxels_filled": ctypes.c_uint8, "rilievo_voxels_distances": ctypes.c_float,
+    "rilievo_polygons_vertices": ctypes.c_double, "rilievo_polygons_corners": ctypes.c_uint32,
+    "rilievo_polygons_corner_counts": ctypes.c_uint32,
 }
 
 
@@ -81,13 +83,19 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
     if library.rilievo_decoder_abi_version() >= 8:
         library.rilievo_trim.argtypes = [pointer, ctypes.c_int, pointer, size] + 3 * [
             ctypes.c_int] + [out]
+        library.rilievo_subdivide.argtypes = [
+            pointer, size, pointer, size, pointer, size, ctypes.c_char_p, ctypes.c_int, out]
+        library.rilievo_interpolate.argtypes = [pointer, size, pointer, size, out]
+        library.rilievo_polygons_free.argtypes = [pointer]
+        library.rilievo_polygons_free.restype = None
     for name in ("rilievo_surface_free", "rilievo_mesh_free"):
         getattr(library, name).argtypes = [pointer]
         getattr(library, name).restype = None
     for name in ("rilievo_surface_max_level", "rilievo_surface_declared_max_level"):
         getattr(library, name).argtypes = [pointer]
     for name in _ELEMENTS:
-        since = 4 if name.endswith("_colors") else 5 if "_voxels_" in name else 1
+        since = 4 if name.endswith("_colors") else 5 if "_voxels_" in name else \
+            8 if "_polygons_" in name else 1
         if library.rilievo_decoder_abi_version() < since:
             continue
         getattr(library, name).argtypes = [pointer, count]
@@ -225,6 +233,24 @@ def trim(mesh: Handle, shape: int, numbers: npt.NDArray[np.float64], outside: bo
     check(library().rilievo_trim(mesh.address, shape, numbers.ctypes.data, len(numbers), outside,
                                  cap, threads, ctypes.byref(trimmed)))
     return Handle(trimmed.value or 0, "rilievo_mesh_free")
+
+
+def subdivide(vertices: npt.NDArray[np.float64], corners: npt.NDArray[np.uint32],
+              corner_counts: npt.NDArray[np.uint32], scheme: str, levels: int) -> Handle:
+    _need(8, "subdivides nothing")
+    polygons = ctypes.c_void_p()
+    check(library().rilievo_subdivide(vertices.ctypes.data, len(vertices), corners.ctypes.data,
+                                      len(corners), corner_counts.ctypes.data, len(corner_counts),
+                                      scheme.encode(), levels, ctypes.byref(polygons)))
+    return Handle(polygons.value or 0, "rilievo_polygons_free")
+
+
+def interpolate(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.uint32]) -> Handle:
+    _need(8, "interpolates nothing")
+    cage = ctypes.c_void_p()
+    check(library().rilievo_interpolate(vertices.ctypes.data, len(vertices), faces.ctypes.data,
+                                        len(faces) // 3, ctypes.byref(cage)))
+    return Handle(cage.value or 0, "rilievo_mesh_free")
 
 
 def _need(version: int, otherwise: str) -> None:

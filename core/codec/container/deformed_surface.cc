@@ -76,19 +76,9 @@ absl::StatusOr<ControlMesh> ControlMeshOfCage(const ControlMesh& cage, const Spa
   mesh.faces = own;
   mesh.vertices = (cage.vertices.colwise() - frame.center) / frame.diagonal;
   for (Crease& crease : mesh.creases) {
-    if (crease.a > crease.b) std::swap(crease.a, crease.b);
     if (crease.sharpness > 0) crease.sharpness = StoredSharpness(crease.sharpness);
   }
-  std::sort(mesh.creases.begin(), mesh.creases.end(), [](const Crease& p, const Crease& q) {
-    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
-  });
-  // What is tagged twice is tagged.
-  mesh.creases.erase(
-      std::unique(mesh.creases.begin(), mesh.creases.end(),
-                  [](const Crease& p, const Crease& q) { return p.a == q.a && p.b == q.b; }),
-      mesh.creases.end());
-  std::sort(mesh.corners.begin(), mesh.corners.end());
-  mesh.corners.erase(std::unique(mesh.corners.begin(), mesh.corners.end()), mesh.corners.end());
+  SortTags(&mesh.creases, &mesh.corners);
   return mesh;
 }
 

@@ -19,7 +19,8 @@ const Case kCases[] = {
     {"", 2,
      R"(rilievo: a command is missing; the commands are reconstruct, convert, diagnose,
   align, export, info, measure, evaluate, voxelize, combine, trim, deform,
-  verify, compare, simulate, view, jobs, completion
+  subdivide, scale, interpolate, verify, compare, simulate, view, jobs,
+  completion
 See 'rilievo --help'.
 )"},
     {"scan.ply", 2,
@@ -40,7 +41,8 @@ See 'rilievo --help'.
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, convert,
   diagnose, align, export, info, measure, evaluate, voxelize, combine, trim,
-  deform, verify, compare, simulate, view, jobs, completion
+  deform, subdivide, scale, interpolate, verify, compare, simulate, view, jobs,
+  completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,

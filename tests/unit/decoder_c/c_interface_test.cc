@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -396,9 +397,9 @@ TEST(CInterfaceTest, MeshesAreTrimmed) {
   const MeshPtr box = BoxOf(0, 2);
   const std::vector<double> shapes[] = {{0, 0, 3, 3},
                                         {-1, -1, -1, 1, 1, 1},
-                                        {0, 0, 0, 1},
+                                        {0, 0, 0, 0.1},
                                         {0, 0, 1, 1, -1, 0, 3, -1, 0, 3, 3, 0, 1, 3, 0}};
-  const double inside[] = {4, 1, std::numbers::pi / 6, 4};
+  const double inside[] = {4, 1, std::numbers::pi / 6000, 4};
   for (int shape = RILIEVO_PLANE; shape <= RILIEVO_PRISM; ++shape) {
     const auto& numbers = shapes[shape];
     for (const int outside : {0, 1}) {
@@ -413,8 +414,8 @@ TEST(CInterfaceTest, MeshesAreTrimmed) {
           rilievo_trim(box.get(), shape, numbers.data(), numbers.size(), outside, 0, 1, &mesh),
           RILIEVO_OK);
       const MeshPtr open(mesh);
-      EXPECT_LT(All(rilievo_mesh_faces, static_cast<const RilievoMesh*>(mesh)).size(),
-                All(rilievo_mesh_faces, static_cast<const RilievoMesh*>(closed.get())).size());
+      // The sides through the origin add nothing to the sum, and the shape's are not there.
+      EXPECT_GT(std::abs(VolumeOf(mesh) - VolumeOf(closed.get())), 1e-4);
     }
     RilievoMesh* none = nullptr;
     EXPECT_EQ(rilievo_trim(box.get(), shape, numbers.data(), 2, 0, 0, 1, &none),
