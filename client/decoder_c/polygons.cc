@@ -19,15 +19,15 @@ struct RilievoPolygons {
 namespace rilievo::decoder_c {
 namespace {
 
-constexpr size_t kMostNumbers = std::numeric_limits<int>::max();
+constexpr size_t kMostPolygonNumbers = std::numeric_limits<int>::max();
 
 absl::StatusOr<PolygonMesh> MeshOfArrays(std::span<const double> vertices,
                                          std::span<const uint32_t> corners,
                                          std::span<const uint32_t> corner_counts) {
-  if (vertices.size() / 3 > kMostNumbers || corners.size() > kMostNumbers) {
+  if (vertices.size() / 3 > kMostPolygonNumbers || corners.size() > kMostPolygonNumbers) {
     return absl::InvalidArgumentError(absl::StrCat(vertices.size() / 3, " vertices and ",
                                                    corners.size(), " corners: at most ",
-                                                   kMostNumbers, " of each are taken"));
+                                                   kMostPolygonNumbers, " of each are taken"));
   }
   PolygonMesh mesh;
   mesh.vertices = Eigen::Map<const Eigen::Matrix3Xd>(
@@ -35,7 +35,7 @@ absl::StatusOr<PolygonMesh> MeshOfArrays(std::span<const double> vertices,
   mesh.corners.reserve(corners.size());
   // What is not an int becomes an index of no vertex.
   for (const uint32_t v : corners)
-    mesh.corners.push_back(v > kMostNumbers ? -1 : static_cast<int>(v));
+    mesh.corners.push_back(v > kMostPolygonNumbers ? -1 : static_cast<int>(v));
   uint64_t end = 0;
   for (const uint32_t count : corner_counts) {
     end += count;
