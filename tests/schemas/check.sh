@@ -87,6 +87,11 @@ done
 
 check "the compose file of one scan matches the schema" \
   node tests/schemas/check_compose.mjs "$modules" deploy/ci/compose.yaml
+# The name that release/make.sh gives to an image.
+image=$(sed -n 's/.* -t "\([^"]*\)" .*/\1/p' release/make.sh)
+image=${image//\$name/rilievo}
+image=${image//\$version/$(sed -n 's/^project(.* VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt)}
+check "its image is $image, as a release names it" grep -qxF "    image: $image" deploy/ci/compose.yaml
 
 # The recipes for continuous integration, as their services run them: a scan like its reference passes, a
 # changed one ends with 7.
