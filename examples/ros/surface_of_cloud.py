@@ -1,5 +1,5 @@
 """A node that makes a surface of each point cloud: of the topic /cloud, with ROS 2 or ROS 1, into
-FOLDER/cloud_SECONDS.dss.
+FOLDER/cloud_SECONDS_NANOSECONDS.dss; a file that is there already stays as it is.
 
     surface_of_cloud.py FOLDER [/topic]"""
 import pathlib
@@ -38,12 +38,16 @@ def points_of(cloud):
 
 
 def write_surface(cloud, folder):
-    """Its file. Points without a return are NaN in such messages; they are left out."""
+    """Its file, named by the time of the message. Points without a return are NaN in such messages;
+    they are left out. FileExistsError where there is one of the same time already."""
+    stamp = cloud.header.stamp
+    seconds, nanoseconds = ((stamp.sec, stamp.nanosec) if hasattr(stamp, "sec")
+                            else (stamp.secs, stamp.nsecs))
+    path = pathlib.Path(folder) / f"cloud_{seconds}_{nanoseconds:09}.dss"
+    if path.exists():
+        raise FileExistsError(f"{path} is there already; give each run a folder of its own")
     points = points_of(cloud)
     surface = rilievo.reconstruct(points, unit="m", up="z")
-    stamp = cloud.header.stamp
-    seconds = stamp.sec if hasattr(stamp, "sec") else stamp.secs
-    path = pathlib.Path(folder) / f"cloud_{seconds}.dss"
     surface.write(path)
     return path
 

@@ -20,7 +20,8 @@ except ImportError:  # Debian's python3-sensor-msgs; the layout is the documente
 FLOAT32, UINT16 = 7, 4
 
 
-def message(points, colors, order="<", padding=8, width=100):
+def message(points, colors, order="<", padding=8, width=100,
+            nanoseconds=0):
     """Rows of `width` points with a field each of rgb and ring, and bytes that are no field."""
     record = np.dtype({"names": ["x", "y", "z", "rgb", "ring"], "offsets": [0, 4, 8, 16, 20],
                        "formats": [order + "f4"] * 3 + [order + "u4", order + "u2"],
@@ -37,7 +38,7 @@ def message(points, colors, order="<", padding=8, width=100):
                                  ("ring", UINT16))]
     cloud = PointCloud2(height=len(rows), width=width, fields=fields, is_bigendian=order == ">",
                         point_step=24, row_step=24 * width + padding, data=data)
-    cloud.header = types.SimpleNamespace(stamp=types.SimpleNamespace(sec=7))
+    cloud.header = types.SimpleNamespace(stamp=types.SimpleNamespace(sec=7, nanosec=nanoseconds))
     return cloud
 
 
@@ -66,7 +67,14 @@ class RosTest(unittest.TestCase):
         self.points[::50] = np.nan  # no return
         with tempfile.TemporaryDirectory() as folder:
             path = surface_of_cloud.write_surface(message(self.points, self.colors), folder)
-            self.assertEqual(path.name, "cloud_7.dss")
+            self.assertEqual(path.name, "cloud_7_000000000.dss")
+            before = path.read_bytes()
+            later = surface_of_cloud.write_surface(
+                message(self.points[:1000], self.colors[:1000], nanoseconds=40_000_000), folder)
+            self.assertEqual(later.name, "cloud_7_040000000.dss")
+            with self.assertRaisesRegex(FileExistsError, "cloud_7_000000000.dss is there already"):
+                surface_of_cloud.write_surface(message(self.points, self.colors), folder)
+            self.assertEqual(path.read_bytes(), before)
             surface = rilievo.read(path)
         self.assertLess(abs(np.linalg.norm(surface.vertices(), axis=1) - 1).mean(), 0.02)
         self.assertIsNotNone(surface.colors)
