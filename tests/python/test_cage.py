@@ -94,6 +94,30 @@ class CageTest(unittest.TestCase):
             with self.subTest(words=words), self.assertRaisesRegex(rilievo.InvalidArgument, words):
                 self.surface.with_cage(**arguments)
 
+    def test_a_file_that_the_program_refuses(self):
+        moved = self.surface.with_cage(self.bent())
+        moved._file = moved._file[:100]
+        with self.assertRaises(rilievo.RilievoError) as caught:
+            moved.to_bytes()
+        self.assertEqual(str(caught.exception).count("rilievo deform: "), 1, caught.exception)
+
+    def test_a_control_mesh_of_lists(self):
+        lists = {name: value.tolist() for name, value in vars(self.cage).items()}
+        self.assertEqual(rilievo.ControlMesh(**lists).to_obj(), self.cage.to_obj())
+        bare = rilievo.ControlMesh(lists["vertices"], lists["faces"], [], [], [])
+        self.assertEqual([bare.creases.shape, bare.sharpness.shape, bare.corners.shape],
+                         [(0, 2), (0,), (0,)])
+        for name, value, words in (
+                ("vertices", [[0, 1]], r"vertices has the shape \(1, 2\)"),
+                ("vertices", [["a", "b", "c"]], "vertices .* must be numbers"),
+                ("faces", [[0, 1, 2], [0, 1]], "faces has rows of different lengths"),
+                ("faces", [[0.5, 1, 2]], "faces .* must be whole numbers"),
+                ("creases", [[-1, 2]], "creases holds -1"), ("creases", None, "creases"),
+                ("sharpness", 2.5, r"sharpness .* \(n,\)"), ("corners", [0.5], "corners")):
+            with self.subTest(name=name, value=value), \
+                    self.assertRaisesRegex(rilievo.InvalidArgument, words):
+                rilievo.ControlMesh(**{**lists, name: value})
+
     def test_without_the_program_meshes_are_made_all_the_same(self):
         moved = self.surface.with_cage(self.bent())
         with mock.patch.dict(os.environ, {"RILIEVO_PROGRAM": "/nowhere/rilievo"}):

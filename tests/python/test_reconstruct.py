@@ -325,6 +325,8 @@ class RefusalTest(WithServer):
                                  ("header.options.control.close_holes_below_ratio",
                                   "close_holes_below"),
                                  ("header.options.control.control_mesh.faces[3]", "control_mesh"),
+                                 ("header.options.control.control_mesh.creases", "control_mesh"),
+                                 ("header.options.control.creases", "creases"),
                                  ("header.options.fit.method", "fit"), ("upload_id", "")):
             self.assertEqual(parameter_of(field), parameter)
 

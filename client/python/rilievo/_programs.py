@@ -45,7 +45,9 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
                               "in the environment variable RILIEVO_PROGRAM") from None
     if done.returncode == 0:
         return done.stdout
-    reason = done.stderr.decode("utf-8", "replace").strip() or f"it ended with {done.returncode}"
+    # The program names itself in what it says.
+    reason = (done.stderr.decode("utf-8", "replace").strip() or
+              f"{command[0]} deform ended with {done.returncode}")
     kind = InvalidArgument if done.returncode == _INPUT else \
         ServerDefect if done.returncode < 2 else RilievoError
-    raise kind(f"{command[0]} deform: {reason}")
+    raise kind(reason)

@@ -46,8 +46,7 @@ _PARAMETERS = {
     "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
     "close_holes_below_ratio": "close_holes_below",
     "close_holes_below_length": "close_holes_below",
-    "control_mesh": "control_mesh", "positions": "control_mesh", "faces": "control_mesh",
-    "sharpness": "control_mesh", "corners": "control_mesh",
+    "control_mesh": "control_mesh",
 }
 _SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",
          "max_level", "seed", "threads", "measure", "up", "crs")
@@ -128,7 +127,8 @@ def _bytes_of(path: Union[str, "os.PathLike[str]"]) -> bytes:
 
 def parameter_of(field: str) -> str:
     """The argument of reconstruct() or convert() that a path of the protocol belongs to, or ""."""
-    for part in reversed(field.replace("[", ".").split(".")):
+    # The outermost: what a control mesh consists of has names that are arguments too.
+    for part in field.replace("[", ".").split("."):
         if part in _PARAMETERS:
             return _PARAMETERS[part]
         if part in _SAME:

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from . import _library, _programs
 from .errors import InvalidArgument, RilievoError
-from .values import (Certificate, Closest, ControlMesh, Distance, Frame, Jet, Mesh, Place, Voxels)
+from .values import (Certificate, Closest, ControlMesh, Distance, Frame, Jet, Mesh, Place, Voxels,
+                     vertex_numbers)
 
 _KEPT_LEVELS = 2
 _VOXEL_KINDS = ("shell", "solid", "distance")
@@ -76,7 +77,7 @@ class Surface:
         if points.shape != own.vertices.shape:
             raise InvalidArgument(f"vertices has the shape {points.shape}: must be "
                                   f"{own.vertices.shape}, the control points of this surface")
-        edges = own.creases if creases is None else _numbers(creases, "creases", 2)
+        edges = own.creases if creases is None else vertex_numbers(creases, "creases", 2)
         sharp: npt.NDArray[np.float32] = np.array(10, np.float32)
         if sharpness is not None:
             sharp = np.array(sharpness, np.float32)
@@ -89,7 +90,7 @@ class Surface:
         moved._open(_library.with_cage(
             self._handle, points, edges,
             np.ascontiguousarray(np.broadcast_to(sharp, len(edges)), np.float32),
-            own.corners if corners is None else _numbers(corners, "corners", 1)),
+            own.corners if corners is None else vertex_numbers(corners, "corners", 1)),
             None, self._threads)
         moved._file = self._file
         moved._moved = True
@@ -328,24 +329,6 @@ def read(path: Union[str, "os.PathLike[str]"], max_level: Optional[int] = None,
 
 def _with_cage(file: bytes, threads: int, *cage: npt.NDArray[Any]) -> Surface:
     return Surface(file, len(file), threads=threads).with_cage(*cage)
-
-
-def _numbers(values: npt.ArrayLike, name: str, columns: int) -> npt.NDArray[np.uint32]:
-    """(n, columns), or (n,) for one column, of vertex numbers."""
-    numbers = np.asarray(values)
-    if numbers.size == 0:
-        numbers = np.empty((0, columns), np.uint32)
-    if columns == 1:
-        numbers = numbers.reshape(-1, 1) if numbers.ndim == 1 else numbers
-    if numbers.ndim != 2 or numbers.shape[1] != columns or numbers.dtype.kind not in "iu":
-        raise InvalidArgument(f"{name} has the shape {np.shape(values)} and elements of type "
-                              f"{numbers.dtype}: must be whole numbers, "
-                              f"{'(n, 2)' if columns == 2 else '(n,)'}")
-    if numbers.size and not (0 <= numbers.min() and numbers.max() < 2**32):
-        raise InvalidArgument(f"{name} holds {numbers.min()} to {numbers.max()}: must be numbers "
-                              "of vertices")
-    kept = np.ascontiguousarray(numbers, np.uint32)
-    return kept.ravel() if columns == 1 else kept
 
 
 def _level(level: int) -> int:

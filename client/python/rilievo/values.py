@@ -6,6 +6,8 @@ from typing import Any, Optional
 import numpy as np
 import numpy.typing as npt
 
+from .errors import InvalidArgument
+
 MEASURED, SMOOTHED, FILLED = 0, 1, 2
 """Flags of a vertex: where its height comes from. Smoothed show once the whole file is there."""
 
@@ -69,6 +71,8 @@ def _library_of(name: str, install: str) -> Any:
 
 @dataclass(frozen=True)
 class ControlMesh:
+    """Whatever NumPy makes arrays of may be given; InvalidArgument where these are of another shape
+    or are no numbers."""
     vertices: npt.NDArray[np.float64]
     """(n, 3) control points, scan frame."""
     faces: npt.NDArray[np.uint32]
@@ -80,6 +84,15 @@ class ControlMesh:
     corners: npt.NDArray[np.uint32]
     """Vertices that stay where they are."""
 
+    def __post_init__(self) -> None:
+        made = {"vertices": _floats(self.vertices, "vertices", 3).astype(np.float64, copy=False),
+                "faces": vertex_numbers(self.faces, "faces", 3),
+                "creases": vertex_numbers(self.creases, "creases", 2),
+                "sharpness": _floats(self.sharpness, "sharpness", 1).astype(np.float32, copy=False),
+                "corners": vertex_numbers(self.corners, "corners", 1)}
+        for name, array in made.items():
+            object.__setattr__(self, name, array)
+
     def to_obj(self) -> str:
         """The text of an OBJ, as `rilievo export --cage` writes it and `rilievo deform --cage` reads
         it; numbers read back the same."""
@@ -89,6 +102,39 @@ class ControlMesh:
                   zip(self.creases.tolist(), self.sharpness.tolist())]
         lines += [f"t corner 1/1/0 {corner} 10" for corner in self.corners.tolist()]
         return "\n".join(lines) + "\n"
+
+
+def vertex_numbers(values: npt.ArrayLike, name: str, columns: int) -> npt.NDArray[np.uint32]:
+    """(n, columns), or (n,) for one column, of vertex numbers."""
+    numbers = _rows(values, name, columns, "iu", "whole numbers")
+    if numbers.size and not (0 <= numbers.min() and numbers.max() < 2**32):
+        raise InvalidArgument(f"{name} holds {numbers.min()} to {numbers.max()}: must be numbers "
+                              "of vertices")
+    return np.ascontiguousarray(numbers, np.uint32)
+
+
+def _floats(values: npt.ArrayLike, name: str, columns: int) -> "npt.NDArray[Any]":
+    return _rows(values, name, columns, "fiu", "numbers")
+
+
+def _rows(values: npt.ArrayLike, name: str, columns: int, kinds: str,
+          wanted: str) -> "npt.NDArray[Any]":
+    """(n, columns), or (n,) for one column, with elements of one of `kinds`."""
+    shape = f"(n, {columns})" if columns > 1 else "(n,)"
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise InvalidArgument(f"{name} has rows of different lengths: must be {wanted}, "
+                              f"{shape}") from None
+    if array.size == 0:
+        array = np.empty((0, columns), np.uint32)
+    if columns == 1 and array.ndim == 2 and array.shape[1] == 1:
+        array = array.ravel()
+    if array.shape[1:] != ((columns,) if columns > 1 else ()) or array.ndim == 0 or \
+            array.dtype.kind not in kinds:
+        raise InvalidArgument(f"{name} has the shape {array.shape} and elements of type "
+                              f"{array.dtype}: must be {wanted}, {shape}")
+    return array
 
 
 def _obj_line(kind: str, numbers: "npt.NDArray[Any]") -> str:
