@@ -43,7 +43,7 @@ absl::StatusOr<TrimShape> ReadPolyline(const TrimArguments& arguments) {
   return TrimPrism{std::move(file.cloud.points), *along};
 }
 
-// What is wrong with the numbers themselves CellsOf() says.
+// What is wrong with the numbers themselves BoundsOf() says.
 absl::StatusOr<TrimShape> ReadTrimShape(const TrimArguments& arguments) {
   if (!arguments.plane.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<Plane> planes, ReadPlaneWords({arguments.plane}));
@@ -99,8 +99,8 @@ absl::Status Trim(const TrimArguments& arguments, const std::stop_token& stop) {
         CheckExtension(arguments.kept_mesh, "ply", "the trimmed triangles are a PLY file"));
   }
   RILIEVO_ASSIGN_OR_RETURN(const TrimShape shape, ReadTrimShape(arguments));
-  if (const absl::Status cells = CellsOf(shape).status(); !cells.ok()) {
-    return WithExitCode(cells, ExitCode::kUsage);
+  if (const absl::Status bounds = BoundsOf(shape).status(); !bounds.ok()) {
+    return WithExitCode(bounds, ExitCode::kUsage);
   }
   const auto read = [&](const std::string&) { return ReadTrimmed(arguments, shape, stop); };
   return MakeSurfaces(arguments.making, {arguments.input()}, read, {arguments.kept_mesh}, stop);

@@ -15,7 +15,7 @@
 namespace rilievo {
 namespace {
 
-constexpr size_t kMostTrimFaces = size_t{1} << 28;
+constexpr size_t kMostTrimFaces = size_t{1} << 24;  // beyond those of the mesh
 
 // Triangles that are split conformingly: an edge gets its vertex on both sides.
 class TrimCutter {
@@ -25,22 +25,16 @@ class TrimCutter {
     for (const auto& point : mesh.vertices.colwise()) points_.push_back(point);
     faces_.reserve(static_cast<size_t>(mesh.triangles.cols()));
     for (int f = 0; f < mesh.triangles.cols(); ++f) {
-      faces_.push_back(
-          {{mesh.triangles(0, f), mesh.triangles(1, f), mesh.triangles(2, f)}, f, Place::kOutside});
+      faces_.push_back({{mesh.triangles(0, f), mesh.triangles(1, f), mesh.triangles(2, f)}, f});
     }
     cut_.assign(faces_.size(), 0);
   }
 
-  absl::Status CutCell(const std::vector<TrimSide>& cell, const RunContext& context) {
-    for (Face& face : faces_) {
-      if (face.place == Place::kOutside) face.place = Place::kMaybe;
-    }
-    for (const TrimSide& side : cell) {
+  absl::Status Cut(const TrimBounds& bounds, const RunContext& context) {
+    if (bounds.outline.cols() > 0) return CutOutline(bounds, context);
+    for (const TrimSide& side : bounds.sides) {
       if (side.radius > 0) RILIEVO_RETURN_IF_ERROR(RefineAlong(side, context));
       RILIEVO_RETURN_IF_ERROR(CutSide(side, context));
-    }
-    for (Face& face : faces_) {
-      if (face.place == Place::kMaybe) face.place = Place::kInside;
     }
     return absl::OkStatus();
   }
@@ -51,7 +45,7 @@ class TrimCutter {
     std::vector<int> used;
     std::vector<Eigen::Vector3i> triangles;
     for (const Face& face : faces_) {
-      if ((face.place == Place::kInside) != (kept == KeptSide::kInside)) continue;
+      if (face.inside != (kept == KeptSide::kInside)) continue;
       Eigen::Vector3i corners;
       for (size_t k = 0; k < 3; ++k) {
         int& v = number[static_cast<size_t>(face.corners[k])];
@@ -77,11 +71,10 @@ class TrimCutter {
   }
 
  private:
-  enum class Place : uint8_t { kOutside, kMaybe, kInside };  // kMaybe: of the sides so far
   struct Face {
     std::array<int, 3> corners;
-    int source;  // triangle of the given mesh
-    Place place;
+    int source;          // triangle of the given mesh
+    bool inside = true;  // of the sides so far
   };
 
   const Eigen::Vector3d& PointOf(const Face& face, size_t k) const {
@@ -119,9 +112,10 @@ class TrimCutter {
       }
     }
     on_edge_.clear();
-    if (faces_.size() <= kMostTrimFaces) return absl::OkStatus();
+    if (faces_.size() <= cut_.size() + kMostTrimFaces) return absl::OkStatus();
     return absl::ResourceExhaustedError(
-        absl::StrCat("trimming makes more than ", kMostTrimFaces, " triangles"));
+        absl::StrCat("trimming adds more than ", kMostTrimFaces,
+                     " triangles; take a shape that meets less of the mesh, or a coarser mesh"));
   }
 
   void SplitFace(size_t f) {
@@ -138,7 +132,7 @@ class TrimCutter {
       if (first) {
         faces_[f].corners = {a, b, c};
       } else {
-        faces_.push_back({{a, b, c}, face.source, face.place});
+        faces_.push_back({{a, b, c}, face.source, face.inside});
       }
       first = false;
     };
@@ -177,7 +171,7 @@ class TrimCutter {
     for (bool more = true; more;) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       for (const Face& face : faces_) {
-        if (face.place != Place::kMaybe) continue;
+        if (!face.inside) continue;
         const Eigen::Vector3d middle = (PointOf(face, 0) + PointOf(face, 1) + PointOf(face, 2)) / 3;
         double reach = 0;
         for (size_t k = 0; k < 3; ++k) {
@@ -197,16 +191,21 @@ class TrimCutter {
     return absl::OkStatus();
   }
 
+  // Which side of it a point is on; 0: nearer than the tolerance.
+  int8_t SignAt(const TrimSide& side, const Eigen::Vector3d& point) const {
+    const double value = side.ValueAt(point);
+    return std::abs(value) <= kTrimTolerance * diagonal_ ? 0 : value > 0 ? 1 : -1;
+  }
+
   // Of what may be inside still, what is on the far side of `side` is outside.
   absl::Status CutSide(const TrimSide& side, const RunContext& context) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     std::vector<int8_t> sign(points_.size());
     for (size_t v = 0; v < points_.size(); ++v) {
-      const double value = side.ValueAt(points_[v]);
-      sign[v] = std::abs(value) <= kTrimTolerance * diagonal_ ? 0 : value > 0 ? 1 : -1;
+      sign[v] = SignAt(side, points_[v]);
     }
     for (const Face& face : faces_) {
-      if (face.place != Place::kMaybe) continue;
+      if (!face.inside) continue;
       for (size_t k = 0; k < 3; ++k) {
         const auto [a, b] = std::minmax(face.corners[k], face.corners[(k + 1) % 3]);
         if (sign[static_cast<size_t>(a)] * sign[static_cast<size_t>(b)] >= 0) continue;
@@ -217,7 +216,7 @@ class TrimCutter {
     RILIEVO_RETURN_IF_ERROR(SplitFaces());
     sign.resize(points_.size(), 0);
     for (Face& face : faces_) {
-      if (face.place != Place::kMaybe) continue;
+      if (!face.inside) continue;
       int above = 0, below = 0;
       for (const int v : face.corners) {
         above += sign[static_cast<size_t>(v)] > 0 ? 1 : 0;
@@ -225,9 +224,81 @@ class TrimCutter {
       }
       const Eigen::Vector3d middle = (PointOf(face, 0) + PointOf(face, 1) + PointOf(face, 2)) / 3;
       // A triangle within the side itself: by where its middle is.
-      if (above > 0 || (below == 0 && side.ValueAt(middle) > 0)) face.place = Place::kOutside;
+      if (above > 0 || (below == 0 && side.ValueAt(middle) > 0)) face.inside = false;
     }
     return absl::OkStatus();
+  }
+
+  using FlatFace = std::array<Eigen::Vector2d, 3>;
+  FlatFace Flat(const Face& face, const TrimBounds& bounds) const {
+    return {bounds.to_outline * PointOf(face, 0), bounds.to_outline * PointOf(face, 1),
+            bounds.to_outline * PointOf(face, 2)};
+  }
+
+  // Splits along each side the triangles that its part of the outline meets, and no others. After
+  // that no triangle reaches over the outline.
+  absl::Status CutOutline(const TrimBounds& bounds, const RunContext& context) {
+    const Eigen::Index count = bounds.outline.cols();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      const TrimSide& side = bounds.sides[static_cast<size_t>(i)];
+      for (const Face& face : faces_) {
+        if (!MayMeet(Flat(face, bounds), bounds.outline.col(i),
+                     bounds.outline.col((i + 1) % count))) {
+          continue;
+        }
+        for (size_t k = 0; k < 3; ++k) {
+          const auto [a, b] = std::minmax(face.corners[k], face.corners[(k + 1) % 3]);
+          const Eigen::Vector3d &p = points_[static_cast<size_t>(a)],
+                                &q = points_[static_cast<size_t>(b)];
+          if (SignAt(side, p) * SignAt(side, q) < 0) SplitEdge(a, b, side.Crossing(p, q));
+        }
+      }
+      RILIEVO_RETURN_IF_ERROR(SplitFaces());
+    }
+    const Eigen::Vector2d low = bounds.outline.rowwise().minCoeff(),
+                          high = bounds.outline.rowwise().maxCoeff();
+    for (size_t f = 0; f < faces_.size(); ++f) {
+      if (f % 4096 == 0) RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      const FlatFace flat = Flat(faces_[f], bounds);
+      const Eigen::Vector2d middle = (flat[0] + flat[1] + flat[2]) / 3;
+      faces_[f].inside = (middle.array() >= low.array()).all() &&
+                         (middle.array() <= high.array()).all() && InOutline(bounds, middle);
+    }
+    return absl::OkStatus();
+  }
+
+  // Whether a triangle and a segment come as near as the tolerance, by their shadows on the axes
+  // and across all edges.
+  bool MayMeet(const FlatFace& face, const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+    const double near = kTrimTolerance * diagonal_;
+    const auto apart = [&](const Eigen::Vector2d& across, double margin) {
+      const double a = across.dot(face[0]), b = across.dot(face[1]), c = across.dot(face[2]);
+      const double d = across.dot(from), e = across.dot(to);
+      return std::min({a, b, c}) > std::max(d, e) + margin ||
+             std::max({a, b, c}) < std::min(d, e) - margin;
+    };
+    if (apart(Eigen::Vector2d::UnitX(), near) || apart(Eigen::Vector2d::UnitY(), near)) {
+      return false;
+    }
+    for (size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector2d edge = face[(k + 1) % 3] - face[k];
+      if (apart({-edge.y(), edge.x()}, near * edge.norm())) return false;
+    }
+    return true;
+  }
+
+  // By the number of sides to the right of a point.
+  static bool InOutline(const TrimBounds& bounds, const Eigen::Vector2d& point) {
+    bool inside = false;
+    for (Eigen::Index i = 0, j = bounds.outline.cols() - 1; i < bounds.outline.cols(); j = i++) {
+      const Eigen::Vector2d a = bounds.outline.col(i), b = bounds.outline.col(j);
+      if ((a.y() > point.y()) == (b.y() > point.y())) continue;
+      if (point.x() < a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x())) {
+        inside = !inside;
+      }
+    }
+    return inside;
   }
 
   double diagonal_;
@@ -248,13 +319,11 @@ absl::Status CheckTrimmed(const TriangleMesh& mesh) {
 absl::StatusOr<TrimmedMesh> TrimMesh(const TriangleMesh& mesh, const TrimShape& shape,
                                      KeptSide kept, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckTrimmed(mesh));
-  RILIEVO_ASSIGN_OR_RETURN(const auto cells, CellsOf(shape));
+  RILIEVO_ASSIGN_OR_RETURN(const TrimBounds bounds, BoundsOf(shape));
   const Eigen::Vector3d size =
       mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
   TrimCutter cutter(mesh, size.norm());
-  for (const std::vector<TrimSide>& cell : cells) {
-    RILIEVO_RETURN_IF_ERROR(cutter.CutCell(cell, context));
-  }
+  RILIEVO_RETURN_IF_ERROR(cutter.Cut(bounds, context));
   TrimmedMesh trimmed = cutter.Keep(kept);
   if (trimmed.mesh.triangles.cols() > 0) return trimmed;
   return absl::FailedPreconditionError(

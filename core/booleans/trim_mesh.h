@@ -22,9 +22,9 @@ struct TrimmedMesh {
 // border lie on the shape, and its edges within kTrimTolerance of the diagonal of `mesh`; vertices
 // nearer to the shape than that count as on it. Both sides come of the same
 // triangles, so their borders are the same edges, to the last bit. Vertices that stay keep their
-// places. INVALID_ARGUMENT as CellsOf(), for a mesh without triangles and for coordinates that are
-// not finite; FAILED_PRECONDITION when nothing is left; RESOURCE_EXHAUSTED beyond 2^28 triangles;
-// CANCELLED.
+// places. INVALID_ARGUMENT as BoundsOf(), for a mesh without triangles and for coordinates that are
+// not finite; FAILED_PRECONDITION when nothing is left; RESOURCE_EXHAUSTED when more than 2^24
+// triangles are added; CANCELLED.
 absl::StatusOr<TrimmedMesh> TrimMesh(const TriangleMesh& mesh, const TrimShape& shape,
                                      KeptSide kept, const RunContext& context);
 

@@ -15,42 +15,40 @@
 namespace rilievo {
 namespace {
 
-using TrimCell = std::vector<TrimSide>;
-
 TrimSide SideThrough(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d unit = normal.normalized();
   return {unit, unit.dot(point)};
 }
 
-absl::StatusOr<std::vector<TrimCell>> Cells(const Plane& plane) {
+absl::StatusOr<TrimBounds> Bounds(const Plane& plane) {
   const double length = plane.normal.norm();
   if (!(length > 0) || !std::isfinite(length) || !std::isfinite(plane.offset)) {
     return absl::InvalidArgumentError("plane: the normal must be finite and not zero");
   }
-  return std::vector<TrimCell>{{{plane.normal / length, plane.offset / length}}};
+  return TrimBounds{{{plane.normal / length, plane.offset / length}}, {}, {}};
 }
 
-absl::StatusOr<std::vector<TrimCell>> Cells(const TrimBox& box) {
+absl::StatusOr<TrimBounds> Bounds(const TrimBox& box) {
   if (!box.low.allFinite() || !box.high.allFinite() ||
       (box.low.array() >= box.high.array()).any()) {
     return absl::InvalidArgumentError(
         "box: two corners that differ in x, y and z are needed, all numbers finite");
   }
-  TrimCell cell;
+  TrimBounds bounds;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d normal = Eigen::Vector3d::Unit(axis);
-    cell.push_back({normal, box.high[axis]});
-    cell.push_back({-normal, -box.low[axis]});
+    bounds.sides.push_back({normal, box.high[axis]});
+    bounds.sides.push_back({-normal, -box.low[axis]});
   }
-  return std::vector<TrimCell>{cell};
+  return bounds;
 }
 
-absl::StatusOr<std::vector<TrimCell>> Cells(const TrimSphere& sphere) {
+absl::StatusOr<TrimBounds> Bounds(const TrimSphere& sphere) {
   if (!sphere.center.allFinite() || !(sphere.radius > 0) || !std::isfinite(sphere.radius)) {
     return absl::InvalidArgumentError(
         "sphere: the centre must be finite and the radius above zero");
   }
-  return std::vector<TrimCell>{{{sphere.center, 0, sphere.radius}}};
+  return TrimBounds{{{sphere.center, 0, sphere.radius}}, {}, {}};
 }
 
 // The corners of a prism seen against its direction, and its ground plane.
@@ -129,20 +127,17 @@ std::vector<CutTriangle> TrianglesOf(const FlatPrism& flat) {
   return CutLoops(flat.corners, {loop});
 }
 
-absl::StatusOr<std::vector<TrimCell>> Cells(const TrimPrism& prism) {
+absl::StatusOr<TrimBounds> Bounds(const TrimPrism& prism) {
   RILIEVO_ASSIGN_OR_RETURN(const FlatPrism flat, Flatten(prism));
-  std::vector<TrimCell> cells;
-  for (const CutTriangle& triangle : TrianglesOf(flat)) {
-    TrimCell cell;
-    for (size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector2d from = flat.corners.col(triangle.corners[k]);
-      const Eigen::Vector2d along = flat.corners.col(triangle.corners[(k + 1) % 3]) - from;
-      cell.push_back(SideThrough(flat.axes.right * from.x() + flat.axes.up * from.y(),
-                                 flat.axes.right * along.y() - flat.axes.up * along.x()));
-    }
-    cells.push_back(std::move(cell));
+  TrimBounds bounds{{}, flat.corners, {}};
+  bounds.to_outline << flat.axes.right.transpose(), flat.axes.up.transpose();
+  for (Eigen::Index i = 0; i < flat.corners.cols(); ++i) {
+    const Eigen::Vector2d from = flat.corners.col(i),
+                          along = flat.corners.col((i + 1) % flat.corners.cols()) - from;
+    bounds.sides.push_back(SideThrough(flat.axes.right * from.x() + flat.axes.up * from.y(),
+                                       flat.axes.right * along.y() - flat.axes.up * along.x()));
   }
-  return cells;
+  return bounds;
 }
 
 // Axis-aligned box around the mesh, wider by its diagonal.
@@ -285,12 +280,12 @@ Eigen::Vector3d TrimSide::Crossing(const Eigen::Vector3d& p, const Eigen::Vector
   return p + std::clamp(t, 0.0, 1.0) * along;
 }
 
-absl::StatusOr<std::vector<std::vector<TrimSide>>> CellsOf(const TrimShape& shape) {
-  return std::visit([](const auto& s) { return Cells(s); }, shape);
+absl::StatusOr<TrimBounds> BoundsOf(const TrimShape& shape) {
+  return std::visit([](const auto& s) { return Bounds(s); }, shape);
 }
 
 absl::StatusOr<TriangleMesh> SolidOfShape(const TrimShape& shape, const TriangleMesh& mesh) {
-  RILIEVO_RETURN_IF_ERROR(CellsOf(shape).status());
+  RILIEVO_RETURN_IF_ERROR(BoundsOf(shape).status());
   return std::visit([&](const auto& s) { return SolidOf(s, mesh); }, shape);
 }
 

@@ -31,7 +31,7 @@ struct TrimPrism {
 // from.
 using TrimShape = std::variant<Plane, TrimBox, TrimSphere, TrimPrism>;
 
-// A plane or a sphere that bounds a cell.
+// A plane or a sphere that bounds a shape.
 struct TrimSide {
   Eigen::Vector3d place;  // unit normal of a plane, or centre of a sphere
   double offset;          // of the plane
@@ -44,14 +44,22 @@ struct TrimSide {
 
 inline constexpr Eigen::Index kMostPrismCorners = 1000;
 
-// The shape as convex cells, each inside of all its sides; they may touch.
+// What bounds a shape: the inside of all sides, or of an outline.
+struct TrimBounds {
+  std::vector<TrimSide> sides;
+  // Of a prism seen against its direction: column = corner, counter-clockwise; sides[i] goes
+  // through corner i and the next. Empty for the other shapes, which are convex.
+  Eigen::Matrix2Xd outline;
+  Eigen::Matrix<double, 2, 3> to_outline;  // from the frame of the mesh
+};
+
 // INVALID_ARGUMENT for numbers that are not finite or describe no shape, for a polyline that
 // crosses itself along its direction, and for one of more than kMostPrismCorners.
-absl::StatusOr<std::vector<std::vector<TrimSide>>> CellsOf(const TrimShape& shape);
+absl::StatusOr<TrimBounds> BoundsOf(const TrimShape& shape);
 
 // The inside of the shape as a closed mesh, as far as it may meet `mesh`; a sphere to within
 // kTrimTolerance of the diagonal of `mesh`, or 4e-6 of its radius where that is more. Errors as
-// CellsOf().
+// BoundsOf().
 absl::StatusOr<TriangleMesh> SolidOfShape(const TrimShape& shape, const TriangleMesh& mesh);
 
 // How far edges and triangles may stray from a curved side, fraction of the diagonal of the mesh.

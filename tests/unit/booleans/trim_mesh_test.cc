@@ -133,6 +133,40 @@ TEST(TrimMeshTest, PolylineMayBeConcave) {
   }
 }
 
+TEST(TrimMeshTest, ManyCornersSplitOnlyWhatTheirLinesMeet) {
+  const TriangleMesh sphere = Moved(SphereMesh(5), Askew());
+  for (const int count : {400, static_cast<int>(kMostPrismCorners)}) {
+    TrimPrism prism{Eigen::Matrix3Xd(3, count), {0, 0, 1}};
+    for (int i = 0; i < count; ++i) {
+      const double turn = 2 * std::numbers::pi * i / count;
+      prism.corners.col(i) << 0.8 * std::cos(turn), 0.8 * std::sin(turn), 0;
+    }
+    const Halves halves = TrimBoth(sphere, prism);
+    EXPECT_LT(halves.inside.triangles.cols() + halves.outside.triangles.cols(),
+              sphere.triangles.cols() + 20 * count);
+    // Two caps, off the polygon by its sagitta at most.
+    EXPECT_LT(BorderError(halves.inside,
+                          [](const Eigen::Vector3d& p) { return p.head<2>().norm() - 0.8; }),
+              0.8 * (1 - std::cos(std::numbers::pi / count)) + kTrimTolerance * 3.5);
+    EXPECT_NEAR(TrimmedArea(halves.inside), 4 * std::numbers::pi * 0.4, 0.02);
+    EXPECT_EQ(SummarizeTopology(halves.outside.triangles,
+                                static_cast<int>(halves.outside.vertices.cols()))
+                  .boundary_loops,
+              2);
+  }
+}
+
+TEST(TrimMeshTest, ManyCornersFitIntoOneFace) {
+  TrimPrism prism{Eigen::Matrix3Xd(3, 300), {0, 0, 1}};
+  for (int i = 0; i < 300; ++i) {
+    const double turn = 2 * std::numbers::pi * i / 300, radius = i % 2 == 0 ? 0.5 : 0.4;
+    prism.corners.col(i) << 1.2 + radius * std::cos(turn), 0.7 + radius * std::sin(turn), 0;
+  }
+  const Halves halves = TrimBoth(BoxMesh({0, 0, 0}, {2, 2, 2}), prism);
+  EXPECT_NEAR(TrimmedArea(halves.inside), 300 * 0.5 * 0.4 * std::sin(std::numbers::pi / 150), 1e-9);
+  EXPECT_LT(halves.inside.triangles.cols() + halves.outside.triangles.cols(), 20000);
+}
+
 TEST(TrimMeshTest, OpenMeshesKeepTheirOtherBorders) {
   const auto half = TrimMesh(SphereMesh(3), Plane{{0, 0, 1}, 0.1}, KeptSide::kInside, RunContext());
   ASSERT_TRUE(half.ok());
