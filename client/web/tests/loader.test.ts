@@ -21,8 +21,15 @@ const web = process.cwd();
 let asked: Promise<ServerResponse>;
 let server: Server;
 let browser: Browser;
+let bytes: Buffer;
+let decoder: DecoderModule;
 
 before(async () => {
+  const [scan, path] = [join(folder, 'scan.ply'), join(folder, 'surface.dss')];
+  execFileSync(join(BIN, 'rilievo'), ['simulate', 'star', '-o', scan, '--points', '4000'], { stdio: 'ignore' });
+  execFileSync(join(BIN, 'rilievo'), ['reconstruct', scan, '-o', path, '--quiet'], { stdio: 'ignore' });
+  bytes = readFileSync(path);
+  decoder = await DecoderModule.load(readFileSync(WASM));
   let found: (response: ServerResponse) => void;
   asked = new Promise((resolve) => (found = resolve));
   server = createServer((request, response) => {
@@ -51,11 +58,6 @@ after(async () => {
 const drawn = (page: Page) => page.evaluate(() => (window as unknown as { drawn: number[] }).drawn);
 
 test('three.js draws a surface level by level while its file arrives', async () => {
-  const [scan, path] = [join(folder, 'scan.ply'), join(folder, 'surface.dss')];
-  execFileSync(join(BIN, 'rilievo'), ['simulate', 'star', '-o', scan, '--points', '4000'], { stdio: 'ignore' });
-  execFileSync(join(BIN, 'rilievo'), ['reconstruct', scan, '-o', path, '--quiet'], { stdio: 'ignore' });
-  const bytes = readFileSync(path);
-  const decoder = await DecoderModule.load(readFileSync(WASM));
   const { levels, chunk_bytes } = decoder.decode(bytes).info();
 
   const page = await browser.newPage();
@@ -93,4 +95,38 @@ test('a file of another kind is refused with a sentence', async () => {
   await page.goto(`http://127.0.0.1:${(server.address() as AddressInfo).port}/`);
   await page.waitForFunction(() => document.title !== '');
   assert.match(await page.title(), /not a \.dss stream/);
+});
+
+/** What a loader says of `body`: by load(), then by loadLevels(). */
+async function saidOf(body: Buffer): Promise<{ title: string; events: string[] }> {
+  const page = await browser.newPage();
+  await page.route('**/surface.dss', (route) => route.fulfill({ body }));
+  await page.goto(`http://127.0.0.1:${(server.address() as AddressInfo).port}/`);
+  await page.waitForFunction(() => document.title !== '');
+  const events = await page.evaluate(`(async () => {
+    const { LoadingManager } = await import('three');
+    const { DSSLoader } = await import('@rilievo/decoder/three');
+    const events = [];
+    let end;
+    const manager = new LoadingManager(() => end(events.push('end')), undefined, () => events.push('item error'));
+    const loader = new DSSLoader(manager);
+    await new Promise((resolve) => {
+      end = resolve;
+      loader.load('/surface.dss', () => events.push('load'), undefined, () => events.push('error'));
+    });
+    await loader.loadLevels('/surface.dss', () => undefined).then(() => events.push('load'), () => events.push('error'));
+    return events;
+  })()`) as string[];
+  return { title: await page.title(), events };
+}
+
+test('a file that ends before its last level is an error, and the manager learns it first', async () => {
+  assert.deepEqual(await saidOf(bytes), { title: 'complete', events: ['load', 'end', 'end', 'load'] });
+  const cut = bytes.subarray(0, decoder.wholeBytes(bytes.subarray(0, bytes.length - 1)));
+  const { max_level, declared_max_level } = decoder.decode(cut).info();
+  for (const [body, sentence] of [[cut, `ends at level ${max_level} of ${declared_max_level}`], [Buffer.alloc(0), 'dss']] as const) {
+    const { title, events } = await saidOf(body);
+    assert.ok(title.includes(sentence), title);
+    assert.deepEqual(events, ['item error', 'error', 'end', 'item error', 'end', 'error']);
+  }
 });

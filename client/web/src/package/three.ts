@@ -68,19 +68,28 @@ export class DSSLoader extends Loader<SurfaceGeometry> {
   ): void {
     const progress = (loaded: number, total: number) =>
       onProgress?.(new ProgressEvent('progress', { lengthComputable: total > 0, loaded, total }));
-    this.#stream(url, undefined, progress).then(onLoad).catch((error: unknown) => {
+    const address = this.#begun(url);
+    this.#stream(address, undefined, progress).then(onLoad).catch((error: unknown) => {
+      this.manager.itemError(address);
       if (onError) onError(error);
       else console.error(error);
-      this.manager.itemError(this.#address(url));
-    });
+    }).finally(() => this.manager.itemEnd(address));
   }
 
   /**
    * Calls `onLevel` with one and the same geometry each time that finer levels have arrived, and gives
-   * it once the file is complete. `signal` breaks it off.
+   * it once the file is complete; one that ends before its last level is an error. `signal` breaks it off.
    */
-  loadLevels(url: string, onLevel: (geometry: SurfaceGeometry) => void, signal?: AbortSignal): Promise<SurfaceGeometry> {
-    return this.#stream(url, onLevel, undefined, signal);
+  async loadLevels(url: string, onLevel: (geometry: SurfaceGeometry) => void, signal?: AbortSignal): Promise<SurfaceGeometry> {
+    const address = this.#begun(url);
+    try {
+      return await this.#stream(address, onLevel, undefined, signal);
+    } catch (error) {
+      this.manager.itemError(address);
+      throw error;
+    } finally {
+      this.manager.itemEnd(address);
+    }
   }
 
   /** A file, or a beginning of one that ends with a whole chunk; at `level`, by default the finest. */
@@ -88,8 +97,11 @@ export class DSSLoader extends Loader<SurfaceGeometry> {
     return this.#decoded(await this.#usable(), bytes, new BufferGeometry() as SurfaceGeometry, level);
   }
 
-  #address(url: string): string {
-    return this.manager.resolveURL(this.path + url);
+  /** The address that the manager waits for. */
+  #begun(url: string): string {
+    const address = this.manager.resolveURL(this.path + url);
+    this.manager.itemStart(address);
+    return address;
   }
 
   /** A decoder that once ran out of memory is loaded anew. */
@@ -112,46 +124,44 @@ export class DSSLoader extends Loader<SurfaceGeometry> {
   }
 
   async #stream(
-    url: string,
+    address: string,
     onLevel?: (geometry: SurfaceGeometry) => void,
     onProgress?: (loaded: number, total: number) => void,
     signal?: AbortSignal,
   ): Promise<SurfaceGeometry> {
-    const address = this.#address(url);
-    this.manager.itemStart(address);
-    try {
-      const decoder = await this.#usable();
-      const answer = await fetch(address, {
-        headers: this.requestHeader,
-        credentials: this.withCredentials ? 'include' : 'same-origin',
-        ...(signal && { signal }),
-      });
-      if (!answer.ok || !answer.body) throw new Error(`${address}: HTTP ${answer.status} ${answer.statusText}`);
-      const total = Number(answer.headers.get('content-length') ?? 0);
-      const geometry = new BufferGeometry() as SurfaceGeometry;
-      const reader = answer.body.getReader();
-      let bytes = new Uint8Array(1 << 16);
-      let loaded = 0;
-      let drawn = 0;
-      for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
-        while (loaded + piece.value.length > bytes.length) {
-          const larger = new Uint8Array(2 * bytes.length);
-          larger.set(bytes);
-          bytes = larger;
-        }
-        bytes.set(piece.value, loaded);
-        loaded += piece.value.length;
-        onProgress?.(loaded, total);
-        const whole = onLevel ? decoder.wholeBytes(bytes.subarray(0, loaded)) : 0;
-        if (whole <= drawn) continue;
-        drawn = whole;
-        onLevel!(this.#decoded(decoder, bytes.subarray(0, whole), geometry));
+    const decoder = await this.#usable();
+    const answer = await fetch(address, {
+      headers: this.requestHeader,
+      credentials: this.withCredentials ? 'include' : 'same-origin',
+      ...(signal && { signal }),
+    });
+    if (!answer.ok || !answer.body) throw new Error(`${address}: HTTP ${answer.status} ${answer.statusText}`);
+    const total = Number(answer.headers.get('content-length') ?? 0);
+    const geometry = new BufferGeometry() as SurfaceGeometry;
+    const reader = answer.body.getReader();
+    let bytes = new Uint8Array(1 << 16);
+    let loaded = 0;
+    let drawn = 0;
+    for (let piece = await reader.read(); !piece.done; piece = await reader.read()) {
+      while (loaded + piece.value.length > bytes.length) {
+        const larger = new Uint8Array(2 * bytes.length);
+        larger.set(bytes);
+        bytes = larger;
       }
-      // What comes behind the last whole chunk is none: the decoder says what is wrong with the file.
-      if (loaded !== drawn) this.#decoded(decoder, bytes.subarray(0, loaded), geometry);
-      return geometry;
-    } finally {
-      this.manager.itemEnd(address);
+      bytes.set(piece.value, loaded);
+      loaded += piece.value.length;
+      onProgress?.(loaded, total);
+      const whole = onLevel ? decoder.wholeBytes(bytes.subarray(0, loaded)) : 0;
+      if (whole <= drawn) continue;
+      drawn = whole;
+      onLevel!(this.#decoded(decoder, bytes.subarray(0, whole), geometry));
     }
+    // What comes behind the last whole chunk is none: the decoder says what is wrong with the file.
+    if (loaded === 0 || loaded !== drawn) this.#decoded(decoder, bytes.subarray(0, loaded), geometry);
+    const { max_level, declared_max_level } = geometry.userData.info;
+    if (max_level < declared_max_level) {
+      throw new Error(`${address}: ends at level ${max_level} of ${declared_max_level}; load it again`);
+    }
+    return geometry;
   }
 }
