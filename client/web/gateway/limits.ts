@@ -8,6 +8,7 @@ export const MAX_UPLOADS = 16;
 
 const HEADER_SECONDS = 10;
 const MESSAGE_SECONDS = 30;
+const UNREAD_SECONDS = 30;
 
 /** Connections, and how long one may take to say what it wants. */
 export function boundConnections(server: Server, maxConnections: number): void {
@@ -16,6 +17,14 @@ export function boundConnections(server: Server, maxConnections: number): void {
   // Of a whole body: a large scan on a slow line takes longer, and rilievod bounds uploads itself. So
   // calls are bounded one by one.
   server.requestTimeout = 0;
+}
+
+/**
+ * Ends a connection that takes nothing of what is sent to it, for a file that is held in memory. A
+ * connection that is kept for further calls has its own time again.
+ */
+export function boundUnread({ socket }: IncomingMessage): void {
+  socket.setTimeout(UNREAD_SECONDS * 1000);
 }
 
 /** Ends a call whose message does not come. */

@@ -3,7 +3,9 @@ import { createServer, type IncomingMessage, type RequestListener, type ServerRe
 import { type AddressInfo } from 'node:net';
 import { basename } from 'node:path';
 import { isMainThread } from 'node:worker_threads';
+import { createRegistry } from '@bufbuild/protobuf';
 import { connectNodeAdapter, createGrpcTransport } from '@connectrpc/connect-node';
+import { file_google_rpc_error_details } from '../generated/google/rpc/error_details_pb';
 import { fileHandler } from './files';
 import { forwardCalls } from './forward';
 import { convert } from './glb';
@@ -31,6 +33,8 @@ function answers(options: Options): RequestListener {
   const surfaceFile = surfaceFileHandler(transport, options, options.page);
   const calls = connectNodeAdapter({
     ...BOUNDS,
+    // The error of a job that failed holds messages of these types.
+    jsonOptions: { registry: createRegistry(file_google_rpc_error_details) },
     routes: (router) => forwardCalls(router, transport, options),
     fallback: (request, response) => files(request as IncomingMessage, response as ServerResponse),
   });

@@ -1,12 +1,14 @@
 // GET /jobs/ID/surface.dss, and /jobs/ID/surface.glb with `?level=N`: the surface of a job that succeeded
 // as one file. Errors as Connect writes them: {"code": ..., "message": ..., "details": ...}.
 import { createHash } from 'node:crypto';
+import { once } from 'node:events';
 import type { IncomingMessage, ServerResponse } from 'node:http';
 import { Code, ConnectError, type Client, createClient, type Transport } from '@connectrpc/connect';
 import { codeToHttpStatus, errorToJson } from '@connectrpc/connect/protocol-connect';
 import { JobsService } from '../generated/rilievo/v1/jobs_pb';
 import { forwardedHeaders, handedOn, type TokenRule } from './forward';
 import { glbOf, MAX_CONVERSIONS } from './glb';
+import { boundUnread } from './limits';
 
 /** A .dss that is made a GLB is held in memory. */
 const MAX_GLB_SOURCE_BYTES = 64 << 20;
@@ -56,22 +58,30 @@ export function surfaceFileHandler(transport: Transport, rule: TokenRule, page: 
   const client = createClient(JobsService, transport);
   let converting = 0;
 
-  async function sendGlb({ jobId, level }: Asked, pieces: AsyncGenerator<number | Uint8Array>, signal: AbortSignal, response: ServerResponse) {
+  async function glbFrom(pieces: AsyncGenerator<number | Uint8Array>, level: number | undefined, signal: AbortSignal) {
+    const parts: Uint8Array[] = [];
+    for await (const piece of pieces) {
+      if (typeof piece !== 'number') parts.push(piece);
+      else if (piece > MAX_GLB_SOURCE_BYTES) {
+        throw new ConnectError(`the surface has ${piece} bytes, the gateway makes a GLB of ${MAX_GLB_SOURCE_BYTES} at most; ` +
+          'fetch surface.dss and use `rilievo export`', Code.FailedPrecondition);
+      }
+    }
+    return glbOf(page, Buffer.concat(parts), level, signal);
+  }
+
+  /** A GLB has its place until the caller has all of it: till then it is held in memory. */
+  async function sendGlb({ jobId, level }: Asked, pieces: AsyncGenerator<number | Uint8Array>, gone: AbortSignal, response: ServerResponse) {
     if (converting >= MAX_CONVERSIONS) {
-      throw new ConnectError(`${MAX_CONVERSIONS} surfaces are being made GLB files; try again later`, Code.ResourceExhausted);
+      throw new ConnectError(`${MAX_CONVERSIONS} surfaces are being made GLB files or sent as such; try again later`, Code.ResourceExhausted);
     }
     converting += 1;
     try {
-      const parts: Uint8Array[] = [];
-      for await (const piece of pieces) {
-        if (typeof piece !== 'number') parts.push(piece);
-        else if (piece > MAX_GLB_SOURCE_BYTES) {
-          throw new ConnectError(`the surface has ${piece} bytes, the gateway makes a GLB of ${MAX_GLB_SOURCE_BYTES} at most; ` +
-            'fetch surface.dss and use `rilievo export`', Code.FailedPrecondition);
-        }
-      }
-      const glb = await glbOf(page, Buffer.concat(parts), level, signal);
+      const glb = await glbFrom(pieces, level, gone);
+      if (gone.aborted) return;
+      boundUnread(response.req);
       response.writeHead(200, headOf(jobId, 'glb', glb.length)).end(glb);
+      await once(gone, 'abort');
     } finally {
       converting -= 1;
     }
@@ -89,7 +99,11 @@ export function surfaceFileHandler(transport: Transport, rule: TokenRule, page: 
 
   return async (request: IncomingMessage, response: ServerResponse): Promise<void> => {
     const gone = new AbortController();
-    response.on('close', () => gone.abort());
+    const { socket } = request;
+    const end = () => gone.abort();
+    // Of calls that one connection sends together only the first has a response that closes with it.
+    socket.once('close', end);
+    response.once('close', () => socket.off('close', end)).once('close', end);
     try {
       const asked = askedFor(request.url ?? '');
       const headers = forwardedHeaders((name) => request.headers[name]?.toString(), rule);

@@ -4,8 +4,8 @@
 import assert from 'node:assert/strict';
 import { spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { type IncomingHttpHeaders, request } from 'node:http';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { type IncomingHttpHeaders, type IncomingMessage, request } from 'node:http';
 import { type AddressInfo, connect, createServer, type Server, type Socket } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -291,25 +291,34 @@ test('errors of the server arrive with code, message and details, and nothing el
   }
 });
 
+/** The commands of docs/http.md on `scan`, in `at`: how they end, and what they say. */
+async function followed(front: Program, at: string, scan: number[][]): Promise<{ code: unknown; said: string }> {
+  const page = readFileSync(join(process.env.GOLDEN ?? '', '../../docs/http.md'), 'utf8');
+  const commands = [...page.matchAll(/^```sh\n(.*?)^```/gms)].map(([, block]) => block).join('');
+  assert.match(commands, /GATEWAY=http:\/\/127\.0\.0\.1:8080\n/);
+  mkdirSync(at);
+  writeFileSync(join(at, 'scan.xyz'), scan.map((point) => point.join(' ')).join('\n'));
+  // By Debian's own Python, which has NumPy.
+  const run = spawn('bash', ['-euo', 'pipefail', '-c', commands.replace('http://127.0.0.1:8080', front.address.replace(/\/$/, ''))],
+    { cwd: at, env: { ...process.env, PATH: `/usr/bin:${process.env.PATH}` }, stdio: ['ignore', 'pipe', 'pipe'], timeout: 60_000 });
+  let said = '';
+  for (const stream of [run.stdout, run.stderr]) stream.on('data', (text) => (said += text));
+  return { code: await new Promise((resolve) => run.on('close', resolve)), said };
+}
+
+const SPHERE = Array.from({ length: 2000 }, (_none, i) => {
+  const [z, angle] = [1 - (2 * i + 1) / 2000, 2.39996 * i];
+  return [Math.sqrt(1 - z * z) * Math.cos(angle), Math.sqrt(1 - z * z) * Math.sin(angle), z];
+});
+
 test('the curl commands of docs/http.md make a surface and a GLB', async () => {
   const server = await startServer(join(folder, 'http'));
   const front = await startGateway(server.address);
-  const at = (name: string) => join(folder, name);
+  const made = join(folder, 'made');
+  const at = (name: string) => join(made, name);
   try {
-    const page = readFileSync(join(process.env.GOLDEN ?? '', '../../docs/http.md'), 'utf8');
-    const commands = [...page.matchAll(/^```sh\n(.*?)^```/gms)].map(([, block]) => block).join('');
-    assert.match(commands, /GATEWAY=http:\/\/127\.0\.0\.1:8080\n/);
-    const sphere = Array.from({ length: 2000 }, (_none, i) => {
-      const [z, angle] = [1 - (2 * i + 1) / 2000, 2.39996 * i];
-      return [Math.sqrt(1 - z * z) * Math.cos(angle), Math.sqrt(1 - z * z) * Math.sin(angle), z].join(' ');
-    });
-    writeFileSync(at('scan.xyz'), sphere.join('\n'));
-    // By Debian's own Python, which has NumPy.
-    const run = spawn('bash', ['-euo', 'pipefail', '-c', commands.replace('http://127.0.0.1:8080', front.address.replace(/\/$/, ''))],
-      { cwd: folder, env: { ...process.env, PATH: `/usr/bin:${process.env.PATH}` }, stdio: ['ignore', 'pipe', 'pipe'] });
-    let said = '';
-    for (const stream of [run.stdout, run.stderr]) stream.on('data', (text) => (said += text));
-    assert.equal(await new Promise((resolve) => run.on('close', resolve)), 0, said);
+    const { code, said } = await followed(front, made, SPHERE);
+    assert.equal(code, 0, said);
     const job = /"jobId":"([\w-]+)"/.exec(said)![1]!;
     // The same file as by the command line, and what that makes of it.
     rilievo('jobs', 'fetch', job, '--server', server.address, '-o', at('fetched.dss'));
@@ -328,6 +337,37 @@ test('the curl commands of docs/http.md make a surface and a GLB', async () => {
     }
     const both = await Promise.all([0, 1].map(() => ask(`/jobs/${job}/surface.glb`, {}, undefined, front)));
     assert.deepEqual(both.map(({ status }) => status), [200, 200]);
+    const fine = rilievo('jobs', 'submit', at('scan.xyz'), '--server', server.address, '--wait', '--max-level', '4');
+    await unreadAreBounded(front, `/jobs/${/job ([\w-]+)/.exec(fine)![1]}/surface.glb?level=6`);
+  } finally {
+    await front.stop();
+    await server.stop();
+  }
+});
+
+/** Callers that take the head of a GLB and no more of it keep others from one, until they go. */
+async function unreadAreBounded(front: Program, path: string): Promise<void> {
+  const begun = () => new Promise<IncomingMessage>((resolve, reject) => {
+    request(new URL(path, front.address), { agent: false }, resolve).on('error', reject).end();
+  });
+  const unread = await Promise.all([begun(), begun()]);
+  assert.deepEqual(unread.map(({ statusCode }) => statusCode), [200, 200]);
+  assert.ok(Number(unread[0]!.headers['content-length']) > 12 << 20, 'more than sockets hold');
+  const third = (await begun()).resume();
+  assert.equal(third.statusCode, 429);
+  for (const answer of unread) answer.destroy();
+  await pause(500);
+  const free = (await begun()).destroy();
+  assert.equal(free.statusCode, 200, 'there is a place again');
+}
+
+test('the commands of docs/http.md end with the error of a job that fails', async () => {
+  const server = await startServer(join(folder, 'failing'));
+  const front = await startGateway(server.address);
+  try {
+    const { code, said } = await followed(front, join(folder, 'failed'), Array.from({ length: 100 }, () => [1, 2, 3]));
+    assert.equal(code, 1, said);
+    assert.match(said, /JOB_STATE_FAILED/);
   } finally {
     await front.stop();
     await server.stop();
