@@ -34,12 +34,12 @@ absl::StatusCode CodeOfErrno(int error) {
 
 constexpr char kPayload[] = "rilievo/scratch-folder";
 
+}  // namespace
+
 absl::Status OfScratchFolder(absl::Status status) {
   status.SetPayload(kPayload, absl::Cord());
   return status;
 }
-
-}  // namespace
 
 bool IsOfScratchFolder(const absl::Status& status) {
   return status.GetPayload(kPayload).has_value();
@@ -57,6 +57,12 @@ absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes) {
 }
 
 absl::Status ScratchError(const std::string& folder, int error) {
+  if (error == ELOOP) {
+    return OfScratchFolder(absl::PermissionDeniedError(
+        absl::StrCat("scratch folder ", folder,
+                     ": a file of this run is a symbolic link there; remove the folder, or name "
+                     "another one")));
+  }
   const char* remedy = error == ENOSPC || error == EDQUOT
                            ? "; free some space, or name another folder: 60 bytes a point are "
                              "needed there, and 300 MB where they are kept"
@@ -69,8 +75,7 @@ absl::Status ScratchError(const std::string& folder, int error) {
 absl::StatusOr<ScratchFile> ScratchFile::Create(const ScratchFolder& folder,
                                                 const std::string& kept_name) {
   if (folder.keeps()) {
-    const std::string path = absl::StrCat(folder.path(), "/", kept_name);
-    ScratchFile file(folder, open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    ScratchFile file(folder, folder.OpenFile(kept_name, O_RDWR | O_CREAT));
     struct stat found;
     if (file.number_ < 0 || fstat(file.number_, &found) != 0) return file.Failed(errno);
     file.size_ = found.st_size;

@@ -17,7 +17,9 @@ absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes);
 
 // NOT_FOUND, PERMISSION_DENIED or RESOURCE_EXHAUSTED for what errno says of a folder.
 absl::Status ScratchError(const std::string& folder, int error);
-// Whether it is an error of these two: no files can be written there, or no more.
+// Marks an error as one of a scratch folder.
+absl::Status OfScratchFolder(absl::Status status);
+// Whether it is one: no files can be written there, or no more.
 bool IsOfScratchFolder(const absl::Status& status);
 
 class ScratchFile {

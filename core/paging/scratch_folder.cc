@@ -33,24 +33,46 @@ std::string FolderNameFor(const std::string& identity) {
                       absl::BytesToHexString(std::string(digest.begin(), digest.begin() + 8)));
 }
 
+// Others could change the files in it, or lead them elsewhere.
+absl::Status UnsafeScratch(const std::string& folder, const std::string& what) {
+  return OfScratchFolder(absl::PermissionDeniedError(
+      absl::StrCat("scratch folder ", folder, " ", what, "; remove it, or name another folder")));
+}
+
 }  // namespace
 
-ScratchFolder ScratchFolder::Kept(std::string path) {
-  ScratchFolder folder(std::move(path));
-  folder.keeps_ = true;
+absl::StatusOr<ScratchFolder> ScratchFolder::Kept(const std::string& path) {
+  struct stat found;
+  if (lstat(path.c_str(), &found) != 0) return ScratchError(path, errno);
+  if (S_ISLNK(found.st_mode)) return UnsafeScratch(path, "is a symbolic link");
+  const int number = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (number < 0) return ScratchError(path, errno);
+  ScratchFolder folder(path);
+  folder.open_ = std::shared_ptr<const int>(new int(number), [](const int* open_number) {
+    close(*open_number);
+    delete open_number;
+  });
+  if (fstat(number, &found) != 0) return ScratchError(path, errno);
+  if (found.st_uid != geteuid()) return UnsafeScratch(path, "belongs to another user");
+  if ((found.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+    return UnsafeScratch(path, "may be written to by other users");
+  }
   return folder;
 }
 
+int ScratchFolder::OpenFile(const std::string& name, int flags) const {
+  return openat(*open_, name.c_str(), flags | O_NOFOLLOW | O_CLOEXEC, 0600);
+}
+
 absl::Status ScratchFolder::Save(const std::string& name, std::span<const uint8_t> bytes) const {
-  if (!keeps_) return absl::OkStatus();
+  if (!keeps()) return absl::OkStatus();
   const std::string unfinished = absl::StrCat(name, ".new");
   RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(*this, unfinished));
   RILIEVO_RETURN_IF_ERROR(file.Resize(0));
   RILIEVO_RETURN_IF_ERROR(file.Append(bytes.data(), bytes.size()));
   const uint32_t checksum = Crc32c(bytes);
   RILIEVO_RETURN_IF_ERROR(file.Append(&checksum, sizeof(checksum)));
-  if (rename(absl::StrCat(path_, "/", unfinished).c_str(),
-             absl::StrCat(path_, "/", name).c_str()) != 0) {
+  if (renameat(*open_, unfinished.c_str(), *open_, name.c_str()) != 0) {
     return ScratchError(path_, errno);
   }
   return absl::OkStatus();
@@ -58,7 +80,9 @@ absl::Status ScratchFolder::Save(const std::string& name, std::span<const uint8_
 
 std::optional<std::vector<uint8_t>> ScratchFolder::Load(const std::string& name) const {
   struct stat found;
-  if (!keeps_ || stat(absl::StrCat(path_, "/", name).c_str(), &found) != 0) return std::nullopt;
+  if (!keeps() || fstatat(*open_, name.c_str(), &found, AT_SYMLINK_NOFOLLOW) != 0) {
+    return std::nullopt;
+  }
   const absl::StatusOr<ScratchFile> file = ScratchFile::Create(*this, name);
   if (!file.ok() || file->size() < static_cast<int64_t>(kSavedChecksumBytes)) return std::nullopt;
   std::vector<uint8_t> bytes(static_cast<size_t>(file->size()));
@@ -73,15 +97,15 @@ std::optional<std::vector<uint8_t>> ScratchFolder::Load(const std::string& name)
 
 absl::StatusOr<KeptScratch> KeptScratch::Open(const std::string& path,
                                               const std::string& identity) {
-  const std::string folder = absl::StrCat(path, "/", FolderNameFor(identity));
-  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return ScratchError(path, errno);
-  const int lock =
-      open(absl::StrCat(folder, "/", kLockName).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock < 0) return ScratchError(folder, errno);
-  KeptScratch scratch(ScratchFolder::Kept(folder), lock);
+  const std::string of_run = absl::StrCat(path, "/", FolderNameFor(identity));
+  if (mkdir(of_run.c_str(), 0700) != 0 && errno != EEXIST) return ScratchError(path, errno);
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFolder folder, ScratchFolder::Kept(of_run));
+  const int lock = folder.OpenFile(kLockName, O_RDWR | O_CREAT);
+  if (lock < 0) return ScratchError(of_run, errno);
+  KeptScratch scratch(std::move(folder), lock);
   if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
     return absl::FailedPreconditionError(absl::StrCat(
-        "scratch folder ", folder,
+        "scratch folder ", of_run,
         ": another process works on the same scan with the same options; wait for it"));
   }
   return scratch;

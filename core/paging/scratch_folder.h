@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -17,11 +18,16 @@ class ScratchFolder {
  public:
   // Files without names: they go with the process, however that ends.
   ScratchFolder(std::string path) : path_(std::move(path)) {}  // NOLINT: stands for its path
-  // Named files that stay: see KeptScratch.
-  static ScratchFolder Kept(std::string path);
+  // Named files that stay, in a folder that is there: see KeptScratch. PERMISSION_DENIED where
+  // `path` is a symbolic link, belongs to another user, or others may write to it; the errors of
+  // ScratchFile.
+  static absl::StatusOr<ScratchFolder> Kept(const std::string& path);
 
   const std::string& path() const { return path_; }
-  bool keeps() const { return keeps_; }
+  bool keeps() const { return open_ != nullptr; }
+  // A file in it that is none but its user's: NAME itself, and no link that leads elsewhere. Its
+  // number, or -1, and errno then. `flags`: of open().
+  int OpenFile(const std::string& name, int flags) const;
 
   // Puts something finished there, whole or not at all; nothing where files have no names. The
   // errors of ScratchFile.
@@ -31,7 +37,8 @@ class ScratchFolder {
 
  private:
   std::string path_;
-  bool keeps_ = false;
+  // The number of the folder, so that no other one takes its place; null: files have no names.
+  std::shared_ptr<const int> open_;
 };
 
 // A folder of its own for one run, told from others by its identity. Another process that runs the
@@ -39,7 +46,7 @@ class ScratchFolder {
 class KeptScratch {
  public:
   // In `path`. `identity`: all that the files depend on. FAILED_PRECONDITION while another process
-  // works there; the errors of ScratchFile.
+  // works there; the errors of ScratchFolder::Kept().
   static absl::StatusOr<KeptScratch> Open(const std::string& path, const std::string& identity);
   KeptScratch(KeptScratch&& other) noexcept
       : folder_(std::move(other.folder_)), lock_(std::exchange(other.lock_, -1)) {}

@@ -1,6 +1,8 @@
 // A folder in which a run finds what one before it has finished.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -12,6 +14,7 @@
 #include "core/paging/saved_value.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_blocks.h"
+#include "core/paging/scratch_file.h"
 #include "core/paging/scratch_folder.h"
 #include "core/paging/scratch_surfels.h"
 #include "tests/unit/scan/scan_clouds.h"
@@ -70,6 +73,46 @@ TEST_F(KeptScratchTest, IsOfOneProcessAtATime) {
   const absl::Status status = KeptScratch::Open(path_, "a run").status();
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(status.message(), ::testing::HasSubstr("another process"));
+}
+
+TEST_F(KeptScratchTest, FilesOfARunAreNoLinks) {
+  const KeptScratch scratch = Open();
+  const std::string folder = scratch.folder().path(), other = path_ + "/other";
+  std::ofstream(other) << "of somebody else";
+  const auto is_refused = [&](const absl::Status& status) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
+    EXPECT_THAT(status.message(), ::testing::HasSubstr(folder));
+    EXPECT_THAT(status.message(), ::testing::HasSubstr("symbolic link"));
+    EXPECT_TRUE(IsOfScratchFolder(status));
+  };
+  fs::create_symlink(other, folder + "/parts");
+  is_refused(PartJournal::Open(scratch.folder()).status());
+  fs::create_symlink(other, folder + "/x.new");
+  is_refused(scratch.folder().Save("x", Bytes{1}));
+  fs::create_symlink(other, folder + "/y");
+  EXPECT_FALSE(scratch.folder().Load("y").has_value());
+  EXPECT_EQ(fs::file_size(other), 16u);
+}
+
+TEST_F(KeptScratchTest, FolderIsOfThisUserAlone) {
+  const std::string folder = Open().folder().path();
+  const auto is_refused = [&](const std::string& why) {
+    const absl::Status status = KeptScratch::Open(path_, "a run").status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
+    EXPECT_THAT(status.message(), ::testing::HasSubstr(folder + " " + why));
+    EXPECT_TRUE(IsOfScratchFolder(status));
+  };
+  ASSERT_EQ(chmod(folder.c_str(), 0770), 0);
+  is_refused("may be written to by other users");
+  ASSERT_EQ(chmod(folder.c_str(), 0700), 0);
+  if (geteuid() == 0) {
+    constexpr uid_t kNobody = 65534;
+    ASSERT_EQ(chown(folder.c_str(), kNobody, kNobody), 0);
+    is_refused("belongs to another user");
+  }
+  fs::rename(folder, path_ + "/elsewhere");
+  fs::create_directory_symlink(path_ + "/elsewhere", folder);
+  is_refused("is a symbolic link");
 }
 
 TEST_F(KeptScratchTest, FindsPagesUnlessOneIsDamaged) {
