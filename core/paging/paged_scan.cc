@@ -44,7 +44,8 @@ class CellThinner {
   CellThinner(const SpatialFrame& curve, int level, int64_t cells)
       : curve_(curve), level_(level), chosen_(3, cells) {}
 
-  void Add(const Eigen::Vector3d& point) {
+  // False where the points have more cells than that.
+  bool Add(const Eigen::Vector3d& point) {
     const Eigen::Vector3d unit = curve_.UnitFromScan(point);
     Eigen::Vector3d middle;
     uint32_t cell[3];
@@ -54,11 +55,15 @@ class CellThinner {
     }
     const uint64_t code = MortonCode(cell[0], cell[1], cell[2]);
     const double distance = (unit - middle).squaredNorm();
-    if (count_ > 0 && code == code_ && distance >= distance_) return;
-    if (count_ == 0 || code != code_) ++count_;
+    if (count_ > 0 && code == code_ && distance >= distance_) return true;
+    if (count_ == 0 || code != code_) {
+      if (count_ == chosen_.cols()) return false;
+      ++count_;
+    }
     code_ = code;
     distance_ = distance;
     chosen_.col(count_ - 1) = point;
+    return true;
   }
 
   Eigen::Matrix3Xd Finish() {
@@ -74,6 +79,17 @@ class CellThinner {
   uint64_t code_ = 0;    // of the last cell
   double distance_ = 0;  // of its chosen point from its middle
 };
+
+absl::Status WrongCells(const ScratchFolder& folder) {
+  return absl::DataLossError(absl::StrCat("scratch folder ", folder.path(),
+                                          ": the index of the scan is not that of its points; "
+                                          "remove the folder"));
+}
+
+// Whether so many points can have them.
+bool AreCells(const CellCounts& cells, int64_t points) {
+  return cells.front() >= 1 && cells.back() <= points && std::is_sorted(cells.begin(), cells.end());
+}
 
 }  // namespace
 
@@ -131,7 +147,9 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunConte
     if (all) {
       whole.middleCols(int64_t{page} * kPagePoints, points.cols()) = points;
     } else {
-      for (const auto point : points.colwise()) thinner.Add(point);
+      for (const auto point : points.colwise()) {
+        if (!thinner.Add(point)) return WrongCells(scratch_folder());
+      }
     }
   }
   return all ? whole : thinner.Finish();
@@ -163,7 +181,8 @@ absl::StatusOr<std::optional<PagedScan>> FindPagedScan(const ScratchFolder& fold
   const int64_t expected = (index.size + kPagePoints - 1) / kPagePoints;
   absl::StatusOr<ScratchFile> file = ScratchFile::Create(folder, kPagesName);
   if (!reader.Finished() || count != expected || index.low.cols() != count ||
-      index.high.cols() != count || !file.ok() || file->size() != index.size * kPointBytes) {
+      index.high.cols() != count || !AreCells(index.cells, index.size) || !file.ok() ||
+      file->size() != index.size * kPointBytes) {
     return std::nullopt;
   }
   std::vector<Page> pages;
@@ -174,7 +193,8 @@ absl::StatusOr<std::optional<PagedScan>> FindPagedScan(const ScratchFolder& fold
                  index.figures);
   for (int page = 0; page < static_cast<int>(count); ++page) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (!scan.Read(page).ok()) return std::nullopt;
+    const absl::StatusOr<Eigen::Matrix3Xd> points = scan.Read(page);
+    if (!points.ok() || !points->allFinite()) return std::nullopt;
   }
   return scan;
 }

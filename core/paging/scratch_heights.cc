@@ -1,5 +1,6 @@
 #include "core/paging/scratch_heights.h"
 
+#include <algorithm>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -14,6 +15,11 @@ namespace {
 constexpr size_t kVertexBytes = sizeof(float) + 1, kChecksumBytes = sizeof(uint32_t);
 
 }  // namespace
+
+bool AreSources(const std::vector<HeightSource>& sources) {
+  return std::all_of(sources.begin(), sources.end(),
+                     [](HeightSource source) { return source <= HeightSource::kFilled; });
+}
 
 ScratchHeights::ScratchHeights(ScratchFile file, const MeshTopology& control, int level)
     : file_(std::move(file)), control_(control) {
@@ -59,6 +65,11 @@ absl::StatusOr<ScratchHeights::Record> ScratchHeights::ReadRecord(int face) cons
   Record record{std::vector<float>(count_), std::vector<HeightSource>(count_)};
   std::memcpy(record.heights.data(), bytes.data(), count_ * sizeof(float));
   std::memcpy(record.sources.data(), bytes.data() + count_ * sizeof(float), count_);
+  if (!AreSources(record.sources)) {
+    return absl::DataLossError(absl::StrCat("the heights of control face ", face,
+                                            " are not those of a surface on the scratch disk; run "
+                                            "the command again"));
+  }
   return record;
 }
 

@@ -15,6 +15,9 @@
 
 namespace rilievo {
 
+// Whether each is one of them, as bytes that were read may not be.
+bool AreSources(const std::vector<HeightSource>& sources);
+
 // A record for each control face: height and source of each of its vertices (FaceVertices::Of) and
 // a checksum. A vertex between faces is in the record of each.
 class ScratchHeights : public FaceHeights {

@@ -1,16 +1,20 @@
 #include "core/pipeline/coarse_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/loop/refinement.h"
 #include "core/paging/saved_value.h"
+#include "core/paging/scratch_heights.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/option_lengths.h"
 #include "core/pipeline/shape_input.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 namespace {
@@ -114,6 +118,38 @@ absl::Status SaveCoarse(const CoarseSurface& coarse, const ScratchFolder& folder
   return folder.Save(kCoarseName, writer.bytes);
 }
 
+bool IsWholeMesh(const ControlMesh& mesh) {
+  return mesh.vertices.allFinite() && PartCutter::Make(mesh).ok();
+}
+
+// Whether indices and counts fit each other: a checksum does not tell who wrote the bytes.
+bool IsConsistent(const CoarseSurface& coarse) {
+  const OrientedCloud& cloud = coarse.scan.cloud;
+  const auto points = static_cast<size_t>(cloud.points.cols());
+  const auto is_of_points = [&](size_t count) { return count == points; };
+  if (points == 0 || !cloud.points.allFinite() || !cloud.normals.allFinite() ||
+      !is_of_points(static_cast<size_t>(cloud.normals.cols())) ||
+      !is_of_points(cloud.spacing.size()) || !is_of_points(cloud.noise.size()) ||
+      !(cloud.ambiguous.empty() || is_of_points(cloud.ambiguous.size())) ||
+      cloud.sharp_lines.cols() % 2 != 0) {
+    return false;
+  }
+  const SpatialFrame& frame = coarse.scan.frame;
+  const DisplacedSurface& surface = coarse.sampled.surface;
+  if (!frame.center.allFinite() || !std::isfinite(frame.diagonal) || frame.diagonal <= 0 ||
+      coarse.control.topology < Topology::kAuto || coarse.control.topology > Topology::kMesh ||
+      surface.max_level < 0 || surface.max_level > kMaxLoopLevel ||
+      !IsWholeMesh(coarse.sampled.domain.fit.control_mesh) || !IsWholeMesh(surface.control_mesh)) {
+    return false;
+  }
+  const int64_t vertices =
+      VertexCountAt(PartCutter::Make(surface.control_mesh)->topology(), surface.max_level);
+  return static_cast<int64_t>(surface.heights.size()) == vertices &&
+         surface.sources.size() == surface.heights.size() && AreSources(surface.sources) &&
+         std::all_of(surface.heights.begin(), surface.heights.end(),
+                     [](float height) { return std::isfinite(height); });
+}
+
 absl::StatusOr<std::optional<CoarseSurface>> FindCoarse(const ScratchFolder& folder,
                                                         const ReconstructOptions& given) {
   const std::optional<std::vector<uint8_t>> saved = folder.Load(kCoarseName);
@@ -122,7 +158,7 @@ absl::StatusOr<std::optional<CoarseSurface>> FindCoarse(const ScratchFolder& fol
   coarse.options = given;
   ValueReader reader(*saved);
   VisitCoarse(reader, coarse);
-  if (!reader.Finished()) return std::nullopt;
+  if (!reader.Finished() || !IsConsistent(coarse)) return std::nullopt;
   RILIEVO_ASSIGN_OR_RETURN(coarse.options,
                            WithoutLengths(std::move(coarse.options), coarse.scan.frame.diagonal));
   coarse.sampled.surface.frame = coarse.scan.frame;

@@ -99,6 +99,18 @@ class StoredCoding {
         .status();
   }
 
+  // Whether they are of this surface, in groups where it is coded so.
+  bool AreOfSurface(const EncodedSurface& encoded) const {
+    const std::vector<uint8_t> bytes = encoded.Concatenate();
+    const absl::StatusOr<OpenedDss> file = OpenDss(bytes, true);
+    if (!file.ok() || !file->whole() || file->topology.faces != cutter_.topology().faces) {
+      return false;
+    }
+    const bool in_groups = file->header.group_limit > 0;
+    return in_groups == block_.in_groups &&
+           (!in_groups || file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
+  }
+
   absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded) const {
     const std::vector<uint8_t> bytes = encoded.Concatenate();
     if (block_.in_groups) {
@@ -246,7 +258,8 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
   CodedStoredSurface coded;
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOfSource(HeightSource::kSmoothed, surface.source_counts);
-  if (!FindCoded(scratch, &coded)) {
+  if (!FindCoded(scratch, &coded) || !coding.AreOfSurface(coded.encoded)) {
+    coded.encoded = {};
     RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
     RILIEVO_RETURN_IF_ERROR(SaveCoded(coded, scratch));
   }

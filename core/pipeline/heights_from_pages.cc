@@ -239,6 +239,7 @@ absl::StatusOr<std::set<int>> PartsThatAreThere(const PartJournal& journal,
   if (journal.finished().empty()) return std::set<int>();
   RILIEVO_ASSIGN_OR_RETURN(std::set<int> there, measured->surfels.Adopt(journal.finished()));
   std::erase_if(there, [&](int part) {
+    if (part < 0 || static_cast<size_t>(part) >= parts.size()) return true;
     const std::vector<int>& members = parts[static_cast<size_t>(part)];
     return !std::all_of(members.begin(), members.end(),
                         [&](int face) { return measured->heights.Has(face); });

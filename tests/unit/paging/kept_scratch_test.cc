@@ -138,6 +138,29 @@ TEST_F(KeptScratchTest, FindsPagesUnlessOneIsDamaged) {
   EXPECT_FALSE(FindPagedScan(scratch.folder(), RunContext{})->has_value());
 }
 
+TEST_F(KeptScratchTest, CellsOfOtherPointsAreNotBelieved) {
+  const KeptScratch scratch = Open();
+  ScanPager pager = ScanPager::Create(scratch.folder()).value();
+  ASSERT_TRUE(pager.Add(SphereCloud(9000, 3).cloud.points).ok());
+  const PagedScan scan = pager.Finish(RunContext{}).value();
+  const auto with_cells = [&](const CellCounts& cells) {
+    ScratchFile file = ScratchFile::Create(scratch.folder(), "pages").value();
+    EXPECT_TRUE(
+        PagedScan(std::move(file), scan.pages(), scan.size(), scan.curve(), cells, scan.figures())
+            .Save()
+            .ok());
+    return FindPagedScan(scratch.folder(), RunContext{}).value();
+  };
+  CellCounts cells = scan.cells();
+  EXPECT_TRUE(with_cells(cells)->Thinned(100, RunContext{}).ok());
+  cells.back() = -1;
+  EXPECT_FALSE(with_cells(cells).has_value());
+  cells.fill(1);
+  const absl::Status status = with_cells(cells)->Thinned(100, RunContext{}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr(scratch.folder().path()));
+}
+
 TEST_F(KeptScratchTest, JournalEndsWhereItIsDamaged) {
   const KeptScratch scratch = Open();
   {

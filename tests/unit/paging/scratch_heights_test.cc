@@ -36,6 +36,17 @@ ScratchHeights OwnHeights(const MeshTopology& control, int level) {
   return heights;
 }
 
+TEST(ScratchHeightsTest, ARecordOfUnknownSourcesIsNotThere) {
+  const MeshTopology control = Octahedron();
+  ScratchHeights heights = ScratchHeights::Create(::testing::TempDir(), control, 0).value();
+  std::vector<HeightSource> sources(3, HeightSource::kMeasured);
+  ASSERT_TRUE(heights.Write(2, {0, 0, 0}, sources).ok());
+  EXPECT_TRUE(heights.Has(2));
+  sources[1] = static_cast<HeightSource>(200);
+  ASSERT_TRUE(heights.Write(2, {0, 0, 0}, sources).ok());
+  EXPECT_FALSE(heights.Has(2));
+}
+
 class ScratchHeightsTest : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Levels, ScratchHeightsTest, ::testing::Values(0, 1, 3));
 

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/paging/part_journal.h"
 #include "core/paging/scan_pager.h"
 #include "core/paging/scratch_folder.h"
 #include "core/pipeline/reconstruct.h"
@@ -129,6 +131,33 @@ TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
   EXPECT_EQ(Run(), expected);
   DamageFile("pages", 5000);
   EXPECT_EQ(Run(), expected);
+}
+
+// Checksums do not tell who wrote the bytes.
+TEST_F(ResumeTest, WhatDoesNotFitIsDoneAgainWhateverItsChecksum) {
+  const std::vector<uint8_t> expected = Uninterrupted();
+  RunUntil(AfterCoding());
+  {
+    const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
+    const ScratchFolder& folder = scratch.folder();
+    PartJournal journal = PartJournal::Open(folder).value();
+    for (const int part : {1'000'000, -1'000'000}) ASSERT_TRUE(journal.Add(part, 0).ok());
+    std::vector<uint8_t> coarse = folder.Load("coarse").value();
+    // It ends with level, heights and sources, the latter two behind their number.
+    int64_t found = 0;
+    size_t count = 0;
+    do {
+      ++count;
+      std::memcpy(&found, &coarse[coarse.size() - count - sizeof(found)], sizeof(found));
+    } while (found != static_cast<int64_t>(count));
+    const int level = 7;
+    std::memcpy(&coarse[coarse.size() - 5 * count - 2 * sizeof(found) - sizeof(level)], &level,
+                sizeof(level));
+    ASSERT_TRUE(folder.Save("coarse", coarse).ok());
+  }
+  std::set<Stage> done_again;
+  EXPECT_EQ(Run([&](const Progress& seen) { done_again.insert(seen.stage); }), expected);
+  EXPECT_EQ(done_again.count(Stage::kControlMesh), 1u);
 }
 
 }  // namespace
