@@ -8,14 +8,15 @@
 #include "core/base/status_macros.h"
 #include "core/control/control_options.h"
 #include "core/geometry/point_records.h"
+#include "core/loop/crease_topology.h"
 #include "server/conversion/convert_place.h"
 
 namespace rilievo {
 namespace {
 
-// The given mesh as the protocol carries it, scan frame.
+// The given mesh as the protocol carries it, scan frame, with the creases and corners of an OBJ.
 absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
-  RILIEVO_ASSIGN_OR_RETURN(const MeshFile file, ReadMesh(path));
+  RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMesh(path));
   if (file.mesh.triangles.cols() == 0) {
     return absl::InvalidArgumentError(absl::StrCat(
         path, ": holds no faces; the control mesh must be a triangle mesh (OBJ, PLY, STL)"));
@@ -26,6 +27,14 @@ absl::StatusOr<v1::ControlMesh> ReadControlMesh(const std::string& path) {
   for (Eigen::Index i = 0; i < file.mesh.triangles.size(); ++i) {
     mesh.add_faces(static_cast<uint32_t>(file.mesh.triangles.data()[i]));
   }
+  if (!file.tags) return mesh;
+  SortTags(&file.tags->creases, &file.tags->corners);
+  for (const Crease& crease : file.tags->creases) {
+    mesh.add_creases(static_cast<uint32_t>(crease.a));
+    mesh.add_creases(static_cast<uint32_t>(crease.b));
+    mesh.add_sharpness(crease.sharpness);
+  }
+  for (const int corner : file.tags->corners) mesh.add_corners(static_cast<uint32_t>(corner));
   return mesh;
 }
 
@@ -43,7 +52,8 @@ void AddScanShapeOptions(CLI::App* app, ReconstructArguments* a) {
       ->capture_default_str();
   CLI::Option* mesh =
       app->add_option("--control-mesh", a->control_mesh,
-                      "start from this triangle mesh (OBJ, PLY, STL), in the scan's coordinates");
+                      "start from this triangle mesh (OBJ, PLY, STL), in the scan's coordinates, "
+                      "with the creases of an OBJ ('t crease')");
   app->get_option("--topology")->excludes(mesh);
   app->get_option("--control-faces")->excludes(mesh);
   app->add_option(

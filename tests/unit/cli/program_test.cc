@@ -255,6 +255,15 @@ TEST_F(ProgramTest, TheGivenControlMeshIsUsed) {
   const Json report = Json::parse(made.out);
   EXPECT_EQ(report["road"], "user");
   EXPECT_EQ(report["control_faces"], 8);
+  std::ofstream(At("creased.obj"))
+      << Content(At("octahedron.obj")) << "t crease 3/2/0 0 2 1 2.5 10\nt corner 1/1/0 5 10\n";
+  ASSERT_EQ(Run({"reconstruct", At("scan.ply"), "-o", At("c.dss"), "--control-mesh",
+                 At("creased.obj"), "--max-level", "3"})
+                .code,
+            0);
+  ASSERT_EQ(Run({"export", At("c.dss"), At("c.obj"), "--cage"}).code, 0);
+  const std::string cage = Content(At("c.obj"));
+  EXPECT_THAT(cage, AllOf(HasSubstr(" 2.5\n"), HasSubstr("t crease"), HasSubstr("t corner")));
   EXPECT_EQ(
       Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--control-mesh", At("scan.ply")})
           .code,
