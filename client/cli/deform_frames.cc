@@ -93,6 +93,16 @@ absl::StatusOr<WrittenFrames> WriteFrames(const FramesRequest& request, const st
   return written;
 }
 
+absl::Status CheckClipSize(const std::string& output, int64_t targets, int64_t vertices) {
+  constexpr int64_t kBytesOfVertex = 2 * 3 * sizeof(float);  // position and normal
+  constexpr int64_t kMost = int64_t{1} << 32;
+  if (vertices == 0 || targets <= kMost / kBytesOfVertex / vertices) return absl::OkStatus();
+  return UsageError(absl::StrCat(
+      output, ": ", targets + 1, " cages of ", vertices, " vertices need ", kBytesOfVertex,
+      " bytes a vertex and cage, more than the 4 GiB that a .glb holds; give fewer of the cages, "
+      "or write a file for each into a folder (--output DIR/ --frames glb)"));
+}
+
 absl::StatusOr<WrittenFrames> WriteClip(const FramesRequest& request, const DecodedSurface& decoded,
                                         const RunContext& context) {
   const int level = decoded.surface.max_level;
@@ -104,6 +114,8 @@ absl::StatusOr<WrittenFrames> WriteClip(const FramesRequest& request, const Deco
                              SurfaceOfFrame(request, request.cages[i], decoded, context));
     RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, Tessellate(moved.surface, level, context));
     if (i == 0) {
+      const auto targets = static_cast<int64_t>(request.cages.size()) - 1;
+      RILIEVO_RETURN_IF_ERROR(CheckClipSize(request.output, targets, mesh.vertices.cols()));
       first = std::move(mesh);
       continue;
     }

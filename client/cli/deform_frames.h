@@ -36,6 +36,9 @@ absl::StatusOr<WrittenFrames> WriteFrames(const FramesRequest& request, const st
 absl::StatusOr<std::vector<std::string>> FrameFiles(const FramesRequest& request,
                                                     const std::string& kind);
 
+// kUsage where a clip of so many morph targets would take more than the 4 GiB of a GLB.
+absl::Status CheckClipSize(const std::string& output, int64_t targets, int64_t vertices);
+
 // All cages as one GLB, `output`: the finest mesh of the first, a morph target for each other, and
 // an animation through them.
 absl::StatusOr<WrittenFrames> WriteClip(const FramesRequest& request, const DecodedSurface& decoded,

@@ -1,4 +1,6 @@
 // `rilievo deform` with several cages: poses that share the heights, meshes, and a clip.
+#include "client/cli/deform_frames.h"
+
 #include <cmath>
 
 #include "tests/unit/cli/program_fixture.h"
@@ -90,6 +92,14 @@ TEST_F(DeformFramesTest, AClipGoesThroughAllCages) {
   EXPECT_GT(added["max"][2].get<double>(), 0);
   EXPECT_GE(middle(json, primitive["attributes"]["POSITION"], 2) + added["max"][2].get<double>(),
             middle(last, last["meshes"][0]["primitives"][0]["attributes"]["POSITION"], 2));
+}
+
+TEST_F(DeformFramesTest, AClipIsNoLargerThanItsFormat) {
+  constexpr int64_t kVertices = 1000000;
+  EXPECT_TRUE(CheckClipSize("a.glb", 178, kVertices).ok());
+  const absl::Status status = CheckClipSize("a.glb", 179, kVertices);
+  EXPECT_THAT(std::string(status.message()),
+              AllOf(HasSubstr("180 cages of 1000000 vertices"), HasSubstr("--frames glb")));
 }
 
 TEST_F(DeformFramesTest, SaysWhereFramesGoAndWhichOneIsWrong) {
