@@ -112,7 +112,7 @@ void Print(const DeformArguments& arguments, size_t bytes, const TargetsMissed& 
                                            " as a .dss file"))
       << LabelledLine("missed",
                       absl::StrFormat("RMS %.3g, max %.3g between vertices and where they "
-                                      "were put, along the surface",
+                                      "were put",
                                       rms, max));
 }
 
@@ -122,12 +122,21 @@ absl::Status DeformLevel(const DeformArguments& arguments, const RunContext& con
   if (arguments.crease_sharpness) {
     return UsageError("--crease-sharpness is about the control mesh; leave out --level, or it");
   }
+  if (Extension(path) == "dss") {
+    return UsageError(absl::StrCat("--cage ", path,
+                                   ": --level takes a mesh, and a .dss holds a "
+                                   "control mesh; leave out --level, or export the mesh"));
+  }
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
   CommandFiles files{.inputs = {arguments.input, path}, .outputs = PathsOf({target})};
   if (arguments.json) files.text.push_back("-");
   RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
+  if (*arguments.level > own.surface.max_level) {
+    return UsageError(absl::StrCat("--level ", *arguments.level, ": ", arguments.input,
+                                   " has levels 0 to ", own.surface.max_level));
+  }
   RILIEVO_ASSIGN_OR_RETURN(const EditedCage mesh,
                            ReadCage(path, arguments.input, {}, std::nullopt, context));
   const absl::StatusOr<EditedLevel> edited =

@@ -1,7 +1,9 @@
 #include "core/pipeline/edit_level.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -18,10 +20,9 @@
 namespace rilievo {
 namespace {
 
-// Digits lost on the way through text.
-constexpr double kUnmoved = 1e-9;
-// Of the file's step: heights that were rounded once are rounded again, to half of that error.
-constexpr double kShareOfStep = 0.5, kMostStep = 0.01;
+// Of the file's step: heights that were rounded once are rounded again, to half of that error. A
+// step gets no finer than kLeastStep by that, or a file would grow by each of many edits.
+constexpr double kShareOfStep = 0.5, kLeastStep = 1e-5, kMostStep = 0.01;
 
 absl::Status CheckLevel(const DecodedSurface& decoded, int level) {
   const int finest = decoded.surface.max_level;
@@ -50,8 +51,34 @@ double HeightStepOf(const OpenedDss& file) {
 EncodeOptions OptionsFor(const OpenedDss& file) {
   EncodeOptions options;
   options.position_step = file.header.position_step;
-  options.height_step = std::min(kShareOfStep * HeightStepOf(file), kMostStep);
+  const double own = HeightStepOf(file);
+  const double finer = std::max(kShareOfStep * own, std::min(own, kLeastStep));
+  options.height_step = std::min(finer, kMostStep);
+  options.group_faces = file.header.group_limit;
   return options;
+}
+
+// A filled height is coded as whatever takes the fewest bits, so those that the edit has moved are
+// filled ones no more. Rounding the control points moves heights by less than their step.
+void KeepEditedHeights(const std::vector<float>& before, double position_step,
+                       DisplacedSurface* surface) {
+  for (size_t v = 0; v < before.size(); ++v) {
+    HeightSource& source = surface->sources[v];
+    if (source != HeightSource::kFilled) continue;
+    const double moved = std::abs(double{surface->heights[v]} - double{before[v]});
+    if (moved > position_step) source = HeightSource::kSmoothed;
+  }
+}
+
+// Between the vertices of the file and their targets, scan frame, as fractions of the diagonal.
+absl::StatusOr<TargetsMissed> MissedBy(std::span<const uint8_t> dss, int level,
+                                       const Eigen::Matrix3Xd& targets, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(dss, context));
+  RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh found, Tessellate(decoded.surface, level, context));
+  const Eigen::RowVectorXd apart =
+      (found.vertices - targets).colwise().norm() / decoded.surface.frame.diagonal;
+  return TargetsMissed{apart.norm() / std::sqrt(static_cast<double>(apart.size())),
+                       apart.maxCoeff()};
 }
 
 }  // namespace
@@ -63,28 +90,28 @@ absl::StatusOr<EditedLevel> EditLevel(std::span<const uint8_t> dss, int level,
   DisplacedSurface& surface = decoded.surface;
   const SpatialFrame& frame = surface.frame;
   RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh before, Tessellate(surface, level, context));
-  RILIEVO_ASSIGN_OR_RETURN(
-      const ControlMesh placed,
-      ControlMeshOfCage({edited.vertices, edited.triangles}, frame, before.triangles));
+  const Eigen::Matrix3Xd wanted = WithoutRounding(edited.vertices, before.vertices, frame.diagonal);
+  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh placed,
+                           ControlMeshOfCage({wanted, edited.triangles}, frame, before.triangles));
+  if (wanted == before.vertices) return EditedLevel{{dss.begin(), dss.end()}, {}};
   const Eigen::Matrix3Xd& targets = placed.vertices;
-  const Eigen::Matrix3Xd own = (before.vertices.colwise() - frame.center) / frame.diagonal;
-  if ((targets - own).cwiseAbs().maxCoeff() <= kUnmoved) {
-    return EditedLevel{{dss.begin(), dss.end()}, {}};
-  }
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh through,
                            ControlMeshThrough(surface, level, targets, context));
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, /*check_groups=*/false));
   const EncodeOptions options = OptionsFor(file);
   RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
                            QuantizeControlMesh(through, options.position_step));
-  EditedLevel result;
-  RILIEVO_ASSIGN_OR_RETURN(result.missed, MoveHeightsTo(targets, level, context, &surface));
+  const std::vector<float> heights = surface.heights;
+  RILIEVO_RETURN_IF_ERROR(MoveHeightsTo(targets, level, context, &surface).status());
+  KeepEditedHeights(heights, options.position_step, &surface);
   RILIEVO_ASSIGN_OR_RETURN(EncodedSurface encoded,
                            EncodeDss(surface, OfAnotherShape(decoded.metadata), options, context));
   if (!surface.colors.empty()) {
     RILIEVO_RETURN_IF_ERROR(AddColors(surface, std::nullopt, context, &encoded).status());
   }
+  EditedLevel result;
   result.dss = encoded.Concatenate();
+  RILIEVO_ASSIGN_OR_RETURN(result.missed, MissedBy(result.dss, level, wanted, context));
   return result;
 }
 

@@ -16,6 +16,8 @@ namespace {
 
 // About what a file can hold.
 constexpr double kMostDiagonals = 1e6;
+// Digits lost on the way through text, fraction of the diagonal.
+constexpr double kDigitsLost = 1e-9;
 
 using FaceCorners = std::array<int, 3>;
 
@@ -80,6 +82,21 @@ absl::StatusOr<ControlMesh> ControlMeshOfCage(const ControlMesh& cage, const Spa
   }
   SortTags(&mesh.creases, &mesh.corners);
   return mesh;
+}
+
+Eigen::Matrix3Xd WithoutRounding(const Eigen::Matrix3Xd& moved, const Eigen::Matrix3Xd& own,
+                                 double diagonal) {
+  Eigen::Matrix3Xd kept = moved;
+  if (moved.cols() != own.cols()) return kept;
+  const double close = kDigitsLost * diagonal;
+  for (Eigen::Index v = 0; v < own.cols(); ++v) {
+    const Eigen::Array3d as_float = own.col(v).cast<float>().cast<double>();
+    const Eigen::Array3d vertex = moved.col(v);
+    const bool same =
+        ((vertex - own.col(v).array()).abs() <= close || (vertex - as_float).abs() <= close).all();
+    if (same) kept.col(v) = own.col(v);
+  }
+  return kept;
 }
 
 DssMetadata OfAnotherShape(const DssMetadata& metadata) {

@@ -26,6 +26,11 @@ absl::StatusOr<DecodedSurface> WithControlMesh(const DecodedSurface& decoded,
 absl::StatusOr<ControlMesh> ControlMeshOfCage(const ControlMesh& cage, const SpatialFrame& frame,
                                               const Eigen::Matrix3Xi& own);
 
+// `moved` with the vertices of `own` where they differ by no more than an editor's numbers: the
+// digits lost in text, or 32-bit floats. Scan frame; those of another number of vertices stay.
+Eigen::Matrix3Xd WithoutRounding(const Eigen::Matrix3Xd& moved, const Eigen::Matrix3Xd& own,
+                                 double diagonal);
+
 // Without what is true of the shape that was scanned alone.
 DssMetadata OfAnotherShape(const DssMetadata& metadata);
 

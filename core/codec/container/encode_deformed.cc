@@ -21,7 +21,7 @@ namespace {
 
 // Of control points that lie anywhere: half a step in each coordinate is less than 1e-7 in length.
 constexpr double kFineStep = 1e-7;
-// Within which a point counts as one of the file's grid: digits lost on the way through text.
+// Within which a point counts as one of the file's grid, fraction of the diagonal.
 constexpr double kOnGrid = 1e-9;
 
 absl::Status CheckFile(const OpenedDss& file) {
@@ -40,8 +40,12 @@ struct PlacedCage {
   double step = 0;
 };
 
-absl::StatusOr<PlacedCage> Place(const ControlMesh& cage, const OpenedDss& file) {
+absl::StatusOr<PlacedCage> Place(const ControlMesh& given, const OpenedDss& file) {
   PlacedCage placed{{}, file.header.frame, file.header.position_step};
+  const double diagonal = placed.frame.diagonal;
+  const Eigen::Matrix3Xd own = (file.mesh.vertices * diagonal).colwise() + placed.frame.center;
+  ControlMesh cage = given;
+  cage.vertices = WithoutRounding(given.vertices, own, diagonal);
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
                            ControlMeshOfCage(cage, placed.frame, file.mesh.faces));
   auto on_grid = QuantizeControlMesh(mesh, placed.step);
