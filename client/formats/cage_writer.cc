@@ -22,6 +22,8 @@ absl::Status WriteObjCage(const ControlMesh& mesh, const SpatialFrame& frame, st
   for (const int corner : mesh.corners) {
     absl::StrAppend(&tags, "t corner 1/1/0 ", corner, " ", kInfiniteSharpness, "\n");
   }
+  // A tag of no edge: nothing is sharp. No tag at all would mean that an editor dropped them.
+  if (tags.empty()) tags = absl::StrCat("t crease 0/1/0 ", kInfiniteSharpness, "\n");
   out << tags;
   return absl::OkStatus();
 }

@@ -71,6 +71,23 @@ check(bpy.ops.export_mesh.rilievo_frames(directory=folder) == {"FINISHED"}, "fra
 check(sorted(n for n in os.listdir(folder) if n.endswith(".obj")) ==
       ["frame_0001.obj", "frame_0002.obj"], "a file for each frame")
 
+# Without creases and corners a frame says so.
+item = bpy.context.object
+for edge in item.data.edges:
+    edge.crease = 0
+item.vertex_groups.clear()
+check(bpy.ops.export_mesh.rilievo_frames(directory=folder) == {"FINISHED"}, "smooth frames")
+with open(os.path.join(folder, "frame_0001.obj"), encoding="ascii") as file:
+    check(file.read().endswith("\nt crease 0/1/0 10\n"), "nothing is sharp")
+
+old = os.path.join(os.path.dirname(source), "sheet_and_octahedron_v2.dss")
+try:
+    rilievo_blender.import_surface(old, bpy.context)
+except rilievo_blender.NotACage as error:
+    check("version 2" in str(error), "an old file is refused")
+else:
+    raise SystemExit("an old file was taken")
+
 bpy.context.object.data.vertices.add(1)
 bpy.context.object.data.update()
 try:

@@ -69,6 +69,7 @@ class CageTest(unittest.TestCase):
             rilievo.Surface.from_bytes(kept.to_bytes()).control_mesh.creases, np.sort(edge))
         smooth = kept.with_cage(self.cage.vertices, creases=[], corners=[])
         self.assertEqual(smooth.to_bytes(), self.surface.to_bytes())
+        self.assertTrue(smooth.control_mesh.to_obj().endswith("\nt crease 0/1/0 10\n"))
 
     def test_pickles_and_outlives_what_it_comes_from(self):
         moved = self.surface.with_cage(self.bent())

@@ -18,7 +18,7 @@ bl_info = {
     "name": "rilievo surfaces (.dss)",
     "description": "Edit scanned surfaces by their control mesh; detail rides along",
     "author": "the rilievo maintainers",
-    "version": (0, 1, 0),
+    "version": (0, 2, 0),
     "blender": (3, 0, 0),
     "location": "File > Import, File > Export, Object > rilievo",
     "category": "Import-Export",
@@ -33,7 +33,8 @@ _SHARPEST = 10.0
 
 
 class NotACage(Exception):
-    """The object is not an imported control mesh, or is no longer the same mesh."""
+    """The object is not an imported control mesh, or is no longer the same mesh; or the file takes
+    no other one."""
 
 
 def package() -> Any:
@@ -47,8 +48,14 @@ def package() -> Any:
 
 
 def import_surface(path: str, context: Any) -> Any:
-    """A new object with the control mesh of a .dss file, selected."""
+    """A new object with the control mesh of a .dss file, selected. NotACage for files of format
+    versions 1 and 2, which take no other control mesh."""
     surface = package().read(path)
+    version = surface.info["format_version"]
+    if version < 3:
+        raise NotACage(f"{path} is of format version {version}, and only those of version 3 and on "
+                       "take another control mesh; make it anew from its scan with `rilievo "
+                       "reconstruct`, or from its mesh with `rilievo export` and `rilievo convert`")
     cage, center = surface.control_mesh, surface.frame.center
     name = os.path.splitext(os.path.basename(path))[0]
     mesh = bpy.data.meshes.new(name)

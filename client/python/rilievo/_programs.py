@@ -36,8 +36,6 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
         file.write(cage.to_obj())
         file.flush()
         command.append(file.name)
-        if len(cage.creases) + len(cage.corners) == 0:
-            command += ["--crease-sharpness", "0"]
         try:
             done = subprocess.run(command, input=dss, capture_output=True, check=False)
         except OSError as error:

@@ -101,6 +101,8 @@ class ControlMesh:
         lines += [f"t crease 2/1/0 {a} {b} {sharpness!r}" for (a, b), sharpness in
                   zip(self.creases.tolist(), self.sharpness.tolist())]
         lines += [f"t corner 1/1/0 {corner} 10" for corner in self.corners.tolist()]
+        if len(self.creases) + len(self.corners) == 0:
+            lines.append("t crease 0/1/0 10")  # of no edge: nothing is sharp
         return "\n".join(lines) + "\n"
 
 

@@ -92,6 +92,17 @@ TEST_F(DeformTest, CreasesAreThoseOfTheCageOrElseOfTheSurface) {
   EXPECT_THAT(tags("c.obj"), HasSubstr(" 1.5\n"));
 }
 
+TEST_F(DeformTest, ACageWithoutCreasesSaysSo) {
+  ASSERT_EQ(Run({"deform", At("a.dss"), "--cage", At("cage.obj"), "-o", At("b.dss"),
+                 "--crease-sharpness", "0"})
+                .code,
+            0);
+  ASSERT_EQ(Run({"export", At("b.dss"), At("b.obj"), "--cage"}).code, 0);
+  const Ended made = Run({"deform", At("a.dss"), "--cage", At("b.obj"), "-o", At("c.dss")});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(Content(At("c.dss")), Content(At("b.dss")));
+}
+
 TEST_F(DeformTest, RefusesOtherMeshesAndWrongTags) {
   std::ofstream(At("tri.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   const Ended other = Run({"deform", At("a.dss"), "--cage", At("tri.obj"), "-o", At("b.dss")});
