@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
@@ -107,8 +108,24 @@ absl::Status CheckParts(const Arguments& arguments) {
   return absl::OkStatus();
 }
 
-std::string Gigabytes(int64_t bytes) {
-  return absl::StrFormat("%.1f GB", 1e-9 * static_cast<double>(bytes));
+std::string MemoryText(int64_t bytes) {
+  constexpr int64_t kGigabyte = 1'000'000'000;
+  return bytes < kGigabyte ? absl::StrFormat("%.1f MB", 1e-6 * static_cast<double>(bytes))
+                           : absl::StrFormat("%.1f GB", 1e-9 * static_cast<double>(bytes));
+}
+
+// For the report of a scan that is made by parts without having been asked to be. Empty where
+// nothing but places was wanted.
+std::string PlacesAloneWarning(const WantedLayers& wanted) {
+  std::vector<std::string> left_out;
+  if (wanted.colors) left_out.emplace_back("colours");
+  if (wanted.stations) left_out.emplace_back("stations");
+  if (wanted.normals) left_out.emplace_back("normals");
+  if (left_out.empty()) return "";
+  return absl::StrCat(
+      "The scan is larger than the memory and was made by parts, of the places of its points "
+      "alone: what it has of ",
+      absl::StrJoin(left_out, ", "), " was not taken.");
 }
 
 // Whether the scan is made by parts: it was asked for, or the scan does not fit into memory.
@@ -123,15 +140,15 @@ absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path
                                       static_cast<int64_t>(arguments.memory), stop));
   if (size.fits()) return false;
   const std::string too_large = absl::StrCat(
-      path, ": ", Grouped(size.points), " points or more take about ", Gigabytes(size.memory),
-      " in memory, and ", Gigabytes(size.limit), " may be taken");
+      path, ": ", Grouped(size.points), " points or more take about ", MemoryText(size.memory),
+      " in memory, and ", MemoryText(size.limit), " may be taken");
   if (!possible.ok()) {
     return WithMessage(possible, absl::StrCat(too_large, ". ", possible.message()));
   }
   if (size.limit < kMemoryOfParts) {
     return WithExitCode(
         absl::ResourceExhaustedError(absl::StrCat(too_large, "; by parts they take up to ",
-                                                  Gigabytes(kMemoryOfParts), ": allow that")),
+                                                  MemoryText(kMemoryOfParts), ": allow that")),
         ExitCode::kInput);
   }
   if (!arguments.making.quiet) std::cerr << Wrap(too_large + ": made by parts", 0) << std::endl;
@@ -143,7 +160,13 @@ absl::Status Run(const Arguments& arguments, std::stop_token stop) {
   if (arguments.parts) RILIEVO_RETURN_IF_ERROR(CheckParts(arguments));
   const auto read = [&](const std::string& path) -> absl::StatusOr<Source> {
     RILIEVO_ASSIGN_OR_RETURN(const bool in_parts, InParts(arguments, path, stop));
-    if (in_parts) return ReadPaged(arguments, path, stop);
+    if (in_parts) {
+      absl::StatusOr<Source> source = ReadPaged(arguments, path, stop);
+      if (source.ok() && !arguments.parts) {
+        source->warning = PlacesAloneWarning(LayersFor(arguments.making.options));
+      }
+      return source;
+    }
     return arguments.merge ? ReadMerged(arguments, stop) : ReadOne(arguments, path);
   };
   MakingArguments making = arguments.making;

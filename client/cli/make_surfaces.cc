@@ -71,9 +71,13 @@ absl::Status Explain(const absl::Status& status, const std::string& scan,
   return too_much ? WithExitCode(explained, ExitCode::kInput) : explained;
 }
 
-// The same, and how to go on where it ended.
+// The same, and how to go on where it ended; where that would end the same way nothing stays.
 absl::Status WithWhereItStays(const absl::Status& status, const Source& source) {
   if (source.kept == nullptr) return status;
+  if (IsLasting(status)) {
+    source.kept->Remove();
+    return status;
+  }
   return WithMessage(
       status, absl::StrCat(status.message(), "\nWhat is finished stays in ",
                            source.kept->folder().path(), "; the same command goes on from there."));
@@ -117,6 +121,7 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
   context.stop = stop;
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, result->dss, context));
   if (source.kept != nullptr) source.kept->Remove();
+  if (!source.warning.empty()) result->report.add_warnings(source.warning);
   return Made{std::move(result->report), std::move(source.paths)};
 }
 

@@ -37,6 +37,7 @@ struct Source {
   ReportPaths paths;                                 // no target yet
   std::shared_ptr<const PagedScan> pages = nullptr;  // the points of a scan that went to disk
   std::shared_ptr<KeptScratch> kept = nullptr;       // see PagedFile
+  std::string warning = {};                          // for the report; empty: none
 };
 
 using ReadSource = std::function<absl::StatusOr<Source>(const std::string& path)>;

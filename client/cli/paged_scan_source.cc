@@ -93,7 +93,30 @@ absl::StatusOr<bool> FindPaged(const RunContext& context, PagedFile* paged) {
   return paged->scan != nullptr;
 }
 
+// The points of the file, to where `paged` has its files.
+absl::Status ReadIntoPages(const std::string& path, const ScanArguments& arguments,
+                           const ScratchFolder& folder, const RunContext& context,
+                           PagedFile* paged) {
+  RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(folder));
+  PagingSink sink(&pager);
+  WantedLayers wanted;
+  wanted.sink = &sink;
+  absl::StatusOr<ScanFile> file = LoadScan(path, arguments, wanted);
+  RILIEVO_RETURN_IF_ERROR(sink.status());
+  RILIEVO_ASSIGN_OR_RETURN(paged->file, std::move(file));
+  RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, pager.Finish(context));
+  paged->scan = std::make_shared<const PagedScan>(std::move(scan));
+  ValueWriter writer;
+  VisitFile(writer, paged->file);
+  return folder.Save(kFileName, writer.bytes);
+}
+
 }  // namespace
+
+bool IsLasting(const absl::Status& status) {
+  return absl::IsInvalidArgument(status) || absl::IsFailedPrecondition(status) ||
+         absl::IsOutOfRange(status) || absl::IsUnimplemented(status);
+}
 
 absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments& arguments,
                                     const ReconstructArguments& options,
@@ -110,18 +133,9 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
     RILIEVO_ASSIGN_OR_RETURN(const bool found, FindPaged(context, &paged));
     if (found) return paged;
   }
-  RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(folder));
-  PagingSink sink(&pager);
-  WantedLayers wanted;
-  wanted.sink = &sink;
-  absl::StatusOr<ScanFile> file = LoadScan(path, arguments, wanted);
-  RILIEVO_RETURN_IF_ERROR(sink.status());
-  RILIEVO_ASSIGN_OR_RETURN(paged.file, std::move(file));
-  RILIEVO_ASSIGN_OR_RETURN(PagedScan scan, pager.Finish(context));
-  paged.scan = std::make_shared<const PagedScan>(std::move(scan));
-  ValueWriter writer;
-  VisitFile(writer, paged.file);
-  RILIEVO_RETURN_IF_ERROR(folder.Save(kFileName, writer.bytes));
+  const absl::Status read = ReadIntoPages(path, arguments, folder, context, &paged);
+  if (IsLasting(read) && paged.kept != nullptr) paged.kept->Remove();
+  RILIEVO_RETURN_IF_ERROR(read);
   return paged;
 }
 

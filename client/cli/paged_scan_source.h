@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/reconstruct_options.h"
@@ -31,10 +32,13 @@ struct ScratchArguments {
 
 // All inputs of LoadScan, or what an earlier run has left of one in the scratch folder. Standard
 // input is not found again, so its files have no names. Stations, normals and colours of the points
-// are left out.
+// are left out. After an error that IsLasting() nothing stays in the scratch folder.
 absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments& arguments,
                                     const ReconstructArguments& options,
                                     const ScratchArguments& scratch, const std::stop_token& stop);
+
+// Whether the same scan with the same options ends with this error each time.
+bool IsLasting(const absl::Status& status);
 
 // ReconstructPaged() in this process. The errors are those of a call to a server.
 absl::StatusOr<ReconstructResult> ReconstructPages(

@@ -54,6 +54,43 @@ TEST_F(PartsTest, WhatCannotBeWrittenEndsWithSix) {
   EXPECT_THAT(ended.err, HasSubstr(At("nowhere")));
 }
 
+TEST_F(PartsTest, AfterALastingErrorNothingStays) {
+  {
+    std::ofstream line(At("scan.ply"));
+    line << "ply\nformat ascii 1.0\nelement vertex 500\nproperty float x\nproperty float y\n"
+            "property float z\nend_header\n";
+    for (int i = 0; i < 500; ++i) line << i << " 0 0\n";
+  }
+  const Ended collinear = Run(Command("a.dss", {"--scratch", At("scratch")}));
+  EXPECT_EQ(collinear.code, 3) << collinear.err;
+  EXPECT_THAT(collinear.err, ::testing::Not(HasSubstr("the same command")));
+  EXPECT_THAT(Kept(), ::testing::IsEmpty());
+  std::ofstream(At("scan.ply")) << "0 0 0\n";
+  EXPECT_EQ(Run(Command("a.dss", {"--scratch", At("scratch")})).code, 3);
+  EXPECT_THAT(Kept(), ::testing::IsEmpty());
+}
+
+// The same points over and over: many to read, few to work on.
+TEST_F(PartsTest, PartsThatWereNotAskedForAreWarnedOf) {
+  const std::string scan = Content(At("scan.ply"));
+  const size_t body = scan.find("end_header\n") + 11;
+  std::string head = scan.substr(0, body);
+  constexpr int kTimes = 160;
+  head.replace(head.find("vertex 20000"), 12, "vertex 3200000");
+  {
+    std::ofstream out(At("large.ply"), std::ios::binary);
+    out << head;
+    for (int i = 0; i < kTimes; ++i) out << scan.substr(body);
+  }
+  const Ended ended = Run({"reconstruct", At("large.ply"), "-o", At("a.dss"), "--memory", "1500MB",
+                           "--quiet", "--json"});
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(Json::parse(ended.out)["warnings"],
+              ::testing::Contains(HasSubstr("colours, stations, normals was not taken")));
+  const Ended asked = Run(Command("b.dss", {"--json"}));
+  EXPECT_EQ(asked.out.find("not taken"), std::string::npos);
+}
+
 TEST_F(PartsTest, AScanThatFitsNeedsNoParts) {
   const auto fits = [&](int64_t memory) {
     return SizeOfScan(At("scan.ply"), {}, {}, memory, {})->fits();
@@ -68,6 +105,7 @@ TEST_F(PartsTest, MemoryThatIsNotEvenEnoughForPartsIsRefused) {
   const Ended ended = Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--memory", "25MB"});
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.err, HasSubstr("by parts"));
+  EXPECT_THAT(ended.err, HasSubstr("25.0 MB may"));
   EXPECT_FALSE(fs::exists(At("a.dss")));
 }
 
