@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/booleans/combine_solids.h"
+#include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
 namespace {
@@ -334,6 +335,14 @@ absl::StatusOr<TrimmedMesh> TrimMesh(const TriangleMesh& mesh, const TrimShape& 
 absl::StatusOr<TrimmedMesh> TrimSolid(const TriangleMesh& mesh, const TrimShape& shape,
                                       KeptSide kept, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckTrimmed(mesh));
+  const int64_t open =
+      SummarizeTopology(mesh.triangles, static_cast<int>(mesh.vertices.cols())).boundary_edges;
+  if (open > 0) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the mesh is open: ", open,
+        " of its edges have a triangle on one side only; trim it without a cap, or close it "
+        "first (reconstruct with --boundary close)"));
+  }
   RILIEVO_ASSIGN_OR_RETURN(const TriangleMesh solid, SolidOfShape(shape, mesh));
   RILIEVO_ASSIGN_OR_RETURN(CombinedSolids made,
                            CombineSolids(mesh, solid,

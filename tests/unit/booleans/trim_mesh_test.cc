@@ -177,6 +177,10 @@ TEST(TrimMeshTest, OpenMeshesKeepTheirOtherBorders) {
       SummarizeTopology(quarter->mesh.triangles, static_cast<int>(quarter->mesh.vertices.cols()));
   EXPECT_EQ(summary.boundary_loops, 1);
   EXPECT_EQ(summary.euler, 1);
+  const auto capped =
+      TrimSolid(half->mesh, Plane{{1, 0, 0}, 0.1}, KeptSide::kOutside, RunContext());
+  EXPECT_EQ(capped.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(capped.status().message()), HasSubstr("the mesh is open"));
 }
 
 TEST(TrimMeshTest, VerticesOnTheShapeSplitNothing) {
