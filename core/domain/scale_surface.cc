@@ -26,6 +26,8 @@ constexpr double kPositionWeight = 0.05;
 constexpr double kBoxTolerance = 1e-10;
 // Each leaves less than a tenth of the miss, unless features fix the box.
 constexpr int kMostRounds = 25;
+// Along an axis, up or down.
+constexpr double kMostScaling = 1000;
 
 // Sum of weights times control points, less a target.
 class WeightedSum final : public ceres::CostFunction {
@@ -218,6 +220,13 @@ absl::StatusOr<ScaledSurface> ScaleSurface(const DisplacedSurface& surface,
   }
   const Eigen::Vector3d middle = (before.low + before.high) / 2, wanted = size / frame.diagonal;
   Eigen::Vector3d factors = wanted.cwiseQuotient(before.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    if (factors[axis] >= 1 / kMostScaling && factors[axis] <= kMostScaling) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        "size: along ", std::string(1, "xyz"[axis]), " the box is ",
+        frame.diagonal * before.size()[axis], ", which cannot become ", size[axis],
+        "; lengths from a ", kMostScaling, "th of it to ", kMostScaling, " times it are allowed"));
+  }
   const Eigen::Matrix3Xd& given = surface.control_mesh.vertices;
   DisplacedSurface scaled = surface;
   ScaledSurface result;
@@ -246,10 +255,11 @@ absl::StatusOr<ScaledSurface> ScaleSurface(const DisplacedSurface& surface,
     if (result.rounds == kMostRounds) {
       Eigen::Index axis = 0;
       (box.size() - wanted).cwiseAbs().maxCoeff(&axis);
-      return absl::FailedPreconditionError(
-          absl::StrCat("along ", std::string(1, "xyz"[axis]), " the box comes to ",
-                       result.size[axis], " and not to ", size[axis],
-                       ": kept features reach its sides, or beyond; keep less of them"));
+      return absl::FailedPreconditionError(absl::StrCat(
+          "along ", std::string(1, "xyz"[axis]), " the box comes to ", result.size[axis],
+          " and not to ", size[axis],
+          result.held > 0 ? ": kept features reach its sides, or beyond; keep less of them"
+                          : ": the heights, which keep their size, reach beyond; ask for more"));
     }
     factors = factors.cwiseProduct(wanted.cwiseQuotient(box.size()));
   }

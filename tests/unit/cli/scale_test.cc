@@ -78,6 +78,11 @@ TEST_F(ScaleTest, SaysWhatIsWrong) {
   WriteBores("[]");
   EXPECT_EQ(scale("1,2").code, 2);
   EXPECT_EQ(scale("1,2,-3").code, 2);
+  for (const char* extreme : {"1e300,1,1", "1e-9,1,1"}) {
+    const Ended made = scale(extreme);
+    EXPECT_EQ(made.code, 3) << extreme;
+    EXPECT_THAT(made.err, HasSubstr("size: along x the box is"));
+  }
   const std::pair<const char*, const char*> cases[] = {
       {"{", "no list in JSON"},
       {"[7]", "feature 1 is no object"},
