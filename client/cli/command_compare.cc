@@ -18,6 +18,7 @@
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
 #include "core/surface/measure_error.h"
+#include "server/command_line/real_range.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -208,9 +209,9 @@ Command AddCompare(CLI::App& program) {
          "--max-rms", arguments->max_rms,
          "end with exit code 7 when the RMS distance of both ways is larger, as a fraction "
          "of A's diagonal")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(RealRange(CLI::Range(0.0, 1.0)));
   app->add_option("--max-distance", arguments->max_distance, "the same of the largest distance")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(RealRange(CLI::Range(0.0, 1.0)));
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Compare(*arguments, stop); }};
 }

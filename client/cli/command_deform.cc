@@ -21,6 +21,7 @@
 #include "core/codec/container/encode_deformed.h"
 #include "core/loop/refinement.h"
 #include "core/pipeline/edit_level.h"
+#include "server/command_line/real_range.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -222,7 +223,7 @@ Command AddDeform(CLI::App& program) {
                   "mesh: ply, obj, stl, glb, 3mf, usda")
       ->check(CLI::IsMember({"pose", "dss", "ply", "obj", "stl", "glb", "3mf", "usda"}));
   app->add_option("--fps", arguments->frames_per_second, "frames per second of a .glb; default 24")
-      ->check(CLI::Range(0.01, 1000.0));
+      ->check(RealRange(CLI::Range(0.01, 1000.0)));
   app->add_option("--level", arguments->level,
                   "the --cage is the mesh of this level of the surface, as 'rilievo export IN "
                   "mesh.obj --level L' writes it: its vertices are moved, the detail of finer "
@@ -232,7 +233,7 @@ Command AddDeform(CLI::App& program) {
                   "sharpness of all creases: 0 (none, no corners) to 10 (sharp at every level); "
                   "default as they "
                   "are")
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(RealRange(CLI::Range(0.0, 10.0)));
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Deform(*arguments, stop); }};
 }

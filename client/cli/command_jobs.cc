@@ -23,6 +23,7 @@
 #include "client/library/jobs_client.h"
 #include "client/library/status_conversion.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/real_range.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -282,7 +283,7 @@ CLI::App* AddCommand(CLI::App* jobs, const std::string& name, const std::string&
   AddServerOptions(app, &a->connection);
   app->add_option("--timeout", a->timeout_seconds,
                   "seconds for all attempts together; default no limit")
-      ->check(CLI::PositiveNumber);
+      ->check(RealRange(CLI::PositiveNumber));
   return app;
 }
 

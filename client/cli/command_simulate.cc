@@ -15,6 +15,7 @@
 #include "client/formats/mesh_writer.h"
 #include "client/formats/scan_writer.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/real_range.h"
 #include "server/command_line/text_layout.h"
 #include "tests/scans/displaced_views.h"
 #include "tests/scans/scanner.h"
@@ -123,20 +124,20 @@ Command AddSimulate(CLI::App& program) {
       ->check(CLI::Range(int64_t{1}, int64_t{50000000}))
       ->capture_default_str();
   app->add_option("--noise", scanner.noise, "range error (1 sigma), fraction of the diagonal")
-      ->check(CLI::Range(0.0, 0.1))
+      ->check(RealRange(CLI::Range(0.0, 0.1)))
       ->capture_default_str();
   app->add_option("--views", scanner.views, "viewpoints; 0: even samples, nothing hidden")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app->add_option("--outliers", scanner.outliers, "share of false points")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(RealRange(CLI::Range(0.0, 0.9)))
       ->capture_default_str();
   app->add_option("--dropout", scanner.dropout, "share of lost returns")
-      ->check(CLI::Range(0.0, 0.95))
+      ->check(RealRange(CLI::Range(0.0, 0.95)))
       ->capture_default_str();
   app->add_option("--distance", scanner.view_distance,
                   "distance of the viewpoints, in bounding radii")
-      ->check(CLI::Range(1.2, 100.0))
+      ->check(RealRange(CLI::Range(1.2, 100.0)))
       ->capture_default_str();
   app->add_option("--seed", scanner.seed, "seed of all random choices")->capture_default_str();
   app->add_flag("--normals", arguments->normals, "write the true normals as well");

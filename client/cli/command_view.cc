@@ -25,6 +25,7 @@
 #include "core/geometry/vertex_normals.h"
 #include "core/surface/error_at_vertices.h"
 #include "proto/local_address.h"
+#include "server/command_line/real_range.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -260,7 +261,7 @@ void AddCamera(CLI::App* app, ViewArguments* arguments) {
       ->capture_default_str();
   app->add_option("--elevation", arguments->picture.camera.elevation_degrees,
                   "above the horizon, degrees")
-      ->check(CLI::Range(-90.0, 90.0))
+      ->check(RealRange(CLI::Range(-90.0, 90.0)))
       ->capture_default_str();
   app->add_option("--up", arguments->up,
                   "the axis that points up: y or z; default what a surface says, else z")

@@ -108,6 +108,11 @@ TEST_F(DeformFramesTest, SaysWhereFramesGoAndWhichOneIsWrong) {
   EXPECT_THAT(no_folder.err, HasSubstr("3 cages need a folder"));
   EXPECT_EQ(Deform("b.glb", {"--frames", "obj"}).code, 2);
   EXPECT_EQ(Deform("out/", {"--fps", "30"}).code, 2);
+  for (const char* option : {"--fps", "--crease-sharpness"}) {
+    const Ended made = Deform("clip.glb", {option, "nan"});
+    EXPECT_EQ(made.code, 2);
+    EXPECT_THAT(made.err, HasSubstr("nan is not a number"));
+  }
   std::ofstream(Frame(1)) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   const Ended other = Deform("b.glb");
   EXPECT_EQ(other.code, 3);
