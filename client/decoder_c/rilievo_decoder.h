@@ -46,7 +46,7 @@ typedef struct RilievoFinder RilievoFinder;
 typedef struct RilievoVoxels RilievoVoxels;
 typedef struct RilievoPolygons RilievoPolygons;
 
-/* 7; grows when functions are added. */
+/* 8; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
