@@ -15,6 +15,7 @@
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/mesh_writer.h"
+#include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
 #include "core/schemes/subdivide_mesh.h"
 #include "server/command_line/text_layout.h"
@@ -28,11 +29,15 @@ struct SubdivideArguments {
   bool json = false;
 };
 
-// OBJ keeps polygons; the other formats get them as fans of triangles.
+// OBJ keeps polygons and tags; the other formats get them as fans of triangles.
 absl::Status WritePolygons(const std::string& path, const PolygonMesh& mesh,
-                           const ScanPlace& place) {
+                           const SubdivisionTags& tags, const ScanPlace& place) {
   if (Extension(path) != "obj") return WriteMesh(path, FansOf(mesh), {}, {}, place);
-  return WriteFileAtomically(path, [&](std::ostream& out) { return WriteObjPolygons(mesh, out); });
+  return WriteFileAtomically(path, [&](std::ostream& out) -> absl::Status {
+    RILIEVO_RETURN_IF_ERROR(WriteObjPolygons(mesh, out));
+    WriteObjTags(tags.creases, tags.corners, out);
+    return absl::OkStatus();
+  });
 }
 
 void Print(const SubdivideArguments& arguments, const PolygonMesh& mesh) {
@@ -62,14 +67,16 @@ absl::Status Subdivide(const SubdivideArguments& arguments, std::stop_token stop
   RILIEVO_ASSIGN_OR_RETURN(GivenCage cage, ReadCage(arguments.input));
   RunContext context;
   context.stop = stop;
+  SubdivisionTags tags;
   const absl::StatusOr<PolygonMesh> made =
-      SubdivideMesh(cage.mesh, scheme, arguments.levels, cage.tags, context);
+      SubdivideMesh(cage.mesh, scheme, arguments.levels, cage.tags, context, &tags);
   if (!made.ok()) {
-    return absl::Status(made.status().code(),
-                        absl::StrCat(arguments.input, ": ", made.status().message()));
+    const absl::Status named(made.status().code(),
+                             absl::StrCat(arguments.input, ": ", made.status().message()));
+    return absl::IsResourceExhausted(named) ? WithExitCode(named, ExitCode::kUsage) : named;
   }
   RILIEVO_RETURN_IF_ERROR(
-      WithExitCode(WritePolygons(arguments.output, *made, cage.place), ExitCode::kOutput));
+      WithExitCode(WritePolygons(arguments.output, *made, tags, cage.place), ExitCode::kOutput));
   Print(arguments, *made);
   return absl::OkStatus();
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/formats/mesh_writer.h"
@@ -9,22 +10,29 @@
 
 namespace rilievo {
 
-absl::Status WriteObjCage(const ControlMesh& mesh, const SpatialFrame& frame, std::ostream& out) {
-  const TriangleMesh cage{
-      (mesh.vertices * frame.diagonal).colwise() + frame.center, mesh.faces, {}};
-  RILIEVO_RETURN_IF_ERROR(WriteObjMesh(cage, out));
+void WriteObjTags(const std::vector<Crease>& creases, const std::vector<int>& corners,
+                  std::ostream& out) {
   std::string tags;
-  for (const Crease& crease : mesh.creases) {
+  for (const Crease& crease : creases) {
     absl::StrAppend(&tags, "t crease 2/1/0 ", crease.a, " ", crease.b, " ");
     AppendNumber(std::min(crease.sharpness, kInfiniteSharpness), &tags);
     tags += '\n';
   }
-  for (const int corner : mesh.corners) {
+  for (const int corner : corners) {
     absl::StrAppend(&tags, "t corner 1/1/0 ", corner, " ", kInfiniteSharpness, "\n");
   }
-  // A tag of no edge: nothing is sharp. No tag at all would mean that an editor dropped them.
-  if (tags.empty()) tags = absl::StrCat("t crease 0/1/0 ", kInfiniteSharpness, "\n");
   out << tags;
+}
+
+absl::Status WriteObjCage(const ControlMesh& mesh, const SpatialFrame& frame, std::ostream& out) {
+  const TriangleMesh cage{
+      (mesh.vertices * frame.diagonal).colwise() + frame.center, mesh.faces, {}};
+  RILIEVO_RETURN_IF_ERROR(WriteObjMesh(cage, out));
+  WriteObjTags(mesh.creases, mesh.corners, out);
+  // A tag of no edge: nothing is sharp. No tag at all would mean that an editor dropped them.
+  if (mesh.creases.empty() && mesh.corners.empty()) {
+    out << absl::StrCat("t crease 0/1/0 ", kInfiniteSharpness, "\n");
+  }
   return absl::OkStatus();
 }
 

@@ -2,13 +2,19 @@
 #pragma once
 
 #include <ostream>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/base/run_context.h"
 #include "core/geometry/scan_place.h"
+#include "core/geometry/triangle_mesh.h"
 #include "core/surface/displaced_surface.h"
 
 namespace rilievo {
+
+// Creases and corners as lines of an OBJ: see WriteObjCage().
+void WriteObjTags(const std::vector<Crease>& creases, const std::vector<int>& corners,
+                  std::ostream& out);
 
 // The control mesh as OBJ, scan frame, with its creases and corners as OpenSubdiv's tags
 // ("t crease 2/1/0 a b sharpness", "t corner 1/1/0 v sharpness", vertices counted from 0), which

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/loop/crease_topology.h"
 #include "core/loop/refinement.h"
 #include "core/schemes/scheme_steps.h"
 
@@ -71,8 +72,27 @@ PolygonMesh Polygons(Eigen::Matrix3Xd vertices, const Eigen::Matrix3Xi& triangle
   return mesh;
 }
 
+// Of the level after the last one: a crease in two halves, one less sharp.
+SubdivisionTags TagsAfter(const LoopRefinement& refinement, const SubdivisionTags& tags) {
+  SubdivisionTags after{{}, tags.corners};
+  if (refinement.sharp.empty()) return after;
+  const MeshTopology& topology = refinement.levels.back();
+  for (const SharpEdge& edge : refinement.sharp.levels.back().edges) {
+    const float left =
+        edge.sharpness >= kInfiniteSharpness ? edge.sharpness : edge.sharpness - 1.0f;
+    if (left <= 0) continue;
+    const int middle = topology.vertex_count + edge.edge;
+    for (int end = 0; end < 2; ++end) {
+      after.creases.push_back({topology.edge_vertices(end, edge.edge), middle, left});
+    }
+  }
+  SortTags(&after.creases, &after.corners);
+  return after;
+}
+
 absl::StatusOr<PolygonMesh> SubdivideLoop(const PolygonMesh& mesh, int levels,
-                                          const SubdivisionTags& tags, const RunContext& context) {
+                                          const SubdivisionTags& tags, const RunContext& context,
+                                          SubdivisionTags* refined) {
   const ControlMesh control{mesh.vertices, FacesOf(mesh), tags.creases, tags.corners};
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineTopology(control, levels - 1, context));
@@ -81,6 +101,7 @@ absl::StatusOr<PolygonMesh> SubdivideLoop(const PolygonMesh& mesh, int levels,
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     vertices = SubdivideOnce(refinement, level, vertices);
   }
+  if (refined != nullptr) *refined = TagsAfter(refinement, tags);
   return Polygons(std::move(vertices), RefineFaces(refinement.levels.back()));
 }
 
@@ -127,13 +148,16 @@ absl::StatusOr<SubdivisionScheme> SchemeNamed(absl::string_view name) {
 
 absl::StatusOr<PolygonMesh> SubdivideMesh(const PolygonMesh& mesh, SubdivisionScheme scheme,
                                           int levels, const SubdivisionTags& tags,
-                                          const RunContext& context) {
+                                          const RunContext& context, SubdivisionTags* refined) {
   const NamedScheme& named = InfoOf(scheme);
   RILIEVO_RETURN_IF_ERROR(CheckSubdivision(mesh, named, levels, tags));
   // Whatever the scheme and the levels.
   RILIEVO_RETURN_IF_ERROR(BuildPolygonTopology(mesh).status());
+  if (refined != nullptr) *refined = tags;
   if (levels == 0) return mesh;
-  if (scheme == SubdivisionScheme::kLoop) return SubdivideLoop(mesh, levels, tags, context);
+  if (scheme == SubdivisionScheme::kLoop) {
+    return SubdivideLoop(mesh, levels, tags, context, refined);
+  }
   return named.triangles ? SubdivideTriangles(mesh, scheme, levels, context)
                          : SubdividePolygons(mesh, scheme, levels, context);
 }

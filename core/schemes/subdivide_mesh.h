@@ -40,9 +40,11 @@ struct SubdivisionTags {
 // INVALID_ARGUMENT for coordinates that are not finite, faces that are not an orientable manifold
 // (BuildPolygonTopology), polygons where the scheme takes triangles, tags where it knows none, and
 // for tags that are not of the mesh; RESOURCE_EXHAUSTED when the faces of the last level would have
-// more than kMostSubdividedCorners corners; CANCELLED.
+// more than kMostSubdividedCorners corners; CANCELLED. `refined`, where given, gets the tags of the
+// last level: what is left of the sharpness of creases inside, and the corners.
 absl::StatusOr<PolygonMesh> SubdivideMesh(const PolygonMesh& mesh, SubdivisionScheme scheme,
                                           int levels, const SubdivisionTags& tags,
-                                          const RunContext& context);
+                                          const RunContext& context,
+                                          SubdivisionTags* refined = nullptr);
 
 }  // namespace rilievo

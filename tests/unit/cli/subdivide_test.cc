@@ -5,6 +5,7 @@ namespace rilievo {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class SubdivideTest : public ProgramFixture {
  protected:
@@ -59,10 +60,34 @@ TEST_F(SubdivideTest, LoopKnowsCreases) {
   EXPECT_THAT(other.err, HasSubstr("knows no creases"));
 }
 
+TEST_F(SubdivideTest, CreasesGoOn) {
+  std::ofstream(At("soft.obj")) << Content(At("tagged.obj")) << "t crease 2/1/0 2 3 1.5\n";
+  Subdivide("soft.obj", "loop", "1", "once.obj");
+  const std::string once = Content(At("once.obj"));
+  EXPECT_THAT(once, HasSubstr(" 10\nt crease"));
+  EXPECT_THAT(once, HasSubstr(" 0.5\n"));
+  EXPECT_THAT(once, HasSubstr("t corner 1/1/0 3 10\n"));
+  Subdivide("once.obj", "loop", "1", "again.obj");
+  Subdivide("soft.obj", "loop", "2", "twice.obj");
+  EXPECT_EQ(Content(At("again.obj")), Content(At("twice.obj")));
+  EXPECT_THAT(Content(At("twice.obj")), Not(HasSubstr(" 0.5\nt")));
+}
+
 TEST_F(SubdivideTest, SaysWhatIsWrong) {
   EXPECT_EQ(Run({"subdivide", At("quads.obj"), "-o", At("quads.obj")}).code, 2);
   EXPECT_EQ(Run({"subdivide", At("quads.obj"), "--scheme", "midpoint", "-o", At("x.obj")}).code, 2);
   EXPECT_EQ(Run({"subdivide", At("quads.obj"), "--levels", "9", "-o", At("x.obj")}).code, 2);
+  {
+    // A strip, of which 8 levels would be too many.
+    std::ofstream strip(At("many.obj"));
+    for (int i = 0; i < 2002; ++i) strip << "v " << i << ' ' << i % 2 << " 0\n";
+    for (int i = 1; i <= 2000; ++i) {
+      strip << "f " << i << ' ' << i + 1 + (i % 2 == 0) << ' ' << i + 2 - (i % 2 == 0) << '\n';
+    }
+  }
+  const Ended many = Run({"subdivide", At("many.obj"), "--levels", "8", "-o", At("x.obj")});
+  EXPECT_EQ(many.code, 2);
+  EXPECT_THAT(many.err, HasSubstr("at most"));
   const Ended quads = Run({"subdivide", At("quads.obj"), "-o", At("x.obj")});
   EXPECT_EQ(quads.code, 3);
   EXPECT_THAT(quads.err, HasSubstr("loop takes triangles"));
