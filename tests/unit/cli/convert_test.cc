@@ -23,8 +23,8 @@ class ConvertTest : public ProgramFixture {
 TEST_F(ConvertTest, EveryFormatBecomesTheSameShape) {
   for (const std::string extension : {"ply", "obj", "stl", "glb"}) {
     const std::string mesh = At("m." + extension), surface = At("s_" + extension + ".dss");
-    const Ended made = Run({"convert", mesh, "-o", surface, "--control-faces", "400", "--max-level",
-                            "3", "--json", "--quiet"});
+    const Ended made =
+        Run({"convert", mesh, "-o", surface, "--control-faces", "400", "--json", "--quiet"});
     ASSERT_EQ(made.code, 0) << made.err;
     const Json report = Json::parse(made.out);
     EXPECT_EQ(report["genus"], 1) << extension;
@@ -32,7 +32,7 @@ TEST_F(ConvertTest, EveryFormatBecomesTheSameShape) {
     EXPECT_EQ(report["road"], "mesh");
     EXPECT_GT(report["mesh"]["triangles_used"], 500);
     EXPECT_EQ(report["mesh"]["opened_edges"], 0);
-    const Ended near = Run({"compare", mesh, surface, "--max-rms", "3e-4"});
+    const Ended near = Run({"compare", mesh, surface, "--max-rms", "1e-4"});
     EXPECT_EQ(near.code, 0) << extension << near.out;
     const Ended verified = Run({"verify", surface, mesh});
     EXPECT_EQ(verified.code, 0) << verified.out << verified.err;

@@ -108,7 +108,7 @@ TEST(ShapeMeshTest, SharpEdgesStaySharp) {
 
 // A vertex of so many triangles, seen at 0.4 % before its fan was cut into rings.
 TEST(ShapeMeshTest, ATipOfManyTrianglesKeepsItsShape) {
-  const PointCloud cone = Cone(2000);
+  const PointCloud cone = Cone(5000);
   const auto made = Reconstruct(cone, {}, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_LT(ErrorOf(cone, *made).rms, 1e-4);
