@@ -54,10 +54,7 @@ absl::StatusOr<Source> ReadCombined(const CombineArguments& arguments,
   RILIEVO_RETURN_IF_ERROR(CheckSamePlace(arguments.first(), a.place, arguments.second(), b.place));
   absl::StatusOr<CombinedSolids> made =
       CombineSolids(a.mesh, b.mesh, arguments.operation(), context);
-  if (!made.ok()) {
-    return absl::Status(made.status().code(),
-                        absl::StrCat(arguments.Name(), ": ", made.status().message()));
-  }
+  if (!made.ok()) return AtPath(arguments.Name(), made.status());
   if (!arguments.kept_mesh.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(
         WriteMesh(arguments.kept_mesh, "ply", made->mesh, {}, {}, a.place), ExitCode::kOutput));

@@ -73,9 +73,7 @@ void Print(const DeformArguments& arguments, const WrittenFrames& written) {
 // With the path of what is at fault.
 absl::Status AtFault(const std::string& surface, const std::string& cage,
                      const absl::Status& status) {
-  return absl::Status(
-      status.code(),
-      absl::StrCat(absl::IsFailedPrecondition(status) ? surface : cage, ": ", status.message()));
+  return AtPath(absl::IsFailedPrecondition(status) ? surface : cage, status);
 }
 
 absl::Status DeformOnce(const DeformArguments& arguments, const RunContext& context) {
@@ -87,8 +85,8 @@ absl::Status DeformOnce(const DeformArguments& arguments, const RunContext& cont
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> before, ReadBytes(arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own, DecodeBytes(arguments.input, before, context));
   RILIEVO_ASSIGN_OR_RETURN(const EditedCage cage,
-                           ReadCage(path, arguments.input, own.surface.control_mesh,
-                                    arguments.crease_sharpness, context));
+                           ReadEditedCage(path, arguments.input, own.surface.control_mesh,
+                                          arguments.crease_sharpness, context));
   const absl::StatusOr<std::vector<uint8_t>> after = ReplaceControlMesh(before, cage.mesh);
   if (!after.ok()) return AtFault(arguments.input, path, after.status());
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, *after, context));
@@ -139,7 +137,7 @@ absl::Status DeformLevel(const DeformArguments& arguments, const RunContext& con
                                    " has levels 0 to ", own.surface.max_level));
   }
   RILIEVO_ASSIGN_OR_RETURN(const EditedCage mesh,
-                           ReadCage(path, arguments.input, {}, std::nullopt, context));
+                           ReadEditedCage(path, arguments.input, {}, std::nullopt, context));
   const absl::StatusOr<EditedLevel> edited =
       EditLevel(before, *arguments.level, {mesh.mesh.vertices, mesh.mesh.faces, {}}, context);
   if (!edited.ok()) return AtFault(arguments.input, path, edited.status());

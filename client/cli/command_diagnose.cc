@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
+#include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/scan_diagnosis.h"
@@ -28,10 +29,7 @@ absl::Status Diagnose(const DiagnoseArguments& arguments, std::stop_token stop) 
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading,
                                                          {.stations = true, .normals = true}));
   const absl::StatusOr<ScanDiagnosis> diagnosis = DiagnoseScan(scan.cloud, context);
-  if (!diagnosis.ok()) {
-    return absl::Status(diagnosis.status().code(),
-                        absl::StrCat(arguments.scan, ": ", diagnosis.status().message()));
-  }
+  if (!diagnosis.ok()) return AtPath(arguments.scan, diagnosis.status());
   if (arguments.json) {
     std::cout << DiagnosisJson(*diagnosis, arguments.scan, scan.format);
   } else {

@@ -104,10 +104,7 @@ absl::Status EvaluateAt(const DisplacedSurface& surface, const EvaluateArguments
   Json places = Json::array();
   for (size_t i = 0; i < parameters.size(); ++i) {
     const absl::Status fits = evaluator.Check(parameters[i].face, parameters[i].u, parameters[i].v);
-    if (!fits.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--at ", arguments.at[i], ": ", fits.message()));
-    }
+    if (!fits.ok()) return AtPath(absl::StrCat("--at ", arguments.at[i]), fits);
   }
   for (size_t i = 0; i < parameters.size(); ++i) {
     const Parameter& at = parameters[i];
@@ -152,10 +149,7 @@ absl::Status FindClosest(const DisplacedSurface& surface, const EvaluateArgument
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointFinder finder,
                            ClosestPointFinder::Build(surface, context));
   const auto found = finder.Find(scan.cloud.points, context);
-  if (!found.ok()) {
-    return absl::Status(found.status().code(),
-                        absl::StrCat(arguments.points, ": ", found.status().message()));
-  }
+  if (!found.ok()) return AtPath(arguments.points, found.status());
   WriteClosest(*found, arguments.json);
   return absl::OkStatus();
 }

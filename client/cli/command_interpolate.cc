@@ -61,21 +61,18 @@ absl::Status Interpolate(const InterpolateArguments& arguments, std::stop_token 
   RILIEVO_RETURN_IF_ERROR(CheckFiles(files));
   RunContext context;
   context.stop = stop;
-  RILIEVO_ASSIGN_OR_RETURN(GivenCage given, ReadCage(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(GivenCage given, ReadGivenCage(arguments.input));
   TriangleMesh fans = FansOf(given.mesh);
   const ControlMesh mesh{std::move(fans.vertices), std::move(fans.triangles),
                          std::move(given.tags.creases), std::move(given.tags.corners)};
-  const auto of_input = [&](const absl::Status& status) {
-    return absl::Status(status.code(), absl::StrCat(arguments.input, ": ", status.message()));
-  };
   const auto made = InterpolateVertices(mesh, {}, context);
-  if (!made.ok()) return of_input(made.status());
+  if (!made.ok()) return AtPath(arguments.input, made.status());
   DssMetadata metadata;
   metadata.generator = "rilievo " RILIEVO_VERSION;
   metadata.topology = "user";
   metadata.place = PlaceOf(arguments.place, std::move(given.place));
   const auto encoded = EncodeSmoothSurface(made->mesh, kSmoothLevels, metadata, context);
-  if (!encoded.ok()) return of_input(encoded.status());
+  if (!encoded.ok()) return AtPath(arguments.input, encoded.status());
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, encoded->Concatenate(), context));
   if (!arguments.cage.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(WriteFileAtomically(arguments.cage,

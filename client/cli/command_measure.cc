@@ -90,10 +90,7 @@ absl::StatusOr<Measured> MeasureShape(const TriangleMesh& mesh, const std::vecto
                                       const RunContext& context) {
   Measured measured;
   const auto mass = MassPropertiesOf(mesh.vertices, mesh.triangles);
-  if (!mass.ok()) {
-    return absl::Status(mass.status().code(),
-                        absl::StrCat(arguments.input, ": ", mass.status().message()));
-  }
+  if (!mass.ok()) return AtPath(arguments.input, mass.status());
   measured.mass = *mass;
   for (const Plane& plane : planes) {
     RILIEVO_ASSIGN_OR_RETURN(PlaneSection section, CutByPlane(mesh, plane.normal, plane.offset));

@@ -64,7 +64,7 @@ absl::Status Subdivide(const SubdivideArguments& arguments, std::stop_token stop
   RILIEVO_RETURN_IF_ERROR(WithExitCode(
       CheckMeshExtension(arguments.output, Extension(arguments.output)), ExitCode::kUsage));
   RILIEVO_ASSIGN_OR_RETURN(const SubdivisionScheme scheme, SchemeNamed(arguments.scheme));
-  RILIEVO_ASSIGN_OR_RETURN(GivenCage cage, ReadCage(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(GivenCage cage, ReadGivenCage(arguments.input));
   RunContext context;
   context.stop = stop;
   SubdivisionTags tags;

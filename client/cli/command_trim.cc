@@ -76,10 +76,7 @@ absl::StatusOr<Source> ReadTrimmed(const TrimArguments& arguments, const TrimSha
   absl::StatusOr<TrimmedMesh> made = arguments.cap
                                          ? TrimSolid(given.mesh, shape, arguments.side(), context)
                                          : TrimMesh(given.mesh, shape, arguments.side(), context);
-  if (!made.ok()) {
-    return absl::Status(made.status().code(),
-                        absl::StrCat(arguments.Name(), ": ", made.status().message()));
-  }
+  if (!made.ok()) return AtPath(arguments.Name(), made.status());
   if (!arguments.kept_mesh.empty()) {
     RILIEVO_RETURN_IF_ERROR(WithExitCode(
         WriteMesh(arguments.kept_mesh, "ply", made->mesh, {}, {}, given.place), ExitCode::kOutput));

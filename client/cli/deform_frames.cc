@@ -21,14 +21,11 @@
 namespace rilievo {
 namespace {
 
-absl::Status OfFrame(const std::string& path, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
-
 absl::StatusOr<EditedCage> CageOfFrame(const FramesRequest& request, const std::string& path,
                                        const DecodedSurface& decoded, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  return ReadCage(path, request.surface, decoded.surface.control_mesh, request.sharpness, context);
+  return ReadEditedCage(path, request.surface, decoded.surface.control_mesh, request.sharpness,
+                        context);
 }
 
 absl::StatusOr<DecodedSurface> SurfaceOfFrame(const FramesRequest& request, const std::string& path,
@@ -36,7 +33,7 @@ absl::StatusOr<DecodedSurface> SurfaceOfFrame(const FramesRequest& request, cons
                                               const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const EditedCage cage, CageOfFrame(request, path, decoded, context));
   absl::StatusOr<DecodedSurface> moved = WithControlMesh(decoded, cage.mesh);
-  if (!moved.ok()) return OfFrame(path, moved.status());
+  if (!moved.ok()) return AtPath(path, moved.status());
   return moved;
 }
 
@@ -54,7 +51,7 @@ absl::Status WriteEncoded(const FramesRequest& request, const std::string& cage_
   const absl::StatusOr<std::vector<uint8_t>> moved = ReplaceControlMesh(dss, cage.mesh);
   if (!moved.ok()) {
     const bool of_surface = absl::IsFailedPrecondition(moved.status());
-    return OfFrame(of_surface ? request.surface : cage_path, moved.status());
+    return AtPath(of_surface ? request.surface : cage_path, moved.status());
   }
   std::span<const uint8_t> bytes = *moved;
   if (pose) {

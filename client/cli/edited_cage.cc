@@ -17,10 +17,7 @@ namespace {
 absl::StatusOr<EditedCage> CageOfDss(const std::string& path, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(path));
   const absl::StatusOr<DecodedSurface> decoded = DecodeControlChunk(bytes, context);
-  if (!decoded.ok()) {
-    return absl::Status(decoded.status().code(),
-                        absl::StrCat(path, ": ", decoded.status().message()));
-  }
+  if (!decoded.ok()) return AtPath(path, decoded.status());
   const SpatialFrame& frame = decoded->surface.frame;
   EditedCage cage{decoded->surface.control_mesh, true};
   cage.mesh.vertices = (cage.mesh.vertices * frame.diagonal).colwise() + frame.center;
@@ -47,9 +44,9 @@ absl::StatusOr<EditedCage> CageOfMesh(const std::string& path, const std::string
 
 }  // namespace
 
-absl::StatusOr<EditedCage> ReadCage(const std::string& path, const std::string& surface,
-                                    const ControlMesh& own, std::optional<double> sharpness,
-                                    const RunContext& context) {
+absl::StatusOr<EditedCage> ReadEditedCage(const std::string& path, const std::string& surface,
+                                          const ControlMesh& own, std::optional<double> sharpness,
+                                          const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(EditedCage cage, Extension(path) == "dss"
                                                 ? CageOfDss(path, context)
                                                 : CageOfMesh(path, surface, own));

@@ -19,8 +19,8 @@ struct EditedCage {
 // control mesh of `surface`, whose tags stand where the file has none, since editors that do not
 // know them drop them. `sharpness`: of all creases, 0: no creases and no corners; nullopt: as they
 // are. Errors name the path; kUsage for a file with a unit and a way up of its own.
-absl::StatusOr<EditedCage> ReadCage(const std::string& path, const std::string& surface,
-                                    const ControlMesh& own, std::optional<double> sharpness,
-                                    const RunContext& context);
+absl::StatusOr<EditedCage> ReadEditedCage(const std::string& path, const std::string& surface,
+                                          const ControlMesh& own, std::optional<double> sharpness,
+                                          const RunContext& context);
 
 }  // namespace rilievo

@@ -41,6 +41,10 @@ absl::Status WithMessage(const absl::Status& status, const std::string& message)
   return changed;
 }
 
+absl::Status AtPath(const std::string& path, const absl::Status& status) {
+  return WithMessage(status, absl::StrCat(path, ": ", status.message()));
+}
+
 absl::Status UsageError(const std::string& message) {
   return WithExitCode(absl::InvalidArgumentError(message), ExitCode::kUsage);
 }

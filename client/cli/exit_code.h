@@ -28,6 +28,9 @@ absl::Status WithExitCode(absl::Status status, ExitCode code);
 // The same status, exit code and all, in other words.
 absl::Status WithMessage(const absl::Status& status, const std::string& message);
 
+// The same, of the file (or the operation) `path`: that and a colon before its message.
+absl::Status AtPath(const std::string& path, const absl::Status& status);
+
 // INVALID_ARGUMENT with kUsage.
 absl::Status UsageError(const std::string& message);
 

@@ -127,7 +127,7 @@ absl::StatusOr<PointLayers> Carried(const ExportArguments& arguments,
                            LoadScan(path, arguments.scan, {.intensity = true, .colors = true}));
   absl::StatusOr<PointLayers> layers = LayersAt(vertices, scan, context);
   if (layers.ok()) return layers;
-  return absl::Status(layers.status().code(), absl::StrCat(path, ": ", layers.status().message()));
+  return AtPath(path, layers.status());
 }
 
 }  // namespace rilievo

@@ -9,7 +9,7 @@
 
 namespace rilievo {
 
-absl::StatusOr<GivenCage> ReadCage(const std::string& path) {
+absl::StatusOr<GivenCage> ReadGivenCage(const std::string& path) {
   RILIEVO_ASSIGN_OR_RETURN(MeshFile file, ReadMesh(path));
   if (file.mesh.triangles.cols() == 0) {
     return absl::InvalidArgumentError(

@@ -17,6 +17,6 @@ struct GivenCage {
 };
 
 // Vertices and faces as they are in the file. INVALID_ARGUMENT for a file without faces.
-absl::StatusOr<GivenCage> ReadCage(const std::string& path);
+absl::StatusOr<GivenCage> ReadGivenCage(const std::string& path);
 
 }  // namespace rilievo

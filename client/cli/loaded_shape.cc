@@ -22,10 +22,6 @@
 namespace rilievo {
 namespace {
 
-absl::Status AtPath(const std::string& path, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
-
 std::string NameOf(const std::string& path, const std::string& format) {
   return format.empty() || !Extension(NameUnpacked(path)).empty() ? path
                                                                   : absl::StrCat(path, ".", format);

@@ -73,7 +73,7 @@ absl::Status Explain(const absl::Status& status, const std::string& scan,
 
 // The same, and how to go on where it ended; where that would end the same way nothing stays.
 absl::Status WithWhereItStays(const absl::Status& status, const Source& source) {
-  if (source.kept == nullptr) return status;
+  if (source.kept == nullptr || absl::IsPermissionDenied(status)) return status;
   if (IsLasting(status)) {
     source.kept->Remove();
     return status;

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/command_line/real_range.h"
 #include "server/postgres/postgres_database.h"
 #include "server/postgres/postgres_store.h"
 
@@ -104,7 +105,7 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--until-idle", line->until_idle_seconds,
                   "with --work-only: end when there was nothing to work on for so many seconds")
       ->needs(work_only)
-      ->check(CLI::NonNegativeNumber);
+      ->check(RealRange(CLI::NonNegativeNumber));
   app->add_flag("--ephemeral", options.ephemeral,
                 "keep jobs in a temporary folder that ends with this server")
       ->excludes(store);

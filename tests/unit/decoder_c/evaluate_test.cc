@@ -3,46 +3,35 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
-#include <memory>
 #include <vector>
 
 #include "client/decoder_c/rilievo_decoder.h"
 #include "core/codec/container/dss.h"
 #include "core/evaluate/closest_point_finder.h"
+#include "tests/unit/decoder_c/c_objects.h"
 
 namespace rilievo {
 namespace {
 
 using testing::HasSubstr;
 
-struct Free {
-  void operator()(RilievoSurface* surface) const { rilievo_surface_free(surface); }
-  void operator()(RilievoEvaluator* evaluator) const { rilievo_evaluator_free(evaluator); }
-  void operator()(RilievoFinder* finder) const { rilievo_finder_free(finder); }
-};
-
 class CEvaluateTest : public testing::Test {
  protected:
   CEvaluateTest() {
-    std::ifstream in(RILIEVO_GOLDEN_FOLDER "/torus_and_sheet_smoothed_v3.dss", std::ios::binary);
-    const std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+    const std::vector<uint8_t> bytes = Golden("torus_and_sheet_smoothed_v3.dss");
     decoded_ = *DecodeDss(bytes, RunContext());
-    RilievoSurface* surface = nullptr;
-    EXPECT_EQ(rilievo_decode(bytes.data(), bytes.size(), 0, &surface), RILIEVO_OK);
-    surface_.reset(surface);
+    surface_ = Decode(bytes);
   }
 
-  std::unique_ptr<RilievoEvaluator, Free> Evaluator(int smooth) {
+  Owned<RilievoEvaluator> Evaluator(int smooth) {
     RilievoEvaluator* evaluator = nullptr;
     EXPECT_EQ(rilievo_evaluator_create(surface_.get(), smooth, 1, &evaluator), RILIEVO_OK);
-    return std::unique_ptr<RilievoEvaluator, Free>(evaluator);
+    return Owned<RilievoEvaluator>(evaluator);
   }
 
   DecodedSurface decoded_;
-  std::unique_ptr<RilievoSurface, Free> surface_;
+  SurfacePtr surface_;
 };
 
 TEST_F(CEvaluateTest, GivesTheNumbersOfTheCppLibrary) {
@@ -83,7 +72,7 @@ TEST_F(CEvaluateTest, FindsThePointsOfTheCppLibrary) {
   const std::vector<ClosestPoint> found = *expected.Find(places, RunContext());
   RilievoFinder* made = nullptr;
   ASSERT_EQ(rilievo_finder_create(surface_.get(), 0, 1, &made), RILIEVO_OK);
-  const std::unique_ptr<RilievoFinder, Free> finder(made);
+  const Owned<RilievoFinder> finder(made);
   std::vector<uint32_t> faces(20);
   std::vector<double> parameters(40), distances(20), positions(60);
   ASSERT_EQ(rilievo_find_closest(finder.get(), places.data(), 20, 1, faces.data(),

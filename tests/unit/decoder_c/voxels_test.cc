@@ -2,9 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,28 +10,22 @@
 #include "core/surface/displaced_surface.h"
 #include "core/voxels/shell_voxels.h"
 #include "core/voxels/voxel_distances.h"
+#include "tests/unit/decoder_c/c_objects.h"
 
 namespace rilievo {
 namespace {
 
 using testing::HasSubstr;
 
-struct FreeVoxels {
-  void operator()(RilievoSurface* surface) const { rilievo_surface_free(surface); }
-  void operator()(RilievoVoxels* voxels) const { rilievo_voxels_free(voxels); }
-};
-using VoxelsPtr = std::unique_ptr<RilievoVoxels, FreeVoxels>;
+using VoxelsPtr = Owned<RilievoVoxels>;
 
 class CVoxelsTest : public testing::Test {
  protected:
   CVoxelsTest() {
-    std::ifstream in(RILIEVO_GOLDEN_FOLDER "/torus_and_sheet_smoothed_v3.dss", std::ios::binary);
-    const std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+    const std::vector<uint8_t> bytes = Golden("torus_and_sheet_smoothed_v3.dss");
     const DisplacedSurface surface = DecodeDss(bytes, RunContext())->surface;
     mesh_ = *Tessellate(surface, surface.max_level, RunContext());
-    RilievoSurface* decoded = nullptr;
-    EXPECT_EQ(rilievo_decode(bytes.data(), bytes.size(), 0, &decoded), RILIEVO_OK);
-    surface_.reset(decoded);
+    surface_ = Decode(bytes);
   }
 
   // That this is refused, and what is said.
@@ -47,7 +38,7 @@ class CVoxelsTest : public testing::Test {
   }
 
   TriangleMesh mesh_;
-  std::unique_ptr<RilievoSurface, FreeVoxels> surface_;
+  SurfacePtr surface_;
 };
 
 TEST_F(CVoxelsTest, ShellIsThatOfTheCppLibrary) {
