@@ -40,7 +40,9 @@ check(same.to_bytes() == before.to_bytes(), "an unchanged control mesh gives the
 cage.data.vertices[3].co.z += 0.125
 crease = next(e for e in cage.data.edges if e.crease > 0)
 crease.crease = np.sqrt(2.5 / 10)
+cage.name = "another name"
 bpy.ops.object.rilievo_update()
+check(sum(o.get(rilievo_blender.CAGE) is not None for o in bpy.data.objects) == 1, "one preview")
 edited = export("edited.dss")
 moved = edited.control_mesh.vertices - before.control_mesh.vertices
 check(abs(moved[3, 2] - 0.125) < 1e-4, "the vertex is where it was put")

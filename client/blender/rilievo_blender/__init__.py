@@ -25,8 +25,9 @@ bl_info = {
 }
 
 FILE = "rilievo_dss"
-"""Custom property of a cage: the bytes of its file. Of a preview: the name of its cage."""
+"""Custom property of a cage: the bytes of its file."""
 CAGE = "rilievo_cage"
+"""Custom property of a preview: its cage, whatever name that has by now."""
 CORNERS = "rilievo corners"
 """Vertex group of the vertices that stay where they are."""
 _SHARPEST = 10.0
@@ -102,10 +103,10 @@ def update_preview(item: Any, context: Any, level: int = -1) -> Any:
     surface = moved_surface(item, context)
     made = surface.mesh(None if level < 0 else level)
     vertices = (made.vertices - surface.frame.center).astype(np.float32)
-    shown = next((o for o in bpy.data.objects if o.get(CAGE) == item.name), None)
+    shown = next((o for o in bpy.data.objects if o.get(CAGE) == item), None)
     if shown is None:
         shown = bpy.data.objects.new(f"{item.name} surface", bpy.data.meshes.new("surface"))
-        shown[CAGE] = item.name
+        shown[CAGE] = item
         context.collection.objects.link(shown)
     mesh = shown.data
     if len(mesh.vertices) != len(vertices) or len(mesh.polygons) != len(made.faces):
