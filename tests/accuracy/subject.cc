@@ -84,6 +84,20 @@ Matrix3Xd SeenBy(const Matrix3Xd& points, const Matrix3Xd& places) {
   return places(Eigen::all, kept);
 }
 
+// All over the shape; the same for every scan of it, so made once.
+absl::StatusOr<Matrix3Xd> PlacesOn(const AnalyticShape& shape, uint64_t seed) {
+  static auto* const made = new std::map<std::pair<std::string, uint64_t>, Matrix3Xd>;
+  Matrix3Xd& places = (*made)[{shape.name(), seed}];
+  if (places.cols() > 0) return places;
+  ScannerOptions options;
+  options.points = kSeenPlaces;
+  options.views = 0;
+  options.seed = seed;
+  RILIEVO_ASSIGN_OR_RETURN(SimulatedScan scan, SimulateScan(shape, options));
+  places = std::move(scan.cloud.points);
+  return places;
+}
+
 // `views` as ScannerOptions have them.
 absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& name) {
   ScannerOptions options;
@@ -94,14 +108,12 @@ absl::StatusOr<Subject> ScanShape(ShapePtr shape, int views, const SubjectName& 
   Subject subject;
   RILIEVO_ASSIGN_OR_RETURN(SimulatedScan scan, SimulateScan(*shape, options));
   subject.scan = std::move(scan.cloud);
-  options.noise = 0;
-  RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan clean, SimulateScan(*shape, options));
-  options.points = kSeenPlaces;
-  options.views = 0;
-  options.seed = name.seed + 1;
-  RILIEVO_ASSIGN_OR_RETURN(SimulatedScan everywhere, SimulateScan(*shape, options));
-  subject.seen = views == 0 ? std::move(everywhere.cloud.points)
-                            : SeenBy(clean.cloud.points, everywhere.cloud.points);
+  RILIEVO_ASSIGN_OR_RETURN(subject.seen, PlacesOn(*shape, name.seed + 1));
+  if (views > 0) {
+    options.noise = 0;
+    RILIEVO_ASSIGN_OR_RETURN(const SimulatedScan clean, SimulateScan(*shape, options));
+    subject.seen = SeenBy(clean.cloud.points, subject.seen);
+  }
   subject.diagonal = shape->diagonal();
   subject.truth = std::make_unique<TruthOfShape>(std::move(shape));
   return subject;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,8 +31,9 @@ class AnalyticShape {
   // Continuous, positive outside (above an open surface), negative inside, zero on the surface.
   virtual double Field(const Eigen::Vector3d& x) const = 0;
   virtual Eigen::Vector3d Gradient(const Eigen::Vector3d& x) const = 0;
-  // A lower bound of the distance from x to the zero set: how far a ray may step safely.
-  virtual double SafeStep(const Eigen::Vector3d& x) const = 0;
+  // A lower bound of the distance from x, where the field is `field`, to the zero set: how far a
+  // ray may step safely. By default for fields that never overestimate the distance.
+  virtual double SafeStep(const Eigen::Vector3d&, double field) const { return std::abs(field); }
   // Whether a point of the zero set belongs to the surface.
   virtual bool Contains(const Eigen::Vector3d&) const { return true; }
 

@@ -25,7 +25,6 @@ class DistanceShape : public AnalyticShape {
   virtual DistanceAt At(const Vector3d& x) const = 0;
   double Field(const Vector3d& x) const override { return At(x).distance; }
   Vector3d Gradient(const Vector3d& x) const override { return At(x).gradient; }
-  double SafeStep(const Vector3d& x) const override { return std::abs(At(x).distance); }
   Vector3d ClosestPoint(const Vector3d& x) const override {
     const DistanceAt at = At(x);
     return x - at.distance * at.gradient;
@@ -151,15 +150,14 @@ class Plate : public Extrusion {
     Vector2d center;
     double radius;
   };
-  Plate(std::string name, std::vector<Vector2d> corners, std::vector<Hole> holes,
+  Plate(std::string name, const std::vector<Vector2d>& corners, std::vector<Hole> holes,
         double half_height)
-      : Extrusion(half_height),
-        name_(std::move(name)),
-        corners_(std::move(corners)),
-        holes_(std::move(holes)) {
-    for (const Vector2d& corner : corners_) {
-      bounds_.extend(Vector3d(corner.x(), corner.y(), -half_height));
-      bounds_.extend(Vector3d(corner.x(), corner.y(), half_height));
+      : Extrusion(half_height), name_(std::move(name)), holes_(std::move(holes)) {
+    for (size_t i = 0; i < corners.size(); ++i) {
+      const Vector2d &a = corners[i], &b = corners[(i + 1) % corners.size()];
+      sides_.push_back({a, b, b - a, (b - a).squaredNorm()});
+      bounds_.extend(Vector3d(a.x(), a.y(), -half_height));
+      bounds_.extend(Vector3d(a.x(), a.y(), half_height));
     }
   }
   std::string name() const override { return name_; }
@@ -178,17 +176,15 @@ class Plate : public Extrusion {
  private:
   Planar FromPolygon(const Vector2d& p) const {
     double nearest = std::numeric_limits<double>::infinity();
-    Vector2d offset = Vector2d::Zero(), normal = Vector2d::UnitX();
+    Vector2d offset = Vector2d::Zero(), along = Vector2d::UnitY();
     bool inside = false;
-    for (size_t i = 0; i < corners_.size(); ++i) {
-      const Vector2d a = corners_[i], b = corners_[(i + 1) % corners_.size()];
-      const Vector2d edge = b - a;
-      const double t = std::clamp((p - a).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+    for (const auto& [a, b, edge, squared_length] : sides_) {
+      const double t = std::clamp((p - a).dot(edge) / squared_length, 0.0, 1.0);
       const Vector2d away = p - (a + t * edge);
       if (away.squaredNorm() < nearest) {
         nearest = away.squaredNorm();
         offset = away;
-        normal = Vector2d(edge.y(), -edge.x()).normalized();
+        along = edge;
       }
       if ((a.y() > p.y()) != (b.y() > p.y()) &&
           p.x() < a.x() + (p.y() - a.y()) / edge.y() * edge.x()) {
@@ -198,11 +194,17 @@ class Plate : public Extrusion {
     const double distance = std::sqrt(nearest);
     const double sign = inside ? -1.0 : 1.0;
     // On the rim itself the offset is rounding.
-    return {sign * distance, distance > 1e-12 ? Vector2d(sign * offset / distance) : normal};
+    if (distance > 1e-12) return {sign * distance, sign * offset / distance};
+    return {sign * distance, Vector2d(along.y(), -along.x()).normalized()};
   }
 
+  struct Side {
+    Vector2d a, b, edge;
+    double squared_length;
+  };
+
   std::string name_;
-  std::vector<Vector2d> corners_;
+  std::vector<Side> sides_;
   std::vector<Hole> holes_;
   Eigen::AlignedBox3d bounds_;
 };

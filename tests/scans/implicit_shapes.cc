@@ -34,7 +34,6 @@ class Genus2 : public AnalyticShape {
     const double left_weight = 1.0 / (1.0 + std::exp((a - b) / kBlend));
     return left_weight * left_->Gradient(x) + (1.0 - left_weight) * right_->Gradient(x);
   }
-  double SafeStep(const Vector3d& x) const override { return std::abs(Field(x)); }
   Vector3d ClosestPoint(const Vector3d& x) const override {
     const std::array<Vector3d, 3> starts = {x, left_->ClosestPoint(x), right_->ClosestPoint(x)};
     const bool near = std::abs(Field(x)) < 0.02;
@@ -63,14 +62,14 @@ class Star : public AnalyticShape {
     const Vector3d g = RadiusGradient(d);
     return d - (g - d * d.dot(g)) / std::max(x.norm(), 1e-9);
   }
-  double SafeStep(const Vector3d& x) const override {
+  double SafeStep(const Vector3d& x, double field) const override {
     const double radius = x.norm();
     if (radius < 0.75 * kLeastRadius) return kLeastRadius - radius;
     // Within this step the radius stays above half the least one, which bounds the gradient.
-    const bool outside = radius > kLeastRadius && Field(x) > 0;
+    const bool outside = radius > kLeastRadius && field > 0;
     const double floor_radius = outside ? kLeastRadius : 0.5 * kLeastRadius;
     const double lipschitz = std::hypot(1.0, kSteepest / floor_radius);
-    const double bound = std::abs(Field(x)) / lipschitz;
+    const double bound = std::abs(field) / lipschitz;
     return outside ? bound : std::min(bound, 0.25 * kLeastRadius);
   }
   Vector3d ClosestPoint(const Vector3d& x) const override {

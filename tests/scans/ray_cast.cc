@@ -43,7 +43,7 @@ std::vector<double> RayCrossings(const AnalyticShape& shape, const Ray& ray, dou
   std::vector<double> crossings;
   double t = 0, field = shape.Field(ray.origin);
   while (t < t_end && static_cast<int>(crossings.size()) < limit) {
-    const double next = t + shape.SafeStep(at(t)) + least_step;
+    const double next = t + shape.SafeStep(at(t), field) + least_step;
     const double next_field = shape.Field(at(next));
     if ((field > 0) != (next_field > 0)) {
       const double root = RefineRoot(shape, ray, t, field, next, next_field);

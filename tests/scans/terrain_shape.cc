@@ -21,11 +21,18 @@ struct HeightAt {
 };
 
 // Two long waves, a hill of radius 0.2 and a short ripple.
-HeightAt Height(const Vector2d& p) {
-  constexpr double kWave = 0.18, kWaveX = 2.1, kWaveY = 1.7, kPhase = 0.3;
-  constexpr double kHill = 0.1, kHillWidth = 0.08;
-  constexpr double kRipple = 0.04;
-  const Vector2d ripple_wave(5.0, 2.0);
+constexpr double kWave = 0.18, kWaveX = 2.1, kWaveY = 1.7, kPhase = 0.3;
+constexpr double kHill = 0.1, kHillWidth = 0.08;
+constexpr double kRipple = 0.04;
+const Vector2d kHillTop(0.3, -0.2), kRippleWave(5.0, 2.0);
+
+double Height(const Vector2d& p) {
+  const double wave = kWave * std::sin(kWaveX * p.x() + kPhase) * std::cos(kWaveY * p.y());
+  const double hill = kHill * std::exp(-(p - kHillTop).squaredNorm() / kHillWidth);
+  return wave + hill + kRipple * std::sin(kRippleWave.dot(p));
+}
+
+HeightAt HeightAndSlope(const Vector2d& p) {
   HeightAt at;
 
   const double sx = std::sin(kWaveX * p.x() + kPhase), cx = std::cos(kWaveX * p.x() + kPhase);
@@ -36,17 +43,17 @@ HeightAt Height(const Vector2d& p) {
   at.hessian << -kWave * kWaveX * kWaveX * sx * cy, mixed, mixed,
       -kWave * kWaveY * kWaveY * sx * cy;
 
-  const Vector2d from_top = p - Vector2d(0.3, -0.2);
+  const Vector2d from_top = p - kHillTop;
   const double hill = kHill * std::exp(-from_top.squaredNorm() / kHillWidth);
   at.height += hill;
   at.slope -= hill * 2 / kHillWidth * from_top;
   at.hessian += hill * 2 / kHillWidth *
                 (2 / kHillWidth * from_top * from_top.transpose() - Matrix2d::Identity());
 
-  const double phase = ripple_wave.dot(p);
+  const double phase = kRippleWave.dot(p);
   at.height += kRipple * std::sin(phase);
-  at.slope += kRipple * std::cos(phase) * ripple_wave;
-  at.hessian -= kRipple * std::sin(phase) * ripple_wave * ripple_wave.transpose();
+  at.slope += kRipple * std::cos(phase) * kRippleWave;
+  at.hessian -= kRipple * std::sin(phase) * kRippleWave * kRippleWave.transpose();
   return at;
 }
 
@@ -58,16 +65,16 @@ class Terrain : public AnalyticShape {
   Eigen::AlignedBox3d bounds() const override {
     return {Vector3d(-1, -1, -0.23), Vector3d(1, 1, 0.29)};
   }
-  double Field(const Vector3d& x) const override { return x.z() - Height(x.head<2>()).height; }
+  double Field(const Vector3d& x) const override { return x.z() - Height(x.head<2>()); }
   Vector3d Gradient(const Vector3d& x) const override {
     Vector3d gradient;
-    gradient << -Height(x.head<2>()).slope, 1.0;
+    gradient << -HeightAndSlope(x.head<2>()).slope, 1.0;
     return gradient;
   }
-  double SafeStep(const Vector3d& x) const override {
+  double SafeStep(const Vector3d&, double field) const override {
     // The slopes of the three terms are at most 0.378, 0.304 and 0.216.
     constexpr double kSteepest = 0.9;
-    return std::abs(Field(x)) / std::hypot(1.0, kSteepest);
+    return std::abs(field) / std::hypot(1.0, kSteepest);
   }
   bool Contains(const Vector3d& x) const override {
     return std::abs(x.x()) <= 1 && std::abs(x.y()) <= 1;
@@ -78,7 +85,7 @@ class Terrain : public AnalyticShape {
 Vector2d ClampToSquare(const Vector2d& p) { return p.cwiseMax(-1.0).cwiseMin(1.0); }
 
 double HalfSquaredDistance(const Vector3d& x, const Vector2d& p) {
-  return 0.5 * ((p - x.head<2>()).squaredNorm() + std::pow(Height(p).height - x.z(), 2));
+  return 0.5 * ((p - x.head<2>()).squaredNorm() + std::pow(Height(p) - x.z(), 2));
 }
 
 // Newton on the half squared distance within the square; a coordinate at its bound whose descent
@@ -86,7 +93,7 @@ double HalfSquaredDistance(const Vector3d& x, const Vector2d& p) {
 Vector2d Descend(const Vector3d& x, Vector2d p) {
   double cost = HalfSquaredDistance(x, p);
   for (int round = 0; round < 60; ++round) {
-    const HeightAt at = Height(p);
+    const HeightAt at = HeightAndSlope(p);
     const double above = at.height - x.z();
     Vector2d gradient = p - x.head<2>() + above * at.slope;
     Matrix2d hessian = Matrix2d::Identity() + at.slope * at.slope.transpose() + above * at.hessian;
@@ -102,13 +109,17 @@ Vector2d Descend(const Vector3d& x, Vector2d p) {
     const Vector2d step = convex ? Vector2d(-hessian.inverse() * gradient) : Vector2d(-gradient);
     double scale = 1;
     Vector2d next = ClampToSquare(p + step);
-    while (HalfSquaredDistance(x, next) > cost && scale > 1e-12) {
+    double next_cost = HalfSquaredDistance(x, next);
+    while (next_cost > cost && scale > 1e-12) {
       scale *= 0.5;
       next = ClampToSquare(p + scale * step);
+      next_cost = HalfSquaredDistance(x, next);
     }
     const double moved = (next - p).norm();
-    if (HalfSquaredDistance(x, next) <= cost) p = next;
-    cost = HalfSquaredDistance(x, p);
+    if (next_cost <= cost) {
+      p = next;
+      cost = next_cost;
+    }
     if (moved < 1e-14) break;
   }
   return p;
@@ -132,7 +143,7 @@ Vector3d Terrain::ClosestPoint(const Vector3d& x) const {
       }
     }
   }
-  return {best.x(), best.y(), Height(best).height};
+  return {best.x(), best.y(), Height(best)};
 }
 
 }  // namespace

@@ -84,8 +84,9 @@ TEST_P(ShapeTest, SafeStepNeverPassesTheSurface) {
   Random random(11);
   for (int i = 0; i < 2000; ++i) {
     const Vector3d x = InEnlargedBox(&random);
-    EXPECT_LE(shape_->SafeStep(x), std::abs(shape_->Distance(x)) + 1e-12) << x.transpose();
-    EXPECT_GE(shape_->SafeStep(x), 0.0);
+    EXPECT_LE(shape_->SafeStep(x, shape_->Field(x)), std::abs(shape_->Distance(x)) + 1e-12)
+        << x.transpose();
+    EXPECT_GE(shape_->SafeStep(x, shape_->Field(x)), 0.0);
   }
 }
 
