@@ -35,7 +35,7 @@ absl::Status CheckStarHasNoOpenings(const OrientedCloud& cloud, const PointIndex
                                     const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(
       const ControlMesh star,
-      SphericalControlMesh(cloud, index, static_cast<int>(cloud.points.cols()), context));
+      SphericalControlMesh(cloud, static_cast<int>(cloud.points.cols()), context));
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh trimmed,
                            TrimSurface(star, cloud, index, BoundaryRule::kKeep, context));
   if (trimmed.faces.cols() == star.faces.cols()) return absl::OkStatus();
@@ -49,13 +49,13 @@ absl::StatusOr<ControlMesh> RegularMesh(Topology topology, const OrientedCloud& 
                                         const ControlOptions& options, int target_faces,
                                         const RunContext& context) {
   if (topology == Topology::kPlanar) {
-    return PlanarControlMesh(cloud, index, options.boundary, target_faces, context);
+    return PlanarControlMesh(cloud, options.boundary, target_faces, context);
   }
   if (topology == Topology::kSpherical) {
     if (options.topology == Topology::kAuto && options.boundary == BoundaryRule::kKeep) {
       RILIEVO_RETURN_IF_ERROR(CheckStarHasNoOpenings(cloud, index, context));
     }
-    return SphericalControlMesh(cloud, index, target_faces, context);
+    return SphericalControlMesh(cloud, target_faces, context);
   }
   ControlMesh mesh = *options.user_mesh;
   for (auto vertex : mesh.vertices.colwise()) vertex = frame.UnitFromScan(vertex);

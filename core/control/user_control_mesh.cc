@@ -22,16 +22,13 @@ constexpr double kFarthest = 10;  // diagonals
 
 constexpr double kNear = 0.25;  // of the diagonal
 constexpr double kLeastNearShare = 0.5;
-constexpr int kCloudSamples = 5000;
 
-// Share of about kCloudSamples columns of `from` that lie within kNear of what the tree holds.
+// Share of the columns of `from` that lie within kNear of what the tree holds.
 double NearShare(const Eigen::Matrix3Xd& from, const ClosestPointTree& to) {
-  const int64_t stride = std::max<int64_t>(1, from.cols() / kCloudSamples);
-  int64_t asked = 0, near = 0;
-  for (int64_t i = 0; i < from.cols(); i += stride, ++asked) {
-    near += to.HasWithin(from.col(i), kNear) ? 1 : 0;
-  }
-  return static_cast<double>(near) / static_cast<double>(asked);
+  const auto columns = from.colwise();
+  const auto near = std::count_if(columns.begin(), columns.end(),
+                                  [&](const auto& place) { return to.HasWithin(place, kNear); });
+  return static_cast<double>(near) / static_cast<double>(from.cols());
 }
 
 absl::Status CheckNear(const ControlMesh& mesh, const OrientedCloud& cloud,

@@ -77,7 +77,7 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
                            BuildPlateLevels(refinement, rings, limit, context));
   HeightProblem problem(cloud, refinement, feet, std::move(levels));
   const int finest = problem.finest();
-  const std::vector<float> first(1, static_cast<float>(kSolve.first_length));
+  const std::vector<float> first(1, 1.0f);
   problem.PreferNearPoints();
   RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> heights, problem.SolveUpTo(finest, first, context));

@@ -9,7 +9,6 @@ struct FeetSettings {
   int newton_steps = 8;   // to invert a prism
   double arrived = 1e-2;  // distance from the point, in edges
   double outside = 1e-4;  // barycentric coordinate below 0 that still counts as inside
-  double beyond_rim = 1;  // the same over a rim, where there is no other triangle
   double farthest = 50;   // barycentric coordinates of a step that diverged
   // To points that have no prism: the length of the way, in spacings, and the least cosine between
   // it and the limit normal.
@@ -24,9 +23,9 @@ struct SolveSettings {
   // Filter lengths that are tried: from the shortest, each `length_ratio` times the one before,
   // below the longest. The shortest lets heights follow single points.
   double shortest = 0.25, length_ratio = 1.5, longest = 9;
-  // Before the points' weights are known: the filter length, and the distance from the domain at
-  // which a point weighs a quarter.
-  double first_length = 1, near_domain = 2;
+  // Before the points' weights are known, with a filter of one spacing: the distance from the
+  // domain at which a point weighs a quarter.
+  double near_domain = 2;
   // The domain says that each height is 0, and weighs so many points. Where few points lie between
   // creases, at which the plate ends, heights would else be as large as they like: a quarter of the
   // Booleans of scans had spikes of 1 to 5 % of the diagonal. Three times as much changes nothing,
@@ -42,8 +41,6 @@ struct SolveSettings {
   double filter_of_edge = 0.24;
   // A region that one control vertex serves has at least so many points.
   double least_points = 3;
-  // A filter length is tried on the coarsest level whose edges are shorter than this share of it.
-  double edge_of_length = 1;
   // Residual at which a point's weight is a quarter, in the larger of its noise and `least_noise`
   // spacings.
   double robust_residual = 5, least_noise = 0.15;

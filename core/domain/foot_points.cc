@@ -186,12 +186,9 @@ std::optional<SharpFootPoint> FootPointSearch::FootOnLine(const SampledSurface& 
                          samples_.control_kinds[sample] == VertexKind::kCorner;
   if (is_corner) return foot;
   const Eigen::Vector3d position = surface.positions.col(sample);
-  const int segment = lines_->source()[lines_->Closest(position).item];
-  const Eigen::Vector3d from = cloud_.sharp_lines.col(2 * segment),
-                        way = cloud_.sharp_lines.col(2 * segment + 1) - from;
-  const double part = std::clamp((position - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
-  foot.move = from + part * way - position;
-  const Eigen::Vector3d along = way.normalized(), across = along.unitOrthogonal();
+  const auto [place, along] = NearestOnSegments(*lines_, cloud_.sharp_lines, position);
+  foot.move = place - position;
+  const Eigen::Vector3d across = along.unitOrthogonal();
   foot.sides.axes << across, along.cross(across), along;
   foot.sides.strength[2] = 0;
   return foot;

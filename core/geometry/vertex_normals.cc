@@ -4,12 +4,16 @@
 
 namespace rilievo {
 
+Eigen::Vector3d FaceCross(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& faces,
+                          Eigen::Index face) {
+  const Eigen::Vector3d a = vertices.col(faces(0, face));
+  return (vertices.col(faces(1, face)) - a).cross(vertices.col(faces(2, face)) - a);
+}
+
 Eigen::Matrix3Xd VertexNormals(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xi& faces) {
   Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, vertices.cols());
   for (int f = 0; f < faces.cols(); ++f) {
-    const Eigen::Vector3d a = vertices.col(faces(0, f));
-    const Eigen::Vector3d area_normal =
-        (vertices.col(faces(1, f)) - a).cross(vertices.col(faces(2, f)) - a);
+    const Eigen::Vector3d area_normal = FaceCross(vertices, faces, f);
     for (int k = 0; k < 3; ++k) normals.col(faces(k, f)) += area_normal;
   }
   for (int v = 0; v < normals.cols(); ++v) {

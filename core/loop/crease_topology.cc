@@ -162,6 +162,16 @@ void SortTags(std::vector<Crease>* creases, std::vector<int>* corners) {
   corners->erase(std::unique(corners->begin(), corners->end()), corners->end());
 }
 
+std::vector<Crease> TaggedEdges(const MeshTopology& topology, const std::vector<uint8_t>& flags) {
+  std::vector<Crease> creases;
+  for (int e = 0; e < topology.edge_count(); ++e) {
+    if (flags[e] == 0) continue;
+    creases.push_back({topology.edge_vertices(0, e), topology.edge_vertices(1, e)});
+  }
+  std::sort(creases.begin(), creases.end(), Before);
+  return creases;
+}
+
 absl::StatusOr<CreaseTopology> BuildCreaseTopology(const ControlMesh& mesh,
                                                    const MeshTopology& topology) {
   RILIEVO_RETURN_IF_ERROR(CheckTags(mesh, topology.vertex_count));

@@ -26,6 +26,9 @@ struct SharpEdge {
 // Tags in any order as BuildCreaseTopology() takes them: what is tagged twice is tagged.
 void SortTags(std::vector<Crease>* creases, std::vector<int>* corners);
 
+// The edges whose flag is set, as creases.
+std::vector<Crease> TaggedEdges(const MeshTopology& topology, const std::vector<uint8_t>& flags);
+
 struct CreaseTopology {
   std::vector<SharpEdge> edges;   // ascending; a tag on a boundary edge changes nothing
   std::vector<VertexKind> kinds;  // one a vertex

@@ -161,6 +161,14 @@ MeshTopology VerticesAfter(const MeshTopology& topology) {
   return fine;
 }
 
+absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
+                                                const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
+                           RefineTopology(mesh, std::max(0, level - 1), context));
+  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  return refinement;
+}
+
 Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology) {
   Eigen::Matrix3Xi fine(3, 4 * static_cast<Eigen::Index>(topology.face_count()));
   for (int f = 0; f < topology.face_count(); ++f) {

@@ -43,6 +43,11 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
 // boundary.
 MeshTopology VerticesAfter(const MeshTopology& topology);
 
+// All levels, of the finest, unless it is the control mesh, the vertices alone: its faces follow
+// from the level before, and values on its vertices ask for no more. Errors: RefineTopology().
+absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
+                                                const RunContext& context);
+
 // The faces of the level after `topology` alone, without edges and adjacency: the lean way to the
 // finest level's triangles.
 Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology);

@@ -13,6 +13,7 @@
 #include "core/codec/container/encode_dss_blocks.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/mesh/face_groups.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/paging/saved_value.h"
 #include "core/pipeline/certificate.h"
 #include "core/surface/measure_parts.h"
@@ -40,10 +41,8 @@ FaceLists PartsToMeasure(const StoredSurface& surface, const MeshTopology& contr
 
 double AreaOf(const ControlMesh& mesh) {
   double area = 0;
-  for (const auto face : mesh.faces.colwise()) {
-    const Eigen::Vector3d a = mesh.vertices.col(face[0]);
-    const Eigen::Vector3d ab = mesh.vertices.col(face[1]) - a;
-    area += ab.cross(mesh.vertices.col(face[2]) - a).norm() / 2;
+  for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
+    area += FaceCross(mesh.vertices, mesh.faces, f).norm() / 2;
   }
   return area;
 }

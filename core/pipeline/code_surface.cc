@@ -16,7 +16,7 @@ constexpr double kShareOfOwn = 0.3;  // sqrt(1 + 0.3^2) = 1.044
 // not all in its own error.
 constexpr double kAimMeasured = 0.985, kAim = 0.96;
 constexpr double kNoiseRoom = 1.12;
-constexpr double kFinest = 1e-6, kCoarsest = 1e-2;
+constexpr double kFinest = 1e-7, kCoarsest = 0.1;  // EncodeOptions::max_error
 
 // `to_keep`: as the certificate will state it.
 absl::StatusOr<TwoSidedError> Measure(const OrientedCloud& cloud, const Shape& mesh,
@@ -45,11 +45,10 @@ absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<d
 }
 
 // Of KeepError().
-constexpr double kClose = 0.98;    // of the error asked for: bytes to be won above are not worth it
-constexpr double kKeepAim = 0.99;  // of it, between that and 1
-constexpr double kNarrow = 1.015;  // bracket of coding errors that is not divided further
+constexpr double kClose = 0.98;  // of the error asked for: bytes to be won above are not worth it
+// Of it, between that and 1; a narrower bracket of coding errors is not divided further.
+constexpr double kKeepAim = 0.99;
 constexpr double kLeastFactor = 0.4, kMostFactor = 1.6;
-constexpr double kFinestCoding = 1e-7, kCoarsestCoding = 0.1;  // EncodeOptions::max_error
 
 double Squared(double x) { return x * x; }
 
@@ -63,7 +62,7 @@ class KeepSearch {
   double Next(double coding, double error) {
     (error <= limit_ ? low_ : high_) = coding;
     if (error <= limit_ && error >= kClose * limit_) return 0;
-    if (low_ > 0 && high_ > 0 && high_ < kNarrow * low_) return 0;
+    if (low_ > 0 && high_ > 0 && kKeepAim * high_ < low_) return 0;
     const double aim = kKeepAim * limit_;
     const double room = aim > own_ ? Squared(aim) - Squared(own_) : 0;
     // At least a quarter of the room that there is at all.
@@ -138,11 +137,11 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded) {
     const double aim = kAimMeasured * max_error;
     const double least = (max_error * max_error - distance * distance) / 4;
     const double left = std::max(aim * aim - distance * distance, least);
-    return std::clamp(std::sqrt(left), kFinest, 10 * kCoarsest);
+    return std::clamp(std::sqrt(left), kFinest, kCoarsest);
   }
   const double own = OwnError(uncoded), aim = kAim * max_error;
   const double left = std::sqrt(std::max(0.0, aim * aim - own * own));
-  return std::clamp(std::max(left, kShareOfOwn * own), kFinest, 10 * kCoarsest);
+  return std::clamp(std::max(left, kShareOfOwn * own), kFinest, kCoarsest);
 }
 
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded) {
@@ -217,7 +216,7 @@ absl::StatusOr<bool> KeepErrorOf(
       kept_coding = std::max(kept_coding, coding);
     }
     double next = search.Next(coding, error);
-    if (next > 0) next = std::clamp(next, kFinestCoding, kCoarsestCoding);
+    if (next > 0) next = std::clamp(next, kFinest, kCoarsest);
     if (next == 0 || next == coding || round + 1 == kKeepErrorRounds) break;
     coding = next;
     RILIEVO_ASSIGN_OR_RETURN(*encoded, encode(coding));

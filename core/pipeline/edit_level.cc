@@ -22,7 +22,7 @@ namespace {
 
 // Of the file's step: heights that were rounded once are rounded again, to half of that error. A
 // step gets no finer than kLeastStep by that, or a file would grow by each of many edits.
-constexpr double kShareOfStep = 0.5, kLeastStep = 1e-5, kMostStep = 0.01;
+constexpr double kShareOfStep = 0.5, kLeastStep = 1e-5;
 
 absl::Status CheckLevel(const DecodedSurface& decoded, int level) {
   const int finest = decoded.surface.max_level;
@@ -53,7 +53,7 @@ EncodeOptions OptionsFor(const OpenedDss& file) {
   options.position_step = file.header.position_step;
   const double own = HeightStepOf(file);
   const double finer = std::max(kShareOfStep * own, std::min(own, kLeastStep));
-  options.height_step = std::min(finer, kMostStep);
+  options.height_step = std::min(finer, kMaxStep);
   options.group_faces = file.header.group_limit;
   return options;
 }

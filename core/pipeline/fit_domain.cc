@@ -24,11 +24,11 @@ constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
 
 // Of position steps.
-constexpr double kFinestStep = 4e-4, kCoarsestStep = 5e-3;
+constexpr double kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
-constexpr double kOfCodingError = 4, kUsualCodingError = 1e-4;
+constexpr double kOfCodingError = 4;
 constexpr int kEdgesPerCrease = 50;  // a part with fewer creases than that counts as smooth
 
 double ShortEdge(const ControlMesh& mesh) {
@@ -53,10 +53,10 @@ bool IsMachined(const ControlMesh& mesh) {
 }
 
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error) {
-  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kFinestStep, kCoarsestStep);
+  const double smooth = std::clamp(kOfShortEdges * ShortEdge(mesh), kPositionStep, kCoarsestStep);
   if (!IsMachined(mesh)) return smooth;
-  const double flat = kOfCodingError * coding_error.value_or(kUsualCodingError);
-  return std::clamp(flat, kFinestStep, smooth);
+  const double flat = coding_error ? kOfCodingError * *coding_error : kPositionStep;
+  return std::clamp(flat, kPositionStep, smooth);
 }
 
 absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& start,

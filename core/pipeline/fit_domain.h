@@ -31,7 +31,7 @@ bool IsMachined(const ControlMesh& mesh);
 // an owl of 500 control faces took 1 882 bytes at 3e-3 and 2 131 at 4e-4 for the same error. A
 // machined part has flat faces that need no heights while the rounding stays below the coding
 // error: there at most four times `coding_error`, fraction of the diagonal; unset: not known yet,
-// and taken to be 1e-4.
+// and kPositionStep.
 double PositionStepFor(const ControlMesh& mesh, std::optional<double> coding_error);
 
 // The Loop surface of `start`, fitted to the points. Its position step is encode.position_step, or

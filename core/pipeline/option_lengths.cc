@@ -12,7 +12,7 @@ namespace {
 struct Range {
   double low, high;
 };
-constexpr Range kMaxError{1e-6, 0.1}, kHeightStep{1e-9, 0.01};
+constexpr Range kMaxError{1e-6, 0.1}, kHeightStep{1e-9, kMaxStep};
 constexpr Range kRim{kShortestRim, kLongestRim};
 
 absl::Status CheckLength(const char* name, std::optional<double> length, bool has_fraction) {

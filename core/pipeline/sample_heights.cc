@@ -74,14 +74,6 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
 
 }  // namespace
 
-absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
-                                                const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement,
-                           RefineTopology(mesh, std::max(0, level - 1), context));
-  if (level > 0) refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
-  return refinement;
-}
-
 // V_l is about control_faces / 2 * 4^l.
 int LevelAsDenseAs(double points, int64_t control_faces) {
   const double steps = std::log2(2.0 * points / static_cast<double>(control_faces)) / 2;

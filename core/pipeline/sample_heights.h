@@ -21,11 +21,6 @@ struct SampledSurface {
   Shape shape;               // of the finest level, unit frame
 };
 
-// All levels, of the finest, unless it is the control mesh, the vertices alone: heights and colours
-// ask for no more, and its faces follow from the level before.
-absl::StatusOr<LoopRefinement> RefineToVertices(const ControlMesh& mesh, int level,
-                                                const RunContext& context);
-
 // The level, 1 to 6, whose displaced vertices are about as dense as so many points.
 int LevelAsDenseAs(double points, int64_t control_faces);
 

@@ -13,12 +13,9 @@ namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr double kNone = -1, kHalf = 0.5, kQuarter = 0.25;  // steps
-constexpr double kStepRatio = 1.5;                          // of position steps
-constexpr double kAlike = 1.01;                             // errors
-constexpr double kCoarsestStep = 0.01;                      // EncodeOptions::position_step
-// Of a control mesh with its header's part, bytes a face: more cannot be had of a size asked for.
-constexpr double kBytesPerFace = 1.0;
+constexpr double kNone = -1, kHalf = 0.5;  // steps
+constexpr double kStepRatio = 1.5;         // of position steps
+constexpr double kAlike = 1.01;            // errors
 
 // What a trial costs.
 struct Cost {
@@ -64,7 +61,7 @@ class Search {
     RILIEVO_RETURN_IF_ERROR(TryBeside(kHalf));
     // Of a part with sharp edges the error hangs on where the few control points happen to lie, so
     // more meshes are worth a try.
-    if (IsMachined(start_)) RILIEVO_RETURN_IF_ERROR(TryBeside(kQuarter));
+    if (IsMachined(start_)) RILIEVO_RETURN_IF_ERROR(TryBeside(kHalf / 2));
     if (!best_) return failure_;
     if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());
@@ -79,10 +76,8 @@ class Search {
   int FirstRung() const {
     int step = FacesAt(1) >= kFewestFaces ? 1 : 0;
     if (!options_.encode.max_bytes) return step;
-    while (FacesAt(step + 1) >= kFewestFaces &&
-           FacesAt(step) * kBytesPerFace > static_cast<double>(*options_.encode.max_bytes)) {
-      ++step;
-    }
+    // A control mesh with its header takes a byte a face at least.
+    while (FacesAt(step + 1) >= kFewestFaces && FacesAt(step) > *options_.encode.max_bytes) ++step;
     return step;
   }
 
@@ -110,7 +105,7 @@ class Search {
   // may have to make good.
   absl::Status TrySteps() {
     const double first = best_->domain.position_step;
-    const double coarsest = best_->domain.is_filled ? kStepWhereFilled : kCoarsestStep;
+    const double coarsest = best_->domain.is_filled ? kStepWhereFilled : kMaxStep;
     ReconstructOptions options = options_;
     for (const double ratio : {kStepRatio, 1 / kStepRatio}) {
       for (double step = first * ratio; step <= coarsest; step *= ratio) {

@@ -1,5 +1,7 @@
 #include "core/surface/segment_tree.h"
 
+#include <algorithm>
+
 namespace rilievo {
 
 absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
@@ -7,6 +9,14 @@ absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
   Eigen::Matrix3Xi triangles(3, ends.cols() / 2);  // without area
   for (int i = 0; i < triangles.cols(); ++i) triangles.col(i) << 2 * i, 2 * i + 1, 2 * i + 1;
   return ClosestPointTree::Build(ends, triangles, context);
+}
+
+SegmentPlace NearestOnSegments(const ClosestPointTree& tree, const Eigen::Matrix3Xd& ends,
+                               const Eigen::Vector3d& position) {
+  const int segment = tree.source()[tree.Closest(position).item];
+  const Eigen::Vector3d from = ends.col(2 * segment), way = ends.col(2 * segment + 1) - from;
+  const double part = std::clamp((position - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
+  return {from + part * way, way.normalized()};
 }
 
 }  // namespace rilievo

@@ -14,4 +14,12 @@ namespace rilievo {
 absl::StatusOr<ClosestPointTree> TreeOfSegments(const Eigen::Matrix3Xd& ends,
                                                 const RunContext& context);
 
+// A place on a segment, and the unit vector along it.
+struct SegmentPlace {
+  Eigen::Vector3d place, along;
+};
+// The nearest one to `position`. `tree`: TreeOfSegments(ends).
+SegmentPlace NearestOnSegments(const ClosestPointTree& tree, const Eigen::Matrix3Xd& ends,
+                               const Eigen::Vector3d& position);
+
 }  // namespace rilievo

@@ -48,9 +48,8 @@ BENCHMARK(BM_ImproveAndRelax)->Unit(benchmark::kMillisecond);
 
 void BM_PlanarControlMesh(benchmark::State& state) {
   const OrientedCloud cloud = TerrainCloud(100000, 0.1);
-  const PointIndex index(cloud.points);
   for (auto _ : state) {
-    auto mesh = PlanarControlMesh(cloud, index, BoundaryRule::kKeep, 3000, RunContext());
+    auto mesh = PlanarControlMesh(cloud, BoundaryRule::kKeep, 3000, RunContext());
     benchmark::DoNotOptimize(mesh);
   }
 }
@@ -58,9 +57,8 @@ BENCHMARK(BM_PlanarControlMesh)->Unit(benchmark::kMillisecond);
 
 void BM_SphericalControlMesh(benchmark::State& state) {
   const OrientedCloud cloud = StarCloud(static_cast<int>(state.range(0)));
-  const PointIndex index(cloud.points);
   for (auto _ : state) {
-    auto mesh = SphericalControlMesh(cloud, index, 8192, RunContext());
+    auto mesh = SphericalControlMesh(cloud, 8192, RunContext());
     benchmark::DoNotOptimize(mesh);
   }
 }

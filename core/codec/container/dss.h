@@ -18,6 +18,9 @@ namespace rilievo {
 // Of control points, where nothing else was asked for.
 inline constexpr double kPositionStep = 4e-4;
 
+// Coarsest step of control points and of heights, fraction of the diagonal.
+inline constexpr double kMaxStep = 0.01;
+
 struct EncodeOptions {
   // Step of the height quantiser at the finest level, fraction of the diagonal. (0, 0.01]; 0: not
   // asked for, 2e-5 unless max_error or max_bytes say otherwise. Coarser

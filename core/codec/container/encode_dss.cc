@@ -20,7 +20,6 @@
 namespace rilievo {
 namespace {
 
-constexpr double kMaxStep = 0.01;
 constexpr double kMaxHeight = 0.5, kMaxHeightSteps = 1 << 20;
 absl::Status CheckStep(double step, const char* name) {
   if (step > 0 && step <= kMaxStep) return absl::OkStatus();

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
 
 namespace rilievo {
 namespace {
@@ -85,28 +86,15 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
           FoldedEdge edge{mesh.vertices.col(a), mesh.vertices.col(b), {}, {}};
           for (int k = 0; k < 2; ++k) {
             const int face = topology.edge_faces(k, e);
-            edge.normals[k] = FaceCross(mesh, face).normalized();
-            edge.opposite[k] = mesh.vertices.col(OppositeCorner(mesh.faces, face, a, b));
+            edge.normals[k] = FaceCross(mesh.vertices, mesh.faces, face).normalized();
+            const int opposite = kPreviousCorner[CornerOfEdge(topology, face, static_cast<int>(e))];
+            edge.opposite[k] = mesh.vertices.col(mesh.faces(opposite, face));
           }
           if (edge.normals[0].dot(edge.normals[1]) > kLeastFold) continue;
           judgements[e] = ClassifyEdge(cloud, index, edge);
         }
       }));
   return judgements;
-}
-
-int OppositeCorner(const Eigen::Matrix3Xi& faces, int face, int a, int b) {
-  for (int k = 0; k < 3; ++k) {
-    if (faces(k, face) != a && faces(k, face) != b) return faces(k, face);
-  }
-  return -1;
-}
-
-Vector3d FaceCross(const ControlMesh& mesh, int face) {
-  const Vector3d a = mesh.vertices.col(mesh.faces(0, face));
-  const Vector3d b = mesh.vertices.col(mesh.faces(1, face));
-  const Vector3d c = mesh.vertices.col(mesh.faces(2, face));
-  return (b - a).cross(c - a);
 }
 
 }  // namespace rilievo

@@ -34,10 +34,4 @@ absl::StatusOr<std::vector<EdgeClassification>> ClassifyEdges(const OrientedClou
                                                               const MeshTopology& topology,
                                                               const RunContext& context);
 
-// The corner of `face` that is neither a nor b.
-int OppositeCorner(const Eigen::Matrix3Xi& faces, int face, int a, int b);
-
-// Along the face's normal, twice as long as its area.
-Eigen::Vector3d FaceCross(const ControlMesh& mesh, int face);
-
 }  // namespace rilievo

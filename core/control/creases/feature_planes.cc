@@ -11,6 +11,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/classify_edges.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/points/neighborhood_size.h"
 
 namespace rilievo {
@@ -94,16 +95,11 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   FacePlanes planes;
   planes.normals.setZero(3, mesh.faces.cols());
   planes.points.resize(3, mesh.faces.cols());
-  Eigen::Matrix3Xd vertex_normals = Eigen::Matrix3Xd::Zero(3, mesh.vertices.cols());
+  const Eigen::Matrix3Xd vertex_normals = VertexNormals(mesh.vertices, mesh.faces);
   for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
-    const Vector3d a = mesh.vertices.col(mesh.faces(0, f)), b = mesh.vertices.col(mesh.faces(1, f)),
-                   c = mesh.vertices.col(mesh.faces(2, f));
-    const Vector3d cross = (b - a).cross(c - a);
-    planes.normals.col(f) = cross.normalized();
-    planes.points.col(f) = (a + b + c) / 3;
-    for (int k = 0; k < 3; ++k) vertex_normals.col(mesh.faces(k, f)) += cross;
+    planes.normals.col(f) = FaceCross(mesh.vertices, mesh.faces, f).normalized();
+    planes.points.col(f) = mesh.vertices(Eigen::all, mesh.faces.col(f)).rowwise().mean();
   }
-  vertex_normals.colwise().normalize();
   // Across a ring: a vertex is bent when a face around it leans from its normal.
   std::vector<uint8_t> bent(static_cast<size_t>(mesh.vertices.cols()), 0);
   for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {

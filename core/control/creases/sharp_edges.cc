@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/line_corners.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
 
 namespace rilievo {
@@ -75,7 +76,7 @@ class SharpEdges {
     for (bool dropped = true; dropped;) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
       dropped = false;
-      tagged->creases = Creases();
+      tagged->creases = TaggedEdges(topology_, sharp_);
       RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases,
                                BuildCreaseTopology(*tagged, topology_));
       chains_ = CreaseChains(topology_, creases);
@@ -123,9 +124,7 @@ class SharpEdges {
     normals_.resize(3, count);
     std::vector<int> stands_for(static_cast<size_t>(count));
     for (int f = 0; f < count; ++f) {
-      const Vector3d a = At(topology_.faces(0, f)), b = At(topology_.faces(1, f)),
-                     c = At(topology_.faces(2, f));
-      const Vector3d cross = (b - a).cross(c - a);
+      const Vector3d cross = FaceCross(mesh_.vertices, topology_.faces, f);
       int longest = 0;
       double most = 0;
       for (int k = 0; k < 3; ++k) {
@@ -183,18 +182,6 @@ class SharpEdges {
       }
     }
     return true;
-  }
-
-  std::vector<Crease> Creases() const {
-    std::vector<Crease> creases;
-    for (int e = 0; e < topology_.edge_count(); ++e) {
-      if (sharp_[e] == 0) continue;
-      creases.push_back({topology_.edge_vertices(0, e), topology_.edge_vertices(1, e)});
-    }
-    std::sort(creases.begin(), creases.end(), [](const Crease& p, const Crease& q) {
-      return std::pair(p.a, p.b) < std::pair(q.a, q.b);
-    });
-    return creases;
   }
 
   const ControlMesh& mesh_;

@@ -13,6 +13,7 @@
 #include "core/control/simplify/collapse_guards.h"
 #include "core/control/simplify/quadric.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/loop/crease_topology.h"
 #include "core/points/point_support.h"
 
@@ -52,25 +53,13 @@ std::vector<uint8_t> Tags(const MeshTopology& topology,
   return tags;
 }
 
-std::vector<Crease> CreasesOf(const MeshTopology& topology, const std::vector<uint8_t>& tags) {
-  std::vector<Crease> creases;
-  for (int e = 0; e < topology.edge_count(); ++e) {
-    if (!tags[e]) continue;
-    creases.push_back({topology.edge_vertices(0, e), topology.edge_vertices(1, e)});
-  }
-  std::sort(creases.begin(), creases.end(), [](const Crease& p, const Crease& q) {
-    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
-  });
-  return creases;
-}
-
 // Takes the tags off runs that say little; what they ended at may change its kind, so again.
 absl::Status DropPoorRuns(const MeshTopology& topology,
                           const std::vector<EdgeClassification>& judgements, ControlMesh* mesh,
                           std::vector<uint8_t>* tags) {
   for (bool dropped = true; dropped;) {
     dropped = false;
-    mesh->creases = CreasesOf(topology, *tags);
+    mesh->creases = TaggedEdges(topology, *tags);
     RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
     for (const CreaseChain& chain : CreaseChains(topology, creases)) {
       double log_likelihood_ratio = 0;
@@ -94,7 +83,7 @@ bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, i
       corners[k] = v == vertex ? moved : Vector3d(mesh.vertices.col(v));
     }
     const Vector3d after = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    const Vector3d before = FaceCross(mesh, face);
+    const Vector3d before = FaceCross(mesh.vertices, mesh.faces, face);
     if (!(after.dot(before) > kLeastUpright * after.norm() * before.norm())) return false;
   }
   return true;

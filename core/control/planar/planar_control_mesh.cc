@@ -113,8 +113,7 @@ absl::Status CheckServes(const OrientedCloud& cloud, const PlaneFrame& frame,
 
 }  // namespace
 
-absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud,
-                                              const PointIndex& /*index*/, BoundaryRule boundary,
+absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, BoundaryRule boundary,
                                               int target_faces, const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const PlaneFrame frame = FitPlaneFrame(cloud);

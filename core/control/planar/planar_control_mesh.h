@@ -15,8 +15,7 @@ namespace rilievo {
 // points. Holes wider than six median spacings and larger than two faces stay open under
 // BoundaryRule::kKeep; kClose fills them all, and leaves the outer border as it is.
 // FAILED_PRECONDITION when the points lie on several sheets over a quarter of the plane or more.
-absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, const PointIndex& index,
-                                              BoundaryRule boundary, int target_faces,
-                                              const RunContext& context);
+absl::StatusOr<ControlMesh> PlanarControlMesh(const OrientedCloud& cloud, BoundaryRule boundary,
+                                              int target_faces, const RunContext& context);
 
 }  // namespace rilievo

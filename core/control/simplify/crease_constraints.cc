@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/loop/crease_topology.h"
+
 namespace rilievo {
 namespace {
 
@@ -103,13 +105,11 @@ void CreaseConstraints::Tag(const HalfEdgeMesh& mesh, const std::vector<int>& re
     const auto [a, b] = std::minmax(renumbered[mesh.From(h)], renumbered[mesh.To(h)]);
     result->creases.push_back({a, b, sharpness_[edge]});
   }
-  std::sort(result->creases.begin(), result->creases.end(), [](const Crease& p, const Crease& q) {
-    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
-  });
   for (int v = 0; v < mesh.vertex_slots(); ++v) {
     if (renumbered[v] < 0 || constraint_[v] != VertexConstraint::kHeldCorner) continue;
     result->corners.push_back(renumbered[v]);
   }
+  SortTags(&result->creases, &result->corners);
 }
 
 }  // namespace rilievo

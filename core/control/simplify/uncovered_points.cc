@@ -8,6 +8,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/loop/refinement.h"
 #include "core/surface/closest_point_tree.h"
 
@@ -32,19 +33,14 @@ struct Triangles {
   Eigen::Matrix3Xi faces;
   int children_per_face = 0;  // triangles of a control face, which follow each other
 
-  Vector3d NormalOf(int face) const {
-    const Vector3d a = vertices.col(faces(0, face));
-    const Vector3d to_b = vertices.col(faces(1, face)) - a, to_c = vertices.col(faces(2, face)) - a;
-    return to_b.cross(to_c).normalized();
-  }
+  Vector3d NormalOf(int face) const { return FaceCross(vertices, faces, face).normalized(); }
 };
 
 // The Loop surface whose limits at the control vertices are the vertices of `mesh`, nearly: a few
 // rounds of moving each control point by what its limit is off (Maekawa, Matsumoto, Namiki 2007).
 absl::StatusOr<Triangles> SurfaceOf(const ControlMesh& mesh, const RunContext& context) {
   const int level = 16 * mesh.faces.cols() <= kMostTriangles ? 2 : 1;
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, level - 1, context));
-  refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   Eigen::Matrix3Xd points = mesh.vertices;
   for (int round = 0; round < kInterpolationRounds; ++round) {
     RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,

@@ -116,8 +116,7 @@ int LevelsFor(int target_faces) {
 
 int SphericalControlFaces(int target_faces) { return 8 << (2 * LevelsFor(target_faces)); }
 
-absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
-                                                 const PointIndex& /*index*/, int target_faces,
+absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud, int target_faces,
                                                  const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   const Vector3d center = FindStarCenter(cloud);

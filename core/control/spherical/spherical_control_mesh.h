@@ -15,8 +15,7 @@ namespace rilievo {
 // nearest to the target: 4 098 vertices for 8 192. FAILED_PRECONDITION when the rays meet several
 // sheets in more than 20 % of the directions, points in less than half of them, or more than 20 %
 // of the surface from its other side.
-absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud,
-                                                 const PointIndex& index, int target_faces,
+absl::StatusOr<ControlMesh> SphericalControlMesh(const OrientedCloud& cloud, int target_faces,
                                                  const RunContext& context);
 
 // How many faces it makes when so many are asked for.

@@ -13,6 +13,8 @@
 #include "core/base/status_macros.h"
 #include "core/control/simplify/simplify_mesh.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/geometry/vertex_normals.h"
+#include "core/loop/crease_topology.h"
 
 namespace rilievo {
 namespace {
@@ -120,11 +122,6 @@ class LeastArea {
   std::vector<int> middle_;   // the third vertex of the triangle at their chord
 };
 
-double AreaOf(const Eigen::Matrix3Xd& vertices, const std::array<int, 3>& triangle) {
-  const Vector3d origin = vertices.col(triangle[0]);
-  return (vertices.col(triangle[1]) - origin).cross(vertices.col(triangle[2]) - origin).norm() / 2;
-}
-
 // FillTriangles around a new vertex amid the polygon.
 void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, FillTriangles* triangles) {
   const auto middle = static_cast<int>(mesh->vertices.cols());
@@ -134,15 +131,6 @@ void AddFan(const std::vector<int>& polygon, ControlMesh* mesh, FillTriangles* t
   for (size_t i = 0; i < polygon.size(); ++i) {
     triangles->push_back({polygon[i], polygon[(i + 1) % polygon.size()], middle});
   }
-}
-
-// Ascending, each edge once.
-void TidyTags(std::vector<Crease>* creases) {
-  const auto ends = [](const Crease& crease) { return std::pair(crease.a, crease.b); };
-  std::sort(creases->begin(), creases->end(),
-            [&](const Crease& x, const Crease& y) { return ends(x) < ends(y); });
-  const auto same = [&](const Crease& x, const Crease& y) { return ends(x) == ends(y); };
-  creases->erase(std::unique(creases->begin(), creases->end(), same), creases->end());
 }
 
 void AppendFaces(const FillTriangles& triangles, ControlMesh* mesh) {
@@ -237,7 +225,7 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
     }
     if (triangles.size() == first) AddFan(rim, &mesh, &triangles);
     for (size_t i = first; i < triangles.size(); ++i) {
-      area += AreaOf(mesh.vertices, triangles[i]);
+      area += FaceCross(mesh.vertices, Eigen::Vector3i::Map(triangles[i].data()), 0).norm() / 2;
       for (int k = 0; k < 3; ++k) {
         edges.insert(EdgeOf(triangles[i][k], triangles[i][kNextCorner[k]]));
       }
@@ -251,7 +239,7 @@ absl::StatusOr<ControlMesh> CloseHoles(ControlMesh mesh, double longest_rim,
   }
   if (triangles.empty()) return mesh;
   AppendFaces(triangles, &mesh);
-  TidyTags(&mesh.creases);
+  SortTags(&mesh.creases, &mesh.corners);
   // Equilateral faces of that area come to the share of faces.
   const double most_faces = kShareOfFaces * static_cast<double>(face_count);
   const double wanted = std::max(rims / static_cast<double>(rim_edges),

@@ -114,8 +114,8 @@ absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
                                                     const OrientedCloud& cloud,
                                                     const PointIndex& index,
                                                     const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(LoopRefinement refinement, RefineTopology(mesh, kLevel - 1, context));
-  refinement.levels.push_back(VerticesAfter(refinement.levels.back()));
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineToVertices(mesh, kLevel, context));
   RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
                            EvaluateLimit(refinement, mesh.vertices, kLevel, context));
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceSupport support,

@@ -1,26 +1,12 @@
 #include "core/displacement/feet/crease_feet.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 
 #include "core/base/status_macros.h"
 #include "core/loop/split_normals.h"
 #include "core/surface/segment_tree.h"
 
 namespace rilievo {
-namespace {
-
-using Eigen::Vector3d;
-
-Vector3d NearestOnLines(const ClosestPointTree& tree, const Eigen::Matrix3Xd& lines,
-                        const Vector3d& position) {
-  const int segment = tree.source()[tree.Closest(position).item];
-  const Vector3d from = lines.col(2 * segment), way = lines.col(2 * segment + 1) - from;
-  const double part = std::clamp((position - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
-  return from + part * way;
-}
-
-}  // namespace
 
 absl::Status AppendCreaseFeet(const OrientedCloud& cloud, const LoopRefinement& refinement,
                               const LevelRings& rings, const LimitSurface& limit,
@@ -33,8 +19,9 @@ absl::Status AppendCreaseFeet(const OrientedCloud& cloud, const LoopRefinement& 
   for (const int v : sectors.vertices) {  // ascending; a vertex comes once for each side
     if (v == last) continue;
     last = v;
-    const Vector3d position = limit.positions.col(v);
-    const Vector3d way = NearestOnLines(tree, cloud.sharp_lines, position) - position;
+    const Eigen::Vector3d position = limit.positions.col(v);
+    const Eigen::Vector3d way =
+        NearestOnSegments(tree, cloud.sharp_lines, position).place - position;
     PointFoot foot;
     foot.corner = {v, rings.Of(v)[0], rings.Of(v)[1]};
     foot.weight = {1, 0, 0};

@@ -55,8 +55,8 @@ class FootFinder {
     for (int step = 0; step < kFeet.walk_steps; ++step) {
       const bool met = Invert(p, corners, &place);
       if (!StepTowards(place.weight, &corners)) {
-        // In it, or beyond a rim.
-        const bool near = place.weight.minCoeff() >= -kFeet.beyond_rim;
+        // In it, or less than a triangle beyond a rim.
+        const bool near = place.weight.minCoeff() >= -1;
         return met && near ? FootAt(point, corners, place) : std::nullopt;
       }
       place.weight.setConstant(1.0 / 3);

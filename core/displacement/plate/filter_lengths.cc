@@ -53,7 +53,7 @@ void AddRing(const PlateLevel& level, const std::vector<float>& of, std::vector<
 // The coarsest level, not below `least`, whose mean edge is shorter than the filter.
 int LevelFor(const HeightProblem& problem, double length, int least) {
   int level = problem.finest();
-  while (level > least && problem.levels()[level - 1].mean_edge < kSolve.edge_of_length * length) {
+  while (level > least && problem.levels()[level - 1].mean_edge < length) {
     --level;
   }
   return level;

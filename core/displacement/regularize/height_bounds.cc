@@ -8,8 +8,6 @@ namespace rilievo {
 namespace {
 
 constexpr float kFoldMargin = 0.9f;
-// Below this curvature the option's bound, at most 0.5, is the smaller one.
-constexpr float kLeastCurvature = 1e-6f;
 
 }  // namespace
 
@@ -27,8 +25,10 @@ HeightBounds BoundsOf(int vertex, const LevelRings& rings, const LimitSurface& l
     most = std::max(most, curvature);
     least = std::min(least, curvature);
   }
-  return {-std::min(most_height, kFoldMargin / std::max(most, kLeastCurvature)),
-          std::min(most_height, kFoldMargin / std::max(-least, kLeastCurvature))};
+  const auto within = [&](float curvature) {
+    return curvature * most_height > kFoldMargin ? kFoldMargin / curvature : most_height;
+  };
+  return {-within(most), within(-least)};
 }
 
 }  // namespace rilievo

@@ -17,7 +17,7 @@ Eigen::Isometry3d Pose() {
 
 absl::StatusOr<ControlMesh> Planar(const OrientedCloud& cloud, BoundaryRule boundary,
                                    int target_faces, const RunContext& context = RunContext()) {
-  return PlanarControlMesh(cloud, PointIndex(cloud.points), boundary, target_faces, context);
+  return PlanarControlMesh(cloud, boundary, target_faces, context);
 }
 
 TEST(PlanarControlMesh, FollowsATerrainAndKeepsItsHole) {

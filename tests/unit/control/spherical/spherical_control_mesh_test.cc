@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 absl::StatusOr<ControlMesh> Spherical(const OrientedCloud& cloud, int target_faces,
                                       const RunContext& context = RunContext()) {
-  return SphericalControlMesh(cloud, PointIndex(cloud.points), target_faces, context);
+  return SphericalControlMesh(cloud, target_faces, context);
 }
 
 TEST(SphericalControlMesh, TheSeedsOwnCase) {
