@@ -98,7 +98,8 @@ absl::StatusOr<FacePlanes> FeaturePlanes(const OrientedCloud& cloud, const Point
   const Eigen::Matrix3Xd vertex_normals = VertexNormals(mesh.vertices, mesh.faces);
   for (Eigen::Index f = 0; f < mesh.faces.cols(); ++f) {
     planes.normals.col(f) = FaceCross(mesh.vertices, mesh.faces, f).normalized();
-    planes.points.col(f) = mesh.vertices(Eigen::all, mesh.faces.col(f)).rowwise().mean();
+    const Eigen::Matrix3d corners = mesh.vertices(Eigen::all, mesh.faces.col(f));
+    planes.points.col(f) = (corners.col(0) + corners.col(1) + corners.col(2)) / 3;
   }
   // Across a ring: a vertex is bent when a face around it leans from its normal.
   std::vector<uint8_t> bent(static_cast<size_t>(mesh.vertices.cols()), 0);
