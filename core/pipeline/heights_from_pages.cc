@@ -14,6 +14,7 @@
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
+#include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 #include "core/paging/part_journal.h"
 #include "core/pipeline/block_surfels.h"

@@ -5,7 +5,6 @@
 
 #include "absl/status/statusor.h"
 #include "core/control/control_options.h"
-#include "core/loop/refinement.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
