@@ -47,7 +47,7 @@ TEST_F(CombineTest, BoxesHaveTheVolumesThatTheyShould) {
     const std::string triangles = At(std::string("c") + operation + ".ply");
     const Ended made =
         Run({"combine", At("a.obj"), At("b.obj"), operation, "-o", surface, "--keep-mesh",
-             triangles, "--control-faces", "400", "--json", "--quiet"});
+             triangles, "--control-faces", "400", "--max-level", "3", "--json", "--quiet"});
     ASSERT_EQ(made.code, 0) << made.err;
     const Json report = Json::parse(made.out);
     EXPECT_EQ(report["genus"], 0);
@@ -66,7 +66,7 @@ TEST_F(CombineTest, BoxesHaveTheVolumesThatTheyShould) {
 TEST_F(CombineTest, SurfacesAreTakenAtTheirFinestLevel) {
   WriteSurface("a.dss");
   const Ended made = Run({"combine", At("a.dss"), At("b.obj"), "--difference", "-o", At("c.stl"),
-                          "--keep-dss", "--unit", "mm", "--quiet"});
+                          "--keep-dss", "--unit", "mm", "--max-level", "3", "--quiet"});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("without"));
   EXPECT_LE(WidestLine(made.out), 80u);
@@ -117,7 +117,7 @@ TEST_F(CombineTest, BothHaveOneUnit) {
   EXPECT_EQ(differ.code, 3);
   EXPECT_THAT(differ.err, HasSubstr("--unit"));
   const Ended said = Run({"combine", At("mm.dss"), At("b.obj"), "--union", "-o", At("c.dss"),
-                          "--unit", "mm", "--quiet"});
+                          "--unit", "mm", "--max-level", "2", "--quiet"});
   EXPECT_EQ(said.code, 0) << said.err;
   EXPECT_THAT(Run({"info", At("c.dss"), "--json"}).out, HasSubstr("mm"));
 }

@@ -62,6 +62,13 @@ PointCloud Drum(int faces) {
   return drum;
 }
 
+// Of few vertices.
+ReconstructOptions Coarse() {
+  ReconstructOptions options;
+  options.max_level = 2;
+  return options;
+}
+
 // The rims of a drum are where the mesh has them: nothing that heights could mend.
 TEST(ShapeMeshTest, SharpEdgesAreMet) {
   const PointCloud drum = Drum(180);
@@ -86,7 +93,7 @@ TEST(ShapeMeshTest, TopologyAndBordersAreTheMeshs) {
       {testing::Grid(6, 4), 1, 1, 0},
   };
   for (const Case& c : cases) {
-    const auto made = Reconstruct(MeshInput(c.mesh), {}, RunContext{});
+    const auto made = Reconstruct(MeshInput(c.mesh), Coarse(), RunContext{});
     ASSERT_TRUE(made.ok()) << made.status();
     EXPECT_EQ(made->report.components, c.components);
     EXPECT_EQ(made->report.boundary_loops, c.loops);
@@ -119,7 +126,7 @@ TEST(ShapeMeshTest, ColoursAreCarried) {
   for (const auto point : mesh.points.colwise()) {
     mesh.sights.colors.push_back(point[0] > 0 ? Rgb{200, 20, 20} : Rgb{20, 20, 200});
   }
-  const auto made = Reconstruct(mesh, {}, RunContext{});
+  const auto made = Reconstruct(mesh, Coarse(), RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_GT(made->report.color_bytes, 0);
   const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
@@ -137,7 +144,7 @@ TEST(ShapeMeshTest, ColoursAreCarried) {
 
 TEST(ShapeMeshTest, TheFileIsConfirmedByItsMesh) {
   PointCloud mesh = MeshInput(testing::Torus(40, 24));
-  const auto made = Reconstruct(mesh, {}, RunContext{});
+  const auto made = Reconstruct(mesh, Coarse(), RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
   EXPECT_TRUE(VerifyCertificate(decoded, &mesh, RunContext{})->agrees());
@@ -160,7 +167,7 @@ TEST(ShapeMeshTest, ErrorsAreThoseFromItsTriangles) {
 TEST(ShapeMeshTest, HolesWithAShortRimAreClosed) {
   ControlMesh opened = testing::Torus(40, 24);
   opened.faces = Eigen::Matrix3Xi(opened.faces.rightCols(opened.faces.cols() - 8));
-  ReconstructOptions options;
+  ReconstructOptions options = Coarse();
   const PointCloud mesh = MeshInput(opened);
   EXPECT_EQ(Reconstruct(mesh, options, RunContext{})->report.boundary_loops, 1);
   options.lengths.close_holes_below = 2;
@@ -179,7 +186,7 @@ TEST(ShapeMeshTest, TheBytesDoNotDependOnTheThreads) {
   for (const int threads : {1, 3}) {
     RunContext context;
     context.threads = threads;
-    bytes[threads / 2] = Reconstruct(mesh, {}, context)->encoded.Concatenate();
+    bytes[threads / 2] = Reconstruct(mesh, Coarse(), context)->encoded.Concatenate();
   }
   EXPECT_EQ(bytes[0], bytes[1]);
 }
