@@ -93,15 +93,16 @@ function(rilievo_test_program name)
   endif()
 endfunction()
 
-# rilievo_test(NAME DIRECTORY folder [WINGS] [SECONDS n] [ALONE tests...] DEPENDS libraries...): one
-# GoogleTest program of all the *_test.cc in the folder (WINGS: and in the folders in it), and its ctest
-# entry. ALONE: these tests, named as in --gtest_filter, have an entry of their own, NAME_alone, which
-# runs with no other.
+# rilievo_test(NAME DIRECTORY folder [WINGS] [SECONDS n] [SHARDS n] [ALONE tests...] DEPENDS libraries...):
+# one GoogleTest program of all the *_test.cc in the folder (WINGS: and in the folders in it), and its
+# ctest entry. SHARDS: so many entries, NAME, NAME_2 and so on, each with its share of the tests and all
+# of SECONDS. ALONE: these tests, named as in --gtest_filter, have an entry of their own, NAME_alone,
+# which runs with no other.
 function(rilievo_test name)
   if(NOT RILIEVO_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(ARG "WINGS" "TIMEOUT;DIRECTORY;SECONDS" "ALONE;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "WINGS" "TIMEOUT;DIRECTORY;SECONDS;SHARDS" "ALONE;DEPENDS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -131,6 +132,21 @@ function(rilievo_test name)
   endif()
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
   rilievo_test_program(${name} SECONDS ${ARG_SECONDS})
+  if(ARG_SHARDS)
+    foreach(shard RANGE 1 ${ARG_SHARDS})
+      set(entry ${name}_${shard})
+      if(shard EQUAL 1)
+        set(entry ${name})
+      else()
+        add_test(NAME ${entry} COMMAND ${name})
+        set_tests_properties(${entry} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+        rilievo_test_program(${entry} SECONDS ${ARG_SECONDS})
+      endif()
+      math(EXPR index "${shard} - 1")
+      set_tests_properties(${entry} PROPERTIES
+        ENVIRONMENT "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
+    endforeach()
+  endif()
 endfunction()
 
 # rilievo_benchmark(NAME SOURCES ... DEPENDS libraries...): a Google Benchmark program.
