@@ -8,12 +8,18 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/crc32c.h"
+#include "core/paging/cell_thinner.h"
 #include "core/paging/saved_value.h"
 
 namespace rilievo {
 namespace {
 
 constexpr int64_t kPointBytes = 3 * sizeof(double);
+
+// Of the points that may be chosen, one in so many cells of the coarsest level at most; these are
+// cut so often at most.
+constexpr int64_t kShareOfCoarsest = 4;
+constexpr int kMostCuts = 5;
 
 constexpr char kPagesName[] = "pages", kIndexName[] = "pages.index";
 
@@ -37,48 +43,6 @@ void VisitIndex(Archive& archive, Index& index) {
   archive(index.high);
   archive(index.checksums);
 }
-
-// Chooses a point of each cell while the points come along the curve.
-class CellThinner {
- public:
-  CellThinner(const SpatialFrame& curve, int level, int64_t cells)
-      : curve_(curve), level_(level), chosen_(3, cells) {}
-
-  // False where the points have more cells than that.
-  bool Add(const Eigen::Vector3d& point) {
-    const Eigen::Vector3d unit = curve_.UnitFromScan(point);
-    Eigen::Vector3d middle;
-    uint32_t cell[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      cell[axis] = MortonCell(unit[axis]) >> (kMortonBits - level_);
-      middle[axis] = std::ldexp(cell[axis] + 0.5, -level_) - 0.5;
-    }
-    const uint64_t code = MortonCode(cell[0], cell[1], cell[2]);
-    const double distance = (unit - middle).squaredNorm();
-    if (count_ > 0 && code == code_ && distance >= distance_) return true;
-    if (count_ == 0 || code != code_) {
-      if (count_ == chosen_.cols()) return false;
-      ++count_;
-    }
-    code_ = code;
-    distance_ = distance;
-    chosen_.col(count_ - 1) = point;
-    return true;
-  }
-
-  Eigen::Matrix3Xd Finish() {
-    chosen_.conservativeResize(3, count_);
-    return std::move(chosen_);
-  }
-
- private:
-  const SpatialFrame& curve_;
-  int level_;
-  Eigen::Matrix3Xd chosen_;
-  int64_t count_ = 0;
-  uint64_t code_ = 0;    // of the last cell
-  double distance_ = 0;  // of its chosen point from its middle
-};
 
 absl::Status WrongCells(const ScratchFolder& folder) {
   return absl::DataLossError(absl::StrCat("scratch folder ", folder.path(),
@@ -132,27 +96,39 @@ int PagedScan::LevelOf(int64_t most) const {
   return level;
 }
 
-int64_t PagedScan::ThinnedCount(int64_t most) const {
-  return size_ <= most ? size_ : cells_[LevelOf(most)];
-}
-
-absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const RunContext& context) const {
-  const int level = LevelOf(most);
-  const bool all = size_ <= most;
-  CellThinner thinner(curve_, level, all ? 0 : cells_[level]);
-  Eigen::Matrix3Xd whole(3, all ? size_ : 0);
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::All(const RunContext& context) const {
+  Eigen::Matrix3Xd whole(3, size_);
   for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
-    if (all) {
-      whole.middleCols(int64_t{page} * kPagePoints, points.cols()) = points;
-    } else {
-      for (const auto point : points.colwise()) {
-        if (!thinner.Add(point)) return WrongCells(scratch_folder());
+    whole.middleCols(int64_t{page} * kPagePoints, points.cols()) = points;
+  }
+  return whole;
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const std::vector<bool>& left_out,
+                                                    const RunContext& context) const {
+  if (size_ <= most) return All(context);
+  const int coarsest = LevelOf(std::max<int64_t>(1, most / kShareOfCoarsest));
+  const int deepest = std::min(kMortonBits, coarsest + kMostCuts);
+  CellDetail limit = CellThinner::kMostDetail;
+  // First the limit is found, then the points are chosen with it.
+  for (const bool found : {false, true}) {
+    CellThinner thinner(curve_, coarsest, deepest, limit);
+    for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, Read(page));
+      for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        const auto place = static_cast<size_t>(int64_t{page} * kPagePoints + i);
+        if (left_out.empty() || !left_out[place]) thinner.Add(points.col(i));
       }
     }
+    Eigen::Matrix3Xd chosen = thinner.Finish();
+    if (chosen.cols() > most) return WrongCells(scratch_folder());
+    if (found) return chosen;
+    limit = thinner.LimitFor(most);
   }
-  return all ? whole : thinner.Finish();
+  return WrongCells(scratch_folder());
 }
 
 absl::Status PagedScan::Save() const {

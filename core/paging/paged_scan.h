@@ -72,15 +72,18 @@ class PagedScan {
   // For FindPagedScan().
   absl::Status Save() const;
 
-  // All points, or, where they are more than `most`, the one nearest to its middle of each cell of
-  // the finest level with at most `most` cells. Scan frame, in order.
-  absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const RunContext& context) const;
-  // How many that are.
-  int64_t ThinnedCount(int64_t most) const;
+  // All points, or, where they are more than `most`, at most so many, which lie closer together
+  // where the surface bends, ends or has several sheets (CellThinner). `left_out`: by place in the
+  // order of all points, those that are not chosen; empty: none. Scan frame, in order.
+  absl::StatusOr<Eigen::Matrix3Xd> Thinned(int64_t most, const std::vector<bool>& left_out,
+                                           const RunContext& context) const;
+  // About how many that are.
+  int64_t ThinnedCount(int64_t most) const { return std::min(size_, most); }
 
  private:
   // The finest level with at most `most` cells.
   int LevelOf(int64_t most) const;
+  absl::StatusOr<Eigen::Matrix3Xd> All(const RunContext& context) const;
 
   ScratchFile file_;
   std::vector<Page> pages_;

@@ -13,6 +13,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/crc32c.h"
+#include "core/paging/cell_thinner.h"
 #include "core/points/morton_order.h"
 #include "core/scan/clean/check_scan.h"
 
@@ -147,10 +148,6 @@ class PageWriter {
   int64_t size() const { return size_; }
 
  private:
-  static int FirstLevelApart(uint64_t a, uint64_t b) {
-    return a == b ? kMortonBits + 1 : kMortonBits - (63 - std::countl_zero(a ^ b)) / 3;
-  }
-
   absl::Status Flush() {
     const auto points = points_.leftCols(count_);
     const auto bytes = static_cast<size_t>(count_ * kBytesOfPoint);

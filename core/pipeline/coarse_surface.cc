@@ -4,15 +4,18 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/control/choose_topology.h"
 #include "core/loop/refinement.h"
 #include "core/paging/saved_value.h"
 #include "core/paging/scratch_heights.h"
 #include "core/pipeline/fit_domain.h"
 #include "core/pipeline/option_lengths.h"
+#include "core/pipeline/pages_to_thin.h"
 #include "core/pipeline/shape_input.h"
 #include "core/surface/stored_surface.h"
 
@@ -21,13 +24,17 @@ namespace {
 
 constexpr char kCoarseName[] = "coarse";
 
-// More control faces than a scan in memory gets, where its points ask for them and the `thinned`
-// ones can carry them.
+// As many control faces as the scan would have in memory, and more of a large one, as far as the
+// `thinned` points can carry them.
 ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
-  constexpr int64_t kFacesInMemory = 12000;  // at most
-  constexpr int64_t kPointsPerFace = 120, kThinnedPerFace = 30;
-  const int64_t faces = std::min(points / kPointsPerFace, thinned / kThinnedPerFace);
-  if (faces > kFacesInMemory) options.control.target_faces = static_cast<int>(faces);
+  constexpr int64_t kPointsPerFaceInMemory = 30, kFacesInMemory = 12000, kFewestFaces = 200;
+  constexpr int64_t kPointsPerFace = 120;
+  constexpr int64_t kThinnedPerFace = 8, kEvenPerFace = 30;
+  const int64_t carried = thinned / (thinned < points ? kThinnedPerFace : kEvenPerFace);
+  const int64_t in_memory = std::min(points / kPointsPerFaceInMemory, kFacesInMemory);
+  const int64_t faces = std::min(std::max(in_memory, points / kPointsPerFace), carried);
+  const bool more = faces > kFacesInMemory || thinned < points;
+  if (more && faces > kFewestFaces) options.control.target_faces = static_cast<int>(faces);
   return options;
 }
 
@@ -43,23 +50,86 @@ ReconstructOptions AtCoarseLevel(ReconstructOptions options, const OrientedCloud
 
 CoarseSurface NoSurface() {
   PointIndex index(Eigen::Matrix3Xd::Zero(3, 1));
-  return {ScanSurface{{}, {}, {}, std::move(index), {}, {}}, {}, {}, {}};
+  return {ScanSurface{{}, {}, {}, std::move(index), {}, {}}, {}, {}, {}, {}};
+}
+
+// The points of the coarse pass, analyzed, and the medians of all points, which thinned ones do not
+// have.
+absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           ReconstructOptions options,
+                                           const PipelineContext& context, PointMedians* medians) {
+  const bool is_thinned = pages.size() > coarse_points;
+  PointCloud thinned;
+  {
+    std::vector<bool> outliers;
+    if (is_thinned) {
+      const StageScope scope(Stage::kCheck, context);
+      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context.Silent()));
+      options.scan.outliers.distance_factor = 0;
+    }
+    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, options, context));
+  OrientedCloud& cloud = scan.cloud;
+  *medians = {cloud.median_spacing, cloud.median_noise};
+  if (!is_thinned) return scan;
+  RILIEVO_ASSIGN_OR_RETURN(*medians, MediansOfPages(pages, scan, options, context.Silent()));
+  if (medians->noise < cloud.median_noise) {
+    const auto share = static_cast<float>(medians->noise / cloud.median_noise);
+    for (float& noise : cloud.noise) noise *= share;
+    cloud.median_noise = medians->noise;
+  }
+  return scan;
+}
+
+// Where the options leave the topology open, whether it is arbitrary by the spacing of all points:
+// steps and gaps that thinned ones do not show count too. The reason; empty: the thinned ones may
+// choose.
+absl::StatusOr<std::string> ReasonForArbitrary(double spacing, const ControlOptions& options,
+                                               const RunContext& context, OrientedCloud* thinned) {
+  if (options.topology != Topology::kAuto || options.user_mesh) return std::string();
+  const double own = std::exchange(thinned->median_spacing, spacing);
+  const absl::StatusOr<TopologyChoice> choice = ChooseTopology(*thinned, context);
+  thinned->median_spacing = own;
+  RILIEVO_RETURN_IF_ERROR(choice.status());
+  return choice->topology == Topology::kArbitrary ? choice->reason : std::string();
+}
+
+absl::StatusOr<ShapedInput> ShapeAnalyzed(ScanSurface scan, double spacing, bool is_thinned,
+                                          const ReconstructOptions& options,
+                                          const PipelineContext& context) {
+  if (!is_thinned) return ShapePoints(std::move(scan), "", options, context);
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::string reason,
+      ReasonForArbitrary(spacing, options.control, context.Silent(), &scan.cloud));
+  if (reason.empty()) return ShapePoints(std::move(scan), "", options, context);
+  ReconstructOptions arbitrary = options;
+  arbitrary.control.topology = Topology::kArbitrary;
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapePoints(std::move(scan), "", arbitrary, context));
+  input.options.control.topology = options.control.topology;
+  input.control.reason = reason;
+  return input;
 }
 
 absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coarse_points,
                                            const ReconstructOptions& given,
                                            const PipelineContext& context) {
-  PointCloud thinned;
-  RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, context));
-  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
-  const ReconstructOptions asked =
-      faces_given ? given : WithFacesForPages(given, pages.size(), thinned.points.cols());
-  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeScan(thinned, &thinned, asked, context));
   CoarseSurface coarse = NoSurface();
+  RILIEVO_ASSIGN_OR_RETURN(
+      ScanSurface scan, AnalyzeThinned(pages, coarse_points, given, context, &coarse.all_points));
+  const bool faces_given = given.control.target_faces > 0 || given.control.user_mesh;
+  const int64_t count = std::min(pages.size(), coarse_points);
+  const ReconstructOptions asked =
+      faces_given ? given : WithFacesForPages(given, pages.size(), count);
+  const double spacing = coarse.all_points.spacing;
+  RILIEVO_ASSIGN_OR_RETURN(ShapedInput input, ShapeAnalyzed(std::move(scan), spacing,
+                                                            count < pages.size(), asked, context));
   coarse.scan = std::move(input.scan);
   const ReconstructOptions& options = coarse.options = std::move(input.options);
-  const auto fit = faces_given ? FitDomain : FitUnderNoise;
-  RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(coarse.scan, input.control.mesh, options, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      Domain domain,
+      faces_given ? FitDomain(coarse.scan, input.control.mesh, options, context)
+                  : FitUnderNoise(coarse.scan, spacing, input.control.mesh, options, context));
   const ReconstructOptions at_level =
       AtCoarseLevel(options, coarse.scan.cloud, domain.fit.control_mesh.faces.cols());
   RILIEVO_ASSIGN_OR_RETURN(coarse.sampled, SampleHeights(coarse.scan, input.control.topology,
@@ -95,6 +165,8 @@ void VisitCoarse(Archive& archive, Surface& coarse) {
   archive(coarse.control.topology);
   archive(coarse.control.reason);
   archive(coarse.options.control.target_faces);
+  archive(coarse.all_points.spacing);
+  archive(coarse.all_points.noise);
   auto& domain = coarse.sampled.domain;
   VisitMesh(archive, domain.fit.control_mesh);
   archive(domain.fit.rms_before);
@@ -136,6 +208,11 @@ bool IsConsistent(const CoarseSurface& coarse) {
   }
   const SpatialFrame& frame = coarse.scan.frame;
   const DisplacedSurface& surface = coarse.sampled.surface;
+  const PointMedians& medians = coarse.all_points;
+  if (!(medians.spacing > 0) || !std::isfinite(medians.spacing) || !(medians.noise >= 0) ||
+      !std::isfinite(medians.noise)) {
+    return false;
+  }
   if (!frame.center.allFinite() || !std::isfinite(frame.diagonal) || frame.diagonal <= 0 ||
       coarse.control.topology < Topology::kAuto || coarse.control.topology > Topology::kMesh ||
       surface.max_level < 0 || surface.max_level > kMaxLoopLevel ||

@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "core/control/build_control_mesh.h"
 #include "core/paging/paged_scan.h"
+#include "core/pipeline/pages_to_thin.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/pipeline/stage_scope.h"
@@ -16,6 +17,7 @@ namespace rilievo {
 struct CoarseSurface {
   ScanSurface scan;            // thinned; without its neighbour graph and colours
   ControlMeshResult control;   // topology and reason alone
+  PointMedians all_points;     // thinned or not
   SampledSurface sampled;      // without its shape; heights tell how far the surface reaches
   ReconstructOptions options;  // lengths as fractions of the diagonal
 };

@@ -93,8 +93,7 @@ absl::StatusOr<double> ErrorOf(const EncodedSurface& encoded, const ControlOptio
 }  // namespace
 
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points) {
-  constexpr Eigen::Index kMost = 50000;
-  const Eigen::Index stride = (points.cols() + kMost - 1) / kMost;
+  const Eigen::Index stride = (points.cols() + kMostSomePoints - 1) / kMostSomePoints;
   Eigen::Matrix3Xd some(3, (points.cols() + stride - 1) / stride);
   for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = points.col(i * stride);
   return some;

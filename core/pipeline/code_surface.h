@@ -49,6 +49,7 @@ double CodingErrorWithin(double max_error, const UncodedError& uncoded);
 std::optional<double> CodingErrorFor(const EncodeOptions& encode, const UncodedError& uncoded);
 
 // Points spread evenly over the scan, for they are in Morton order: enough for an RMS to 1 %.
+inline constexpr int64_t kMostSomePoints = 50000;
 Eigen::Matrix3Xd SomePoints(const Eigen::Matrix3Xd& points);
 
 // With figures that take as many bytes as any, so that a size kept with them is kept with the true

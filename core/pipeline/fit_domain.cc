@@ -94,17 +94,17 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
   return mesh;
 }
 
-absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh& start,
-                                     const ReconstructOptions& options,
+absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, double spacing,
+                                     const ControlMesh& start, const ReconstructOptions& options,
                                      const PipelineContext& context) {
   if (IsLeftOut(Mechanism::kFewerFaces)) return FitDomain(scan, start, options, context);
   const double noise = scan.cloud.median_noise;
   const int fewer = static_cast<int>(kShareOfFaces * static_cast<double>(start.faces.cols()));
-  if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * scan.cloud.median_spacing) {
+  if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * spacing) {
     return FitDomain(scan, start, options, context);
   }
   RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, context));
-  const bool known = noise > kKnownNoiseSpacings * scan.cloud.median_spacing;
+  const bool known = noise > kKnownNoiseSpacings * spacing;
   ReconstructOptions trial = options;
   trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
   RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));

@@ -53,8 +53,9 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
 // bytes away from smooth objects and a plain machined part of 100 000 points with a noise of 0.1 %
 // of the diagonal; objects of thin walls or much detail keep their faces. Clean scans do: there the
 // finest heights take the bytes.
-absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, const ControlMesh& start,
-                                     const ReconstructOptions& options,
+// `spacing`: the median of all points, of which `scan` may hold some.
+absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, double spacing,
+                                     const ControlMesh& start, const ReconstructOptions& options,
                                      const PipelineContext& context);
 
 }  // namespace rilievo

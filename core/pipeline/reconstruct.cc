@@ -138,8 +138,11 @@ absl::StatusOr<FinishedSurface> FinishInMemory(bool faces_given, const DssMetada
                                                        metadata, options, context));
     cloud = CloudAlone(std::move(scan));
   } else {
-    const auto fit = faces_given ? FitDomain : FitUnderNoise;
-    RILIEVO_ASSIGN_OR_RETURN(Domain domain, fit(scan, input->control.mesh, options, context));
+    const ControlMesh& mesh = input->control.mesh;
+    RILIEVO_ASSIGN_OR_RETURN(
+        Domain domain,
+        faces_given ? FitDomain(scan, mesh, options, context)
+                    : FitUnderNoise(scan, scan.cloud.median_spacing, mesh, options, context));
     RILIEVO_ASSIGN_OR_RETURN(
         SampledSurface sampled,
         SampleHeights(scan, input->control.topology, std::move(domain), options, context));

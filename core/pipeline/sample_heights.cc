@@ -25,13 +25,11 @@ absl::Status CheckSurfaceFaces(int64_t control_faces, int level, int64_t most) {
 
 // Points whose noise is more than 0.4 of their spacing are worth fewer: what they show together is
 // smoother.
-int ChooseLevel(const ReconstructOptions& options, int64_t points, const OrientedCloud& cloud,
+int ChooseLevel(const ReconstructOptions& options, int64_t points, double spacing, double noise,
                 int64_t control_faces) {
   if (options.max_level) return *options.max_level;
   constexpr double kNoises = 2.5;
-  const double share = static_cast<double>(cloud.points.cols()) / static_cast<double>(points);
-  const double spacing = cloud.median_spacing * std::sqrt(share);
-  const double blur = std::max(1.0, kNoises * cloud.median_noise / spacing);
+  const double blur = std::max(1.0, kNoises * noise / spacing);
   int level = LevelAsDenseAs(static_cast<double>(points) / (blur * blur), control_faces);
   while (level > 0 && control_faces > options.max_surface_faces >> (2 * level)) --level;
   return level;
@@ -48,8 +46,9 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
                            PrepareControlMesh(domain.fit.control_mesh, domain.position_step));
   sampled.domain = std::move(domain);
   const ControlMesh& mesh = surface.control_mesh;
-  RILIEVO_ASSIGN_OR_RETURN(
-      const int level, LevelFor(options, scan.cloud.points.cols(), scan.cloud, mesh.faces.cols()));
+  RILIEVO_ASSIGN_OR_RETURN(const int level,
+                           LevelFor(options, scan.cloud.points.cols(), scan.cloud.median_spacing,
+                                    scan.cloud.median_noise, mesh.faces.cols()));
   surface.max_level = level;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
@@ -80,9 +79,9 @@ int LevelAsDenseAs(double points, int64_t control_faces) {
   return std::clamp(static_cast<int>(std::lround(steps + 0.15)), 1, 6);
 }
 
-absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points,
-                             const OrientedCloud& cloud, int64_t control_faces) {
-  const int level = ChooseLevel(options, points, cloud, control_faces);
+absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points, double spacing,
+                             double noise, int64_t control_faces) {
+  const int level = ChooseLevel(options, points, spacing, noise, control_faces);
   RILIEVO_RETURN_IF_ERROR(CheckSurfaceFaces(control_faces, level, options.max_surface_faces));
   return level;
 }

@@ -23,11 +23,11 @@ struct SampledSurface {
 // The level, 1 to 6, whose displaced vertices are about as dense as so many points.
 int LevelAsDenseAs(double points, int64_t control_faces);
 
-// The level of a surface of a scan of `points` points, of which `cloud` holds all or some:
+// The level of a surface of a scan of `points` points, of median `spacing` and `noise`:
 // options.max_level, or as dense as the points, where noise leaves them worth it.
 // RESOURCE_EXHAUSTED when the level asked for has more than max_surface_faces.
-absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points,
-                             const OrientedCloud& cloud, int64_t control_faces);
+absl::StatusOr<int> LevelFor(const ReconstructOptions& options, int64_t points, double spacing,
+                             double noise, int64_t control_faces);
 
 // Heights along the limit normals of the domain. Where the scan turns out to have an opening, a
 // domain of `topology` kArbitrary is cut, fitted and sampled once more; the other topologies know

@@ -29,6 +29,15 @@ absl::StatusOr<ShapedInput> ShapeScan(const PointCloud& scan, PointCloud* spent,
                                       const ReconstructOptions& options,
                                       const PipelineContext& context);
 
+// Both halves of ShapeScan(): the points, checked, without outliers and with their sides; and the
+// control mesh over them.
+absl::StatusOr<ScanSurface> AnalyzeInput(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& options,
+                                         const PipelineContext& context);
+absl::StatusOr<ShapedInput> ShapePoints(ScanSurface surface, std::string hash,
+                                        const ReconstructOptions& options,
+                                        const PipelineContext& context);
+
 // The same of a mesh: its control mesh is the mesh itself, made even and simplified, so topology
 // and borders are the mesh's own, and the points lie all over its triangles. INVALID_ARGUMENT where
 // the options ask for another topology, a control mesh or closed borders.

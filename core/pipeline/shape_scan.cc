@@ -49,6 +49,20 @@ absl::StatusOr<ShapedInput> ShapeScan(const PointCloud& scan, PointCloud* spent,
   RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, options, context));
   if (spent != nullptr) *spent = PointCloud();
   RILIEVO_ASSIGN_OR_RETURN(ScanSurface surface, Analyze(std::move(input.scan), options, context));
+  return ShapePoints(std::move(surface), std::move(input.hash), options, context);
+}
+
+absl::StatusOr<ScanSurface> AnalyzeInput(const PointCloud& scan, PointCloud* spent,
+                                         const ReconstructOptions& options,
+                                         const PipelineContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(CheckedInput input, CheckInput(scan, options, context));
+  if (spent != nullptr) *spent = PointCloud();
+  return Analyze(std::move(input.scan), options, context);
+}
+
+absl::StatusOr<ShapedInput> ShapePoints(ScanSurface surface, std::string hash,
+                                        const ReconstructOptions& options,
+                                        const PipelineContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(ReconstructOptions fractions,
                            WithoutLengths(options, surface.frame.diagonal));
   const StageScope scope(Stage::kControlMesh, context);
@@ -57,8 +71,7 @@ absl::StatusOr<ShapedInput> ShapeScan(const PointCloud& scan, PointCloud* spent,
                                             surface.frame, fractions.control, context));
   surface.cloud = std::move(control.cloud);
   surface.graph = NeighborGraph();
-  return ShapedInput{std::move(surface), std::move(control), std::move(fractions),
-                     std::move(input.hash)};
+  return ShapedInput{std::move(surface), std::move(control), std::move(fractions), std::move(hash)};
 }
 
 absl::StatusOr<ScanSurface> PointsOfScan(const PointCloud& scan, const ReconstructOptions& options,

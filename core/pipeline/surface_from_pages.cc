@@ -12,6 +12,25 @@
 
 namespace rilievo {
 
+namespace {
+
+// SomePoints() of all `count` points of the surface.
+absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_t count) {
+  const int64_t stride = std::max<int64_t>(1, (count + kMostSomePoints - 1) / kMostSomePoints);
+  Eigen::Matrix3Xd some(3, (count + stride - 1) / stride);
+  int64_t seen = 0;
+  for (int page = 0; page < points.count(); ++page) {
+    RILIEVO_ASSIGN_OR_RETURN(const Shape shape, points.Read(page));
+    for (const auto point : shape.vertices.colwise()) {
+      if (seen % stride == 0) some.col(seen / stride) = point;
+      ++seen;
+    }
+  }
+  return some;
+}
+
+}  // namespace
+
 absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const PartSizes& sizes,
                                                 const DssMetadata& metadata,
                                                 const PipelineContext& context,
@@ -21,8 +40,9 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   SampledSurface sampled = std::move(coarse->sampled);
   DisplacedSurface& surface = sampled.surface;
   StoredSurface stored{surface.frame, surface.control_mesh};
-  RILIEVO_ASSIGN_OR_RETURN(stored.max_level, LevelFor(options, pages.size(), scan.cloud,
-                                                      stored.control_mesh.faces.cols()));
+  RILIEVO_ASSIGN_OR_RETURN(stored.max_level,
+                           LevelFor(options, pages.size(), coarse->all_points.spacing,
+                                    coarse->all_points.noise, stored.control_mesh.faces.cols()));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
   RILIEVO_ASSIGN_OR_RETURN(const MeasuredPages measured,
                            MeasureHeightsFromPages(pages, scan, surface, cutter, stored.max_level,
@@ -32,8 +52,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   surface.max_level = stored.max_level;
   surface.heights = {};
   surface.sources = {};
-  const ThinnedPoints some{SomePoints(scan.cloud.points), scan.cloud.median_spacing,
-                           scan.cloud.median_noise};
+  ThinnedPoints some{{}, coarse->all_points.spacing, coarse->all_points.noise};
   { const ScanSurface spent = std::move(scan); }
 
   const std::optional<int> group =
@@ -42,6 +61,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   if (group) grouped.encode.group_faces = *group;
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.surfels, stored.frame));
+  RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface));
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
       CodeStoredSurface(stored, cutter, some, &points, sampled.domain.position_step, metadata,

@@ -152,11 +152,11 @@ TEST_F(KeptScratchTest, CellsOfOtherPointsAreNotBelieved) {
     return FindPagedScan(scratch.folder(), RunContext{}).value();
   };
   CellCounts cells = scan.cells();
-  EXPECT_TRUE(with_cells(cells)->Thinned(100, RunContext{}).ok());
+  EXPECT_TRUE(with_cells(cells)->Thinned(100, {}, RunContext{}).ok());
   cells.back() = -1;
   EXPECT_FALSE(with_cells(cells).has_value());
   cells.fill(1);
-  const absl::Status status = with_cells(cells)->Thinned(100, RunContext{}).status();
+  const absl::Status status = with_cells(cells)->Thinned(100, {}, RunContext{}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(status.message(), ::testing::HasSubstr(scratch.folder().path()));
 }

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <csignal>
 #include <limits>
-#include <map>
-#include <tuple>
+#include <set>
 
 #include "core/geometry/point_cloud.h"
 #include "core/scan/clean/check_scan.h"
@@ -119,27 +118,37 @@ TEST(PagedScan, FindsThePointsOfABox) {
   EXPECT_EQ(none->cols(), 0);
 }
 
-TEST(PagedScan, ThinsToOnePointACell) {
+// Even points of a smooth surface: cells of one size, and half that.
+TEST(PagedScan, ThinsToAtMostSoManyOfItsPoints) {
   const PagedScan paged = Paged(FarSphere(30000), 8000);
-  const auto thinned = paged.Thinned(6000, RunContext{});
-  ASSERT_TRUE(thinned.ok());
-  int level = kMortonBits;
-  while (paged.cells()[level] > 6000) --level;
-  ASSERT_EQ(thinned->cols(), paged.cells()[level]);
-  EXPECT_EQ(paged.ThinnedCount(6000), thinned->cols());
-  EXPECT_GT(thinned->cols(), 1500);
-  std::map<std::tuple<double, double, double>, int> taken;
-  for (const auto point : thinned->colwise()) {
-    const Eigen::Vector3d unit = paged.curve().UnitFromScan(point);
-    const Eigen::Vector3d cell =
-        ((unit.array() + 0.5) * std::ldexp(1.0, level)).floor().min(std::ldexp(1.0, level) - 1);
-    EXPECT_EQ(++(taken[{cell.x(), cell.y(), cell.z()}]), 1);
+  const Eigen::Matrix3Xd all = AllPoints(paged);
+  for (const int64_t most : {1000, 3000, 6000, 20000}) {
+    const Eigen::Matrix3Xd thinned = paged.Thinned(most, {}, RunContext{}).value();
+    EXPECT_LE(thinned.cols(), most);
+    EXPECT_GT(static_cast<double>(thinned.cols()), 0.8 * static_cast<double>(most));
+    Eigen::Index found = 0;
+    for (Eigen::Index i = 0; i < all.cols() && found < thinned.cols(); ++i) {
+      found += all.col(i) == thinned.col(found) ? 1 : 0;
+    }
+    EXPECT_EQ(found, thinned.cols()) << "not of the points, or not in their order";
   }
+}
+
+TEST(PagedScan, LeavesPointsOutOfTheThinned) {
+  const PagedScan paged = Paged(FarSphere(20000), 8000);
+  std::vector<bool> left_out(20000);
+  for (size_t i = 0; i < left_out.size(); ++i) left_out[i] = i % 2 == 1;
+  std::set<double> even;
+  const Eigen::Matrix3Xd all = AllPoints(paged);
+  for (Eigen::Index i = 0; i < all.cols(); i += 2) even.insert(all(0, i));
+  const Eigen::Matrix3Xd thinned = paged.Thinned(3000, left_out, RunContext{}).value();
+  EXPECT_GT(thinned.cols(), 2000);
+  for (const auto point : thinned.colwise()) EXPECT_EQ(even.count(point.x()), 1u);
 }
 
 TEST(PagedScan, KeepsAllPointsThatAreFewEnough) {
   const PagedScan paged = Paged(FarSphere(5000), 2000);
-  const auto thinned = paged.Thinned(5000, RunContext{});
+  const auto thinned = paged.Thinned(5000, {}, RunContext{});
   ASSERT_TRUE(thinned.ok());
   EXPECT_EQ(*thinned, AllPoints(paged));
 }
@@ -148,7 +157,7 @@ TEST(PagedScan, NamesADamagedPage) {
   const PagedScan paged = Paged(FarSphere(20000), 8000);
   ASSERT_TRUE(DamageScratchFile(int64_t{2} * kPagePoints * 24 + 5));
   EXPECT_TRUE(paged.Read(1).ok());
-  const absl::Status status = paged.Thinned(1000, RunContext{}).status();
+  const absl::Status status = paged.Thinned(1000, {}, RunContext{}).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
   EXPECT_THAT(status.message(), ::testing::HasSubstr("page 2 of 5 of the scan is damaged"));
 }

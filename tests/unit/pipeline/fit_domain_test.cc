@@ -49,7 +49,9 @@ struct Faces {
 
 Faces FacesOf(const AnalyticShape& shape, double noise) {
   const PreparedScan prepared = PrepareScan(shape, 30000, noise);
-  const Domain domain = FitUnderNoise(prepared.scan, prepared.control.mesh, {}, {}).value();
+  const Domain domain = FitUnderNoise(prepared.scan, prepared.scan.cloud.median_spacing,
+                                      prepared.control.mesh, {}, {})
+                            .value();
   return {prepared.control.mesh.faces.cols(), domain.fit.control_mesh.faces.cols()};
 }
 
@@ -72,7 +74,9 @@ TEST(FitUnderNoiseTest, DetailAboveTheNoiseKeepsThem) {
 // What the trial with fewer faces gave up early leaves no trace.
 TEST(FitUnderNoiseTest, KeptFacesAreFittedAsIfAlone) {
   const PreparedScan prepared = PrepareScan(*MakeTerrain(), 30000, 0.0004);
-  const Domain domain = FitUnderNoise(prepared.scan, prepared.control.mesh, {}, {}).value();
+  const Domain domain = FitUnderNoise(prepared.scan, prepared.scan.cloud.median_spacing,
+                                      prepared.control.mesh, {}, {})
+                            .value();
   const Domain alone = FitDomain(prepared.scan, prepared.control.mesh, {}, {}).value();
   EXPECT_EQ(domain.fit.control_mesh.vertices, alone.fit.control_mesh.vertices);
   EXPECT_EQ(domain.fit.rounds, alone.fit.rounds);

@@ -1,0 +1,101 @@
+#include "core/pipeline/pages_to_thin.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "core/pipeline/block_surfels.h"
+#include "core/scan/clean/check_scan.h"
+#include "core/scan/clean/remove_outliers.h"
+
+namespace rilievo {
+namespace {
+
+// Pages are read and analyzed so many at a time.
+constexpr int64_t kPagesOfRun = 64;
+// Those that the medians come of, where the scan has more.
+constexpr int64_t kSampledRuns = 16, kPagesOfSampledRun = kPagesOfRun / kSampledRuns;
+
+// Column = point of pages [begin, end), scan frame.
+absl::StatusOr<Eigen::Matrix3Xd> ReadPages(const PagedScan& pages, int64_t begin, int64_t end,
+                                           const RunContext& context) {
+  Eigen::Matrix3Xd run(3, std::min(pages.size(), end * kPagePoints) - begin * kPagePoints);
+  for (int64_t page = begin; page < end; ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, pages.Read(static_cast<int>(page)));
+    run.middleCols((page - begin) * kPagePoints, points.cols()) = points;
+  }
+  return run;
+}
+
+// The columns of the run that are outliers; none where the points are too few to tell.
+absl::StatusOr<std::vector<int>> OutliersOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
+                                               const OutlierOptions& outliers,
+                                               const RunContext& context) {
+  PointCloud cloud;
+  cloud.points = std::move(run);
+  absl::StatusOr<CheckedScan> checked = CheckScan(cloud, check, context);
+  if (absl::IsInvalidArgument(checked.status())) return std::vector<int>();
+  RILIEVO_RETURN_IF_ERROR(checked.status());
+  const std::vector<int> source = std::move(checked->source_index);
+  ScanOptions all_kept;
+  all_kept.outliers = {.distance_factor = 0, .min_component_share = 0};
+  RILIEVO_ASSIGN_OR_RETURN(const ScanNeighbors found,
+                           FindNeighbors(*std::move(checked), all_kept, context));
+  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult result,
+                           FindOutliers(found.points, found.graph, outliers, context));
+  std::vector<int> columns;
+  for (size_t i = 0; i < source.size(); ++i) {
+    if (result.keep[i] == 0) columns.push_back(source[i]);
+  }
+  return columns;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<bool>> OutliersOfPages(const PagedScan& pages,
+                                                  const ReconstructOptions& options,
+                                                  const RunContext& context) {
+  const auto count = static_cast<int64_t>(pages.pages().size());
+  const int64_t runs = (count + kPagesOfRun - 1) / kPagesOfRun;
+  OutlierOptions of_run = options.scan.outliers;
+  if (runs > 1) of_run.min_component_share = 0;  // a run may cut a small piece off a large one
+  std::vector<bool> is_outlier(static_cast<size_t>(pages.size()), false);
+  for (int64_t run = 0; run < runs; ++run) {
+    const int64_t begin = count * run / runs, end = count * (run + 1) / runs;
+    RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, begin, end, context));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> columns,
+                             OutliersOfRun(std::move(points), options.check, of_run, context));
+    for (const int column : columns) {
+      is_outlier[static_cast<size_t>(begin * kPagePoints + column)] = true;
+    }
+  }
+  return is_outlier;
+}
+
+absl::StatusOr<PointMedians> MediansOfPages(const PagedScan& pages, const ScanSurface& coarse,
+                                            const ReconstructOptions& options,
+                                            const RunContext& context) {
+  const auto count = static_cast<int64_t>(pages.pages().size());
+  Eigen::Matrix3Xd sample;
+  if (count <= kPagesOfRun) {
+    RILIEVO_ASSIGN_OR_RETURN(sample, ReadPages(pages, 0, count, context));
+  } else {
+    sample.resize(3, kPagesOfRun * kPagePoints);
+    for (int64_t run = 0; run < kSampledRuns; ++run) {
+      // The last page of all may not be full.
+      const int64_t begin = (count - 1 - kPagesOfSampledRun) * run / (kSampledRuns - 1);
+      RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points,
+                               ReadPages(pages, begin, begin + kPagesOfSampledRun, context));
+      sample.middleCols(run * points.cols(), points.cols()) = points;
+    }
+  }
+  for (auto point : sample.colwise()) point = coarse.frame.UnitFromScan(point);
+  RILIEVO_ASSIGN_OR_RETURN(const AnalyzedBlock block,
+                           AnalyzeBlock(sample, pages.size(), coarse, options, context));
+  const OrientedCloud& cloud = block.cloud.points.cols() > 0 ? block.cloud : coarse.cloud;
+  return PointMedians{cloud.median_spacing, cloud.median_noise};
+}
+
+}  // namespace rilievo
