@@ -11,11 +11,18 @@ namespace rilievo {
 // points; what counts are the ratios.
 TimeLeft::TimeLeft(int64_t points, int64_t thinned_points) {
   const auto all = static_cast<double>(points), thinned = static_cast<double>(thinned_points);
-  steps_ = {{v1::STAGE_CHECK, 0.7 * thinned},      {v1::STAGE_NEIGHBORS, 1.7 * thinned},
-            {v1::STAGE_NORMALS, 7 * thinned},      {v1::STAGE_CONTROL_MESH, 10 * thinned},
-            {v1::STAGE_DOMAIN_FIT, 1.5 * thinned}, {v1::STAGE_DISPLACEMENT, thinned},
-            {v1::STAGE_DISPLACEMENT, 35 * all},    {v1::STAGE_MEASURE, 1.5 * all},
-            {v1::STAGE_ENCODE, 12 * all},          {v1::STAGE_MEASURE, 5 * all}};
+  // A scan that is thinned is asked for outliers first.
+  const double outliers = points > thinned_points ? 5 * all : 0;
+  steps_ = {{v1::STAGE_CHECK, 0.7 * thinned + outliers},
+            {v1::STAGE_NEIGHBORS, 1.7 * thinned},
+            {v1::STAGE_NORMALS, 7 * thinned},
+            {v1::STAGE_CONTROL_MESH, 10 * thinned},
+            {v1::STAGE_DOMAIN_FIT, 1.5 * thinned},
+            {v1::STAGE_DISPLACEMENT, thinned},
+            {v1::STAGE_DISPLACEMENT, 35 * all},
+            {v1::STAGE_MEASURE, 1.5 * all},
+            {v1::STAGE_ENCODE, 12 * all},
+            {v1::STAGE_MEASURE, 5 * all}};
 }
 
 std::optional<double> TimeLeft::After(v1::Stage stage, double fraction, double seconds) {
