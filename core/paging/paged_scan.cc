@@ -111,9 +111,7 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const std::vec
   if (size_ <= most) return All(context);
   const int coarsest = LevelOf(std::max<int64_t>(1, most / kShareOfCoarsest));
   const int deepest = std::min(kMortonBits, coarsest + kMostCuts);
-  CellDetail limit = CellThinner::kMostDetail;
-  // First the limit is found, then the points are chosen with it.
-  for (const bool found : {false, true}) {
+  const auto thin = [&](CellDetail limit) -> absl::StatusOr<CellThinner> {
     CellThinner thinner(curve_, coarsest, deepest, limit);
     for (int page = 0; page < static_cast<int>(pages_.size()); ++page) {
       RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -123,12 +121,14 @@ absl::StatusOr<Eigen::Matrix3Xd> PagedScan::Thinned(int64_t most, const std::vec
         if (left_out.empty() || !left_out[place]) thinner.Add(points.col(i));
       }
     }
-    Eigen::Matrix3Xd chosen = thinner.Finish();
-    if (chosen.cols() > most) return WrongCells(scratch_folder());
-    if (found) return chosen;
-    limit = thinner.LimitFor(most);
-  }
-  return WrongCells(scratch_folder());
+    return thinner;
+  };
+  RILIEVO_ASSIGN_OR_RETURN(CellThinner survey, thin(CellThinner::kMostDetail));
+  survey.Finish();
+  RILIEVO_ASSIGN_OR_RETURN(CellThinner thinner, thin(survey.LimitFor(most)));
+  Eigen::Matrix3Xd chosen = thinner.Finish();
+  if (chosen.cols() > most) return WrongCells(scratch_folder());
+  return chosen;
 }
 
 absl::Status PagedScan::Save() const {

@@ -56,20 +56,21 @@ CoarseSurface NoSurface() {
 // The points of the coarse pass, analyzed, and the medians of all points, which thinned ones do not
 // have.
 absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
-                                           ReconstructOptions options,
+                                           const ReconstructOptions& options,
                                            const PipelineContext& context, PointMedians* medians) {
   const bool is_thinned = pages.size() > coarse_points;
+  ReconstructOptions of_thinned = options;
   PointCloud thinned;
   {
     std::vector<bool> outliers;
     if (is_thinned) {
       const StageScope scope(Stage::kCheck, context);
       RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context.Silent()));
-      options.scan.outliers.distance_factor = 0;
+      of_thinned.scan.outliers.distance_factor = 0;
     }
     RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));
   }
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, options, context));
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
   OrientedCloud& cloud = scan.cloud;
   *medians = {cloud.median_spacing, cloud.median_noise};
   if (!is_thinned) return scan;

@@ -1,7 +1,9 @@
 #include "core/pipeline/surface_from_pages.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/base/status_macros.h"
 #include "core/pipeline/code_stored_surface.h"
@@ -17,16 +19,16 @@ namespace {
 // SomePoints() of all `count` points of the surface.
 absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_t count) {
   const int64_t stride = std::max<int64_t>(1, (count + kMostSomePoints - 1) / kMostSomePoints);
-  Eigen::Matrix3Xd some(3, (count + stride - 1) / stride);
+  std::vector<Eigen::Vector3d> some;
   int64_t seen = 0;
   for (int page = 0; page < points.count(); ++page) {
     RILIEVO_ASSIGN_OR_RETURN(const Shape shape, points.Read(page));
     for (const auto point : shape.vertices.colwise()) {
-      if (seen % stride == 0) some.col(seen / stride) = point;
-      ++seen;
+      if (seen++ % stride == 0) some.emplace_back(point);
     }
   }
-  return some;
+  return Eigen::Map<const Eigen::Matrix3Xd>(some.empty() ? nullptr : some.front().data(), 3,
+                                            static_cast<Eigen::Index>(some.size()));
 }
 
 }  // namespace
@@ -61,7 +63,9 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   if (group) grouped.encode.group_faces = *group;
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.surfels, stored.frame));
-  RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface));
+  if (options.measure) {
+    RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface));
+  }
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
       CodeStoredSurface(stored, cutter, some, &points, sampled.domain.position_step, metadata,
