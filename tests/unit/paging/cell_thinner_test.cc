@@ -61,7 +61,7 @@ TEST(CellThinner, KeepsTheBorderOfAPlane) {
 TEST(CellThinner, KeepsMoreBesideASharpEdge) {
   const auto from_edge = [](double x, double y) { return std::abs(x + 0.3 * y - 0.013); };
   const Eigen::Matrix3Xd thinned =
-      ThinnedField([&](double x, double y) { return 0.5 * from_edge(x, y); });
+      ThinnedField([&](double x, double y) { return 0.5 * from_edge(x, y); }, 2000);
   const double beside = LeftWhere(thinned, 0.02 * 0.6 / 0.81, [&](double x, double y) {
     return from_edge(x, y) < 0.01 && std::abs(y) < 0.3;
   });
