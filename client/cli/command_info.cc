@@ -35,9 +35,10 @@ struct SurfaceFacts {
   std::vector<int64_t> vertices, faces;  // per level
   int64_t measured = 0, smoothed = 0, filled = 0;
   int64_t bytes = 0;
+  int64_t update_bytes = 0;  // of these, of the updates
 };
 
-SurfaceFacts Facts(const DecodedSurface& decoded) {
+SurfaceFacts Facts(const DecodedSurface& decoded, const std::vector<uint8_t>& bytes) {
   const DisplacedSurface& surface = decoded.surface;
   SurfaceFacts facts;
   facts.topology = SummarizeTopology(surface.control_mesh.faces,
@@ -65,7 +66,9 @@ SurfaceFacts Facts(const DecodedSurface& decoded) {
                                                                             : 0);
   }
   if (chunks.size() > layers + 1) facts.flag_bytes = chunks.back();
-  facts.bytes = std::accumulate(decoded.chunk_bytes.begin(), decoded.chunk_bytes.end(), int64_t{0});
+  facts.bytes = static_cast<int64_t>(bytes.size());
+  facts.update_bytes = facts.bytes - std::accumulate(decoded.chunk_bytes.begin(),
+                                                     decoded.chunk_bytes.end(), int64_t{0});
   return facts;
 }
 
@@ -115,6 +118,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   }
   json["flag_bytes"] = facts.flag_bytes;
   json["color_bytes"] = decoded.color_bytes;
+  json["update_bytes"] = facts.update_bytes;
   return json;
 }
 
@@ -187,14 +191,19 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
   if (facts.flag_bytes > 0) {
     std::cout << LabelledLine("flags", Counted(facts.flag_bytes, "byte", "bytes"));
   }
+  if (facts.update_bytes > 0) {
+    std::cout << LabelledLine("updates", Counted(facts.update_bytes, "byte", "bytes"));
+  }
 }
 
 absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
   RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.input}, .text = {"-"}}));
   RunContext context;
   context.stop = stop;
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
-  const SurfaceFacts facts = Facts(decoded);
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
+                           DecodeBytes(arguments.input, bytes, context));
+  const SurfaceFacts facts = Facts(decoded, bytes);
   if (arguments.json) {
     // A file may hold texts that are no UTF-8.
     std::cout << InfoJson(decoded, facts).dump(2, ' ', false, Json::error_handler_t::replace)

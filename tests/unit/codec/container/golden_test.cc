@@ -253,5 +253,20 @@ TEST(GoldenTest, Colours) {
   EXPECT_EQ(Crc32c(channels), 0x4282ba08u);
 }
 
+// The torus of Version3 with two updates behind it, which together have every kind of flags.
+TEST(GoldenTest, Updates) {
+  const std::vector<uint8_t> bytes = Golden("updated_torus_in_groups_v3.dss");
+  ASSERT_EQ(bytes.size(), 2145u);
+  EXPECT_EQ(Golden("torus_in_groups_v3.dss"),
+            std::vector<uint8_t>(bytes.begin(), bytes.begin() + 1579));
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->chunk_bytes.size(), 5u);
+  EXPECT_EQ(decoded->metadata.generator, "rilievo 0.4.0");
+  EXPECT_EQ(decoded->metadata.folds, -1);
+  EXPECT_NEAR(decoded->metadata.measured_share, 8199.0 / 9216, 5e-4);
+  EXPECT_EQ(HeightsFingerprint(decoded->surface), 3720706704u);
+}
+
 }  // namespace
 }  // namespace rilievo
