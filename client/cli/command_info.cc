@@ -15,6 +15,7 @@
 #include "client/cli/place_options.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/open_dss.h"
 #include "core/geometry/mesh_topology.h"
 #include "server/command_line/text_layout.h"
 
@@ -38,7 +39,7 @@ struct SurfaceFacts {
   int64_t update_bytes = 0;  // of these, of the updates
 };
 
-SurfaceFacts Facts(const DecodedSurface& decoded, const std::vector<uint8_t>& bytes) {
+SurfaceFacts Facts(const DecodedSurface& decoded, const OpenedDss& file) {
   const DisplacedSurface& surface = decoded.surface;
   SurfaceFacts facts;
   facts.topology = SummarizeTopology(surface.control_mesh.faces,
@@ -66,9 +67,11 @@ SurfaceFacts Facts(const DecodedSurface& decoded, const std::vector<uint8_t>& by
                                                                             : 0);
   }
   if (chunks.size() > layers + 1) facts.flag_bytes = chunks.back();
-  facts.bytes = static_cast<int64_t>(bytes.size());
-  facts.update_bytes = facts.bytes - std::accumulate(decoded.chunk_bytes.begin(),
-                                                     decoded.chunk_bytes.end(), int64_t{0});
+  facts.bytes = std::accumulate(chunks.begin(), chunks.end(), int64_t{0});
+  // They count to the chunk before them.
+  for (const Chunk& chunk : file.updates) facts.update_bytes += chunk.bytes;
+  int64_t& before = facts.flag_bytes > 0 ? facts.flag_bytes : facts.level_bytes.back();
+  if (facts.update_bytes > 0) before -= facts.update_bytes;
   return facts;
 }
 
@@ -203,7 +206,8 @@ absl::Status Info(const InfoArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
                            DecodeBytes(arguments.input, bytes, context));
-  const SurfaceFacts facts = Facts(decoded, bytes);
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, false));
+  const SurfaceFacts facts = Facts(decoded, file);
   if (arguments.json) {
     // A file may hold texts that are no UTF-8.
     std::cout << InfoJson(decoded, facts).dump(2, ' ', false, Json::error_handler_t::replace)

@@ -65,7 +65,7 @@ absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coars
     std::vector<bool> outliers;
     if (is_thinned) {
       const StageScope scope(Stage::kCheck, context);
-      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context.Silent()));
+      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context));
       of_thinned.scan.outliers.distance_factor = 0;
     }
     RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));

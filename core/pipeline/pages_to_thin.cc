@@ -33,6 +33,7 @@ absl::StatusOr<Eigen::Matrix3Xd> ReadPages(const PagedScan& pages, int64_t begin
 absl::StatusOr<std::vector<int>> OutliersOfRun(Eigen::Matrix3Xd run, const CheckOptions& check,
                                                const OutlierOptions& outliers,
                                                const RunContext& context) {
+  const auto columns = static_cast<int>(run.cols());
   PointCloud cloud;
   cloud.points = std::move(run);
   absl::StatusOr<CheckedScan> checked = CheckScan(cloud, check, context);
@@ -45,11 +46,14 @@ absl::StatusOr<std::vector<int>> OutliersOfRun(Eigen::Matrix3Xd run, const Check
                            FindNeighbors(*std::move(checked), all_kept, context));
   RILIEVO_ASSIGN_OR_RETURN(const OutlierResult result,
                            FindOutliers(found.points, found.graph, outliers, context));
-  std::vector<int> columns;
-  for (size_t i = 0; i < source.size(); ++i) {
-    if (result.keep[i] == 0) columns.push_back(source[i]);
+  // Strays of the run, which the check has dropped, are outliers too.
+  std::vector<bool> kept(static_cast<size_t>(columns), false);
+  for (size_t i = 0; i < source.size(); ++i) kept[source[i]] = result.keep[i] != 0;
+  std::vector<int> outlying;
+  for (int column = 0; column < columns; ++column) {
+    if (!kept[column]) outlying.push_back(column);
   }
-  return columns;
+  return outlying;
 }
 
 }  // namespace
@@ -61,12 +65,15 @@ absl::StatusOr<std::vector<bool>> OutliersOfPages(const PagedScan& pages,
   const int64_t runs = (count + kPagesOfRun - 1) / kPagesOfRun;
   OutlierOptions of_run = options.scan.outliers;
   if (runs > 1) of_run.min_component_share = 0;  // a run may cut a small piece off a large one
+  RunContext silent = context;
+  silent.progress = nullptr;
   std::vector<bool> is_outlier(static_cast<size_t>(pages.size()), false);
   for (int64_t run = 0; run < runs; ++run) {
+    context.Report(Stage::kCheck, static_cast<double>(run) / static_cast<double>(runs));
     const int64_t begin = count * run / runs, end = count * (run + 1) / runs;
     RILIEVO_ASSIGN_OR_RETURN(Eigen::Matrix3Xd points, ReadPages(pages, begin, end, context));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> columns,
-                             OutliersOfRun(std::move(points), options.check, of_run, context));
+                             OutliersOfRun(std::move(points), options.check, of_run, silent));
     for (const int column : columns) {
       is_outlier[static_cast<size_t>(begin * kPagePoints + column)] = true;
     }

@@ -43,10 +43,12 @@ absl::StatusOr<Eigen::Matrix3Xd> FinitePoints(const PointCloud& scan, const Spat
   return Eigen::Matrix3Xd(points(Eigen::all, order.order));
 }
 
-// How `across` changes from one point to the next, which is mostly near it.
+// How `across` changes from one point to the next, which is mostly near it. Points beyond a border
+// tell nothing.
 double NoiseOf(const std::vector<float>& across) {
   std::vector<float> steps;
   for (size_t i = 1; i < across.size(); ++i) {
+    if (across[i] == 0 || across[i - 1] == 0) continue;
     steps.push_back(std::abs(across[i] - across[i - 1]));
   }
   if (steps.empty()) return 0;

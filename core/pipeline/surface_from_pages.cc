@@ -17,11 +17,13 @@ namespace rilievo {
 namespace {
 
 // SomePoints() of all `count` points of the surface.
-absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_t count) {
+absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_t count,
+                                             const RunContext& context) {
   const int64_t stride = std::max<int64_t>(1, (count + kMostSomePoints - 1) / kMostSomePoints);
   std::vector<Eigen::Vector3d> some;
   int64_t seen = 0;
   for (int page = 0; page < points.count(); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(const Shape shape, points.Read(page));
     for (const auto point : shape.vertices.colwise()) {
       if (seen++ % stride == 0) some.emplace_back(point);
@@ -63,8 +65,8 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   if (group) grouped.encode.group_faces = *group;
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
                            PointsOfPages::Create(pages, measured.surfels, stored.frame));
-  if (options.measure) {
-    RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface));
+  if (options.measure && !options.encode.max_error) {
+    RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface, context));
   }
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,

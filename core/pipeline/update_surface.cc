@@ -142,8 +142,8 @@ std::vector<int> FacesUnder(const std::vector<uint8_t>& patches, int triangles_e
   return {faces.begin(), faces.end()};
 }
 
-// The points over some control faces, with what the scan stages know of them. The side of each is
-// that of the triangle under it.
+// The points over some control faces, with what the scan stages know of them; none where they are
+// too few to tell anything. The side of each is that of the triangle under it.
 absl::StatusOr<OrientedCloud> AnalyzeOver(const std::vector<int>& faces,
                                           const PointsOnSurface& points, const Shape& surface,
                                           const RunContext& context) {
@@ -172,11 +172,15 @@ absl::StatusOr<OrientedCloud> AnalyzeOver(const std::vector<int>& faces,
   options.outliers.min_component_share = std::min(
       0.1, options.outliers.min_component_share * static_cast<double>(points.points.cols()) /
                static_cast<double>(std::max<size_t>(1, chosen.size())));
-  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(block, CheckOptions(), context));
+  absl::StatusOr<CheckedScan> checked = CheckScan(block, CheckOptions(), context);
+  if (absl::IsInvalidArgument(checked.status())) return OrientedCloud();
+  RILIEVO_RETURN_IF_ERROR(checked.status());
   block = PointCloud();
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface analyzed, AnalyzeScan(std::move(checked), options, context));
-  const SpatialFrame& frame = analyzed.frame;
-  OrientedCloud cloud = std::move(analyzed.cloud);
+  absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), options, context);
+  if (absl::IsInvalidArgument(analyzed.status())) return OrientedCloud();
+  RILIEVO_RETURN_IF_ERROR(analyzed.status());
+  const SpatialFrame& frame = analyzed->frame;
+  OrientedCloud cloud = std::move(analyzed->cloud);
   for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
   const auto scale = static_cast<float>(frame.diagonal);
   for (float& spacing : cloud.spacing) spacing *= scale;
@@ -201,6 +205,7 @@ absl::StatusOr<HeightsAnew> MeasureAnew(const Updated& updated, const std::vecto
   const SubMesh sub = cutter.Cut(faces, kPlateRings);
   RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
                            AnalyzeOver(sub.faces, points, updated.triangles, context));
+  if (cloud.points.cols() == 0) return HeightsAnew();
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                            RefineToVertices(sub.mesh, level, context));
   const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
@@ -334,7 +339,7 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
   report.groups_changed = GroupsWith(update.told, updated);
   constexpr double kUsualStep = 2e-5;
   const double step = HeightStepOf(updated.file);
-  update.step = step > 0 ? step : kUsualStep;
+  update.step = step > 0 ? std::min(step, kMaxStep) : kUsualStep;
   update.generator = "rilievo " RILIEVO_VERSION;
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> chunk,
                            EncodeUpdate(dss, surface, update, context));

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -86,8 +87,8 @@ Matrix3Xd SeenBy(const Matrix3Xd& points, const Matrix3Xd& places) {
 
 // All over the shape; the same for every scan of it, so made once.
 absl::StatusOr<Matrix3Xd> PlacesOn(const AnalyticShape& shape, uint64_t seed) {
-  static auto* const made = new std::map<std::pair<std::string, uint64_t>, Matrix3Xd>;
-  Matrix3Xd& places = (*made)[{shape.name(), seed}];
+  static auto* const made = new std::map<std::tuple<std::string, double, uint64_t>, Matrix3Xd>;
+  Matrix3Xd& places = (*made)[{shape.name(), shape.diagonal(), seed}];
   if (places.cols() > 0) return places;
   ScannerOptions options;
   options.points = kSeenPlaces;

@@ -220,9 +220,9 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
       CheckLaw(header.face_count, kControlFacesPerByte, control, "control faces"));
   RILIEVO_RETURN_IF_ERROR(DecodeControl(reader.Bytes(reader.remaining()), file));
   for (const Chunk& chunk : list.chunks) {
-    if (chunk.tag == kColorsTag) {
+    if (chunk.tag == kColorsTag || chunk.tag == kUpdateTag) {
       file.chunk_bytes.back() += chunk.bytes;
-    } else if (chunk.tag != kUpdateTag) {
+    } else {
       file.chunk_bytes.push_back(chunk.bytes);
     }
   }

@@ -66,7 +66,7 @@ TEST_F(CombineTest, BoxesHaveTheVolumesThatTheyShould) {
 TEST_F(CombineTest, SurfacesAreTakenAtTheirFinestLevel) {
   WriteSurface("a.dss");
   const Ended made = Run({"combine", At("a.dss"), At("b.obj"), "--difference", "-o", At("c.stl"),
-                          "--keep-dss", "--unit", "mm", "--max-level", "3", "--quiet"});
+                          "--keep-dss", "--unit", "mm", "--quiet"});
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(made.out, HasSubstr("without"));
   EXPECT_LE(WidestLine(made.out), 80u);

@@ -40,7 +40,7 @@ TEST(SearchControlFacesTest, TheStepOfTheControlPointsIsSearchedFor) {
 }
 
 TEST(SearchControlFacesTest, ASizeIsKeptWithLessErrorThanWithTheUsualFaces) {
-  const PreparedScan prepared = PrepareScan(*MakeTorus(), 10000, 0);
+  const PreparedScan prepared = PrepareScan(*MakeTorus(), 20000, 0);
   ReconstructOptions options;
   options.encode.max_bytes = 1200;
   const CodedSurface best = Search(prepared, options).value();

@@ -144,7 +144,7 @@ TEST(ShapeMeshTest, ColoursAreCarried) {
 
 TEST(ShapeMeshTest, TheFileIsConfirmedByItsMesh) {
   PointCloud mesh = MeshInput(testing::Torus(40, 24));
-  const auto made = Reconstruct(mesh, Coarse(), RunContext{});
+  const auto made = Reconstruct(mesh, {}, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   const DecodedSurface decoded = DecodeDss(made->encoded.Concatenate(), RunContext{}).value();
   EXPECT_TRUE(VerifyCertificate(decoded, &mesh, RunContext{})->agrees());
@@ -186,7 +186,7 @@ TEST(ShapeMeshTest, TheBytesDoNotDependOnTheThreads) {
   for (const int threads : {1, 3}) {
     RunContext context;
     context.threads = threads;
-    bytes[threads / 2] = Reconstruct(mesh, Coarse(), context)->encoded.Concatenate();
+    bytes[threads / 2] = Reconstruct(mesh, {}, context)->encoded.Concatenate();
   }
   EXPECT_EQ(bytes[0], bytes[1]);
 }
