@@ -29,7 +29,7 @@ constexpr int64_t kMostTreePoints = 1 << 19;
 class NearestSet final : public flann::ResultSet<double> {
  public:
   NearestSet(int capacity, double most) : capacity_(static_cast<size_t>(capacity)), worst_(most) {
-    heap_.reserve(capacity_);
+    heap_.clear();
   }
 
   bool full() const override { return heap_.size() == capacity_; }
@@ -70,10 +70,16 @@ class NearestSet final : public flann::ResultSet<double> {
     }
   };
 
+  // One a thread, so that a search allocates nothing.
+  static std::vector<Candidate>& HeapOfThread() {
+    static thread_local std::vector<Candidate> heap;
+    return heap;
+  }
+
   size_t capacity_;
   int first_point_ = 0;
-  double worst_;                 // of the best, once there are enough
-  std::vector<Candidate> heap_;  // the worst first
+  double worst_;                                   // of the best, once there are enough
+  std::vector<Candidate>& heap_ = HeapOfThread();  // the worst first
 };
 
 // All points within a radius. More than `most` end the search.
