@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "core/points/oriented_cloud.h"
@@ -16,10 +17,17 @@ namespace rilievo {
 // (Barill et al. 2018, first order, with stretches of the Morton curve for cells).
 class WindingField {
  public:
-  // The cloud, in Morton order, must outlive the field and stay as it is.
-  explicit WindingField(const OrientedCloud& cloud);
+  // `members`: points of the cloud, ascending. The cloud must outlive the field and stay as it is.
+  WindingField(const OrientedCloud& cloud, std::vector<int> members);
 
   double At(const Eigen::Vector3d& position) const;
+
+  // The mean at positions close together, at least one: they see the same cells as one.
+  double MeanAt(std::span<const Eigen::Vector3d> positions) const;
+
+  // Minus the gradient of the winding number, without its jumps across the points themselves: the
+  // rest of a surface goes on here with normals along it. Per length, unit frame.
+  Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
 
  private:
   // Points that lie together.
@@ -31,12 +39,14 @@ class WindingField {
   };
   void AddLeaves();
   void AddLevel();
-  // Calls visit(dipole) for all points of a cell, for far ones as one.
+  // Calls visit(dipole) for all points of a cell, those far from every place within `reach` of the
+  // position as one.
   template <typename Visit>
-  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
+  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position, double reach,
                    const Visit& visit) const;
 
   const OrientedCloud& cloud_;
+  std::vector<int> members_;
   std::vector<std::vector<Cell>> levels_;  // leaves first
 };
 
