@@ -156,7 +156,8 @@ void CellThinner::Add(const Eigen::Vector3d& point) {
     cell.chosen = point;
   }
   for (int level = first; level <= deepest_; ++level) Open(level, point, unit);
-  recent_.push_back(point);
+  // Of a fuller one, and of those it lies in, none is chosen whole.
+  if (open_.back().moments.count <= kMostAtBorder) recent_.push_back(point);
   open_.back().moments.Add({1, unit, Eigen::Matrix3d::Zero()});
 }
 
