@@ -23,14 +23,6 @@ constexpr int kLastGrade = 2;
 constexpr float kGradeCost = 4;
 constexpr int kCollapsesAtOnce = 4096;
 
-// A factor in [1, 1 + kJitter), always the same for an edge. Without it the flat parts of a regular
-// grid collapse in step and end as a lattice of rectangles, up to twice as long as wide.
-constexpr double kJitter = 0.5;
-double Jitter(int edge) {
-  const uint32_t mixed = static_cast<uint32_t>(edge) * 2654435769U;  // Fibonacci hashing
-  return 1 + kJitter * static_cast<double>(mixed >> 8) / (1 << 24);
-}
-
 }  // namespace
 
 // What a collapse must leave behind. A collapse refused under one grade comes back at kGradeCost
@@ -169,7 +161,7 @@ double EdgeCollapser::CostOf(int edge) const {
   const int a = mesh_.From(h), b = mesh_.To(h);
   Quadric sum = vertices_[a].quadric;
   sum += vertices_[b].quadric;
-  return Jitter(edge) * std::max(0.0, sum(Meeting(a, b, sum)));
+  return std::max(0.0, sum(Meeting(a, b, sum)));
 }
 
 Vector3d EdgeCollapser::Meeting(int a, int b, const Quadric& sum) const {
@@ -200,9 +192,7 @@ void EdgeCollapser::Seed(int edge, Front* front) {
   front->queue.Append(KeyHeap::KeyOf(edges_[edge].cost, edge));
 }
 
-absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, bool coarse,
-                                       const RunContext& context) {
-  whole_.coarse = coarse;
+absl::Status EdgeCollapser::CollapseTo(int64_t target_faces, const RunContext& context) {
   whole_.queue.Clear();
   RILIEVO_RETURN_IF_ERROR(
       ParallelFor(mesh_.edge_slots(), kLightBlock, context, [&](int64_t begin, int64_t end) {
@@ -223,6 +213,7 @@ std::vector<EdgeCollapser::Front> EdgeCollapser::BlockFronts(const VertexBlocks&
   std::vector<Front> fronts(blocks.count());
   for (Front& front : fronts) {
     front.inner = &blocks.inner;
+    front.coarse = true;
   }
   for (int f = 0; f < mesh_.face_slots(); ++f) {
     bool inner = true;

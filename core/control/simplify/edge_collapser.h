@@ -27,13 +27,12 @@ class EdgeCollapser {
                 const FacePlanes* planes, const RunContext& context);
 
   // Collapses on all threads, in every block down to about `share`, (0, 1), of the faces between
-  // its inner vertices. The rims stay. The result does not depend on the number of threads.
-  // CANCELLED when stopped.
+  // its inner vertices. The rims stay, and the faces made need not be good ones, for they will not
+  // last. The result does not depend on the number of threads. CANCELLED when stopped.
   absl::Status CollapseBlocks(const VertexBlocks& blocks, double share, const RunContext& context);
 
-  // Collapses until `target_faces` are left or no collapse is allowed. Until `coarse` is false the
-  // faces made need not be good ones, for they will not last. CANCELLED when stopped.
-  absl::Status CollapseTo(int64_t target_faces, bool coarse, const RunContext& context);
+  // Collapses until `target_faces` are left or no collapse is allowed. CANCELLED when stopped.
+  absl::Status CollapseTo(int64_t target_faces, const RunContext& context);
 
   int64_t faces_left() const { return whole_.faces_left; }
   const HalfEdgeMesh& mesh() const { return mesh_; }
@@ -56,7 +55,7 @@ class EdgeCollapser {
   // Where collapses go on: the whole mesh or the inner vertices of a block.
   struct Front {
     const std::vector<uint8_t>* inner = nullptr;  // null: every vertex
-    bool coarse = true;
+    bool coarse = false;
     int64_t faces_left = 0;
     std::unordered_map<int, int> component_faces;  // of the components that are there
     int time = 0;                                  // collapses so far

@@ -25,8 +25,6 @@ using FlipMesh = OpenMesh::TriMesh_ArrayKernelT<FlipTraits>;
 constexpr int kMaxPasses = 10;
 // A flip for the valence may leave its faces this round (1: equilateral), or as round as they were.
 constexpr double kMinRoundness = 0.5;
-// A flip that leaves the valences as good as they were must make the worse face this much rounder.
-constexpr double kRounder = 1.25;
 
 FlipMesh Build(const ControlMesh& mesh) {
   FlipMesh flip_mesh;
@@ -84,8 +82,7 @@ class Flip {
            valence[q_.idx()] > (mesh_.is_boundary(q_) ? 3 : 4);
   }
 
-  // `required`: factor on the roundness of the worse face.
-  bool KeepsShape(double least_cosine, double floor, double required) const {
+  bool KeepsShape(double least_cosine) const {
     const Vector3d p = At(p_), q = At(q_), r = At(r_), s = At(s_);
     const Facet before[2] = {FacetOf(p, q, r), FacetOf(q, p, s)};
     const Facet after[2] = {FacetOf(p, s, r), FacetOf(q, r, s)};
@@ -95,7 +92,7 @@ class Flip {
       if (facet.normal.dot(normal) < least_cosine) return false;
     }
     const double was = std::min(before[0].roundness, before[1].roundness);
-    return std::min(after[0].roundness, after[1].roundness) >= std::min(floor, required * was);
+    return std::min(after[0].roundness, after[1].roundness) >= std::min(kMinRoundness, was);
   }
 
   // `creases`: ascending.
@@ -125,7 +122,7 @@ class Flip {
   FlipMesh::VertexHandle p_, q_, r_, s_;
 };
 
-// Each flip lowers the valences' error, or keeps it and rounds the worse face: this ends.
+// Each flip lowers the valences' error: this ends.
 bool FlipOnce(const std::vector<Crease>& creases, FlipMesh* mesh, std::vector<int>* valence,
               double least_cosine) {
   bool flipped = false;
@@ -133,11 +130,8 @@ bool FlipOnce(const std::vector<Crease>& creases, FlipMesh* mesh, std::vector<in
     if (!mesh->is_flip_ok(edge)) continue;
     const Flip flip(*mesh, edge);
     if (flip.IsOneOf(creases)) continue;
-    const int change = flip.ValenceChange(*valence);
-    if (change > 0 || !flip.KeepsValence(*valence)) continue;
-    const bool shape = change < 0 ? flip.KeepsShape(least_cosine, kMinRoundness, 1.0)
-                                  : flip.KeepsShape(least_cosine, 2.0, kRounder);
-    if (!shape) continue;
+    if (flip.ValenceChange(*valence) >= 0 || !flip.KeepsValence(*valence)) continue;
+    if (!flip.KeepsShape(least_cosine)) continue;
     flip.Count(valence);
     mesh->flip(edge);
     flipped = true;

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 // Pull to the neighbours' mean against the planes of the faces: holds a 90 degree crease to a few
 // hundredths of an edge and lets flat parts move freely.
 constexpr double kPull = 0.01;
-constexpr int kShapeRounds = 2, kRelaxRounds = 3;
+constexpr int kRelaxRounds = 3;
 constexpr double kFlatDihedralDegrees = 40;
 
 Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
@@ -116,10 +116,8 @@ void RelaxTangentially(ControlMesh* mesh, int rounds) {
 }
 
 void ImproveShape(ControlMesh* mesh) {
-  for (int round = 0; round < kShapeRounds; ++round) {
-    ImproveValence(mesh, kFlatDihedralDegrees);
-    RelaxTangentially(mesh, kRelaxRounds);
-  }
+  ImproveValence(mesh, kFlatDihedralDegrees);
+  RelaxTangentially(mesh, kRelaxRounds);
 }
 
 }  // namespace rilievo

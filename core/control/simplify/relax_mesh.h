@@ -15,8 +15,8 @@ namespace rilievo {
 // their order.
 void RelaxTangentially(ControlMesh* mesh, int rounds);
 
-// Flips towards valence 6 across edges flatter than 40 degrees and relaxation, in turn: the last
-// of every simplification that makes a control mesh.
+// Flips towards valence 6 across edges flatter than 40 degrees, then relaxation: the last of every
+// simplification that makes a control mesh.
 void ImproveShape(ControlMesh* mesh);
 
 }  // namespace rilievo

@@ -12,11 +12,9 @@
 namespace rilievo {
 namespace {
 
-// Far above the target, in multiples of it, the faces made will not last.
-constexpr double kCoarseUntil = 3;
 // A collapse is refused for what its neighbourhood was at the time: at each of these milestones, in
 // multiples of the target, all that are left are tried again.
-constexpr double kMilestones[] = {8.0, 4.0, 2.0, 1.4, 1.15, 1.03, 1.0, 1.0};
+constexpr double kMilestones[] = {8.0, 1.0, 1.0};
 // Vertices of a block. A tenth of them, at its rim, wait for the whole mesh's turn.
 constexpr int kBlockSize = 8192;
 
@@ -56,7 +54,7 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
   for (const double milestone : kMilestones) {
     const auto faces = static_cast<int64_t>(milestone * options.target_faces);
     if (collapser.faces_left() <= faces) continue;
-    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, milestone >= kCoarseUntil, context));
+    RILIEVO_RETURN_IF_ERROR(collapser.CollapseTo(faces, context));
   }
   return collapser.Compact();
 }

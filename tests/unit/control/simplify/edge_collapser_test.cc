@@ -54,7 +54,7 @@ TEST(EdgeCollapserTest, BlocksComeOutTheSameForAnyNumberOfThreads) {
     const VertexBlocks blocks =
         CutIntoBlocks(collapse.collapser.mesh(), mesh.vertices, 800, context).value();
     ASSERT_TRUE(collapse.collapser.CollapseBlocks(blocks, 0.1, context).ok());
-    ASSERT_TRUE(collapse.collapser.CollapseTo(400, false, context).ok());
+    ASSERT_TRUE(collapse.collapser.CollapseTo(400, context).ok());
     results[threads - 1] = collapse.collapser.Compact();
   }
   EXPECT_EQ(results[0].faces, results[1].faces);
@@ -64,7 +64,7 @@ TEST(EdgeCollapserTest, BlocksComeOutTheSameForAnyNumberOfThreads) {
 TEST(EdgeCollapserTest, ATargetIsReachedExactlyOrByOneFace) {
   const ControlMesh mesh = MarchTetrahedra(SphereField, 24);
   Collapse collapse(mesh);
-  ASSERT_TRUE(collapse.collapser.CollapseTo(1000, true, RunContext()).ok());
+  ASSERT_TRUE(collapse.collapser.CollapseTo(1000, RunContext()).ok());
   EXPECT_LE(collapse.collapser.faces_left(), 1000);
   EXPECT_GE(collapse.collapser.faces_left(), 999);
 }
@@ -76,7 +76,7 @@ TEST(EdgeCollapserTest, StopsWhenAsked) {
       CutIntoBlocks(collapse.collapser.mesh(), mesh.vertices, 800, RunContext()).value();
   EXPECT_EQ(collapse.collapser.CollapseBlocks(blocks, 0.1, Stopped()).code(),
             absl::StatusCode::kCancelled);
-  EXPECT_EQ(collapse.collapser.CollapseTo(100, true, Stopped()).code(),
+  EXPECT_EQ(collapse.collapser.CollapseTo(100, Stopped()).code(),
             absl::StatusCode::kCancelled);
 }
 
