@@ -22,8 +22,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Least mean log_likelihood_ratio of the edges of a run.
-constexpr double kRunEvidence = 24;
 // Pull of a vertex to its place, beside one for each plane through it.
 constexpr double kStay = 0.003;
 // A vertex comes no farther from the points.
@@ -51,27 +49,6 @@ std::vector<uint8_t> Tags(const MeshTopology& topology,
     }
   }
   return tags;
-}
-
-// Takes the tags off runs that say little; what they ended at may change its kind, so again.
-absl::Status DropPoorRuns(const MeshTopology& topology,
-                          const std::vector<EdgeClassification>& judgements, ControlMesh* mesh,
-                          std::vector<uint8_t>* tags) {
-  for (bool dropped = true; dropped;) {
-    dropped = false;
-    mesh->creases = TaggedEdges(topology, *tags);
-    RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
-    for (const CreaseChain& chain : CreaseChains(topology, creases)) {
-      double log_likelihood_ratio = 0;
-      for (int edge : chain.edges)
-        log_likelihood_ratio += judgements[edge].planes->log_likelihood_ratio;
-      const double mean = log_likelihood_ratio / static_cast<double>(chain.edges.size());
-      if (mean >= kRunEvidence) continue;
-      for (int edge : chain.edges) (*tags)[edge] = 0;
-      dropped = true;
-    }
-  }
-  return absl::OkStatus();
 }
 
 bool KeepsFacesUpright(const ControlMesh& mesh, const std::vector<int>& faces, int vertex,
@@ -132,15 +109,14 @@ void MoveOntoCreases(const OrientedCloud& cloud, const PointIndex& index,
 
 absl::Status TagCreases(const OrientedCloud& cloud, const PointIndex& index,
                         const RunContext& context, ControlMesh* mesh) {
-  const ControlMesh given = *mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<EdgeClassification> judgements,
                            ClassifyEdges(cloud, index, *mesh, topology, context));
-  std::vector<uint8_t> tags = Tags(topology, judgements);
+  const std::vector<uint8_t> tags = Tags(topology, judgements);
+  if (std::find(tags.begin(), tags.end(), 1) == tags.end()) return absl::OkStatus();
   MoveOntoCreases(cloud, index, topology, judgements, tags, mesh);
-  RILIEVO_RETURN_IF_ERROR(DropPoorRuns(topology, judgements, mesh, &tags));
-  if (mesh->creases.empty()) *mesh = given;
+  mesh->creases = TaggedEdges(topology, tags);
   return absl::OkStatus();
 }
 
