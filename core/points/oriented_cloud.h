@@ -23,6 +23,8 @@ struct OrientedCloud {
   // Where the surface is known to be sharp: columns 2 i and 2 i + 1 are the ends of a segment; unit
   // frame. Of a scan: empty, for nothing is known of it.
   Eigen::Matrix3Xd sharp_lines = {};
+  // Likewise the borders of a given mesh that the surface is to meet exactly.
+  Eigen::Matrix3Xd border_lines = {};
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };
