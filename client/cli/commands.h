@@ -41,6 +41,7 @@ Command AddScale(CLI::App& program);
 Command AddSimulate(CLI::App& program);
 Command AddSubdivide(CLI::App& program);
 Command AddTrim(CLI::App& program);
+Command AddUpdate(CLI::App& program);
 Command AddVerify(CLI::App& program);
 Command AddVoxelize(CLI::App& program);
 Command AddView(CLI::App& program);

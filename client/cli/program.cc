@@ -46,10 +46,10 @@ int RunProgram(int argc, const char* const* argv) {
                    kExitCodeHelp));
   std::vector<Command> commands;
   for (const auto add :
-       {AddReconstruct, AddConvert,  AddDiagnose,    AddAlign,   AddExport,  AddInfo,
-        AddMeasure,     AddEvaluate, AddVoxelize,    AddCombine, AddTrim,    AddDeform,
-        AddSubdivide,   AddScale,    AddInterpolate, AddVerify,  AddCompare, AddSimulate,
-        AddView,        AddJobs,     AddCompletion,  AddManual}) {
+       {AddReconstruct, AddConvert,   AddUpdate,   AddDiagnose,    AddAlign,   AddExport,
+        AddInfo,        AddMeasure,   AddEvaluate, AddVoxelize,    AddCombine, AddTrim,
+        AddDeform,      AddSubdivide, AddScale,    AddInterpolate, AddVerify,  AddCompare,
+        AddSimulate,    AddView,      AddJobs,     AddCompletion,  AddManual}) {
     commands.push_back(add(app));
     commands.back().app->footer(kExitCodeHelp);
   }

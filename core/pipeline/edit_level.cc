@@ -8,13 +8,10 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/codec/bytes/byte_stream.h"
-#include "core/codec/bytes/chunk.h"
 #include "core/codec/container/colors.h"
 #include "core/codec/container/deformed_surface.h"
 #include "core/codec/container/dss.h"
 #include "core/codec/container/open_dss.h"
-#include "core/codec/heights/height_layout.h"
 #include "core/codec/mesh/prepare_control_mesh.h"
 
 namespace rilievo {
@@ -34,18 +31,6 @@ absl::Status CheckLevel(const DecodedSurface& decoded, int level) {
   if (level >= 0 && level <= finest) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("level is ", level, ", this surface has 0 to ", finest));
-}
-
-// Of the finest level with coefficients; 0 where there is none.
-double HeightStepOf(const OpenedDss& file) {
-  if (file.version == 1) return file.header.height_unit;
-  double step = 0;
-  for (const Chunk& layer : file.layers) {
-    ByteReader reader(layer.payload);
-    if ((reader.Byte() & kEmptyLayerFlag) != 0) continue;
-    step = static_cast<double>(reader.Varint()) * file.header.height_unit;
-  }
-  return step;
 }
 
 EncodeOptions OptionsFor(const OpenedDss& file) {

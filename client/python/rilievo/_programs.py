@@ -4,6 +4,10 @@ import pathlib
 import shutil
 import subprocess
 import tempfile
+from typing import List
+
+import numpy as np
+import numpy.typing as npt
 
 from .errors import InvalidArgument, RilievoError, ServerDefect, Unavailable
 from .values import ControlMesh
@@ -36,16 +40,35 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
         file.write(cage.to_obj())
         file.flush()
         command.append(file.name)
-        try:
-            done = subprocess.run(command, input=dss, capture_output=True, check=False)
-        except OSError as error:
-            raise Unavailable(f"{command[0]} cannot be started: {error.strerror}; name the program "
-                              "in the environment variable RILIEVO_PROGRAM") from None
+        return _run(command, dss)
+
+
+def update(dss: bytes, points: npt.NDArray[np.float64], whole: bool) -> bytes:
+    """The .dss brought up to date by `rilievo update`. Unavailable when that is not installed."""
+    command = [find("rilievo", "RILIEVO_PROGRAM"), "update", "-", "-o", "-"]
+    if whole:
+        command.append("--whole")
+    with tempfile.NamedTemporaryFile("wb", suffix=".ply") as file:
+        file.write(b"ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % len(points) +
+                   b"".join(b"property double %c\n" % axis for axis in b"xyz") + b"end_header\n")
+        file.write(points.astype("<f8").tobytes())
+        file.flush()
+        command.append(file.name)
+        return _run(command, dss)
+
+
+def _run(command: List[str], given: bytes) -> bytes:
+    """What the program makes of its standard input."""
+    try:
+        done = subprocess.run(command, input=given, capture_output=True, check=False)
+    except OSError as error:
+        raise Unavailable(f"{command[0]} cannot be started: {error.strerror}; name the program "
+                          "in the environment variable RILIEVO_PROGRAM") from None
     if done.returncode == 0:
         return done.stdout
     # The program names itself in what it says.
     reason = (done.stderr.decode("utf-8", "replace").strip() or
-              f"{command[0]} deform ended with {done.returncode}")
+              f"{command[0]} {command[1]} ended with {done.returncode}")
     kind = InvalidArgument if done.returncode == _INPUT else \
         ServerDefect if done.returncode < 2 else RilievoError
     raise kind(reason)

@@ -17,6 +17,7 @@ inline constexpr int kDssVersion = 3, kNewestDssVersion = 4;
 enum ChunkTag : uint8_t {
   kControlTag = 'C',
   kHeightsTag = 'H',
+  kUpdateTag = 'U',
   kSmoothedTag = 's',
   kColorsTag = 'c',
 };

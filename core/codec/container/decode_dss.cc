@@ -5,6 +5,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/container/colors.h"
 #include "core/codec/container/dss.h"
+#include "core/codec/container/height_update.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/heights/height_decoder.h"
 #include "core/codec/heights/height_layer.h"
@@ -47,6 +48,8 @@ absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
     surface.heights.push_back(static_cast<float>(height * header.height_unit));
   }
   surface.sources = decoded.Sources(header.metadata.all_smoothed);
+  RILIEVO_RETURN_IF_ERROR(
+      ApplyUpdates(file, refinement, context, &surface.heights, &surface.sources));
   RILIEVO_ASSIGN_OR_RETURN(surface.colors, DecodeColors(file, refinement, context));
   return absl::OkStatus();
 }
@@ -65,7 +68,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
   } else {
     RILIEVO_RETURN_IF_ERROR(DecodeHeights(file, context, decoded.surface));
   }
-  decoded.metadata = std::move(file.header.metadata);
+  RILIEVO_ASSIGN_OR_RETURN(decoded.metadata, MetadataWithUpdates(file));
   decoded.format_version = file.version;
   decoded.declared_max_level = file.header.max_level;
   decoded.chunk_bytes = std::move(file.chunk_bytes);

@@ -11,6 +11,7 @@
 #include "core/base/status_macros.h"
 #include "core/codec/container/colors.h"
 #include "core/codec/container/dss.h"
+#include "core/codec/container/height_update.h"
 #include "core/codec/container/open_dss.h"
 #include "core/codec/heights/height_decoder.h"
 #include "core/loop/face_vertices.h"
@@ -128,6 +129,8 @@ absl::StatusOr<SurfacePart> DecodePart(const OpenedDss& file, const PartCutter& 
     part.heights.push_back(static_cast<float>(height * file.header.height_unit));
   }
   part.sources = heights.Sources(file.header.metadata.all_smoothed);
+  RILIEVO_RETURN_IF_ERROR(ApplyUpdatesToPart(file, shared, sub.faces, refinement, context,
+                                             &part.heights, &part.sources));
   if (!file.colors.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(part.colors,
                              DecodePartOfColors(file, shared, sub.faces, refinement, context));

@@ -7,6 +7,8 @@
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/byte_stream.h"
 #include "core/codec/bytes/decode_limits.h"
+#include "core/codec/container/height_update.h"
+#include "core/codec/heights/height_layout.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
 #include "core/codec/mesh/group_coder.h"
@@ -105,6 +107,9 @@ absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control, Ope
       control = chunk;
     } else if (chunk.tag == kHeightsTag) {
       file.layers.push_back(chunk);
+    } else if (chunk.tag == kUpdateTag && list.version > 2) {
+      if (!checked) RILIEVO_RETURN_IF_ERROR(CheckChunk(chunk));
+      file.updates.push_back(chunk);
     } else {
       return absl::UnimplementedError(
           absl::StrCat("chunk ", i, " is of a kind this decoder must know and does not, ",
@@ -112,6 +117,20 @@ absl::Status SortChunks(const ChunkList& list, bool checked, Chunk& control, Ope
     }
   }
   return absl::OkStatus();
+}
+
+// They change the heights of all levels.
+absl::Status CheckUpdates(const OpenedDss& file) {
+  if (file.updates.empty()) return absl::OkStatus();
+  if (file.updates.size() > kMostUpdates) {
+    return absl::DataLossError(absl::StrCat("there are ", file.updates.size(),
+                                            " updates, the format ends at ", kMostUpdates));
+  }
+  if (file.whole() && file.updates.front().number > file.layers.back().number) {
+    return absl::OkStatus();
+  }
+  return absl::DataLossError(absl::StrCat("chunk ", file.updates.front().number,
+                                          " updates heights that are not all there yet"));
 }
 
 }  // namespace
@@ -130,6 +149,17 @@ std::optional<std::span<const uint8_t>> OpenedDss::SmoothedPayload() const {
 std::span<const uint8_t> OpenedDss::PlainLevels() const {
   if (!whole()) return {};
   return header.metadata.plain_levels;
+}
+
+double HeightStepOf(const OpenedDss& file) {
+  if (file.version == 1) return file.header.height_unit;
+  double step = 0;
+  for (const Chunk& layer : file.layers) {
+    ByteReader reader(layer.payload);
+    if ((reader.Byte() & kEmptyLayerFlag) != 0) continue;
+    step = static_cast<double>(reader.Varint()) * file.header.height_unit;
+  }
+  return step;
 }
 
 absl::Status CheckHeightLaw(const OpenedDss& file) {
@@ -177,6 +207,7 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
     return absl::DataLossError(absl::StrCat("there are ", file.colors.size(),
                                             " levels of colours, max_level is ", header.max_level));
   }
+  RILIEVO_RETURN_IF_ERROR(CheckUpdates(file));
   if (file.smoothed && (!file.whole() || file.smoothed->number < file.layers.back().number)) {
     file.smoothed.reset();
   }

@@ -24,6 +24,7 @@ struct OpenedDss {
   FaceGroups groups;                 // where header.group_limit > 0
   std::vector<Chunk> layers;         // of level 0, 1, ...; they are views of the caller's bytes
   std::optional<Chunk> smoothed;     // only if the heights of all levels are there
+  std::vector<Chunk> updates;        // in order; only if the heights of all levels are there
   std::vector<Chunk> colors;         // of level 0, 1, ...; at most as many as the file has levels
   std::vector<int64_t> chunk_bytes;  // of all chunks; one of colours counts to the one before it
   std::vector<std::span<const uint8_t>> Payloads() const;
@@ -41,6 +42,10 @@ struct OpenedDss {
 // The errors of DecodeDss. All counts are held against the bytes that are there. Checksums of the
 // layers that stand in groups are looked at only if `check_groups`: their pieces have their own.
 absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_groups);
+
+// The quantiser's step at the finest level with coefficients, fraction of the diagonal; 0 where no
+// level has any.
+double HeightStepOf(const OpenedDss& file);
 
 // DATA_LOSS when the layers' bytes are too few for their heights.
 absl::Status CheckHeightLaw(const OpenedDss& file);

@@ -17,9 +17,9 @@ struct Case {
 
 const Case kCases[] = {
     {"", 2,
-     R"(rilievo: a command is missing; the commands are reconstruct, convert, diagnose,
-  align, export, info, measure, evaluate, voxelize, combine, trim, deform,
-  subdivide, scale, interpolate, verify, compare, simulate, view, jobs,
+     R"(rilievo: a command is missing; the commands are reconstruct, convert, update,
+  diagnose, align, export, info, measure, evaluate, voxelize, combine, trim,
+  deform, subdivide, scale, interpolate, verify, compare, simulate, view, jobs,
   completion
 See 'rilievo --help'.
 )"},
@@ -40,9 +40,9 @@ See 'rilievo --help'.
 )"},
     {"polish", 2,
      R"(rilievo: 'polish' is not a command; the commands are reconstruct, convert,
-  diagnose, align, export, info, measure, evaluate, voxelize, combine, trim,
-  deform, subdivide, scale, interpolate, verify, compare, simulate, view, jobs,
-  completion
+  update, diagnose, align, export, info, measure, evaluate, voxelize, combine,
+  trim, deform, subdivide, scale, interpolate, verify, compare, simulate, view,
+  jobs, completion
 See 'rilievo --help'.
 )"},
     {"jobs", 2,

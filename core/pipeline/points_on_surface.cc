@@ -1,0 +1,141 @@
+#include "core/pipeline/points_on_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/base/parallel_for.h"
+#include "core/base/status_macros.h"
+#include "core/points/morton_order.h"
+#include "core/surface/closest_point_tree.h"
+
+namespace rilievo {
+namespace {
+
+constexpr double kContradicts = 3;          // standard deviations
+constexpr double kMedianOfNormal = 0.6745;  // of |x|, where x has a deviation of 1
+constexpr int kLeastTold = 3;               // points that tell anything of a patch
+
+template <typename T>
+T MedianOf(std::vector<T>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+absl::StatusOr<Eigen::Matrix3Xd> FinitePoints(const PointCloud& scan, const SpatialFrame& frame,
+                                              const RunContext& context) {
+  Eigen::Matrix3Xd points(3, scan.points.cols());
+  Eigen::Index count = 0;
+  for (const auto point : scan.points.colwise()) {
+    if (point.allFinite()) points.col(count++) = frame.UnitFromScan(point);
+  }
+  if (count == 0) {
+    return absl::InvalidArgumentError("the scan has no point with finite coordinates");
+  }
+  points.conservativeResize(3, count);
+  RILIEVO_ASSIGN_OR_RETURN(const MortonOrder order, ComputeMortonOrder(points, context));
+  return Eigen::Matrix3Xd(points(Eigen::all, order.order));
+}
+
+// How `away` changes from one point to the next, which is mostly near it.
+double NoiseOf(const std::vector<float>& away) {
+  std::vector<float> steps;
+  for (size_t i = 1; i < away.size(); ++i) steps.push_back(std::abs(away[i] - away[i - 1]));
+  if (steps.empty()) return 0;
+  return double{MedianOf(steps)} / (kMedianOfNormal * std::numbers::sqrt2);
+}
+
+}  // namespace
+
+absl::Status LayAgain(const Shape& surface, const std::vector<uint8_t>& again,
+                      const RunContext& context, PointsOnSurface* points) {
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                           ClosestPointTree::Build(surface.vertices, surface.triangles, context,
+                                                   surface.children_per_face));
+  return ParallelFor(points->points.cols(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+    int hint = -1;
+    for (int64_t i = begin; i < end; ++i) {
+      if (!again.empty() && again[i] == 0) continue;
+      const Eigen::Vector3d point = points->points.col(i);
+      const ClosestPointTree::Hit hit = tree.Closest(point, hint);
+      hint = hit.item;
+      const int triangle = tree.source()[hit.item];
+      const auto corners = surface.triangles.col(triangle);
+      const Eigen::Vector3d a = surface.vertices.col(corners[0]);
+      const Eigen::Vector3d ab = surface.vertices.col(corners[1]) - a;
+      const Eigen::Vector3d ac = surface.vertices.col(corners[2]) - a;
+      const double distance = std::sqrt(hit.squared_distance);
+      const bool before = ab.cross(ac).dot(point - a) >= 0;
+      points->away[i] = static_cast<float>(before ? distance : -distance);
+      points->triangle[i] = triangle;
+    }
+  });
+}
+
+absl::StatusOr<PointsOnSurface> LayOnSurface(const PointCloud& scan, const SpatialFrame& frame,
+                                             const Shape& surface, const RunContext& context) {
+  PointsOnSurface laid;
+  RILIEVO_ASSIGN_OR_RETURN(laid.points, FinitePoints(scan, frame, context));
+  laid.non_finite = scan.points.cols() - laid.points.cols();
+  laid.away.resize(laid.points.cols());
+  laid.triangle.resize(laid.points.cols());
+  RILIEVO_RETURN_IF_ERROR(LayAgain(surface, {}, context, &laid));
+  laid.noise = NoiseOf(laid.away);
+  return laid;
+}
+
+ScannedPatches CompareWithSurface(const PointsOnSurface& points, const Shape& surface,
+                                  double surface_error) {
+  std::vector<int> counts;
+  ScannedPatches patches;
+  for (;; patches.triangles_each *= 4) {
+    counts.assign(surface.triangles.cols() / patches.triangles_each, 0);
+    for (const int triangle : points.triangle) ++counts[triangle / patches.triangles_each];
+    std::vector<int> of_seen;
+    std::copy_if(counts.begin(), counts.end(), std::back_inserter(of_seen),
+                 [](int count) { return count > 0; });
+    const bool largest = patches.triangles_each >= surface.children_per_face;
+    if (largest || MedianOf(of_seen) >= kFewestPoints) break;
+  }
+  std::vector<std::vector<float>> away(counts.size());
+  for (size_t p = 0; p < counts.size(); ++p) away[p].reserve(counts[p]);
+  for (size_t i = 0; i < points.away.size(); ++i) {
+    away[points.triangle[i] / patches.triangles_each].push_back(points.away[i]);
+  }
+  const double noise = points.noise * points.noise, error = surface_error * surface_error;
+  for (std::vector<float>& of_patch : away) {
+    patches.seen.push_back(of_patch.empty() ? 0 : 1);
+    patches.contradicted.push_back(0);
+    if (of_patch.size() < kLeastTold) continue;
+    const double of_median = std::numbers::pi / 2 * noise / static_cast<double>(of_patch.size());
+    const double most = kContradicts * std::sqrt(of_median + error);
+    patches.contradicted.back() = std::abs(MedianOf(of_patch)) > most ? 1 : 0;
+  }
+  return patches;
+}
+
+DistanceSummary SummaryOf(const std::vector<float>& away) {
+  constexpr double kMost = 0.95;
+  DistanceSummary summary;
+  summary.samples = static_cast<int64_t>(away.size());
+  if (away.empty()) return summary;
+  std::vector<float> sorted;
+  double squared = 0, sum = 0;
+  for (const float distance : away) {
+    sorted.push_back(std::abs(distance));
+    squared += double{distance} * distance;
+    sum += sorted.back();
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const auto count = static_cast<double>(sorted.size());
+  summary.rms = std::sqrt(squared / count);
+  summary.mean = sum / count;
+  summary.p95 = sorted[static_cast<size_t>(kMost * (count - 1))];
+  summary.max = sorted.back();
+  return summary;
+}
+
+}  // namespace rilievo

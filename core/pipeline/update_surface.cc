@@ -1,0 +1,358 @@
+#include "core/pipeline/update_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/base/status_macros.h"
+#include "core/codec/container/dss.h"
+#include "core/codec/container/encode_update.h"
+#include "core/codec/container/open_dss.h"
+#include "core/displacement/sample_displacement.h"
+#include "core/loop/face_vertices.h"
+#include "core/loop/level_rings.h"
+#include "core/pipeline/certificate.h"
+#include "core/pipeline/points_on_surface.h"
+#include "core/pipeline/sample_heights.h"
+#include "core/scan/scan_surface.h"
+#include "core/surface/count_folds.h"
+#include "core/surface/stored_surface.h"
+
+namespace rilievo {
+namespace {
+
+// Rings of patches around contradicted ones whose heights are made anew as well; along the last of
+// them they pass over into the old ones.
+constexpr int kRings = 2;
+// Rings of control faces around those with heights that are made anew, for their plate and points.
+constexpr int kPlateRings = 2;
+// Of the points that contradict the surface, those that may still do so in the end.
+constexpr double kMostUnreached = 0.1;
+
+// What no step changes.
+struct Updated {
+  OpenedDss file;
+  DisplacedSurface surface;  // before
+  Shape triangles;           // of its finest level
+  MeshTopology control;
+};
+
+absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, const RunContext& context) {
+  Updated opened;
+  RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(dss, context));
+  if (decoded.surface.max_level < decoded.declared_max_level) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the file ends at level ", decoded.surface.max_level, " of ",
+                     decoded.declared_max_level, "; an update needs all of them"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(opened.file, OpenDss(dss, /*check_groups=*/false));
+  opened.surface = std::move(decoded.surface);
+  opened.control = opened.file.topology;
+  RILIEVO_ASSIGN_OR_RETURN(opened.triangles, FinestTriangles(opened.surface, context));
+  return opened;
+}
+
+// What the file states of its scan tells, a standard deviation: of noise that the surface has
+// smoothed over a quarter is left (OwnError in code_surface.h).
+double ErrorOfSurface(const OpenedDss& file, double noise) {
+  constexpr double kNoises = 2, kNoiseLeft = 0.25;
+  const DssDistance& stated = file.header.metadata.scan_to_surface;
+  const double error = std::max(stated.rms, stated.p95 / 2);
+  const double step = HeightStepOf(file);
+  return std::max(error < kNoises * noise ? kNoiseLeft * noise : error, step);
+}
+
+absl::Status CheckPlace(const PointsOnSurface& points, double max_height) {
+  std::vector<float> away = points.away;
+  for (float& distance : away) distance = std::abs(distance);
+  const auto middle = away.begin() + static_cast<std::ptrdiff_t>(away.size() / 2);
+  std::nth_element(away.begin(), middle, away.end());
+  if (*middle <= max_height) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "half of the scan's points lie %.3g or more of the diagonal away from the surface, whose "
+      "heights reach %.3g; bring the scan into the frame and unit of the surface (rilievo align), "
+      "or reconstruct it anew",
+      *middle, max_height));
+}
+
+// By vertex, 1 where a triangle of a marked patch touches it.
+std::vector<uint8_t> VerticesOf(const std::vector<uint8_t>& patches, int triangles_each,
+                                const Shape& surface) {
+  std::vector<uint8_t> marked(surface.vertices.cols(), 0);
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    if (patches[t / triangles_each] == 0) continue;
+    for (const int v : surface.triangles.col(t)) marked[v] = 1;
+  }
+  return marked;
+}
+
+// The patches that touch marked ones, these among them.
+std::vector<uint8_t> Dilated(const std::vector<uint8_t>& patches, int triangles_each,
+                             const Shape& surface) {
+  const std::vector<uint8_t> marked = VerticesOf(patches, triangles_each, surface);
+  std::vector<uint8_t> wider = patches;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    for (const int v : surface.triangles.col(t)) wider[t / triangles_each] |= marked[v];
+  }
+  return wider;
+}
+
+// By vertex, 1 where all its triangles lie in marked patches.
+std::vector<uint8_t> InnerVertices(std::vector<uint8_t> patches, int triangles_each,
+                                   const Shape& surface) {
+  for (uint8_t& patch : patches) patch = patch == 0;
+  std::vector<uint8_t> inner = VerticesOf(patches, triangles_each, surface);
+  for (uint8_t& vertex : inner) vertex = vertex == 0;
+  return inner;
+}
+
+// How much of the new height a vertex gets: from none outside to all of it at `edges` edges from
+// there.
+std::vector<float> WeightsWithin(const std::vector<uint8_t>& inner, int edges,
+                                 const Shape& surface) {
+  std::vector<int> depth(inner.size(), edges + 1);
+  for (size_t v = 0; v < inner.size(); ++v) {
+    if (inner[v] == 0) depth[v] = 0;
+  }
+  for (int step = 0; step <= edges; ++step) {
+    for (const auto triangle : surface.triangles.colwise()) {
+      const int least = std::min({depth[triangle[0]], depth[triangle[1]], depth[triangle[2]]});
+      if (least != step) continue;
+      for (const int v : triangle) depth[v] = std::min(depth[v], step + 1);
+    }
+  }
+  std::vector<float> weights;
+  for (const int d : depth) {
+    weights.push_back(static_cast<float>(d) / static_cast<float>(edges + 1));
+  }
+  return weights;
+}
+
+// The control faces that triangles of marked patches lie on, ascending.
+std::vector<int> FacesUnder(const std::vector<uint8_t>& patches, int triangles_each,
+                            const Shape& surface) {
+  std::set<int> faces;
+  for (size_t p = 0; p < patches.size(); ++p) {
+    if (patches[p] == 0) continue;
+    faces.insert(static_cast<int>(p) * triangles_each / surface.children_per_face);
+  }
+  return {faces.begin(), faces.end()};
+}
+
+// The points over some control faces, with what the scan stages know of them. The side of each is
+// that of the triangle under it.
+absl::StatusOr<OrientedCloud> AnalyzeOver(const std::vector<int>& faces,
+                                          const PointsOnSurface& points, const Shape& surface,
+                                          const RunContext& context) {
+  std::vector<uint8_t> wanted(surface.triangles.cols() / surface.children_per_face, 0);
+  for (const int face : faces) wanted[face] = 1;
+  std::vector<int> chosen;
+  for (size_t i = 0; i < points.triangle.size(); ++i) {
+    if (wanted[points.triangle[i] / surface.children_per_face] != 0) {
+      chosen.push_back(static_cast<int>(i));
+    }
+  }
+  PointCloud block;
+  block.points = points.points(Eigen::all, chosen);
+  block.sights.normals.resize(3, static_cast<Eigen::Index>(chosen.size()));
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    const auto corners = surface.triangles.col(points.triangle[chosen[i]]);
+    const Eigen::Vector3d a = surface.vertices.col(corners[0]);
+    const Eigen::Vector3d ab = surface.vertices.col(corners[1]) - a;
+    const Eigen::Vector3d ac = surface.vertices.col(corners[2]) - a;
+    block.sights.normals.col(static_cast<Eigen::Index>(i)) =
+        ab.cross(ac).normalized().cast<float>();
+  }
+  ScanOptions options;
+  options.sights = {SightRule::kIgnore, SightRule::kUse};
+  // Islands are as small as they would have to be in the whole.
+  options.outliers.min_component_share = std::min(
+      0.1, options.outliers.min_component_share * static_cast<double>(points.points.cols()) /
+               static_cast<double>(std::max<size_t>(1, chosen.size())));
+  RILIEVO_ASSIGN_OR_RETURN(CheckedScan checked, CheckScan(block, CheckOptions(), context));
+  block = PointCloud();
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface analyzed, AnalyzeScan(std::move(checked), options, context));
+  const SpatialFrame& frame = analyzed.frame;
+  OrientedCloud cloud = std::move(analyzed.cloud);
+  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
+  const auto scale = static_cast<float>(frame.diagonal);
+  for (float& spacing : cloud.spacing) spacing *= scale;
+  for (float& noise : cloud.noise) noise *= scale;
+  cloud.median_spacing *= frame.diagonal;
+  cloud.median_noise *= frame.diagonal;
+  return cloud;
+}
+
+// Heights of the points over the vertices of some control faces.
+struct HeightsAnew {
+  DisplacementField field;
+  std::vector<int> vertex_of;  // of the whole, each vertex of the field; -1 outside of the faces
+};
+
+absl::StatusOr<HeightsAnew> MeasureAnew(const Updated& updated, const std::vector<int>& faces,
+                                        const PointsOnSurface& points, const RunContext& context) {
+  const DisplacedSurface& surface = updated.surface;
+  const int level = surface.max_level;
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter,
+                           PartCutter::Make(surface.control_mesh, updated.control));
+  const SubMesh sub = cutter.Cut(faces, kPlateRings);
+  RILIEVO_ASSIGN_OR_RETURN(const OrientedCloud cloud,
+                           AnalyzeOver(sub.faces, points, updated.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                           RefineToVertices(sub.mesh, level, context));
+  const VertexRings control_rings = BuildVertexRings(refinement.levels.front());
+  const LevelRings rings =
+      level == 0 ? LevelRings(control_rings) : LevelRings::After(refinement.levels[level - 1]);
+  RILIEVO_ASSIGN_OR_RETURN(const LimitSurface limit,
+                           EvaluateLimit(refinement, sub.mesh.vertices, level, context));
+  HeightsAnew anew;
+  RILIEVO_ASSIGN_OR_RETURN(anew.field, SampleDisplacement(cloud, refinement, rings, limit,
+                                                          DisplacementOptions(), context));
+  anew.vertex_of = VerticesThere(FaceVertices(refinement.levels.front(), level),
+                                 FaceVertices(updated.control, level), sub.faces);
+  return anew;
+}
+
+// Where nothing of the scan lies on or beside a patch, its heights are measured no more.
+void FillUnseen(const ScannedPatches& patches, const Shape& surface, HeightUpdate* update) {
+  std::vector<uint8_t> unseen = Dilated(patches.seen, patches.triangles_each, surface);
+  for (uint8_t& patch : unseen) patch = patch == 0;
+  const std::vector<uint8_t> inner = InnerVertices(unseen, patches.triangles_each, surface);
+  for (size_t v = 0; v < inner.size(); ++v) {
+    if (inner[v] == 0 || update->told[v] != 0 || update->sources[v] == HeightSource::kFilled) {
+      continue;
+    }
+    update->told[v] = 1;
+    update->sources[v] = HeightSource::kFilled;
+  }
+}
+
+// Heights and sources of `anew` where patches are contradicted, and around.
+void TakeAnew(const HeightsAnew& anew, const ScannedPatches& patches,
+              const std::vector<uint8_t>& around, const Shape& surface, HeightUpdate* update) {
+  const int each = patches.triangles_each;
+  const std::vector<uint8_t> inner = InnerVertices(around, each, surface);
+  const std::vector<uint8_t> core = VerticesOf(patches.contradicted, each, surface);
+  const auto edges = static_cast<int>(std::lround(std::sqrt(each)));  // along a patch
+  const std::vector<float> weights = WeightsWithin(inner, edges, surface);
+  for (size_t i = 0; i < anew.vertex_of.size(); ++i) {
+    const int v = anew.vertex_of[i];
+    if (v < 0 || inner[v] == 0) continue;
+    // Around the places, what the scan does not show stays.
+    if (anew.field.source[i] == HeightSource::kFilled && core[v] == 0) continue;
+    float& height = update->heights[v];
+    height += weights[v] * (anew.field.heights[i] - height);
+    update->told[v] = 1;
+    update->sources[v] = anew.field.source[i];
+  }
+}
+
+absl::Status CheckReached(const std::vector<uint8_t>& contradicting, const PointsOnSurface& before,
+                          const PointsOnSurface& after, double most) {
+  int64_t all = 0, unreached = 0;
+  for (size_t i = 0; i < contradicting.size(); ++i) {
+    if (contradicting[i] == 0 || std::abs(before.away[i]) <= most) continue;
+    ++all;
+    unreached += std::abs(after.away[i]) > most ? 1 : 0;
+  }
+  if (static_cast<double>(unreached) <= kMostUnreached * static_cast<double>(all)) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrFormat(
+      "%d of %d points that contradict the surface lie where its heights do not reach (5 %% of the "
+      "diagonal, less where it is curved); reconstruct it anew from a whole scan",
+      unreached, all));
+}
+
+int GroupsWith(const std::vector<uint8_t>& told, const Updated& updated) {
+  const FaceGroups& groups = updated.file.groups;
+  const Shape& surface = updated.triangles;
+  std::set<int> changed;
+  for (Eigen::Index t = 0; t < surface.triangles.cols() && groups.count() > 0; ++t) {
+    for (const int v : surface.triangles.col(t)) {
+      if (told[v] != 0) changed.insert(groups.group_of[t / surface.children_per_face]);
+    }
+  }
+  return static_cast<int>(changed.size());
+}
+
+}  // namespace
+
+absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const PointCloud& scan,
+                                            const UpdateOptions& options,
+                                            const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const Updated updated, OpenUpdated(dss, context));
+  const DisplacedSurface& surface = updated.surface;
+  const Shape& triangles = updated.triangles;
+  RILIEVO_ASSIGN_OR_RETURN(PointsOnSurface points,
+                           LayOnSurface(scan, surface.frame, triangles, context));
+  RILIEVO_RETURN_IF_ERROR(CheckPlace(points, DisplacementOptions().max_height));
+  SurfaceUpdate result;
+  UpdateReport& report = result.report;
+  report.points = points.points.cols();
+  report.non_finite = points.non_finite;
+  report.noise = points.noise;
+  report.before = report.after = SummaryOf(points.away);
+  report.heights = static_cast<int64_t>(surface.heights.size());
+  report.groups = updated.file.groups.count();
+  const double error = ErrorOfSurface(updated.file, points.noise);
+  const ScannedPatches patches = CompareWithSurface(points, triangles, error);
+  const int each = patches.triangles_each;
+
+  HeightUpdate update;
+  update.told.resize(surface.heights.size(), 0);
+  update.heights = surface.heights;
+  update.sources = surface.sources;
+  std::vector<uint8_t> around = patches.contradicted;
+  for (int ring = 0; ring < kRings; ++ring) around = Dilated(around, each, triangles);
+  const std::vector<int> faces = FacesUnder(around, each, triangles);
+  if (!faces.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(const HeightsAnew anew, MeasureAnew(updated, faces, points, context));
+    TakeAnew(anew, patches, around, triangles, &update);
+  }
+  if (options.whole) FillUnseen(patches, triangles, &update);
+  report.heights_anew = std::count(update.told.begin(), update.told.end(), 1);
+  if (report.heights_anew == 0) {
+    result.dss.assign(dss.begin(), dss.end());
+    return result;
+  }
+  for (size_t v = 0; v < update.told.size(); ++v) {
+    report.heights_filled += update.told[v] != 0 && update.sources[v] == HeightSource::kFilled;
+  }
+  report.groups_changed = GroupsWith(update.told, updated);
+  constexpr double kUsualStep = 2e-5;
+  const double step = HeightStepOf(updated.file);
+  update.step = step > 0 ? step : kUsualStep;
+  update.generator = "rilievo " RILIEVO_VERSION;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> chunk,
+                           EncodeUpdate(dss, surface, update, context));
+  result.dss.assign(dss.begin(), dss.end());
+  result.dss.insert(result.dss.end(), chunk.begin(), chunk.end());
+  report.update_bytes = static_cast<int64_t>(chunk.size());
+
+  // The bytes that go out are decoded, and held against the points once more.
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(result.dss, context));
+  RILIEVO_ASSIGN_OR_RETURN(const Shape now, FinestTriangles(decoded.surface, context));
+  RILIEVO_ASSIGN_OR_RETURN(report.folds_before,
+                           CountFolds(surface, triangles.vertices, triangles.triangles, context));
+  RILIEVO_ASSIGN_OR_RETURN(report.folds,
+                           CountFolds(decoded.surface, now.vertices, now.triangles, context));
+  std::vector<uint8_t> contradicting, again;
+  for (const int triangle : points.triangle) {
+    contradicting.push_back(patches.contradicted[triangle / each]);
+    again.push_back(around[triangle / each]);
+  }
+  report.contradicting = std::count(contradicting.begin(), contradicting.end(), 1);
+  PointsOnSurface after = points;
+  RILIEVO_RETURN_IF_ERROR(LayAgain(now, again, context, &after));
+  const double most = 3 * std::hypot(points.noise, error);
+  RILIEVO_RETURN_IF_ERROR(CheckReached(contradicting, points, after, most));
+  report.after = SummaryOf(after.away);
+  return result;
+}
+
+}  // namespace rilievo
