@@ -16,12 +16,11 @@
 namespace rilievo {
 namespace {
 
-constexpr size_t kMostTrimFaces = size_t{1} << 24;  // beyond those of the mesh
-
 // Triangles that are split conformingly: an edge gets its vertex on both sides.
 class TrimCutter {
  public:
-  TrimCutter(const TriangleMesh& mesh, double diagonal) : diagonal_(diagonal) {
+  TrimCutter(const TriangleMesh& mesh, double diagonal, size_t most_added)
+      : diagonal_(diagonal), most_added_(most_added) {
     points_.reserve(static_cast<size_t>(mesh.vertices.cols()));
     for (const auto& point : mesh.vertices.colwise()) points_.push_back(point);
     faces_.reserve(static_cast<size_t>(mesh.triangles.cols()));
@@ -113,9 +112,9 @@ class TrimCutter {
       }
     }
     on_edge_.clear();
-    if (faces_.size() <= cut_.size() + kMostTrimFaces) return absl::OkStatus();
-    return absl::ResourceExhaustedError(
-        absl::StrCat("trimming adds more than ", kMostTrimFaces,
+    if (faces_.size() <= cut_.size() + most_added_) return absl::OkStatus();
+    return absl::FailedPreconditionError(
+        absl::StrCat("trimming adds more than ", most_added_,
                      " triangles; take a shape that meets less of the mesh, or a coarser mesh"));
   }
 
@@ -303,6 +302,7 @@ class TrimCutter {
   }
 
   double diagonal_;
+  size_t most_added_;  // triangles beyond those of the mesh
   std::vector<Eigen::Vector3d> points_;
   std::vector<Face> faces_;
   std::vector<uint8_t> cut_;                   // by given triangle: 1 where it was split
@@ -318,12 +318,12 @@ absl::Status CheckTrimmed(const TriangleMesh& mesh) {
 }  // namespace
 
 absl::StatusOr<TrimmedMesh> TrimMesh(const TriangleMesh& mesh, const TrimShape& shape,
-                                     KeptSide kept, const RunContext& context) {
+                                     KeptSide kept, const RunContext& context, size_t most_added) {
   RILIEVO_RETURN_IF_ERROR(CheckTrimmed(mesh));
   RILIEVO_ASSIGN_OR_RETURN(const TrimBounds bounds, BoundsOf(shape));
   const Eigen::Vector3d size =
       mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
-  TrimCutter cutter(mesh, size.norm());
+  TrimCutter cutter(mesh, size.norm(), most_added);
   RILIEVO_RETURN_IF_ERROR(cutter.Cut(bounds, context));
   TrimmedMesh trimmed = cutter.Keep(kept);
   if (trimmed.mesh.triangles.cols() > 0) return trimmed;

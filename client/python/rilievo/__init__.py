@@ -5,6 +5,7 @@
     surface = rilievo.convert(vertices, faces)
     rilievo.combine(surface, (vertices, faces), "difference")
     rilievo.trim(surface, plane=(0, 0, 1, 0.5), keep="inside")
+    rilievo.update(surface, new_points)
     rilievo.read("owl.dss").mesh(level=2)
     rilievo.read("owl.dss").to_open3d()
 
@@ -18,6 +19,7 @@ from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, 
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
 from .surface import Surface, read
+from .updating import update
 from .values import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
                      Jet, Mesh, Place, Voxels)
 
@@ -37,7 +39,7 @@ __all__ = [
     "Place", "PrivateServer",
     "Progress", "ResourceExhausted", "RilievoError", "SMOOTHED", "Server", "ServerDefect",
     "Surface", "UNITS", "Unavailable", "Voxels", "combine", "convert", "interpolate", "merge", "read",
-    "reconstruct", "subdivide", "trim",
+    "reconstruct", "subdivide", "trim", "update",
 ]
 
 _WITH_GRPC = {

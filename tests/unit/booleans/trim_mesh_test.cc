@@ -190,6 +190,18 @@ TEST(TrimMeshTest, VerticesOnTheShapeSplitNothing) {
   EXPECT_EQ(half->mesh.triangles.cols(), SphereMesh(2).triangles.cols() / 2);
 }
 
+TEST(TrimMeshTest, TooManyTrianglesAreRefused) {
+  const TriangleMesh box = BoxMesh({0, 0, 0}, {2, 2, 2});
+  const TrimSphere ball{{1, 1, 2}, 0.7};
+  const auto made = TrimMesh(box, ball, KeptSide::kInside, RunContext());
+  ASSERT_TRUE(made.ok()) << made.status();
+  ASSERT_GT(made->mesh.triangles.cols(), 100);
+  const auto refused = TrimMesh(box, ball, KeptSide::kInside, RunContext(), 100);
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(refused.status().message()),
+              HasSubstr("more than 100 triangles; take a shape that meets less"));
+}
+
 TEST(TrimMeshTest, SolidsAreClosedAlongTheShape) {
   const TriangleMesh block = BoxMesh({0, 0, 0}, {2, 2, 2});
   TrimPrism prism{Eigen::Matrix3Xd(3, 3), {0, 0, 1}};

@@ -1,0 +1,44 @@
+"""A surface brought up to date by a new scan, by the program `rilievo`."""
+import unittest
+
+import numpy as np
+
+import rilievo
+
+
+def ball(count, seed, bump=0.0):
+    """Points of a unit sphere, with a bump of this height around (1, 0, 0)."""
+    points = np.random.default_rng(seed).normal(size=(count, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    away = np.linalg.norm(points - [1, 0, 0], axis=1) / 0.4
+    return points * (1 + bump * np.where(away < 1, (1 - away ** 2) ** 2, 0))[:, None]
+
+
+class UpdateTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.surface = rilievo.reconstruct(ball(6000, 1))
+
+    def test_what_changed_stands_behind_the_bytes_that_were_there(self):
+        changed = ball(6000, 2, bump=0.05)
+        part = changed[changed[:, 0] > 0.5]
+        updated = rilievo.update(self.surface, part)
+        before, after = self.surface.to_bytes(), updated.to_bytes()
+        self.assertEqual(after[:len(before)], before)
+        self.assertGreater(len(after), len(before))
+        self.assertAlmostEqual(updated.vertices()[:, 0].max(), 1.05, delta=2e-3)
+        self.assertAlmostEqual(updated.vertices()[:, 0].min(), -1, delta=2e-3)
+
+    def test_a_scan_that_agrees_changes_nothing(self):
+        same = rilievo.update(self.surface, ball(4000, 3), whole=True)
+        self.assertEqual(same.to_bytes(), self.surface.to_bytes())
+
+    def test_what_does_not_fit_is_refused(self):
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "shape"):
+            rilievo.update(self.surface, np.zeros((4, 2)))
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "rilievo align"):
+            rilievo.update(self.surface, ball(1000, 4) + 9)
+
+
+if __name__ == "__main__":
+    unittest.main()
