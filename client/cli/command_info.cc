@@ -65,7 +65,8 @@ SurfaceFacts Facts(const DecodedSurface& decoded) {
                                                                             : 0);
   }
   if (chunks.size() > layers + 1) facts.flag_bytes = chunks.back();
-  facts.bytes = std::accumulate(decoded.chunk_bytes.begin(), decoded.chunk_bytes.end(), int64_t{0});
+  facts.bytes = std::accumulate(decoded.chunk_bytes.begin(), decoded.chunk_bytes.end(),
+                                decoded.update_bytes);
   return facts;
 }
 
@@ -115,6 +116,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   }
   json["flag_bytes"] = facts.flag_bytes;
   json["color_bytes"] = decoded.color_bytes;
+  json["update_bytes"] = decoded.update_bytes;
   return json;
 }
 
@@ -186,6 +188,9 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
   }
   if (facts.flag_bytes > 0) {
     std::cout << LabelledLine("flags", Counted(facts.flag_bytes, "byte", "bytes"));
+  }
+  if (decoded.update_bytes > 0) {
+    std::cout << LabelledLine("updates", Counted(decoded.update_bytes, "byte", "bytes"));
   }
 }
 

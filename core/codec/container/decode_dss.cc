@@ -73,6 +73,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
   decoded.declared_max_level = file.header.max_level;
   decoded.chunk_bytes = std::move(file.chunk_bytes);
   for (const Chunk& chunk : file.colors) decoded.color_bytes += chunk.bytes;
+  for (const Chunk& chunk : file.updates) decoded.update_bytes += chunk.bytes;
   return decoded;
 }
 

@@ -121,6 +121,7 @@ struct DecodedSurface {
   int declared_max_level = 0;
   std::vector<int64_t> chunk_bytes;  // a chunk of colours counts to the one before it
   int64_t color_bytes = 0;           // of all chunks of colours
+  int64_t update_bytes = 0;          // of all updates, which are not among chunk_bytes
 };
 
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no

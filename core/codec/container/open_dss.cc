@@ -222,7 +222,7 @@ absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_gro
   for (const Chunk& chunk : list.chunks) {
     if (chunk.tag == kColorsTag) {
       file.chunk_bytes.back() += chunk.bytes;
-    } else {
+    } else if (chunk.tag != kUpdateTag) {
       file.chunk_bytes.push_back(chunk.bytes);
     }
   }

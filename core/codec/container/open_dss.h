@@ -26,7 +26,7 @@ struct OpenedDss {
   std::optional<Chunk> smoothed;     // only if the heights of all levels are there
   std::vector<Chunk> updates;        // in order; only if the heights of all levels are there
   std::vector<Chunk> colors;         // of level 0, 1, ...; at most as many as the file has levels
-  std::vector<int64_t> chunk_bytes;  // of all chunks; one of colours counts to the one before it
+  std::vector<int64_t> chunk_bytes;  // without updates; one of colours counts to that before it
   std::vector<std::span<const uint8_t>> Payloads() const;
   // Whether all chunks of heights are there.
   bool whole() const { return static_cast<int>(layers.size()) == header.layer_count(); }
