@@ -56,7 +56,8 @@ TEST(FitBorderTest, TheBorderBecomesACircleInItsPlane) {
   const Eigen::Vector3d middle = disc.vertices.col(0);
   ASSERT_TRUE(FitBorder(Polyline(circle), RunContext(), &disc).ok());
   EXPECT_EQ(Eigen::Vector3d(disc.vertices.col(0)), middle);
-  for (const auto& point : BorderLimits(disc).colwise()) {
+  const Eigen::Matrix3Xd border = BorderLimits(disc);
+  for (const auto& point : border.colwise()) {
     EXPECT_NEAR(point.z(), 0.1, 1e-13);
     EXPECT_NEAR(point.head<2>().norm(), 0.3, 2e-6);
   }
@@ -73,7 +74,8 @@ TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
         (disc.vertices.col(disc.corners[i]) - square.col(static_cast<Eigen::Index>(i))).norm(),
         1e-8);
   }
-  for (const auto& point : BorderLimits(disc).colwise()) {
+  const Eigen::Matrix3Xd border = BorderLimits(disc);
+  for (const auto& point : border.colwise()) {
     EXPECT_NEAR(point.head<2>().cwiseAbs().maxCoeff(), 0.25, 1e-6);
     EXPECT_NEAR(point.z(), 0.1, 1e-9);
   }
