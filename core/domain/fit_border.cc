@@ -18,8 +18,11 @@ namespace {
 
 constexpr int kBorderRounds = 12;
 constexpr int kSamplesPerEdge = 8;
-// Of a sample's weight: what holds a control point along the line, where nothing else does.
-constexpr double kHoldAlong = 1e-3;
+// Of a sample's weight: what holds a control point where it is in each round, so that those that
+// the line leaves free along it hardly move.
+constexpr double kHoldAlong = 0.1;
+// How often the edges of the border may be halved.
+constexpr int kMostHalvings = 3;
 
 // A sample of the curve: four weights of control points of the loop.
 struct CurveSample {
@@ -72,11 +75,6 @@ class BorderLines {
     const double part = std::clamp((point - from).dot(way) / way.squaredNorm(), 0.0, 1.0);
     return {from + part * way, way.normalized()};
   }
-  Eigen::Vector3d EndNear(const Eigen::Vector3d& point) const {
-    const auto [from, way] = SegmentNear(point);
-    const Eigen::Vector3d to = from + way;
-    return (point - from).squaredNorm() <= (point - to).squaredNorm() ? from : to;
-  }
 
  private:
   std::pair<Eigen::Vector3d, Eigen::Vector3d> SegmentNear(const Eigen::Vector3d& point) const {
@@ -88,6 +86,12 @@ class BorderLines {
   const ClosestPointTree& tree_;
 };
 
+Eigen::Vector3d PlaceOf(const CurveSample& sample, const Eigen::Matrix3Xd& points) {
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < 4; ++k) place += sample.weights[k] * points.col(sample.points[k]);
+  return place;
+}
+
 // One round of Gauss and Newton for the points of a loop, of which corners stay.
 bool FitLoopOnce(const std::vector<CurveSample>& samples, const std::vector<uint8_t>& corner,
                  const BorderLines& lines, Eigen::Matrix3Xd* points) {
@@ -95,8 +99,7 @@ bool FitLoopOnce(const std::vector<CurveSample>& samples, const std::vector<uint
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * count);
   for (const CurveSample& sample : samples) {
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();
-    for (size_t k = 0; k < 4; ++k) place += sample.weights[k] * points->col(sample.points[k]);
+    const Eigen::Vector3d place = PlaceOf(sample, *points);
     const LineFoot foot = lines.FootOf(place);
     const Eigen::Matrix3d across =
         Eigen::Matrix3d::Identity() - foot.along * foot.along.transpose();
@@ -130,33 +133,103 @@ bool FitLoopOnce(const std::vector<CurveSample>& samples, const std::vector<uint
   return true;
 }
 
-}  // namespace
+Eigen::Vector3d NearestOf(const Eigen::Matrix3Xd& places, const Eigen::Vector3d& point) {
+  Eigen::Index nearest = 0;
+  (places.colwise() - point).colwise().squaredNorm().minCoeff(&nearest);
+  return places.col(nearest);
+}
 
-absl::Status FitBorder(const Eigen::Matrix3Xd& ends, const RunContext& context, ControlMesh* mesh) {
-  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
-                           BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
-  RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
-  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, TreeOfSegments(ends, context));
-  const BorderLines lines(ends, tree);
-  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
-    std::vector<uint8_t> corner;
-    Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(loop.size()));
-    for (size_t i = 0; i < loop.size(); ++i) {
-      const auto v = static_cast<size_t>(loop[i]);
-      corner.push_back(creases.kinds[v] == VertexKind::kCorner ? 1 : 0);
-      const Eigen::Vector3d place = mesh->vertices.col(loop[i]);
-      points.col(static_cast<Eigen::Index>(i)) = corner.back() != 0 ? lines.EndNear(place) : place;
-    }
-    const std::vector<CurveSample> samples = SamplesOfLoop(corner);
-    for (int round = 0; round < kBorderRounds; ++round) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      if (!FitLoopOnce(samples, corner, lines, &points)) break;
-    }
-    for (size_t i = 0; i < loop.size(); ++i) {
-      mesh->vertices.col(loop[i]) = points.col(static_cast<Eigen::Index>(i));
+// A loop of the border in its order, fitted, and how far its curve then is from the lines between
+// each control point and the next.
+struct FittedLoop {
+  std::vector<int> vertices;
+  Eigen::Matrix3Xd points;
+  std::vector<double> miss;
+};
+
+absl::StatusOr<FittedLoop> FitLoop(std::vector<int> loop, const KnownBorders& borders,
+                                   const CreaseTopology& creases, const BorderLines& lines,
+                                   const ControlMesh& mesh, const RunContext& context) {
+  FittedLoop fitted;
+  std::vector<uint8_t> corner;
+  fitted.points.resize(3, static_cast<Eigen::Index>(loop.size()));
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const bool is_corner = creases.kinds[static_cast<size_t>(loop[i])] == VertexKind::kCorner;
+    corner.push_back(is_corner && borders.corners.cols() > 0 ? 1 : 0);
+    const Eigen::Vector3d place = mesh.vertices.col(loop[i]);
+    fitted.points.col(static_cast<Eigen::Index>(i)) =
+        corner.back() != 0 ? NearestOf(borders.corners, place) : place;
+  }
+  fitted.vertices = std::move(loop);
+  const std::vector<CurveSample> samples = SamplesOfLoop(corner);
+  for (int round = 0; round < kBorderRounds; ++round) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (!FitLoopOnce(samples, corner, lines, &fitted.points)) break;
+  }
+  fitted.miss.assign(fitted.vertices.size(), 0);
+  for (size_t s = 0; s < samples.size(); ++s) {
+    const Eigen::Vector3d place = PlaceOf(samples[s], fitted.points);
+    double& miss = fitted.miss[s / kSamplesPerEdge];
+    miss = std::max(miss, (lines.FootOf(place).place - place).norm());
+  }
+  return fitted;
+}
+
+// Halves the edge of the border from `a` to `b`, and the face at it, unless that face has been
+// split already. The new control point lies on the curve.
+void HalveBorderEdge(int a, int b, const Eigen::Vector3d& middle, std::vector<uint8_t>* split,
+                     ControlMesh* mesh) {
+  for (Eigen::Index f = 0; f < static_cast<Eigen::Index>(split->size()); ++f) {
+    if ((*split)[static_cast<size_t>(f)] != 0) continue;
+    for (int k = 0; k < 3; ++k) {
+      const int u = mesh->faces(k, f), v = mesh->faces((k + 1) % 3, f);
+      if (!(u == a && v == b) && !(u == b && v == a)) continue;
+      const int other = mesh->faces((k + 2) % 3, f);
+      const auto added = static_cast<int>(mesh->vertices.cols());
+      mesh->vertices.conservativeResize(3, added + 1);
+      mesh->vertices.col(added) = middle;
+      mesh->faces.conservativeResize(3, mesh->faces.cols() + 1);
+      mesh->faces.col(f) << u, added, other;
+      mesh->faces.rightCols<1>() << added, v, other;
+      (*split)[static_cast<size_t>(f)] = 1;
+      return;
     }
   }
-  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status FitBorder(const KnownBorders& borders, double most, const RunContext& context,
+                       ControlMesh* mesh) {
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree, TreeOfSegments(borders.lines, context));
+  const BorderLines lines(borders.lines, tree);
+  for (int halvings = 0;; ++halvings) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        const MeshTopology topology,
+        BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
+    RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(*mesh, topology));
+    std::vector<FittedLoop> loops;
+    for (std::vector<int>& loop : BoundaryLoops(topology)) {
+      RILIEVO_ASSIGN_OR_RETURN(loops.emplace_back(),
+                               FitLoop(std::move(loop), borders, creases, lines, *mesh, context));
+      const FittedLoop& fitted = loops.back();
+      for (size_t i = 0; i < fitted.vertices.size(); ++i) {
+        mesh->vertices.col(fitted.vertices[i]) = fitted.points.col(static_cast<Eigen::Index>(i));
+      }
+    }
+    std::vector<uint8_t> split(static_cast<size_t>(mesh->faces.cols()), 0);
+    const Eigen::Index before = mesh->vertices.cols();
+    for (const FittedLoop& fitted : loops) {
+      const size_t count = fitted.vertices.size();
+      for (size_t i = 0; i < count && halvings < kMostHalvings; ++i) {
+        if (fitted.miss[i] <= most) continue;
+        const int a = fitted.vertices[i], b = fitted.vertices[(i + 1) % count];
+        const Eigen::Vector3d middle = (mesh->vertices.col(a) + mesh->vertices.col(b)) / 2;
+        HalveBorderEdge(a, b, lines.FootOf(middle).place, &split, mesh);
+      }
+    }
+    if (mesh->vertices.cols() == before) return absl::OkStatus();
+  }
 }
 
 }  // namespace rilievo

@@ -27,7 +27,8 @@ constexpr double kKnownNoiseSpacings = 1.0 / 3;
 // Of position steps.
 constexpr double kFinestStep = 4e-4, kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
-constexpr double kFinestOfBorders = kExactBorder / 10;
+// What the curve, and what rounding may take of kExactBorder.
+constexpr double kMissOfBorders = kExactBorder / 4, kFinestOfBorders = kExactBorder / 2;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4, kUsualCodingError = 1e-4;
@@ -72,9 +73,10 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
-  const bool exact_border = scan.cloud.border_lines.cols() > 0;
+  const bool exact_border = scan.cloud.borders.any();
   if (exact_border) {
-    RILIEVO_RETURN_IF_ERROR(FitBorder(scan.cloud.border_lines, context, &domain.fit.control_mesh));
+    RILIEVO_RETURN_IF_ERROR(
+        FitBorder(scan.cloud.borders, kMissOfBorders, context, &domain.fit.control_mesh));
   }
   domain.position_step = options.encode.position_step;
   if (domain.position_step == 0) {

@@ -7,6 +7,13 @@
 
 namespace rilievo {
 
+// Borders of a given mesh that the surface is to meet exactly; unit frame.
+struct KnownBorders {
+  Eigen::Matrix3Xd lines;    // columns 2 i and 2 i + 1 are the ends of a segment
+  Eigen::Matrix3Xd corners;  // where they turn sharply
+  bool any() const { return lines.cols() > 0; }
+};
+
 struct OrientedCloud {
   Eigen::Matrix3Xd points;   // unit frame, Morton order
   Eigen::Matrix3Xd normals;  // unit, pointing outward after OrientNormals
@@ -23,8 +30,7 @@ struct OrientedCloud {
   // Where the surface is known to be sharp: columns 2 i and 2 i + 1 are the ends of a segment; unit
   // frame. Of a scan: empty, for nothing is known of it.
   Eigen::Matrix3Xd sharp_lines = {};
-  // Likewise the borders of a given mesh that the surface is to meet exactly.
-  Eigen::Matrix3Xd border_lines = {};
+  KnownBorders borders = {};
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };
