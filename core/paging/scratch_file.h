@@ -17,7 +17,7 @@ absl::Status CheckRoom(const ScratchFolder& folder, int64_t bytes);
 
 // NOT_FOUND, PERMISSION_DENIED or RESOURCE_EXHAUSTED for what errno says of a folder.
 absl::Status ScratchError(const std::string& folder, int error);
-// Marks an error as one of a scratch folder.
+// The same error, which IsOfScratchFolder() then knows.
 absl::Status OfScratchFolder(absl::Status status);
 // Whether it is one: no files can be written there, or no more.
 bool IsOfScratchFolder(const absl::Status& status);

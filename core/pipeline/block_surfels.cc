@@ -15,6 +15,18 @@ Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i, uint32_t known) {
 
 }  // namespace
 
+OrientedCloud CloudInScanFrame(ScanSurface scan) {
+  const SpatialFrame& frame = scan.frame;
+  OrientedCloud cloud = std::move(scan.cloud);
+  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
+  const auto scale = static_cast<float>(frame.diagonal);
+  for (float& spacing : cloud.spacing) spacing *= scale;
+  for (float& noise : cloud.noise) noise *= scale;
+  cloud.median_spacing *= frame.diagonal;
+  cloud.median_noise *= frame.diagonal;
+  return cloud;
+}
+
 absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, int64_t points_of_scan,
                                            const ScanSurface& coarse,
                                            const ReconstructOptions& options,
@@ -44,15 +56,7 @@ absl::StatusOr<AnalyzedBlock> AnalyzeBlock(const Eigen::Matrix3Xd& points, int64
     if (analyzed->keep[i] != 0) found.source[kept++] = found.source[i];
   }
   if (!analyzed->keep.empty()) found.source.resize(kept);
-  const SpatialFrame& frame = analyzed->frame;
-  found.cloud = std::move(analyzed->cloud);
-  OrientedCloud& cloud = found.cloud;
-  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
-  const auto scale = static_cast<float>(frame.diagonal);
-  for (float& spacing : cloud.spacing) spacing *= scale;
-  for (float& noise : cloud.noise) noise *= scale;
-  cloud.median_spacing *= frame.diagonal;
-  cloud.median_noise *= frame.diagonal;
+  found.cloud = CloudInScanFrame(*std::move(analyzed));
   return found;
 }
 

@@ -16,6 +16,9 @@
 
 namespace rilievo {
 
+// The analyzed points in the frame and unit that they were given in, lengths too.
+OrientedCloud CloudInScanFrame(ScanSurface scan);
+
 // The points of a block as a scan of their own.
 struct AnalyzedBlock {
   OrientedCloud cloud;      // unit frame of the whole; no points where they are too few

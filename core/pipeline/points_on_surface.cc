@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/points/morton_order.h"
 #include "core/surface/closest_point_tree.h"
 
@@ -70,12 +71,11 @@ absl::Status LayAgain(const Shape& surface, const std::vector<uint8_t>& again,
       const ClosestPointTree::Hit hit = tree.Closest(point, hint);
       hint = hit.item;
       const int triangle = tree.source()[hit.item];
-      const auto corners = surface.triangles.col(triangle);
-      const Eigen::Vector3d a = surface.vertices.col(corners[0]);
-      const Eigen::Vector3d ab = surface.vertices.col(corners[1]) - a;
-      const Eigen::Vector3d ac = surface.vertices.col(corners[2]) - a;
+      const Eigen::Vector3d corner = surface.vertices.col(surface.triangles(0, triangle));
+      const Eigen::Vector3d normal =
+          FaceCross(surface.vertices, surface.triangles, triangle).normalized();
       points->away[i] = static_cast<float>(std::sqrt(hit.squared_distance));
-      const double across = ab.cross(ac).normalized().dot(point - a);
+      const double across = normal.dot(point - corner);
       const double along = std::sqrt(std::max(0.0, hit.squared_distance - across * across));
       points->across[i] = along > kBeyond * std::abs(across) ? 0 : static_cast<float>(across);
       points->triangle[i] = triangle;

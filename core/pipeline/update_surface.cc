@@ -14,9 +14,11 @@
 #include "core/codec/container/encode_update.h"
 #include "core/codec/container/open_dss.h"
 #include "core/displacement/sample_displacement.h"
+#include "core/geometry/vertex_normals.h"
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
+#include "core/pipeline/block_surfels.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/points_on_surface.h"
 #include "core/scan/scan_surface.h"
@@ -159,12 +161,9 @@ absl::StatusOr<OrientedCloud> AnalyzeOver(const std::vector<int>& faces,
   block.points = points.points(Eigen::all, chosen);
   block.sights.normals.resize(3, static_cast<Eigen::Index>(chosen.size()));
   for (size_t i = 0; i < chosen.size(); ++i) {
-    const auto corners = surface.triangles.col(points.triangle[chosen[i]]);
-    const Eigen::Vector3d a = surface.vertices.col(corners[0]);
-    const Eigen::Vector3d ab = surface.vertices.col(corners[1]) - a;
-    const Eigen::Vector3d ac = surface.vertices.col(corners[2]) - a;
+    const int triangle = points.triangle[chosen[i]];
     block.sights.normals.col(static_cast<Eigen::Index>(i)) =
-        ab.cross(ac).normalized().cast<float>();
+        FaceCross(surface.vertices, surface.triangles, triangle).normalized().cast<float>();
   }
   ScanOptions options;
   options.sights = {SightRule::kIgnore, SightRule::kUse};
@@ -179,15 +178,7 @@ absl::StatusOr<OrientedCloud> AnalyzeOver(const std::vector<int>& faces,
   absl::StatusOr<ScanSurface> analyzed = AnalyzeScan(*std::move(checked), options, context);
   if (absl::IsInvalidArgument(analyzed.status())) return OrientedCloud();
   RILIEVO_RETURN_IF_ERROR(analyzed.status());
-  const SpatialFrame& frame = analyzed->frame;
-  OrientedCloud cloud = std::move(analyzed->cloud);
-  for (auto point : cloud.points.colwise()) point = frame.ScanFromUnit(point);
-  const auto scale = static_cast<float>(frame.diagonal);
-  for (float& spacing : cloud.spacing) spacing *= scale;
-  for (float& noise : cloud.noise) noise *= scale;
-  cloud.median_spacing *= frame.diagonal;
-  cloud.median_noise *= frame.diagonal;
-  return cloud;
+  return CloudInScanFrame(*std::move(analyzed));
 }
 
 // Heights of the points over the vertices of some control faces.
