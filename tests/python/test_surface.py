@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 from scans import GOLDEN, program
@@ -51,6 +52,26 @@ class SurfaceTest(unittest.TestCase):
         self.assertEqual(len(self.surface.faces()), self.surface.levels[finest]["faces"])
         self.assertEqual(len(self.surface.normals()), self.surface.levels[finest]["vertices"])
         self.assertEqual(set(self.surface.flags()), {rilievo.MEASURED, rilievo.FILLED})
+
+    def test_a_notebook_shows_a_picture(self):
+        drawn = self.surface.picture(size=(120, 90), turn=-10.5, elevation=40, colors="flags", level=0)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "picture.png")
+            subprocess.run([program("RILIEVO_PROGRAM"), "view", str(GOLDEN), "-o", path, "--size", "120x90",
+                            "--turn=-10.5", "--elevation=40", "--colors", "flags", "--level", "0"],
+                           check=True, stdout=subprocess.DEVNULL)
+            with open(path, "rb") as file:
+                self.assertEqual(drawn, file.read())
+        shown = self.surface._repr_png_()
+        self.assertEqual(shown[:8] + shown[12:24], b"\x89PNG\r\n\x1a\nIHDR\0\0\x02\x80\0\0\x01\xe0")
+        for words, arguments in (("colors", {"colors": "loud"}), ("size", {"size": (0, 5)}),
+                                 ("elevation", {"elevation": 91})):
+            with self.subTest(words=words), self.assertRaisesRegex(rilievo.InvalidArgument, words):
+                self.surface.picture(**arguments)
+        with mock.patch.dict(os.environ, {"RILIEVO_PROGRAM": "/nowhere/rilievo"}):
+            self.assertIsNone(self.surface._repr_png_())
+            with self.assertRaises(rilievo.Unavailable):
+                self.surface.picture()
 
     def test_control_mesh_frame_and_heights(self):
         control, frame = self.surface.control_mesh, self.surface.frame

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .errors import InvalidArgument, RilievoError, ServerDefect, Unavailable
 from .values import ControlMesh
 
-_INPUT = 3
-"""Exit code of a file that cannot be read or used."""
+_REFUSED = (2, 3)
+"""Exit codes of an option, and of a file that cannot be read or used."""
 
 
 def find(name: str, variable: str, otherwise: str = "") -> str:
@@ -57,6 +57,11 @@ def update(dss: bytes, points: npt.NDArray[np.float64], whole: bool) -> bytes:
         return _run(command, dss)
 
 
+def view(dss: bytes, options: List[str]) -> bytes:
+    """A PNG of the .dss, drawn by `rilievo view`. Unavailable when that is not installed."""
+    return _run([find("rilievo", "RILIEVO_PROGRAM"), "view", "-", "-o", "-", *options], dss)
+
+
 def _run(command: List[str], given: bytes) -> bytes:
     """What the program makes of its standard input."""
     try:
@@ -69,6 +74,6 @@ def _run(command: List[str], given: bytes) -> bytes:
     # The program names itself in what it says.
     reason = (done.stderr.decode("utf-8", "replace").strip() or
               f"{command[0]} {command[1]} ended with {done.returncode}")
-    kind = InvalidArgument if done.returncode == _INPUT else \
+    kind = InvalidArgument if done.returncode in _REFUSED else \
         ServerDefect if done.returncode < 2 else RilievoError
     raise kind(reason)

@@ -119,6 +119,38 @@ class Surface:
                 os.unlink(temporary)
             raise
 
+    def picture(self, size: Tuple[int, int] = (640, 480), turn: float = 35, elevation: float = 25,
+                colors: Optional[str] = None, level: Optional[int] = None,
+                edges: bool = False) -> bytes:
+        """A PNG, drawn by `rilievo view` (Unavailable when that is not installed); in a notebook a
+        surface shows itself so.
+
+        size       width and height, pixels
+        turn       of the camera around the axis that points up, degrees
+        elevation  of the camera above the horizon, [-90, 90], degrees
+        colors     "shade", "own" (those of the surface), "displacement", "flags" or "normals";
+                   None: "own" where the surface has colours, else "shade"
+        level      [0, max_level]; None: max_level
+        edges      draws the edges of the triangles
+        """
+        if colors is None:
+            colors = "shade" if self.colors is None else "own"
+        width, height = (operator.index(side) for side in size)
+        options = [f"--size={width}x{height}", f"--turn={float(turn)!r}",
+                   f"--elevation={float(elevation)!r}", f"--colors={colors}"]
+        if level is not None:
+            options.append(f"--level={_level(level)}")
+        if edges:
+            options.append("--edges")
+        return _programs.view(self.to_bytes(), options)
+
+    def _repr_png_(self) -> Optional[bytes]:
+        """What Jupyter shows; its text alone where no program draws."""
+        try:
+            return self.picture()
+        except RilievoError:
+            return None
+
     def __reduce__(self) -> Tuple[Callable[..., "Surface"], Tuple[Any, ...]]:
         if self._moved:
             cage = self.control_mesh
