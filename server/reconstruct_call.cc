@@ -170,7 +170,7 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
-  charge_ = core_->pool.TryCharge(ScanBytesOf(job_.header));
+  charge_ = core_->pool.TryCharge(job_.size.bytes());
   if (!charge_) {
     Fail(CallError(ErrorCause::kJobsLimit,
                    "scans and surfaces that are on their way take the memory of this server; try "
@@ -178,8 +178,8 @@ void ReconstructCall::TakeHeader() {
              .RetryAfter(core_->pool.RetryDelay()));
     return;
   }
-  record_.points_announced = job_.point_count;
-  upload_.emplace(job_.layout, job_.point_count, job_.triangle_count);
+  record_.points_announced = job_.size.points;
+  upload_.emplace(job_.size);
   phase_ = Phase::kUpload;
 }
 
@@ -189,9 +189,12 @@ void ReconstructCall::TakeChunk() {
     error = upload_->AppendPoints(std::move(*request_.mutable_points()->mutable_data()));
   } else if (request_.has_triangles()) {
     error = upload_->AppendTriangles(std::move(*request_.mutable_triangles()->mutable_data()));
+  } else if (request_.has_base()) {
+    error = upload_->AppendBase(std::move(*request_.mutable_base()->mutable_data()));
   } else {
     error = OrderError("points",
-                       "every message after the first must hold points or, of a mesh, triangles");
+                       "every message after the first must hold points or, after them, triangles "
+                       "or the base surface");
   }
   core_->upload_bytes += upload_->bytes() - record_.bytes_in;
   record_.bytes_in = upload_->bytes();
@@ -257,7 +260,7 @@ void ReconstructCall::EndWork(absl::StatusOr<JobResult> result) {
   if (result.ok()) {
     record_.road = result->report.road();
     record_.stage_seconds = SecondsByStage(result->report);
-    download_.emplace(std::move(result->encoded), std::move(result->report));
+    download_.emplace(std::move(result->encoded), std::move(result->report), job_.size.base_bytes);
     charge_->Set(download_->total_bytes());
   } else if (stop_reason_ != StopReason::kNone) {
     error_ = StopError(stop_reason_, core_->options);
@@ -286,7 +289,7 @@ void ReconstructCall::PumpWrites() {
   } else if (phase_ != Phase::kDownload) {
     return;
   } else if (!download_->Next(&response_)) {
-    record_.bytes_out = download_->total_bytes();
+    record_.bytes_out = download_->total_bytes() - job_.size.base_bytes;
     FinishOnce(grpc::Status::OK, absl::StatusCode::kOk);
     return;
   }

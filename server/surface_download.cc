@@ -8,9 +8,16 @@
 
 namespace rilievo {
 
-SurfaceDownload::SurfaceDownload(EncodedSurface encoded, v1::ReconstructReport report)
-    : encoded_(std::move(encoded)), report_(std::move(report)) {
+SurfaceDownload::SurfaceDownload(EncodedSurface encoded, v1::ReconstructReport report,
+                                 int64_t known_bytes)
+    : encoded_(std::move(encoded)),
+      report_(std::move(report)),
+      file_offset_(static_cast<uint64_t>(known_bytes)) {
   for (const auto& chunk : encoded_.chunks) total_bytes_ += static_cast<int64_t>(chunk.size());
+  chunk_offset_ = static_cast<size_t>(known_bytes);
+  while (chunk_ < encoded_.chunks.size() && chunk_offset_ >= encoded_.chunks[chunk_].size()) {
+    chunk_offset_ -= encoded_.chunks[chunk_++].size();
+  }
 }
 
 bool SurfaceDownload::Next(v1::ReconstructResponse* response) {

@@ -16,7 +16,8 @@ inline constexpr size_t kPieceBytes = 128 << 10;
 // bytes, nothing more.
 class SurfaceDownload {
  public:
-  SurfaceDownload(EncodedSurface encoded, v1::ReconstructReport report);
+  // `known_bytes`: at the beginning of the file, which the client has.
+  SurfaceDownload(EncodedSurface encoded, v1::ReconstructReport report, int64_t known_bytes = 0);
 
   // The next message: header, pieces coarse first, summary. False when all were handed out.
   bool Next(v1::ReconstructResponse* response);
@@ -35,8 +36,8 @@ class SurfaceDownload {
   int64_t total_bytes_ = 0;
   Part part_ = Part::kHeader;
   size_t chunk_ = 0;
-  size_t chunk_offset_ = 0;   // within that chunk
-  uint64_t file_offset_ = 0;  // within the file
+  size_t chunk_offset_ = 0;  // within that chunk
+  uint64_t file_offset_;     // within the file
 };
 
 }  // namespace rilievo

@@ -32,12 +32,13 @@ namespace {
 struct JobsArguments {
   ServerArguments connection;
   std::string scan, request_id, job_id;
+  std::string base;  // a surface to bring up to date
   SurfaceOutputArguments surface;
   ScanArguments reading;
   ReconstructArguments options, mesh_options;  // of submit, of convert
   std::optional<double> timeout_seconds;
   size_t limit = 20;
-  bool wait = false, json = false, quiet = false;
+  bool whole = false, wait = false, json = false, quiet = false;
 };
 
 absl::StatusOr<JobsClient> ClientOf(const JobsArguments& arguments) {
@@ -104,7 +105,7 @@ void Print(const v1::Job& job, const JobsArguments& arguments) {
 // Where the surface goes; what it is made from is not overwritten.
 absl::StatusOr<SurfaceTarget> CheckedTarget(const JobsArguments& arguments) {
   RILIEVO_ASSIGN_OR_RETURN(SurfaceTarget target, SurfaceTargetOf(arguments.surface));
-  CommandFiles files{{arguments.scan, arguments.reading.trajectory},
+  CommandFiles files{{arguments.scan, arguments.base, arguments.reading.trajectory},
                      PathsOf({target}),
                      {arguments.json ? "-" : ""}};
   AppendFilesOf(arguments.options, &files.inputs);
@@ -140,11 +141,13 @@ absl::StatusOr<v1::Job> Watch(const JobsArguments& arguments, const std::string&
   return job;
 }
 
+// `known`: the beginning of the file, which is here.
 absl::Status Fetch(const JobsArguments& arguments, const SurfaceTarget& target,
-                   const std::string& job_id, const std::stop_token& stop) {
+                   const std::string& job_id, const std::stop_token& stop,
+                   std::vector<uint8_t> known = {}) {
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> surface,
-                           client.Fetch(job_id, {}, CallOf(arguments, stop)));
+                           client.Fetch(job_id, {}, CallOf(arguments, stop), std::move(known)));
   RunContext context;
   context.stop = stop;
   RILIEVO_RETURN_IF_ERROR(WriteSurface(target, surface, context));
@@ -172,18 +175,46 @@ absl::StatusOr<ScanFile> LoadInput(const JobsArguments& arguments,
              : LoadMesh(arguments.scan, arguments.reading.format, layers.colors);
 }
 
+// What the job is made of, and the surface that it brings up to date, if any.
+struct JobInput {
+  PackedScan packed;
+  v1::ReconstructOptions options;
+  std::vector<uint8_t> base;
+};
+
+absl::StatusOr<JobInput> ReadInput(const JobsArguments& arguments,
+                                   const ReconstructArguments& wanted,
+                                   const std::stop_token& stop) {
+  JobInput input;
+  RILIEVO_ASSIGN_OR_RETURN(input.options, OptionsFrom(wanted));
+  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadInput(arguments, wanted));
+  if (arguments.base.empty()) {
+    RILIEVO_RETURN_IF_ERROR(SetPlace(wanted, arguments.scan, scan.place, &input.options));
+    input.packed = PackScan(scan.cloud);
+    return input;
+  }
+  RunContext context;
+  context.stop = stop;
+  RILIEVO_ASSIGN_OR_RETURN(input.base, ReadBytes(arguments.base));
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own,
+                           DecodeBytes(arguments.base, input.base, context));
+  input.packed =
+      PackUpdate({scan.cloud.points}, {.dss = input.base,
+                                       .vertices = static_cast<int64_t>(own.surface.heights.size()),
+                                       .whole = arguments.whole});
+  return input;
+}
+
 // A scan or a mesh, as `wanted` says.
 absl::Status Submit(const JobsArguments& arguments, const ReconstructArguments& wanted,
                     const std::stop_token& stop) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, CheckedTarget(arguments));
   RILIEVO_ASSIGN_OR_RETURN(const JobsClient client, ClientOf(arguments));
-  RILIEVO_ASSIGN_OR_RETURN(v1::ReconstructOptions options, OptionsFrom(wanted));
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadInput(arguments, wanted));
-  RILIEVO_RETURN_IF_ERROR(SetPlace(wanted, arguments.scan, scan.place, &options));
+  RILIEVO_ASSIGN_OR_RETURN(JobInput input, ReadInput(arguments, wanted, stop));
   const std::string request_id =
       arguments.request_id.empty() ? RandomRequestId() : arguments.request_id;
   absl::StatusOr<v1::Job> submitted =
-      client.Submit(PackScan(scan.cloud), options, request_id, {}, CallOf(arguments, stop));
+      client.Submit(input.packed, input.options, request_id, {}, CallOf(arguments, stop));
   if (!submitted.ok()) {
     return absl::Status(submitted.status().code(), WordsOf(submitted.status()));
   }
@@ -195,8 +226,9 @@ absl::Status Submit(const JobsArguments& arguments, const ReconstructArguments& 
   RILIEVO_ASSIGN_OR_RETURN(job, Watch(arguments, job.job_id(), stop));
   Print(job, arguments);
   RILIEVO_RETURN_IF_ERROR(StatusOfEnd(job));
-  return arguments.surface.output.empty() ? absl::OkStatus()
-                                          : Fetch(arguments, target, job.job_id(), stop);
+  return arguments.surface.output.empty()
+             ? absl::OkStatus()
+             : Fetch(arguments, target, job.job_id(), stop, std::move(input.base));
 }
 
 absl::Status RunSubmit(const JobsArguments& arguments, const std::stop_token& stop) {
@@ -311,6 +343,11 @@ void AddSubmit(CLI::App* app, ShapeInput input, JobsArguments* a) {
   if (of_scans) {
     AddScanOptions(app, &a->reading);
     AddTrajectoryOption(app, &a->reading);
+    app->add_option("--base", a->base,
+                    "a surface, a .dss file, that the scan brings up to date (rilievo update); "
+                    "its options stay, those given here must be --threads alone");
+    app->add_flag("--whole", a->whole, "of --base: the scan shows all there is to see")
+        ->needs("--base");
   }
   AddReconstructOptions(app, input, of_scans ? &a->options : &a->mesh_options);
 }

@@ -1,7 +1,6 @@
 #include "client/cli/make_surfaces.h"
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <iostream>
 #include <optional>
 #include <utility>
@@ -12,13 +11,12 @@
 #include "client/cli/output_target.h"
 #include "client/cli/paged_scan_source.h"
 #include "client/cli/progress_display.h"
-#include "client/cli/server_words.h"
+#include "client/cli/surface_call.h"
 #include "client/cli/time_left.h"
 #include "client/cli/working_server.h"
 #include "client/library/reconstruction_client.h"
 #include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
-#include "core/paging/scratch_file.h"
 #include "core/pipeline/reconstruct.h"
 #include "server/command_line/text_layout.h"
 
@@ -28,50 +26,7 @@ namespace {
 // From here on memory counts for more than the twentieth of the time that its return takes.
 constexpr int64_t kManyPoints = 300'000;
 
-// `left`: of a scan made by parts, else null.
-ReconstructCallbacks ShowProgress(int64_t points, bool remote, TimeLeft* left,
-                                  ProgressDisplay* display) {
-  ReconstructCallbacks callbacks;
-  if (remote) {
-    callbacks.sent = [=](int64_t sent) {
-      display->Update(0, v1::Stage_MAX - v1::STAGE_CHECK + 1, "sending",
-                      static_cast<double>(sent) / static_cast<double>(points));
-    };
-  }
-  const auto start = std::chrono::steady_clock::now();
-  callbacks.progress = [=](const v1::Progress& progress) {
-    if (progress.stage() < v1::STAGE_CHECK) return;
-    std::optional<double> seconds;
-    if (left != nullptr) {
-      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-      seconds = left->After(progress.stage(), progress.fraction(), elapsed.count());
-    }
-    display->Update(progress.stage() - v1::STAGE_CHECK + 1, v1::Stage_MAX - v1::STAGE_CHECK + 1,
-                    StageLabel(progress.stage()), progress.fraction(),
-                    seconds ? TimeLeftText(*seconds) : "");
-  };
-  return callbacks;
-}
-
-absl::Status Explain(const absl::Status& status, const std::string& scan,
-                     const std::string& server) {
-  std::string message = WordsOf(status);
-  if (status.code() == absl::StatusCode::kUnavailable && !server.empty()) {
-    message = absl::StrCat("the server at ", server, " is unavailable: ", message,
-                           "\nIs rilievod running there? Without --server the work is done here.");
-  } else if (status.code() == absl::StatusCode::kCancelled) {
-    message = "cancelled; nothing was written";
-  } else if (status.code() != absl::StatusCode::kResourceExhausted) {
-    message = absl::StrCat(scan, ": ", message);
-  }
-  // Without a server it is the scan that asks for too much.
-  const bool too_much = status.code() == absl::StatusCode::kResourceExhausted && server.empty();
-  const absl::Status explained = WithMessage(status, message);
-  if (IsOfScratchFolder(status)) return WithExitCode(explained, ExitCode::kOutput);
-  return too_much ? WithExitCode(explained, ExitCode::kInput) : explained;
-}
-
-// The same, and how to go on where it ended; where that would end the same way nothing stays.
+// Explained, and how to go on where it ended; where that would end the same way nothing stays.
 absl::Status WithWhereItStays(const absl::Status& status, const Source& source) {
   if (source.kept == nullptr || absl::IsPermissionDenied(status)) return status;
   if (IsLasting(status)) {

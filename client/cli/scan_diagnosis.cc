@@ -130,7 +130,7 @@ void Expect(double seconds_so_far, ScanDiagnosis* d) {
   d->expected_bytes_low = std::llround(bytes[0] * points);
   d->expected_bytes_high = std::llround(bytes[1] * points) + kHeadBytes;
   JobRequest job;
-  job.point_count = d->points_in;
+  job.size.points = d->points_in;
   d->expected_memory = EstimateMemory(job);
 }
 

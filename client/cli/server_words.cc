@@ -45,7 +45,7 @@ std::string OptionOfField(absl::string_view field) {
       return option;
     }
   }
-  for (const char* shape : {"points", "triangles"}) {
+  for (const char* shape : {"points", "triangles", "base"}) {
     if (field == shape || absl::StartsWith(field, absl::StrCat(shape, "."))) return "";
   }
   if (absl::EndsWith(field, "point_count") || absl::EndsWith(field, "triangle_count")) return "";

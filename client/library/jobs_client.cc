@@ -95,6 +95,17 @@ PackedScan PackScan(const PointCloud& scan) {
   return packed;
 }
 
+PackedScan PackUpdate(const PointCloud& scan, const UpdatedSurface& base) {
+  PackedScan packed;
+  const PointLayout layout = LosslessLayout(scan);
+  packed.header = HeaderOf(scan, layout);
+  *packed.header.mutable_base_surface() = ProtoBase(base);
+  packed.bytes = PackPoints(scan, 0, scan.points.cols(), layout);
+  packed.bytes.append(base.dss.begin(), base.dss.end());
+  packed.scan_id = absl::BytesToHexString(Digest(packed.bytes));
+  return packed;
+}
+
 JobsClient::JobsClient(const std::shared_ptr<grpc::ChannelInterface>& channel, RetryOptions retry)
     : JobsClient(std::vector<std::shared_ptr<grpc::ChannelInterface>>{channel}, retry) {}
 
@@ -273,9 +284,9 @@ absl::StatusOr<v1::Job> JobsClient::Watch(const std::string& job_id,
 
 absl::StatusOr<std::vector<uint8_t>> JobsClient::Fetch(
     const std::string& job_id, const std::function<void(const v1::SurfacePiece&)>& piece,
-    const CallOptions& call) const {
+    const CallOptions& call, std::vector<uint8_t> known) const {
   Attempts attempts(*this, call);
-  std::vector<uint8_t> bytes;
+  std::vector<uint8_t> bytes = std::move(known);
   v1::SurfaceHeader header;
   for (;;) {
     v1::StreamSurfaceRequest request;

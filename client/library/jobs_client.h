@@ -29,6 +29,9 @@ struct PackedScan {
 // else as float64.
 PackedScan PackScan(const PointCloud& scan);
 
+// Its points, then the file of the surface that a job with this header brings up to date.
+PackedScan PackUpdate(const PointCloud& scan, const UpdatedSurface& base);
+
 // Every function repeats its call after a pause while the server is away or asks for it, and goes
 // on where a broken stream ended: none does its work twice. Of several servers over one store it
 // goes on at the next one. `call.timeout` is of all attempts together. Status codes are those of
@@ -65,10 +68,11 @@ class JobsClient {
                                 const std::function<void(const v1::JobEvent&)>& event = {},
                                 const CallOptions& call = {}) const;
 
-  // The whole .dss file of a job that succeeded; `piece` as it arrives.
+  // The whole .dss file of a job that succeeded; `piece` as it arrives. `known`: the beginning of
+  // the file, which is not fetched; DATA_LOSS when it is not that.
   absl::StatusOr<std::vector<uint8_t>> Fetch(
       const std::string& job_id, const std::function<void(const v1::SurfacePiece&)>& piece = {},
-      const CallOptions& call = {}) const;
+      const CallOptions& call = {}, std::vector<uint8_t> known = {}) const;
 
   absl::StatusOr<v1::Job> Cancel(const std::string& job_id, const CallOptions& call = {}) const;
 

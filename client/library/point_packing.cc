@@ -18,4 +18,12 @@ v1::ReconstructHeader HeaderOf(const PointCloud& scan, const PointLayout& layout
   return header;
 }
 
+v1::BaseSurface ProtoBase(const UpdatedSurface& base) {
+  v1::BaseSurface proto;
+  proto.set_bytes(base.dss.size());
+  proto.set_vertices(static_cast<uint64_t>(base.vertices));
+  proto.set_whole(base.whole);
+  return proto;
+}
+
 }  // namespace rilievo

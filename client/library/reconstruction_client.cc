@@ -4,7 +4,6 @@
 #include <thread>
 #include <utility>
 
-#include "client/library/point_packing.h"
 #include "client/library/status_conversion.h"
 #include "client/library/surface_assembly.h"
 #include "core/base/status_macros.h"
@@ -22,28 +21,45 @@ void Prepare(const CallOptions& call, grpc::ClientContext* context) {
   if (call.timeout) context->set_deadline(std::chrono::system_clock::now() + *call.timeout);
 }
 
-// Ends early when a write fails: the server has already answered, and the reader has its reason.
-void SendScan(const PointCloud& scan, const v1::ReconstructOptions& options,
+// False when a write failed: the server has already answered, and the reader has its reason.
+bool SendScan(const PointCloud& scan, const PointLayout& layout, v1::ReconstructHeader header,
               const std::function<void(int64_t)>& sent, ReconstructionClient::Stream* stream) {
-  const PointLayout layout = LosslessLayout(scan);
   v1::ReconstructRequest request;
-  *request.mutable_header() = HeaderOf(scan, layout);
-  *request.mutable_header()->mutable_options() = options;
-  if (!stream->Write(request)) return;
+  *request.mutable_header() = std::move(header);
+  if (!stream->Write(request)) return false;
   const int64_t step = kMessageBytes / layout.bytes();
   for (int64_t begin = 0; begin < scan.points.cols(); begin += step) {
     const int64_t end = std::min<int64_t>(begin + step, scan.points.cols());
     request.mutable_points()->set_data(PackPoints(scan, begin, end, layout));
-    if (!stream->Write(request)) return;
+    if (!stream->Write(request)) return false;
     if (sent) sent(end);
   }
   constexpr int64_t kTriangles = kMessageBytes / kTriangleBytes;
   for (int64_t begin = 0; begin < scan.triangles.cols(); begin += kTriangles) {
     const int64_t end = std::min<int64_t>(begin + kTriangles, scan.triangles.cols());
     request.mutable_triangles()->set_data(PackTriangles(scan, begin, end));
-    if (!stream->Write(request)) return;
+    if (!stream->Write(request)) return false;
   }
-  stream->WritesDone();
+  return true;
+}
+
+bool SendBase(const std::vector<uint8_t>& dss, ReconstructionClient::Stream* stream) {
+  v1::ReconstructRequest request;
+  constexpr size_t kBytes = kMessageBytes;
+  for (size_t at = 0; at < dss.size(); at += kBytes) {
+    request.mutable_base()->set_data(dss.data() + at, std::min(kBytes, dss.size() - at));
+    if (!stream->Write(request)) return false;
+  }
+  return true;
+}
+
+// The whole of a reconstruction.
+void Send(const PointCloud& scan, const v1::ReconstructOptions& options,
+          const std::function<void(int64_t)>& sent, ReconstructionClient::Stream* stream) {
+  const PointLayout layout = LosslessLayout(scan);
+  v1::ReconstructHeader header = HeaderOf(scan, layout);
+  *header.mutable_options() = options;
+  if (SendScan(scan, layout, std::move(header), sent, stream)) stream->WritesDone();
 }
 
 // Takes one answer into the result.
@@ -88,7 +104,7 @@ ReconstructionClient::ReconstructionClient(const std::shared_ptr<grpc::ChannelIn
 absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
     const PointCloud& scan, const v1::ReconstructOptions& options,
     const ReconstructCallbacks& callbacks, const CallOptions& call) const {
-  return Call([&](Stream* stream) { SendScan(scan, options, callbacks.sent, stream); }, callbacks,
+  return Call([&](Stream* stream) { Send(scan, options, callbacks.sent, stream); }, {}, callbacks,
               call);
 }
 
@@ -96,22 +112,37 @@ absl::StatusOr<ReconstructResult> ReconstructionClient::Reconstruct(
     PointCloud&& scan, const v1::ReconstructOptions& options, const ReconstructCallbacks& callbacks,
     const CallOptions& call) const {
   const auto send = [&](Stream* stream) {
-    SendScan(scan, options, callbacks.sent, stream);
+    Send(scan, options, callbacks.sent, stream);
     scan = PointCloud();
   };
-  return Call(send, callbacks, call);
+  return Call(send, {}, callbacks, call);
+}
+
+absl::StatusOr<ReconstructResult> ReconstructionClient::Update(
+    const PointCloud& scan, const UpdatedSurface& base, const ReconstructCallbacks& callbacks,
+    const CallOptions& call) const {
+  const auto send = [&](Stream* stream) {
+    const PointLayout layout = LosslessLayout(scan);
+    v1::ReconstructHeader header = HeaderOf(scan, layout);
+    *header.mutable_base_surface() = ProtoBase(base);
+    if (SendScan(scan, layout, std::move(header), callbacks.sent, stream) &&
+        SendBase(base.dss, stream)) {
+      stream->WritesDone();
+    }
+  };
+  return Call(send, base.dss, callbacks, call);
 }
 
 absl::StatusOr<ReconstructResult> ReconstructionClient::Call(
-    const std::function<void(Stream*)>& send, const ReconstructCallbacks& callbacks,
-    const CallOptions& call) const {
+    const std::function<void(Stream*)>& send, std::vector<uint8_t> known,
+    const ReconstructCallbacks& callbacks, const CallOptions& call) const {
   grpc::ClientContext context;
   Prepare(call, &context);
   const std::stop_callback cancel(call.stop, [&context] { context.TryCancel(); });
   const auto stream = stub_->Reconstruct(&context);
   std::jthread writer([&] { send(stream.get()); });
 
-  SurfaceAssembly assembly;
+  SurfaceAssembly assembly(std::move(known));
   std::optional<v1::Summary> summary;
   absl::Status received;
   v1::ReconstructResponse response;

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/library/connect.h"
+#include "client/library/point_packing.h"
 #include "core/geometry/point_cloud.h"
 #include "rilievo/v1/options.pb.h"
 #include "rilievo/v1/reconstruction.grpc.pb.h"
@@ -63,10 +64,18 @@ class ReconstructionClient {
                                                 const ReconstructCallbacks& callbacks = {},
                                                 const CallOptions& call = {}) const;
 
+  // Sends the points, then the surface, whose file comes back brought up to date; only what is new
+  // of it travels, and callbacks.piece gets that alone. Else as Reconstruct().
+  absl::StatusOr<ReconstructResult> Update(const PointCloud& scan, const UpdatedSurface& base,
+                                           const ReconstructCallbacks& callbacks = {},
+                                           const CallOptions& call = {}) const;
+
   absl::StatusOr<v1::GetCapabilitiesResponse> GetCapabilities(const CallOptions& call = {}) const;
 
  private:
+  // `known`: of the surface, which the server does not send.
   absl::StatusOr<ReconstructResult> Call(const std::function<void(Stream*)>& send,
+                                         std::vector<uint8_t> known,
                                          const ReconstructCallbacks& callbacks,
                                          const CallOptions& call) const;
 

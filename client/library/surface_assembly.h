@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -17,6 +18,9 @@ absl::Status CheckDigest(const v1::SurfaceHeader& header, const std::vector<uint
 // Takes the answers of one call in order. Memory grows by what arrived, whatever was announced.
 class SurfaceAssembly {
  public:
+  // `known`: the beginning of the file, which no piece brings.
+  explicit SurfaceAssembly(std::vector<uint8_t> known = {}) : bytes_(std::move(known)) {}
+
   absl::Status Begin(const v1::SurfaceHeader& header);
 
   // DATA_LOSS unless the piece begins where the last one ended and lies in its chunk.

@@ -38,21 +38,29 @@ constexpr double kMostUnreached = 0.1;
 // What no step changes.
 struct Updated {
   OpenedDss file;
-  DisplacedSurface surface;  // before
-  Shape triangles;           // of its finest level
+  DisplacedSurface surface;          // before
+  std::vector<int64_t> chunk_bytes;  // as decoded
+  Shape triangles;                   // of its finest level
   MeshTopology control;
 };
 
-absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, const RunContext& context) {
+absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_vertices,
+                                    const RunContext& context) {
   Updated opened;
+  RILIEVO_ASSIGN_OR_RETURN(opened.file, OpenDss(dss, /*check_groups=*/false));
+  const int64_t vertices = VertexCountAt(opened.file.topology, opened.file.header.max_level);
+  if (vertices > most_vertices) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the surface has ", vertices, " vertices, more than the ", most_vertices, " announced"));
+  }
   RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(dss, context));
   if (decoded.surface.max_level < decoded.declared_max_level) {
     return absl::FailedPreconditionError(
         absl::StrCat("the file ends at level ", decoded.surface.max_level, " of ",
                      decoded.declared_max_level, "; an update needs all of them"));
   }
-  RILIEVO_ASSIGN_OR_RETURN(opened.file, OpenDss(dss, /*check_groups=*/false));
   opened.surface = std::move(decoded.surface);
+  opened.chunk_bytes = std::move(decoded.chunk_bytes);
   opened.control = opened.file.topology;
   RILIEVO_ASSIGN_OR_RETURN(opened.triangles, FinestTriangles(opened.surface, context));
   return opened;
@@ -289,7 +297,8 @@ int GroupsWith(const std::vector<uint8_t>& told, const Updated& updated) {
 absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const PointCloud& scan,
                                             const UpdateOptions& options,
                                             const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const Updated updated, OpenUpdated(dss, context));
+  context.Report(Stage::kNeighbors, 0);
+  RILIEVO_ASSIGN_OR_RETURN(Updated updated, OpenUpdated(dss, options.most_vertices, context));
   const DisplacedSurface& surface = updated.surface;
   const Shape& triangles = updated.triangles;
   RILIEVO_ASSIGN_OR_RETURN(PointsOnSurface points,
@@ -314,6 +323,7 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
   std::vector<uint8_t> around = patches.contradicted;
   for (int ring = 0; ring < kRings; ++ring) around = Dilated(around, each, triangles);
   const std::vector<int> faces = FacesUnder(around, each, triangles);
+  context.Report(Stage::kDisplacement, 0);
   if (!faces.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(const HeightsAnew anew, MeasureAnew(updated, faces, points, context));
     TakeAnew(anew, patches, around, triangles, &update);
@@ -322,6 +332,7 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
   report.heights_anew = std::count(update.told.begin(), update.told.end(), 1);
   if (report.heights_anew == 0) {
     result.dss.assign(dss.begin(), dss.end());
+    result.chunk_bytes = std::move(updated.chunk_bytes);
     return result;
   }
   for (size_t v = 0; v < update.told.size(); ++v) {
@@ -339,7 +350,9 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
   report.update_bytes = static_cast<int64_t>(chunk.size());
 
   // The bytes that go out are decoded, and held against the points once more.
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, DecodeDss(result.dss, context));
+  context.Report(Stage::kMeasure, 0);
+  RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(result.dss, context));
+  result.chunk_bytes = std::move(decoded.chunk_bytes);
   RILIEVO_ASSIGN_OR_RETURN(const Shape now, FinestTriangles(decoded.surface, context));
   std::vector<uint8_t> contradicting, again;
   for (const int triangle : points.triangle) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct UpdateOptions {
   // Whether the scan shows all there is to see: then heights that were measured where it has no
   // point become filled ones. Else it may be of a part of the surface.
   bool whole = false;
+  // That memory was set aside for, of the finest level.
+  int64_t most_vertices = std::numeric_limits<int64_t>::max();
 };
 
 // Distances of the points of the scan from the surface, fractions of the diagonal.
@@ -31,6 +34,7 @@ struct UpdateReport {
 
 struct SurfaceUpdate {
   std::vector<uint8_t> dss;
+  std::vector<int64_t> chunk_bytes;  // see DecodedSurface
   UpdateReport report;
 };
 
@@ -43,8 +47,8 @@ struct SurfaceUpdate {
 //
 // FAILED_PRECONDITION when the scan lies elsewhere, when changes are larger than heights reach
 // (5 % of the diagonal, or half a radius of curvature inward), and as EncodeUpdate(); the remedy is
-// a new reconstruction. INVALID_ARGUMENT for a scan without finite points; else the errors of
-// DecodeDss() and of the stages.
+// a new reconstruction. INVALID_ARGUMENT for a scan without finite points, and for more vertices
+// than options.most_vertices; else the errors of DecodeDss() and of the stages.
 absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const PointCloud& scan,
                                             const UpdateOptions& options,
                                             const RunContext& context);

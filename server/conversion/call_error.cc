@@ -104,7 +104,8 @@ CallError ErrorOfJob(const absl::Status& status, const std::string& field,
       return error;
     }
     case absl::StatusCode::kFailedPrecondition:
-      return {ErrorCause::kUnsuitableTopology, std::move(message)};
+      return {field == "base" ? ErrorCause::kUnsuitableBase : ErrorCause::kUnsuitableTopology,
+              std::move(message)};
     case absl::StatusCode::kResourceExhausted:
       return {ErrorCause::kJobTooLarge, std::move(message)};
     case absl::StatusCode::kDeadlineExceeded:

@@ -173,6 +173,22 @@ void RefuseWhatIsOfScans(const v1::ReconstructHeader& header, Violations* violat
          "set, but that of a mesh is made from its triangles");
 }
 
+// Its control mesh stays, and so does all that was decided with it.
+void RefuseWhatIsOfNewSurfaces(const v1::ReconstructHeader& header, Violations* violations) {
+  OptionReader reader("header", violations);
+  if (header.triangle_count() > 0) {
+    reader.Violate("triangle_count",
+                   "set, but a surface is brought up to date by points; leave it out");
+  }
+  v1::ReconstructOptions rest = header.options();
+  rest.clear_threads();
+  if (rest.ByteSizeLong() > 0) {
+    reader.Violate("options",
+                   "set, but a surface that is brought up to date keeps those it was made with; "
+                   "leave out all but threads");
+  }
+}
+
 void ReadTopology(const v1::ControlOptions& from, OptionReader* reader, Topology* topology) {
   const bool given = from.has_control_mesh();
   switch (from.topology()) {
@@ -276,8 +292,8 @@ std::optional<Excess> CheckSurfaceSize(const JobRequest& request, const ServerOp
 }  // namespace
 
 int64_t WorkedPoints(const JobRequest& request) {
-  if (request.triangle_count == 0) return request.point_count;
-  return PointsOnTriangles(request.triangle_count);
+  if (request.size.triangles == 0) return request.size.points;
+  return PointsOnTriangles(request.size.triangles);
 }
 
 int64_t ExpectedControlFaces(const JobRequest& request) {
@@ -294,7 +310,10 @@ std::variant<JobRequest, CallError> ParseHeader(const v1::ReconstructHeader& hea
   JobRequest request;
   Violations violations;
   std::optional<Excess> over_limit = ReadScanSize(header, limits, &request, &violations);
-  if (header.triangle_count() == 0) {
+  if (header.has_base_surface()) {
+    RefuseWhatIsOfNewSurfaces(header, &violations);
+    ReadStations(header, &request, &violations);
+  } else if (header.triangle_count() == 0) {
     ReadWhatIsOfScans(header, &request, &violations);
   } else {
     RefuseWhatIsOfScans(header, &violations);

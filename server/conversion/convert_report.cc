@@ -121,4 +121,24 @@ v1::ReconstructReport ProtoReport(const ReconstructReport& report, bool measured
   return result;
 }
 
+v1::ReconstructReport ProtoReport(const UpdateReport& report, int64_t bytes) {
+  v1::ReconstructReport result;
+  result.set_points_in(report.points + report.non_finite);
+  result.set_non_finite(report.non_finite);
+  result.set_encoded_bytes(bytes);
+  v1::UpdateReport* update = result.mutable_update();
+  update->set_points(report.points);
+  update->set_points_contradicting(report.contradicting);
+  update->set_noise_ratio(report.noise);
+  Convert(report.before, update->mutable_points_to_surface_before());
+  Convert(report.after, update->mutable_points_to_surface());
+  update->set_heights(report.heights);
+  update->set_heights_anew(report.heights_anew);
+  update->set_heights_filled(report.heights_filled);
+  update->set_groups(report.groups);
+  update->set_groups_changed(report.groups_changed);
+  update->set_update_bytes(report.update_bytes);
+  return result;
+}
+
 }  // namespace rilievo

@@ -14,6 +14,7 @@ constexpr ErrorCauseEntry kReasons[] = {
     {ErrorCause::kLimitExceeded, "LIMIT_EXCEEDED", Code::kInvalidArgument},
     {ErrorCause::kUnusableScan, "UNUSABLE_SCAN", Code::kInvalidArgument},
     {ErrorCause::kUnsuitableTopology, "UNSUITABLE_TOPOLOGY", Code::kFailedPrecondition},
+    {ErrorCause::kUnsuitableBase, "UNSUITABLE_BASE", Code::kFailedPrecondition},
     {ErrorCause::kNoStore, "NO_STORE", Code::kFailedPrecondition},
     {ErrorCause::kJobNotSucceeded, "JOB_NOT_SUCCEEDED", Code::kFailedPrecondition},
     {ErrorCause::kNoToken, "NO_TOKEN", Code::kUnauthenticated},

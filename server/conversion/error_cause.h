@@ -17,6 +17,7 @@ enum class ErrorCause {
   kLimitExceeded,       // over a limit of GetCapabilities
   kUnusableScan,        // no surface can be made of these points
   kUnsuitableTopology,  // not with the topology or control mesh asked for
+  kUnsuitableBase,      // a surface that the points cannot bring up to date
   kNoStore,
   kJobNotSucceeded,
   kNoToken,

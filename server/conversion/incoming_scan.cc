@@ -46,29 +46,40 @@ std::optional<CallError> IncomingScan::Records::CheckComplete() const {
       .Limit(announced, count());
 }
 
-IncomingScan::IncomingScan(const PointLayout& layout, int64_t point_count, int64_t triangle_count)
-    : points_{"points", "point", "header.point_count", layout.bytes(), point_count},
-      triangles_{"triangles", "triangle", "header.triangle_count", kTriangleBytes, triangle_count} {
-}
+IncomingScan::IncomingScan(const PayloadSize& size)
+    : points_{"points", "point", "header.point_count", size.layout.bytes(), size.points},
+      triangles_{"triangles", "triangle", "header.triangle_count", kTriangleBytes, size.triangles},
+      base_{"base", "byte", "header.base_surface.bytes", 1, size.base_bytes} {}
 
 std::optional<CallError> IncomingScan::AppendPoints(std::string&& data) {
-  if (triangles_.bytes > 0) {
-    return TurnError("points", "they came after triangles; send all points first");
+  if (triangles_.bytes + base_.bytes > 0) {
+    return TurnError("points", absl::StrCat("they came after ",
+                                            triangles_.bytes > 0 ? "triangles" : "the base surface",
+                                            "; send all points first"));
   }
   return Append(std::move(data), &points_);
 }
 
 std::optional<CallError> IncomingScan::AppendTriangles(std::string&& data) {
-  if (triangles_.announced == 0) {
-    return TurnError("triangles",
-                     "header.triangle_count announced none; announce them, or send points alone");
+  return AppendBehind(std::move(data), &triangles_);
+}
+
+std::optional<CallError> IncomingScan::AppendBase(std::string&& data) {
+  return AppendBehind(std::move(data), &base_);
+}
+
+std::optional<CallError> IncomingScan::AppendBehind(std::string&& data, Records* records) {
+  if (records->announced == 0) {
+    return TurnError(
+        records->name,
+        absl::StrCat(records->count_field, " announced none; announce them, or send points alone"));
   }
   if (points_.count() < points_.announced) {
-    return TurnError("triangles",
+    return TurnError(records->name,
                      absl::StrCat("they came after ", points_.count(), " of ", points_.announced,
                                   " announced points; send all points first"));
   }
-  return Append(std::move(data), &triangles_);
+  return Append(std::move(data), records);
 }
 
 std::optional<CallError> IncomingScan::Append(std::string&& data, Records* records) {
@@ -85,12 +96,14 @@ std::optional<CallError> IncomingScan::Append(std::string&& data, Records* recor
 }
 
 std::optional<CallError> IncomingScan::CheckComplete() const {
-  if (auto error = points_.CheckComplete()) return error;
-  return triangles_.CheckComplete();
+  for (const Records* records : {&points_, &triangles_, &base_}) {
+    if (auto error = records->CheckComplete()) return error;
+  }
+  return std::nullopt;
 }
 
 ScanBytes IncomingScan::Take() {
-  points_.bytes = triangles_.bytes = 0;
+  points_.bytes = triangles_.bytes = base_.bytes = 0;
   return ScanBytes(std::exchange(blocks_, {}));
 }
 

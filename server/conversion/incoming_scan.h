@@ -1,4 +1,5 @@
-// The points of one call on their way in, and of a mesh its triangles.
+// The points of one call on their way in, and after them the triangles of a mesh or the file of a
+// surface to bring up to date.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,6 @@
 #include <vector>
 
 #include "server/conversion/call_error.h"
-#include "server/conversion/job_request.h"
 #include "server/conversion/scan_bytes.h"
 
 namespace rilievo {
@@ -15,19 +15,20 @@ namespace rilievo {
 // Holds the bytes as they came: memory grows with what arrived, never with what was announced.
 class IncomingScan {
  public:
-  // What the header announced. `point_count`: >= 1. `triangle_count`: 0 of a scan.
-  IncomingScan(const PointLayout& layout, int64_t point_count, int64_t triangle_count);
+  // What the header announced: at least one point.
+  explicit IncomingScan(const PayloadSize& size);
 
   // INVALID_ARGUMENT when `data` is empty, larger than kMaxChunkBytes, holds a broken record or
-  // brings more than announced; or when triangles come before the last point, points after the
-  // first triangle, or triangles where none were announced.
+  // brings more than announced; or when anything comes before the last point, points after what
+  // follows them, or what was not announced.
   std::optional<CallError> AppendPoints(std::string&& data);
   std::optional<CallError> AppendTriangles(std::string&& data);
+  std::optional<CallError> AppendBase(std::string&& data);
 
-  // DATA_LOSS when points or triangles are missing.
+  // DATA_LOSS when something is missing.
   std::optional<CallError> CheckComplete() const;
 
-  int64_t bytes() const { return points_.bytes + triangles_.bytes; }
+  int64_t bytes() const { return points_.bytes + triangles_.bytes + base_.bytes; }
 
   // All that came; nothing is left here.
   ScanBytes Take();
@@ -37,7 +38,7 @@ class IncomingScan {
   struct Records {
     const char* name;  // of their message, and of several
     const char* one;
-    const char* count_field;
+    const char* count_field;  // of the header
     int64_t record_bytes;
     int64_t announced;
     int64_t bytes = 0;
@@ -48,8 +49,10 @@ class IncomingScan {
   };
 
   std::optional<CallError> Append(std::string&& data, Records* records);
+  // What comes after all points.
+  std::optional<CallError> AppendBehind(std::string&& data, Records* records);
 
-  Records points_, triangles_;
+  Records points_, triangles_, base_;
   std::vector<std::string> blocks_;  // whole records each
 };
 

@@ -4,21 +4,22 @@
 #include <cstdint>
 #include <variant>
 
-#include "core/geometry/point_records.h"
 #include "core/pipeline/reconstruct.h"
+#include "core/pipeline/update_surface.h"
 #include "rilievo/v1/reconstruction.pb.h"
 #include "server/conversion/call_error.h"
+#include "server/conversion/scan_bytes.h"
 #include "server/conversion/server_options.h"
 
 namespace rilievo {
 
 struct JobRequest {
   v1::ReconstructHeader header;  // as the client sent it
-  int64_t point_count = 0;
-  int64_t triangle_count = 0;  // 0: a scan, else a mesh whose vertices are the points
-  PointLayout layout;
+  PayloadSize size;
   Eigen::Matrix3Xd stations;  // the places that points name by number; scan frame
   ReconstructOptions options;
+  int64_t base_vertices = 0;  // of a surface to bring up to date, as announced
+  UpdateOptions update;
   int threads = 1;  // >= 1
   uint64_t seed = 0;
 };

@@ -17,45 +17,57 @@
 namespace rilievo {
 namespace {
 
-constexpr int64_t kBlockRecords = 1 << 15;
+constexpr int64_t kBlockRecords = 1 << 15, kBlockBytes = 1 << 20;
 
 std::string Hexadecimal(Sha256 hash) {
   const auto digest = hash.Finish();
   return absl::BytesToHexString({reinterpret_cast<const char*>(digest.data()), digest.size()});
 }
 
-// Puts together what comes in blocks of whole records, points first.
+// Puts together what comes in blocks of whole records, points first, and of the file behind them.
 class RecordReader {
  public:
-  RecordReader(const PointLayout& layout, int64_t point_count, int64_t triangle_count)
-      : layout_(layout), scan_(RoomForPoints(point_count, layout)) {
-    scan_.triangles.resize(3, triangle_count);
+  explicit RecordReader(const PayloadSize& size)
+      : layout_(size.layout), base_bytes_(size.base_bytes) {
+    contents_.scan = RoomForPoints(size.points, size.layout);
+    contents_.scan.triangles.resize(3, size.triangles);
   }
 
   // How many bytes of a file to read at once; 0 when nothing is left.
   int64_t NextBytes() const {
-    const int64_t points = scan_.points.cols() - point_;
+    const PointCloud& scan = contents_.scan;
+    const int64_t points = scan.points.cols() - point_,
+                  triangles = scan.triangles.cols() - triangle_;
     if (points > 0) return std::min(points, kBlockRecords) * layout_.bytes();
-    return std::min(scan_.triangles.cols() - triangle_, kBlockRecords) * kTriangleBytes;
+    if (triangles > 0) return std::min(triangles, kBlockRecords) * kTriangleBytes;
+    return std::min(base_bytes_ - static_cast<int64_t>(contents_.base.size()), kBlockBytes);
   }
 
   void Read(std::string_view block) {
-    const int64_t bytes_of_points = (scan_.points.cols() - point_) * layout_.bytes();
-    const size_t cut = std::min(block.size(), static_cast<size_t>(bytes_of_points));
-    point_ = UnpackPoints(block.substr(0, cut), layout_, point_, &scan_);
-    triangle_ = UnpackTriangles(block.substr(cut), triangle_, &scan_);
+    PointCloud& scan = contents_.scan;
+    const auto next = [&block](int64_t most) {
+      const std::string_view part = block.substr(0, static_cast<size_t>(most));
+      block.remove_prefix(part.size());
+      return part;
+    };
+    point_ =
+        UnpackPoints(next((scan.points.cols() - point_) * layout_.bytes()), layout_, point_, &scan);
+    triangle_ = UnpackTriangles(next((scan.triangles.cols() - triangle_) * kTriangleBytes),
+                                triangle_, &scan);
+    contents_.base.insert(contents_.base.end(), block.begin(), block.end());
   }
 
-  PointCloud Take() && { return std::move(scan_); }
+  ScanContents Take() && { return std::move(contents_); }
 
  private:
   PointLayout layout_;
-  PointCloud scan_;
+  int64_t base_bytes_;
+  ScanContents contents_;
   int64_t point_ = 0, triangle_ = 0;  // the next ones
 };
 
-absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, const std::string& sha256,
-                                      RecordReader reader) {
+absl::StatusOr<ScanContents> DecodeFile(const FileDescriptor& file, const std::string& sha256,
+                                        RecordReader reader) {
   Sha256 hash;
   std::string block;
   for (int64_t at = 0; reader.NextBytes() > 0; at += static_cast<int64_t>(block.size())) {
@@ -75,20 +87,18 @@ absl::StatusOr<PointCloud> DecodeFile(const FileDescriptor& file, const std::str
 
 }  // namespace
 
-absl::StatusOr<PointCloud> ScanBytes::Decode(const PointLayout& layout, int64_t point_count,
-                                             int64_t triangle_count) && {
-  int64_t size = 0;
-  for (const std::string& block : blocks_) size += static_cast<int64_t>(block.size());
+absl::StatusOr<ScanContents> ScanBytes::Decode(const PayloadSize& size) && {
+  int64_t bytes = 0;
+  for (const std::string& block : blocks_) bytes += static_cast<int64_t>(block.size());
   if (file_.valid()) {
-    RILIEVO_ASSIGN_OR_RETURN(size, file_.Size());
+    RILIEVO_ASSIGN_OR_RETURN(bytes, file_.Size());
   }
-  const int64_t announced = BytesOfRecords(layout, point_count, triangle_count);
-  if (size != announced) {
-    return absl::DataLossError(absl::StrCat("the scan has ", size, " bytes; ", point_count,
-                                            " points and ", triangle_count, " triangles take ",
-                                            announced));
+  if (bytes != size.bytes()) {
+    return absl::DataLossError(
+        absl::StrCat("the scan has ", bytes, " bytes; ", size.points, " points, ", size.triangles,
+                     " triangles and a surface of ", size.base_bytes, " take ", size.bytes()));
   }
-  RecordReader reader(layout, point_count, triangle_count);
+  RecordReader reader(size);
   if (file_.valid()) {
     return DecodeFile(FileDescriptor(std::move(file_)), sha256_, std::move(reader));
   }

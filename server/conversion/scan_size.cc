@@ -9,7 +9,7 @@
 namespace rilievo {
 namespace {
 
-constexpr uint64_t kFewestVertices = 3;
+constexpr uint64_t kFewestVertices = 3, kFewestOfUpdate = 1;
 constexpr uint64_t kMostRecords = uint64_t{1} << 40;  // more than any scan has
 
 // `rest`: of the server's bytes, what the points leave.
@@ -26,6 +26,33 @@ std::optional<Excess> ReadTriangleCount(uint64_t count, int64_t rest, const Serv
   return std::nullopt;
 }
 
+// `rest`: as above.
+std::optional<Excess> ReadBase(const v1::BaseSurface& base, int64_t rest,
+                               const ServerOptions& limits, OptionReader* reader,
+                               JobRequest* request) {
+  if (base.bytes() == 0) reader->Violate("base_surface.bytes", "0; say how many follow the points");
+  if (base.vertices() == 0) {
+    reader->Violate("base_surface.vertices", "0; say how many its finest level has");
+  }
+  if (base.bytes() > static_cast<uint64_t>(rest)) {
+    reader->Violate("base_surface.bytes",
+                    absl::StrCat(base.bytes(), " bytes; this server takes at most ", rest,
+                                 " with so many points"));
+    return Excess{rest, base.bytes()};
+  }
+  // A closed surface has half as many vertices as faces, an open one of few triangles a face each.
+  if (base.vertices() > static_cast<uint64_t>(limits.max_surface_faces)) {
+    reader->Violate("base_surface.vertices",
+                    absl::StrCat(base.vertices(), " vertices; this server builds at most ",
+                                 limits.max_surface_faces, " faces"));
+    return Excess{limits.max_surface_faces, base.vertices()};
+  }
+  request->size.base_bytes = static_cast<int64_t>(base.bytes());
+  request->base_vertices = static_cast<int64_t>(base.vertices());
+  request->update.whole = base.whole();
+  return std::nullopt;
+}
+
 }  // namespace
 
 PointLayout LayoutOf(const v1::ReconstructHeader& header) {
@@ -38,15 +65,18 @@ PointLayout LayoutOf(const v1::ReconstructHeader& header) {
 }
 
 int64_t ScanBytesOf(const v1::ReconstructHeader& header) {
-  if (header.point_count() > kMostRecords || header.triangle_count() > kMostRecords) return 0;
-  return BytesOfRecords(LayoutOf(header), static_cast<int64_t>(header.point_count()),
-                        static_cast<int64_t>(header.triangle_count()));
+  const uint64_t points = header.point_count(), triangles = header.triangle_count(),
+                 base_bytes = header.base_surface().bytes();
+  if (std::max({points, triangles, base_bytes}) > kMostRecords) return 0;
+  return PayloadSize{LayoutOf(header), static_cast<int64_t>(points),
+                     static_cast<int64_t>(triangles), static_cast<int64_t>(base_bytes)}
+      .bytes();
 }
 
 std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const ServerOptions& limits,
                                    JobRequest* request, std::vector<FieldViolation>* violations) {
   OptionReader reader("header", violations);
-  request->layout = LayoutOf(header);
+  request->size.layout = LayoutOf(header);
   if (header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT32_LE &&
       header.coordinate_format() != v1::COORDINATE_FORMAT_FLOAT64_LE) {
     reader.Violate("coordinate_format",
@@ -55,25 +85,30 @@ std::optional<Excess> ReadScanSize(const v1::ReconstructHeader& header, const Se
   }
   const uint64_t count = header.point_count();
   const bool mesh = header.triangle_count() > 0;
-  const uint64_t fewest = mesh ? kFewestVertices : kMinScanPoints;
+  const bool update = header.has_base_surface();
+  const uint64_t fewest = update ? kFewestOfUpdate : mesh ? kFewestVertices : kMinScanPoints;
   if (count < fewest) {
-    reader.Violate("point_count",
-                   absl::StrCat(count, mesh ? " vertices; a mesh" : " points; a surface",
-                                " needs at least ", fewest));
+    reader.Violate("point_count", absl::StrCat(count,
+                                               mesh     ? " vertices; a mesh"
+                                               : update ? " points; an update"
+                                                        : " points; a surface",
+                                               " needs at least ", fewest));
     return std::nullopt;
   }
   // Compared without a product that could overflow.
-  const int64_t most = std::min(limits.max_points, limits.max_scan_bytes / request->layout.bytes());
+  const int64_t most =
+      std::min(limits.max_points, limits.max_scan_bytes / request->size.layout.bytes());
   if (count > static_cast<uint64_t>(most)) {
     reader.Violate("point_count",
                    absl::StrCat(count, " points in this format; this server takes at most ", most,
                                 " in one scan, send fewer"));
     return Excess{most, count};
   }
-  request->point_count = static_cast<int64_t>(count);
-  const int64_t rest = limits.max_scan_bytes - request->point_count * request->layout.bytes();
+  request->size.points = static_cast<int64_t>(count);
+  const int64_t rest = limits.max_scan_bytes - request->size.points * request->size.layout.bytes();
+  if (update) return ReadBase(header.base_surface(), rest, limits, &reader, request);
   return ReadTriangleCount(header.triangle_count(), rest, limits, &reader,
-                           &request->triangle_count);
+                           &request->size.triangles);
 }
 
 }  // namespace rilievo

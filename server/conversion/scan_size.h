@@ -16,7 +16,8 @@ namespace rilievo {
 // How the points of a header travel; of an unknown format as float64.
 PointLayout LayoutOf(const v1::ReconstructHeader& header);
 
-// Bytes of all its points and triangles; 0 when there are more than any scan has.
+// Bytes of all its points and triangles, and of its base surface; 0 when there are more than any
+// scan has.
 int64_t ScanBytesOf(const v1::ReconstructHeader& header);
 
 // Over a limit of this server.

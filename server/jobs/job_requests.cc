@@ -50,8 +50,11 @@ std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
   if (*size == ScanBytesOf(header)) return std::nullopt;
   return BadRequestError(
       {{"header.point_count",
-        absl::StrCat("these points", header.triangle_count() > 0 ? " and triangles" : "", " take ",
-                     ScanBytesOf(header), " bytes; the scan has another size")}});
+        absl::StrCat("these points",
+                     header.triangle_count() > 0 ? " and triangles"
+                     : header.has_base_surface() ? " and the base surface"
+                                                 : "",
+                     " take ", ScanBytesOf(header), " bytes; the scan has another size")}});
 }
 
 std::optional<CallError> CheckRoom(const JobsCore& core, const Caller& caller) {

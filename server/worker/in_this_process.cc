@@ -1,3 +1,4 @@
+#include <chrono>
 #include <exception>
 #include <new>
 #include <utility>
@@ -10,12 +11,37 @@
 namespace rilievo {
 namespace {
 
+absl::StatusOr<JobResult> BringUpToDate(const JobRequest& job, const ScanContents& contents,
+                                        const RunContext& context) {
+  const auto begin = std::chrono::steady_clock::now();
+  UpdateOptions options = job.update;
+  options.most_vertices = job.base_vertices;
+  absl::StatusOr<SurfaceUpdate> update =
+      UpdateSurface(contents.base, contents.scan, options, context);
+  // What the client sent as a surface is not one.
+  if (absl::IsDataLoss(update.status())) {
+    return absl::InvalidArgumentError(update.status().message());
+  }
+  RILIEVO_RETURN_IF_ERROR(update.status());
+  JobResult result;
+  auto from = update->dss.begin();
+  for (const int64_t bytes : update->chunk_bytes) {
+    result.encoded.chunks.emplace_back(from, from + bytes);
+    from += bytes;
+  }
+  result.report = ProtoReport(update->report, static_cast<int64_t>(update->dss.size()));
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  result.report.set_total_seconds(seconds.count());
+  return result;
+}
+
 absl::StatusOr<JobResult> RunHere(const ReconstructFunction& reconstruct, const JobRequest& job,
                                   ScanBytes points, const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(
-      PointCloud scan, std::move(points).Decode(job.layout, job.point_count, job.triangle_count));
-  scan.sights.stations = job.stations;
-  absl::StatusOr<Reconstruction> result = reconstruct(std::move(scan), job.options, context);
+  RILIEVO_ASSIGN_OR_RETURN(ScanContents contents, std::move(points).Decode(job.size));
+  if (job.size.base_bytes > 0) return BringUpToDate(job, contents, context);
+  contents.scan.sights.stations = job.stations;
+  absl::StatusOr<Reconstruction> result =
+      reconstruct(std::move(contents.scan), job.options, context);
   // DATA_LOSS is said of the points; what came of them is to decode.
   if (absl::IsDataLoss(result.status())) return absl::InternalError(result.status().message());
   RILIEVO_RETURN_IF_ERROR(result.status());

@@ -1,4 +1,5 @@
-"""A surface brought up to date by a new scan, by the program `rilievo`."""
+"""A surface brought up to date by a new scan."""
+import tempfile
 import unittest
 
 import numpy as np
@@ -28,6 +29,14 @@ class UpdateTest(unittest.TestCase):
         self.assertGreater(len(after), len(before))
         self.assertAlmostEqual(updated.vertices()[:, 0].max(), 1.05, delta=2e-3)
         self.assertAlmostEqual(updated.vertices()[:, 0].min(), -1, delta=2e-3)
+        report = updated.report["update"]
+        self.assertEqual(report["update_bytes"], len(after) - len(before))
+        self.assertLess(report["points_to_surface"]["rms"],
+                        report["points_to_surface_before"]["rms"] / 5)
+        with tempfile.TemporaryDirectory() as store, \
+                rilievo.PrivateServer(["--store", store]) as server, rilievo.Jobs(server) as jobs:
+            kept = jobs.update(self.surface, part).fetch()
+        self.assertEqual(kept.to_bytes(), after)
 
     def test_a_scan_that_agrees_changes_nothing(self):
         same = rilievo.update(self.surface, ball(4000, 3), whole=True)
@@ -36,7 +45,7 @@ class UpdateTest(unittest.TestCase):
     def test_what_does_not_fit_is_refused(self):
         with self.assertRaisesRegex(rilievo.InvalidArgument, "shape"):
             rilievo.update(self.surface, np.zeros((4, 2)))
-        with self.assertRaisesRegex(rilievo.InvalidArgument, "rilievo align"):
+        with self.assertRaisesRegex(rilievo.FailedPrecondition, "rilievo align"):
             rilievo.update(self.surface, ball(1000, 4) + 9)
 
 

@@ -19,7 +19,6 @@ from .errors import (Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, 
                      InvalidArgument, LimitExceeded, NotFound, PermissionDenied, ResourceExhausted,
                      RilievoError, ServerDefect, Unavailable)
 from .surface import Surface, read
-from .updating import update
 from .values import (FILLED, MEASURED, SMOOTHED, Certificate, Closest, ControlMesh, Distance, Frame,
                      Jet, Mesh, Place, Voxels)
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from .merging import merge
     from .options import UNITS
     from .private_server import PrivateServer
-    from .reconstruction import Progress, combine, convert, reconstruct, trim
+    from .reconstruction import Progress, combine, convert, reconstruct, trim, update
 
 __version__ = "0.2.0"
 __all__ = [
@@ -46,7 +45,7 @@ _WITH_GRPC = {
     "Job": "jobs", "Jobs": "jobs", "PrivateServer": "private_server", "Progress": "reconstruction",
     "Server": "connection", "UNITS": "options", "combine": "reconstruction",
     "convert": "reconstruction", "merge": "merging", "reconstruct": "reconstruction",
-    "trim": "reconstruction",
+    "trim": "reconstruction", "update": "reconstruction",
 }
 
 

@@ -6,9 +6,6 @@ import subprocess
 import tempfile
 from typing import List
 
-import numpy as np
-import numpy.typing as npt
-
 from .errors import InvalidArgument, RilievoError, ServerDefect, Unavailable
 from .values import ControlMesh
 
@@ -38,20 +35,6 @@ def deform(dss: bytes, cage: ControlMesh) -> bytes:
     command = [find("rilievo", "RILIEVO_PROGRAM"), "deform", "-", "-o", "-", "--cage"]
     with tempfile.NamedTemporaryFile("w", suffix=".obj", encoding="ascii") as file:
         file.write(cage.to_obj())
-        file.flush()
-        command.append(file.name)
-        return _run(command, dss)
-
-
-def update(dss: bytes, points: npt.NDArray[np.float64], whole: bool) -> bytes:
-    """The .dss brought up to date by `rilievo update`. Unavailable when that is not installed."""
-    command = [find("rilievo", "RILIEVO_PROGRAM"), "update", "-", "-o", "-"]
-    if whole:
-        command.append("--whole")
-    with tempfile.NamedTemporaryFile("wb", suffix=".ply") as file:
-        file.write(b"ply\nformat binary_little_endian 1.0\nelement vertex %d\n" % len(points) +
-                   b"".join(b"property double %c\n" % axis for axis in b"xyz") + b"end_header\n")
-        file.write(points.astype("<f8").tobytes())
         file.flush()
         command.append(file.name)
         return _run(command, dss)

@@ -41,7 +41,7 @@ _DOMAINS = ("rilievo.dev", "rilievo")
 # Arguments of reconstruct() and convert() by the protocol's fields, where their names differ.
 _PARAMETERS = {
     "point_count": "points", "coordinate_format": "points", "points": "points",
-    "triangle_count": "faces", "triangles": "faces",
+    "triangle_count": "faces", "triangles": "faces", "base": "surface", "base_surface": "surface",
     "height_step_ratio": "height_step", "max_error_ratio": "max_error", "method": "fit",
     "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
     "close_holes_below_ratio": "close_holes_below",

@@ -1,6 +1,7 @@
 """Reconstructions that outlive the connection: servers with a store keep them."""
 import contextlib
 import hashlib
+import itertools
 import random
 import time
 import uuid
@@ -14,7 +15,7 @@ from .errors import (Cancelled, DataLoss, DeadlineExceeded, InvalidArgument, Not
                      RilievoError, Unavailable)
 from .options import MeshOptions, Options, as_message
 from .reconstruction import ProgressCallback, check_digest, progress_of, report_of
-from .scan import Packed, pack, pack_mesh
+from .scan import Packed, pack, pack_mesh, pack_update
 from .surface import Surface
 from .v1 import jobs_pb2, jobs_pb2_grpc
 
@@ -155,6 +156,11 @@ class Jobs:
         return self._create(pack_mesh(vertices, faces, vertex_colors),
                             as_message(options, "convert", MeshOptions), request_id, timeout)
 
+    def update(self, surface: Surface, points: Any, *, whole: bool = False,
+               request_id: Optional[str] = None, timeout: Optional[float] = None) -> Job:
+        """submit() of a new scan of a surface; arguments as of rilievo.update()."""
+        return self._create(pack_update(points, surface, whole), None, request_id, timeout)
+
     def _create(self, scan: Packed, message: Any, request_id: Optional[str],
                 timeout: Optional[float]) -> Job:
         digest = hashlib.sha256()
@@ -215,7 +221,7 @@ class Jobs:
                 raise
 
     def _upload(self, scan: Packed, digest: bytes, tries: "_Tries") -> None:
-        total = scan.points.nbytes + scan.triangles.nbytes
+        total = scan.points.nbytes + scan.triangles.nbytes + len(scan.base)
         query = jobs_pb2.GetUploadRequest(upload_id=digest.hex())
         known = 0
 
@@ -294,11 +300,11 @@ class Jobs:
 
 
 def _pieces(scan: Packed, begin: int = 0) -> Iterator[bytes]:
-    """What is uploaded, from byte `begin` on: the points, and of a mesh its triangles."""
+    """What is uploaded, from byte `begin` on: the points, and what follows them."""
     skipped = min(begin, scan.points.nbytes)
     yield from scan.pieces(skipped)
     skipped = begin - skipped
-    for piece in scan.triangle_pieces():
+    for piece in itertools.chain(scan.triangle_pieces(), scan.base_pieces()):
         if skipped < len(piece):
             yield piece[skipped:]
         skipped = max(0, skipped - len(piece))

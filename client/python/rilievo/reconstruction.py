@@ -15,7 +15,7 @@ from .connection import Server, as_server, error_of
 from .errors import DataLoss, InvalidArgument, RilievoError
 from .options import UNITS, MeshOptions, Options, as_message
 from .private_server import PrivateServer
-from .scan import Packed, arrays_of_mesh, coordinates, pack, pack_mesh, refuse
+from .scan import Packed, arrays_of_mesh, coordinates, pack, pack_mesh, pack_update, refuse
 from .surface import Surface
 from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 from .values import Place
@@ -157,6 +157,31 @@ def trim(shape: Union[Surface, Tuple[Any, Any]], *, keep: Side,
     return _call(mesh, message, "vertices", server, _Receiver(progress, layer), timeout)
 
 
+def update(surface: Surface, points: Any, *, whole: bool = False,
+           server: Optional[Union[str, Server]] = None,
+           progress: Optional[ProgressCallback] = None,
+           timeout: Optional[float] = None, threads: int = 0) -> Surface:
+    """The surface with heights made anew where a new scan contradicts it.
+
+    surface   at its finest level, as the whole file has it
+    points    (n, 3) numbers in the frame and unit of the surface: a scan of all of it, or of the
+              part that changed
+    whole     the scan shows all there is to see: heights that were measured where it has no points
+              become filled ones; else they stay as they are
+    threads   that the server uses at most; 0: all
+
+    The bytes of the new surface begin with those of the old one, and only what follows them comes
+    back from the server. The new surface's report["update"] says how much that is, and the
+    distances before and after.
+
+    server, progress, timeout, interruption and errors: as of reconstruct(). FailedPrecondition
+    where the scan lies elsewhere, or where changes are larger than heights reach.
+    """
+    packed = pack_update(points, surface, whole)
+    message = as_message(Options(threads=threads), "update") if threads else None
+    return _call(packed, message, "points", server, _Receiver(progress, None, packed.base), timeout)
+
+
 def _trim_numbers(plane: Any, box: Any, sphere: Any,
                   polyline: Any) -> Tuple[int, npt.NDArray[np.float64]]:
     """The kind of the shape that is given, and its numbers, for the decoder library."""
@@ -269,6 +294,10 @@ class _Requests:
                 if self._stopped.is_set():
                     return
                 yield request(triangles=reconstruction_pb2.MeshChunk(data=data))
+            for data in self._scan.base_pieces():
+                if self._stopped.is_set():
+                    return
+                yield request(base=reconstruction_pb2.BaseChunk(data=data))
         except Exception as error:  # gRPC would only say that it was cancelled
             self.failure = error
             raise
@@ -284,12 +313,13 @@ def check_digest(sha256: bytes, data: bytes) -> None:
 class _Receiver:
     """Puts the answers together."""
 
-    def __init__(self, progress: Optional[ProgressCallback],
-                 layer: Optional[LayerCallback]) -> None:
+    def __init__(self, progress: Optional[ProgressCallback], layer: Optional[LayerCallback],
+                 known: bytes = b"") -> None:
+        """`known`: the beginning of the file, which does not come."""
         self._progress, self._layer = progress, layer
         self._header: Any = None
         self._report: Optional[Dict[str, Any]] = None
-        self._bytes = bytearray()
+        self._bytes = bytearray(known)
         self._ends: "list[int]" = []
 
     def take(self, response: Any) -> None:
@@ -369,4 +399,4 @@ def _fields_of(message: Any) -> Dict[str, Any]:
 
 
 __all__ = ["LayerCallback", "Operation", "Progress", "ProgressCallback", "RilievoError", "combine",
-           "convert", "reconstruct", "trim"]
+           "convert", "reconstruct", "trim", "update"]

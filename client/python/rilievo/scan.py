@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import FieldViolation, InvalidArgument
+from .surface import Surface
 from .v1 import options_pb2, reconstruction_pb2
 from .values import ControlMesh
 
@@ -26,6 +27,10 @@ class Packed(NamedTuple):
     """(n, 3), scan frame."""
     triangles: npt.NDArray[np.uint32] = np.empty((0, 3), np.uint32)
     """(m, 3): of a mesh, the vertices of each."""
+    base: bytes = b""
+    """The .dss file of a surface that the points bring up to date."""
+    base_surface: Any = None
+    """What the header says of it."""
 
     def header(self, options: Any) -> Any:
         return reconstruction_pb2.ReconstructHeader(
@@ -34,7 +39,7 @@ class Packed(NamedTuple):
             stations=self.stations.astype("<f8").tobytes(),
             normals="normal" in (self.points.dtype.names or ()),
             colors="color" in (self.points.dtype.names or ()),
-            triangle_count=len(self.triangles), options=options)
+            triangle_count=len(self.triangles), base_surface=self.base_surface, options=options)
 
     def pieces(self, begin: int = 0) -> Iterator[bytes]:
         """Whole points a piece, from byte `begin` on."""
@@ -43,6 +48,9 @@ class Packed(NamedTuple):
     def triangle_pieces(self) -> Iterator[bytes]:
         """Whole triangles a piece."""
         return _pieces(self.triangles.astype("<u4", copy=False).reshape(-1).view(np.uint8).data, 12)
+
+    def base_pieces(self) -> Iterator[bytes]:
+        return _pieces(memoryview(self.base), 1)
 
 
 def _pieces(data: memoryview, size: int, begin: int = 0) -> Iterator[bytes]:
@@ -172,6 +180,14 @@ def _records(wide: npt.NDArray[np.float64],
         records[name] = values
     return records, (reconstruction_pb2.COORDINATE_FORMAT_FLOAT32_LE if is_narrow
                      else reconstruction_pb2.COORDINATE_FORMAT_FLOAT64_LE)
+
+
+def pack_update(points: Any, surface: Surface, whole: bool) -> Packed:
+    """Coordinates alone, and the surface that they bring up to date."""
+    base = surface.to_bytes()
+    said = reconstruction_pb2.BaseSurface(bytes=len(base), whole=bool(whole),
+                                          vertices=surface.levels[-1]["vertices"])
+    return Packed(*_records(coordinates(points), []), base=base, base_surface=said)
 
 
 def pack_mesh(vertices: Any, faces: Any, vertex_colors: Any = None) -> Packed:

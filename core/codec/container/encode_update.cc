@@ -142,11 +142,15 @@ absl::StatusOr<std::vector<uint8_t>> EncodeUpdate(std::span<const uint8_t> dss,
       RefineTopology(before.control_mesh, std::max(0, before.max_level - 1), context));
   const DisplacedSurface field = DifferencesOf(before, update);
   constexpr int kKeepAll = 1;  // no patch of few vertices takes on what is around it
+  // Also where every height is told, for its decoder expects flags.
+  HeightPlan plan;
+  plan.has_filled = true;
   const FaceGroups* groups = file.header.group_limit > 0 ? &file.groups : nullptr;
   RILIEVO_ASSIGN_OR_RETURN(
       const std::unique_ptr<HeightEncoder> encoder,
-      groups != nullptr ? HeightEncoder::MakeGrouped(field, refinement, kKeepAll, *groups, context)
-                        : std::make_unique<HeightEncoder>(field, refinement, kKeepAll));
+      groups != nullptr
+          ? HeightEncoder::MakeGrouped(field, refinement, kKeepAll, *groups, context, &plan)
+          : std::make_unique<HeightEncoder>(field, refinement, kKeepAll, &plan));
   RILIEVO_ASSIGN_OR_RETURN(const EncodedHeights heights, encoder->Encode(update.step, context));
   const std::vector<uint8_t>& untold = encoder->filled();
   const int64_t told = std::count(untold.begin(), untold.end(), 0);

@@ -4,6 +4,8 @@
 #include <regex>
 #include <thread>
 
+#include "core/codec/container/dss.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
 #include "server/auth/access_tokens.h"
 #include "tests/integration/auth/every_rpc.h"
 #include "tests/integration/service/errors_fixture.h"
@@ -127,6 +129,24 @@ void DocumentedErrorsTest::WrongUploads() {
   Expect("UploadScan", "UPLOAD_TAKEN_OVER", first->Finish());
 }
 
+// The .dss file of a tetrahedron at level 1, away from the origin.
+std::string FarSurface() {
+  DisplacedSurface surface;
+  surface.frame = {Eigen::Vector3d(50, 50, 50), 1};
+  surface.control_mesh.vertices.resize(3, 4);
+  surface.control_mesh.vertices << 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5;
+  surface.control_mesh.faces.resize(3, 4);
+  surface.control_mesh.faces << 0, 0, 0, 1, 2, 1, 3, 2, 1, 3, 2, 3;
+  EncodeOptions options;
+  options.position_step = 1e-3;
+  surface.control_mesh = *PrepareControlMesh(surface.control_mesh, options.position_step);
+  surface.max_level = 1;
+  surface.heights.assign(10, 0.0F);
+  surface.sources.assign(10, HeightSource::kMeasured);
+  const std::vector<uint8_t> dss = EncodeDss(surface, {}, options, {})->Concatenate();
+  return {dss.begin(), dss.end()};
+}
+
 void DocumentedErrorsTest::FailingWork() {
   using absl::StatusCode;
   const std::vector<std::pair<StatusCode, std::string>> failures = {
@@ -145,6 +165,13 @@ void DocumentedErrorsTest::FailingWork() {
     ExpectReason(reason, last_event_.job().error());
     Expect("StreamSurface", "JOB_NOT_SUCCEEDED", Stream(job_id_));
   }
+  const std::string far = FarSurface();
+  v1::ReconstructRequest update = HeaderRequest(20), base;
+  update.mutable_header()->mutable_base_surface()->set_bytes(far.size());
+  update.mutable_header()->mutable_base_surface()->set_vertices(10);
+  base.mutable_base()->set_data(far);
+  Start();
+  Expect("Reconstruct", "UNSUITABLE_BASE", Reconstruct({update, PointsRequest(20), base}));
   work_.answer = absl::UnavailableError("no worker");  // a kept job waits until there is one
   Start();
   Expect("Reconstruct", "WORKER_UNAVAILABLE", Reconstruct({HeaderRequest(20), PointsRequest(20)}));

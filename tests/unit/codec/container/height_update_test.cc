@@ -112,6 +112,23 @@ TEST(HeightUpdateTest, OnlyWhatIsToldChanges) {
   }
 }
 
+TEST(HeightUpdateTest, AllHeightsMayBeTold) {
+  for (const int group_faces : {0, 128}) {
+    const std::vector<uint8_t> file = FileToUpdate(Torus(24, 12), 3, group_faces);
+    const DecodedSurface before = *DecodeDss(file, {});
+    HeightUpdate update = BumpOn(before.surface);
+    for (size_t v = 0; v < update.told.size(); ++v) {
+      update.told[v] = 1;
+      update.heights[v] += 1e-3F * static_cast<float>(v % 5);
+    }
+    const auto chunk = EncodeUpdate(file, before.surface, update, {});
+    ASSERT_TRUE(chunk.ok()) << chunk.status();
+    const auto after = DecodeDss(WithChunk(file, *chunk), {});
+    ASSERT_TRUE(after.ok()) << after.status();
+    ExpectTold(before.surface, update, after->surface);
+  }
+}
+
 TEST(HeightUpdateTest, UpdatesFollowEachOther) {
   std::vector<uint8_t> file = FileToUpdate(Torus(12, 8), 3, 0);
   const size_t size = file.size();
@@ -215,8 +232,8 @@ TEST(HeightUpdateTest, WhatDoesNotFitIsRefused) {
   update = good;
   update.step = 0;
   EXPECT_THAT(refusal(update, file), HasSubstr("step is 0"));
-  const std::span<const uint8_t> prefix = std::span(file).first(
-      static_cast<size_t>(before.chunk_bytes[0] + before.chunk_bytes[1]));
+  const std::span<const uint8_t> prefix =
+      std::span(file).first(static_cast<size_t>(before.chunk_bytes[0] + before.chunk_bytes[1]));
   EXPECT_THAT(refusal(good, prefix), HasSubstr("ends at level"));
 }
 

@@ -56,8 +56,8 @@ v1::ControlMesh Tetrahedron() {
 TEST(ParseHeader, EmptyOptionsAreTheCoresDefaults) {
   const JobRequest request = Parse(ValidHeader());
   const ReconstructOptions defaults;
-  EXPECT_EQ(request.point_count, 1000);
-  EXPECT_EQ(request.layout.coordinates, CoordinateType::kFloat32);
+  EXPECT_EQ(request.size.points, 1000);
+  EXPECT_EQ(request.size.layout.coordinates, CoordinateType::kFloat32);
   EXPECT_EQ(request.options.max_level, std::nullopt);
   EXPECT_EQ(request.options.measure, true);
   EXPECT_EQ(request.options.control.topology, Topology::kAuto);
@@ -103,7 +103,7 @@ TEST(ParseHeader, EveryFieldReachesItsTarget) {
   options->mutable_encode()->set_position_step_ratio(1e-5);
 
   const JobRequest request = Parse(header);
-  EXPECT_EQ(request.layout.coordinates, CoordinateType::kFloat64);
+  EXPECT_EQ(request.size.layout.coordinates, CoordinateType::kFloat64);
   EXPECT_EQ(request.threads, 1);
   EXPECT_EQ(request.seed, 77u);
   const ReconstructOptions& parsed = request.options;
@@ -406,9 +406,9 @@ TEST(ParseHeader, StationsAndNormalsReachTheirTarget) {
   header.mutable_options()->mutable_scan()->set_stations(v1::SIGHT_RULE_USE);
   header.mutable_options()->mutable_scan()->set_normals(v1::SIGHT_RULE_IGNORE);
   const JobRequest request = Parse(header);
-  EXPECT_EQ(request.layout.bytes(), 12 + 2 + 12);
+  EXPECT_EQ(request.size.layout.bytes(), 12 + 2 + 12);
   header.set_colors(true);
-  EXPECT_EQ(Parse(header).layout.bytes(), 12 + 2 + 12 + 3);
+  EXPECT_EQ(Parse(header).size.layout.bytes(), 12 + 2 + 12 + 3);
   ASSERT_EQ(request.stations.cols(), 2);
   EXPECT_EQ(request.stations(2, 1), 1e6);
   EXPECT_EQ(request.options.scan.sights.stations, SightRule::kUse);

@@ -63,7 +63,7 @@ const Measured kHungry[] = {
 
 JobRequest RequestOf(const Measured& measured) {
   JobRequest job;
-  job.point_count = measured.points;
+  job.size.points = measured.points;
   job.options.max_level = measured.max_level;
   job.options.fit.sample_level = measured.sample_level;
   job.options.scan.neighbors.k = measured.neighbors;
@@ -97,7 +97,7 @@ TEST(MemoryEstimate, IsNearWhatTheHungriestTook) {
 // Twenty points do not ask for half a gigabyte, whatever number stands in the request.
 TEST(MemoryEstimate, FacesThatAreNotMadeAreNotReserved) {
   JobRequest job;
-  job.point_count = 20;
+  job.size.points = 20;
   const int64_t before = EstimateMemory(job);
   job.options.control.target_faces = 200'000;
   EXPECT_EQ(EstimateMemory(job), before);
@@ -123,17 +123,43 @@ TEST(MemoryEstimate, OfMeshesToo) {
   for (const MeasuredMesh& measured : kMeasuredMeshes) {
     SCOPED_TRACE(testing::Message() << measured.triangles << " triangles");
     JobRequest job;
-    job.point_count = measured.vertices;
-    job.triangle_count = measured.triangles;
+    job.size.points = measured.vertices;
+    job.size.triangles = measured.triangles;
     const auto estimate = static_cast<double>(EstimateMemory(job)) / 1e6;
     EXPECT_GT(estimate, measured.peak_megabytes);
     EXPECT_LT(estimate, 1.3 * measured.peak_megabytes);
   }
 }
 
+struct MeasuredUpdate {
+  int64_t vertices, points, base_bytes;
+  double peak_megabytes;
+};
+
+// Of stars, every height of which changed, or a tenth of them.
+const MeasuredUpdate kMeasuredUpdates[] = {
+    {16'386, 20'000, 1'144, 24.6},
+    {16'386, 2'500, 1'144, 19.3},
+    {262'146, 200'000, 7'250, 137.0},
+    {262'146, 25'000, 7'250, 87.6},
+};
+
+TEST(MemoryEstimate, OfUpdatesToo) {
+  for (const MeasuredUpdate& measured : kMeasuredUpdates) {
+    SCOPED_TRACE(testing::Message() << measured.points << " points");
+    JobRequest job;
+    job.size.points = measured.points;
+    job.size.base_bytes = measured.base_bytes;
+    job.base_vertices = measured.vertices;
+    const auto estimate = static_cast<double>(EstimateMemory(job)) / 1e6;
+    EXPECT_GT(estimate, measured.peak_megabytes);
+    EXPECT_LT(estimate, 1.6 * measured.peak_megabytes);
+  }
+}
+
 TEST(MemoryEstimate, NeverOfMoreFacesThanTheServerBuilds) {
   JobRequest job;
-  job.point_count = 100'000;
+  job.size.points = 100'000;
   job.options.max_level = 8;
   job.options.control.target_faces = 12'000;
   job.options.max_surface_faces = 1'000'000;

@@ -22,17 +22,17 @@ void ExpectSamePoints(CoordinateType type, int points) {
   const std::string bytes = Bytes<Real>(points);
   const size_t half = bytes.size() / 24 / 2 * 24;
   std::vector<std::string> blocks = {bytes.substr(0, half), bytes.substr(half)};
-  const auto from_memory = ScanBytes(blocks).Decode({type}, points, 0);
+  const auto from_memory = ScanBytes(blocks).Decode({{type}, points});
   auto file = ScanBytes(blocks).TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto from_file = ScanBytes(*std::move(file)).Decode({type}, points, 0);
+  const auto from_file = ScanBytes(*std::move(file)).Decode({{type}, points});
   ASSERT_TRUE(from_memory.ok() && from_file.ok());
-  ASSERT_EQ(from_memory->points.cols(), points);
+  ASSERT_EQ(from_memory->scan.points.cols(), points);
   for (int i = 0; i < 3 * points; ++i) {
-    ASSERT_EQ(from_memory->points.data()[i],
+    ASSERT_EQ(from_memory->scan.points.data()[i],
               static_cast<double>(static_cast<Real>(0.37 * i - 100)));
   }
-  EXPECT_EQ(from_memory->points, from_file->points);
+  EXPECT_EQ(from_memory->scan.points, from_file->scan.points);
 }
 
 TEST(ScanBytes, MemoryAndFileGiveTheSamePoints) {
@@ -57,18 +57,18 @@ TEST(ScanBytes, SightsComeWithTheirPoints) {
       ScanBytes({PackPoints(scan, 0, 30'000, layout), PackPoints(scan, 30'000, 70'000, layout)})
           .TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto decoded = ScanBytes(*std::move(file)).Decode(layout, 70'000, 0);
+  const auto decoded = ScanBytes(*std::move(file)).Decode({layout, 70'000});
   ASSERT_TRUE(decoded.ok()) << decoded.status();
-  EXPECT_EQ(decoded->points, scan.points);
-  EXPECT_EQ(decoded->sights.station_of, scan.sights.station_of);
-  EXPECT_EQ(decoded->sights.normals, scan.sights.normals);
-  EXPECT_EQ(decoded->sights.colors, scan.sights.colors);
+  EXPECT_EQ(decoded->scan.points, scan.points);
+  EXPECT_EQ(decoded->scan.sights.station_of, scan.sights.station_of);
+  EXPECT_EQ(decoded->scan.sights.normals, scan.sights.normals);
+  EXPECT_EQ(decoded->scan.sights.colors, scan.sights.colors);
 }
 
 TEST(ScanBytes, ABrokenFileIsNoticed) {
   auto file = ScanBytes({Bytes<float>(3) + "x"}).TakeFile();
   ASSERT_TRUE(file.ok());
-  EXPECT_EQ(ScanBytes(*std::move(file)).Decode({CoordinateType::kFloat32}, 3, 0).status().code(),
+  EXPECT_EQ(ScanBytes(*std::move(file)).Decode({{CoordinateType::kFloat32}, 3}).status().code(),
             absl::StatusCode::kDataLoss);
 }
 
@@ -85,14 +85,14 @@ TEST(ScanBytes, TrianglesComeBehindThePoints) {
             BytesOfRecords(layout, 40'000, 70'000));
   // A block may hold both.
   const std::vector<std::string> blocks = {points + triangles.substr(0, 12), triangles.substr(12)};
-  const auto from_memory = ScanBytes(blocks).Decode(layout, 40'000, 70'000);
+  const auto from_memory = ScanBytes(blocks).Decode({layout, 40'000, 70'000});
   auto file = ScanBytes(blocks).TakeFile();
   ASSERT_TRUE(file.ok()) << file.status();
-  const auto from_file = ScanBytes(*std::move(file)).Decode(layout, 40'000, 70'000);
+  const auto from_file = ScanBytes(*std::move(file)).Decode({layout, 40'000, 70'000});
   for (const auto* decoded : {&from_memory, &from_file}) {
     ASSERT_TRUE(decoded->ok()) << decoded->status();
-    EXPECT_EQ((*decoded)->points, mesh.points);
-    EXPECT_EQ((*decoded)->triangles, mesh.triangles);
+    EXPECT_EQ((*decoded)->scan.points, mesh.points);
+    EXPECT_EQ((*decoded)->scan.triangles, mesh.triangles);
   }
 }
 
@@ -100,11 +100,34 @@ TEST(ScanBytes, TrianglesComeBehindThePoints) {
 TEST(ScanBytes, OtherCountsThanThoseThatCameAreNoticed) {
   const PointLayout layout{CoordinateType::kFloat32};
   const auto decode = [&](int64_t points, int64_t triangles) {
-    return ScanBytes({std::string(72, '\0')}).Decode(layout, points, triangles).status().code();
+    return ScanBytes({std::string(72, '\0')}).Decode({layout, points, triangles}).status().code();
   };
   EXPECT_EQ(decode(4, 2), absl::StatusCode::kOk);
   EXPECT_EQ(decode(4, 1), absl::StatusCode::kDataLoss);
   EXPECT_EQ(decode(5, 2), absl::StatusCode::kDataLoss);
+}
+
+TEST(ScanBytes, ASurfaceComesBehindThePoints) {
+  const PayloadSize size{
+      .layout = {CoordinateType::kFloat32}, .points = 5, .base_bytes = 2'500'000};
+  std::string surface(static_cast<size_t>(size.base_bytes), '\0');
+  for (size_t i = 0; i < surface.size(); ++i) surface[i] = static_cast<char>(i * i >> 3);
+  const std::string points = Bytes<float>(5);
+  const std::vector<std::string> blocks = {points + surface.substr(0, 1), surface.substr(1)};
+  const auto from_memory = ScanBytes(blocks).Decode(size);
+  auto file = ScanBytes(blocks).TakeFile();
+  ASSERT_TRUE(file.ok()) << file.status();
+  const auto from_file = ScanBytes(*std::move(file)).Decode(size);
+  for (const auto* decoded : {&from_memory, &from_file}) {
+    ASSERT_TRUE(decoded->ok()) << decoded->status();
+    EXPECT_EQ((*decoded)->scan.points.cols(), 5);
+    EXPECT_TRUE(std::equal(surface.begin(), surface.end(), (*decoded)->base.begin(),
+                           (*decoded)->base.end(),
+                           [](char a, uint8_t b) { return static_cast<uint8_t>(a) == b; }));
+  }
+  PayloadSize other = size;
+  --other.base_bytes;
+  EXPECT_EQ(ScanBytes(blocks).Decode(other).status().code(), absl::StatusCode::kDataLoss);
 }
 
 }  // namespace

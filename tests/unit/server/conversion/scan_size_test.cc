@@ -58,6 +58,59 @@ TEST(ScanBytesOf, NeverOverflows) {
   EXPECT_EQ(ScanBytesOf(header), 0);
 }
 
+v1::ReconstructHeader HeaderOfUpdate() {
+  v1::ReconstructHeader header;
+  header.set_point_count(7);
+  header.set_coordinate_format(v1::COORDINATE_FORMAT_FLOAT32_LE);
+  header.mutable_base_surface()->set_bytes(1000);
+  header.mutable_base_surface()->set_vertices(5000);
+  return header;
+}
+
+TEST(ParseHeaderOfUpdate, CountsReachTheirTarget) {
+  v1::ReconstructHeader header = HeaderOfUpdate();
+  header.mutable_base_surface()->set_whole(true);
+  header.mutable_options()->set_threads(1);
+  EXPECT_EQ(ScanBytesOf(header), 7 * 12 + 1000);
+  const auto parsed = ParseHeader(header, {});
+  ASSERT_TRUE(std::holds_alternative<JobRequest>(parsed)) << std::get<CallError>(parsed).message;
+  const auto& request = std::get<JobRequest>(parsed);
+  EXPECT_EQ(request.size.points, 7);
+  EXPECT_EQ(request.size.base_bytes, 1000);
+  EXPECT_EQ(request.base_vertices, 5000);
+  EXPECT_TRUE(request.update.whole);
+  EXPECT_EQ(request.threads, 1);
+}
+
+TEST(ParseHeaderOfUpdate, RefusesWhatDoesNotGoWithIt) {
+  v1::ReconstructHeader header = HeaderOfUpdate();
+  header.set_triangle_count(3);
+  header.mutable_options()->mutable_control()->set_control_faces(100);
+  header.mutable_base_surface()->set_bytes(0);
+  header.mutable_base_surface()->set_vertices(0);
+  const auto fields = [](const v1::ReconstructHeader& wrong, const ServerOptions& limits) {
+    std::vector<std::string> names;
+    const auto parsed = ParseHeader(wrong, limits);
+    if (!std::holds_alternative<CallError>(parsed)) return names;
+    for (const auto& violation : std::get<CallError>(parsed).violations)
+      names.push_back(violation.field);
+    return names;
+  };
+  EXPECT_THAT(fields(header, {}),
+              ElementsAre("header.base_surface.bytes", "header.base_surface.vertices",
+                          "header.triangle_count", "header.options"));
+  ServerOptions limits;
+  limits.max_scan_bytes = 7 * 12 + 999;
+  EXPECT_THAT(fields(HeaderOfUpdate(), limits), ElementsAre("header.base_surface.bytes"));
+  limits = {};
+  limits.max_surface_faces = 4999;
+  EXPECT_THAT(fields(HeaderOfUpdate(), limits), ElementsAre("header.base_surface.vertices"));
+  header = HeaderOfUpdate();
+  header.mutable_base_surface()->set_bytes(~uint64_t{0});
+  EXPECT_EQ(ScanBytesOf(header), 0);
+  EXPECT_THAT(fields(header, {}), ElementsAre("header.base_surface.bytes"));
+}
+
 TEST(ParseHeaderOfMesh, CountsAndOptionsReachTheirTarget) {
   v1::ReconstructHeader header = HeaderOfMesh();
   header.set_colors(true);
@@ -68,9 +121,9 @@ TEST(ParseHeaderOfMesh, CountsAndOptionsReachTheirTarget) {
   const auto parsed = ParseHeader(header, {});
   ASSERT_TRUE(std::holds_alternative<JobRequest>(parsed)) << std::get<CallError>(parsed).message;
   const auto& request = std::get<JobRequest>(parsed);
-  EXPECT_EQ(request.point_count, 1000);
-  EXPECT_EQ(request.triangle_count, 1996);
-  EXPECT_TRUE(request.layout.colors);
+  EXPECT_EQ(request.size.points, 1000);
+  EXPECT_EQ(request.size.triangles, 1996);
+  EXPECT_TRUE(request.size.layout.colors);
   EXPECT_EQ(request.options.control.topology, Topology::kAuto);
   EXPECT_EQ(request.options.control.creases, CreaseRule::kOff);
   EXPECT_EQ(request.options.encode.max_bytes, 9000);

@@ -21,12 +21,12 @@ TEST(JobError, EveryReasonToStopHasItsStatus) {
 
 TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
   JobRequest job;
-  job.point_count = 100'000;
+  job.size.points = 100'000;
   const int64_t enough = EstimateMemory(job);
   ServerOptions options;
   options.memory_budget = enough;
   EXPECT_FALSE(CheckMemory(job, options).has_value());
-  job.point_count = 200'000;
+  job.size.points = 200'000;
   const auto error = CheckMemory(job, options);
   ASSERT_TRUE(error.has_value());
   EXPECT_EQ(error->reason, ErrorCause::kMemoryLimit);
@@ -48,7 +48,7 @@ TEST(JobError, AMeshOfTheClientsIsNamed) {
 
 TEST(JobError, TrianglesAtFaultAreNamed) {
   JobRequest job;
-  job.triangle_count = 8;
+  job.size.triangles = 8;
   const auto field = [&job](const char* text) {
     return FieldAtFault(Stage::kCheck, job, absl::InvalidArgumentError(text));
   };

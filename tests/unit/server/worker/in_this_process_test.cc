@@ -12,8 +12,8 @@ namespace {
 
 JobRequest Request() {
   JobRequest job;
-  job.point_count = 2;
-  job.layout = {CoordinateType::kFloat64};
+  job.size.points = 2;
+  job.size.layout = {CoordinateType::kFloat64};
   job.options.measure = false;
   return job;
 }

@@ -107,10 +107,10 @@ JobResult Compromised() {
 }
 
 absl::StatusOr<JobResult> Answer(const JobRequest& job, ScanBytes points) {
-  const auto scan = std::move(points).Decode(job.layout, job.point_count, job.triangle_count);
+  const auto scan = std::move(points).Decode(job.size);
   if (!scan.ok()) return scan.status();
   JobResult result;
-  result.report.set_points_in(scan->points.cols());
+  result.report.set_points_in(scan->scan.points.cols());
   result.report.set_road_reason(LimitsOfThisProcess());
   result.encoded.chunks = {std::vector<uint8_t>(10, 1), {}, std::vector<uint8_t>(3'000'000, 2), {}};
   return result;
