@@ -49,7 +49,8 @@ class CombineTest(unittest.TestCase):
         for operation, expected, genus in (("union", 10, 0), ("intersection", 2, 0),
                                            ("difference", 6, 1)):
             with self.subTest(operation=operation):
-                surface = self.combine(self.block, self.bar, operation, control_faces=400)
+                surface = self.combine(self.block, self.bar, operation, control_faces=400,
+                                       max_level=1)
                 self.assertAlmostEqual(volume(surface), expected, delta=2e-3 * expected)
                 self.assertEqual(surface.report["genus"], genus)
                 self.assertEqual(surface.report["components"], 1)
@@ -72,7 +73,8 @@ class CombineTest(unittest.TestCase):
         with self.assertRaisesRegex(rilievo.InvalidArgument, "of a it is 0.001, of b None") as caught:
             self.combine(self.surface, self.bar, "union")
         self.assertEqual(caught.exception.parameter, "unit")
-        surface = self.combine(self.surface, self.bar, "union", unit="mm", up="z")
+        surface = self.combine(self.surface, self.bar, "union", unit="mm", up="z", control_faces=400,
+                               max_level=1)
         self.assertEqual(surface.place, rilievo.Place(0.001, "z", None))
 
     def test_what_cannot_be_combined_is_refused(self):

@@ -43,7 +43,7 @@ class ConvertTest(WithServer):
     def test_a_torus_keeps_its_hole(self):
         vertices, faces = torus(80, 40)
         stages = []
-        surface = rilievo.convert(vertices, faces, server=self.server,
+        surface = rilievo.convert(vertices, faces, server=self.server, control_faces=600, max_level=2,
                                   progress=lambda event: stages.append(event.stage))
         self.assertEqual(surface.report["genus"], 1)
         self.assertEqual(surface.report["boundary_loops"], 0)
@@ -57,7 +57,7 @@ class ConvertTest(WithServer):
     def test_an_open_mesh_stays_open(self):
         vertices, faces = torus(80, 40)
         half = faces[(vertices[faces][:, :, 2] >= 3 - 1e-9).all(axis=1)]
-        surface = rilievo.convert(vertices, half, server=self.server)
+        surface = rilievo.convert(vertices, half, server=self.server, control_faces=600, max_level=1)
         self.assertEqual(surface.report["boundary_loops"], 2)
         self.assertEqual(surface.report["genus"], 0)
 
