@@ -37,7 +37,7 @@ after(async () => {
 });
 
 /** A fresh page of its own; whatever it throws fails the test. */
-export async function withPage(address: string, body: (page: Page) => Promise<void>, size = { width: 960, height: 640 }) {
+export async function withPage(address: string, body: (page: Page) => Promise<void>, size = { width: 1280, height: 800 }) {
   const context = await browser.newContext({ viewport: size, acceptDownloads: true, colorScheme: 'light' });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE);
