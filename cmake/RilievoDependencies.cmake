@@ -55,5 +55,5 @@ target_include_directories(rilievo_pcl SYSTEM INTERFACE ${PCL_INCLUDE_DIR})
 target_link_libraries(rilievo_pcl INTERFACE Eigen3::Eigen)
 # By its full name: who links an installed rilievo::core needs libpcl-common1.13, and not libpcl-dev with its
 # five hundred packages.
-find_library(PCL_common_LIBRARY NAMES libpcl_common.so.1.13 pcl_common REQUIRED)
-target_link_libraries(rilievo_pcl INTERFACE ${PCL_common_LIBRARY})
+find_library(RILIEVO_PCL_COMMON_LIBRARY NAMES libpcl_common.so.1.13 pcl_common REQUIRED)
+target_link_libraries(rilievo_pcl INTERFACE ${RILIEVO_PCL_COMMON_LIBRARY})
