@@ -23,8 +23,9 @@ uint32_t ChecksumOf(const JournalEntry& entry) {
 
 }  // namespace
 
-absl::StatusOr<PartJournal> PartJournal::Open(const ScratchFolder& folder) {
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder, "parts"));
+absl::StatusOr<PartJournal> PartJournal::Open(const ScratchFolder& folder,
+                                              const std::string& name) {
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile file, ScratchFile::Create(folder, name));
   PartJournal journal(std::move(file));
   int64_t at = 0;
   for (; at + kEntryBytes <= journal.file_.size(); at += kEntryBytes) {

@@ -1,8 +1,9 @@
-// Which parts of a run are finished.
+// Which parts of a step of a run are finished.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -13,8 +14,9 @@ namespace rilievo {
 
 class PartJournal {
  public:
-  // With the entries that an earlier run has left in the folder. The errors of ScratchFile.
-  static absl::StatusOr<PartJournal> Open(const ScratchFolder& folder);
+  // `name`: of its file. With the entries that an earlier run has left in the folder. The errors of
+  // ScratchFile.
+  static absl::StatusOr<PartJournal> Open(const ScratchFolder& folder, const std::string& name);
 
   // By part, the checksum that Add() was given.
   const std::map<int, uint64_t>& finished() const { return finished_; }

@@ -1,5 +1,7 @@
 #include "core/paging/scratch_surfels.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <span>
 #include <type_traits>
@@ -13,14 +15,15 @@ static_assert(sizeof(Surfel) == 20 && std::is_trivially_copyable_v<Surfel>);
 
 namespace {
 
-// Of one surfel; those of many add up whatever their order.
-uint64_t SumOf(int64_t rank, const Surfel& surfel) {
-  const uint32_t checksum =
-      Crc32c(std::span(reinterpret_cast<const uint8_t*>(&surfel), sizeof(surfel)));
-  uint64_t mixed = (static_cast<uint64_t>(rank) << 32 ^ checksum) + 0x9e3779b97f4a7c15u;
-  mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9u;
-  mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebu;
-  return mixed ^ (mixed >> 31);
+std::span<const uint8_t> BytesOf(const std::vector<Surfel>& surfels) {
+  return {reinterpret_cast<const uint8_t*>(surfels.data()), surfels.size() * sizeof(Surfel)};
+}
+
+// A checksum does not tell who wrote the bytes.
+bool IsPossible(const Surfel& surfel) {
+  const auto& [x, y, z] = surfel.normal;
+  return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) &&
+         std::isfinite(surfel.spacing) && std::isfinite(surfel.noise);
 }
 
 }  // namespace
@@ -33,51 +36,25 @@ absl::StatusOr<ScratchSurfels> ScratchSurfels::Create(const PagedScan& scan) {
   return ScratchSurfels(std::move(blocks), scan.size());
 }
 
-absl::StatusOr<uint64_t> ScratchSurfels::Write(const std::vector<int64_t>& ranks,
-                                               const std::vector<Surfel>& surfels) {
-  uint64_t sum = 0;
-  size_t next = 0;
-  while (next < ranks.size()) {
-    const auto page = static_cast<int>(ranks[next] / kPagePoints);
-    RILIEVO_ASSIGN_OR_RETURN(std::vector<Surfel> of_page, Read(page));
-    for (; next < ranks.size() && ranks[next] / kPagePoints == page; ++next) {
-      of_page[static_cast<size_t>(ranks[next] % kPagePoints)] = surfels[next];
-      sum += SumOf(ranks[next], surfels[next]);
-    }
-    RILIEVO_RETURN_IF_ERROR(WritePage(page, of_page));
-  }
-  return sum;
+absl::StatusOr<uint64_t> ScratchSurfels::Write(int page, const std::vector<Surfel>& surfels) {
+  const std::span<const uint8_t> bytes = BytesOf(surfels);
+  RILIEVO_RETURN_IF_ERROR(blocks_.Write(page, bytes));
+  return Crc32c(bytes);
 }
 
 absl::StatusOr<std::set<int>> ScratchSurfels::Adopt(const std::map<int, uint64_t>& sums) {
-  std::map<int, uint64_t> found;
-  for (int page = 0; page < blocks_.count(); ++page) {
+  std::set<int> there;
+  for (const auto& [page, sum] : sums) {
+    if (page < 0 || page >= blocks_.count()) continue;
     std::vector<Surfel> surfels(static_cast<size_t>(PointsOfPage(page, size_)));
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes,
                              blocks_.Adopt(page, surfels.size() * sizeof(Surfel)));
     std::memcpy(surfels.data(), bytes.data(), bytes.size());
-    bool thinned = false;
-    for (size_t i = 0; i < surfels.size(); ++i) {
-      if (surfels[i].known == Surfel::kFromThinned) {
-        surfels[i] = Surfel();
-        thinned = true;
-      }
-      if (surfels[i].known == 0) continue;
-      found[static_cast<int>(surfels[i].known - 1)] +=
-          SumOf(int64_t{page} * kPagePoints + static_cast<int64_t>(i), surfels[i]);
+    if (Crc32c(bytes) == sum && std::all_of(surfels.begin(), surfels.end(), IsPossible)) {
+      there.insert(page);
     }
-    if (thinned) RILIEVO_RETURN_IF_ERROR(WritePage(page, surfels));
   }
-  std::set<int> whole;
-  for (const auto& [part, sum] : sums) {
-    if (found[part] == sum) whole.insert(part);
-  }
-  return whole;
-}
-
-absl::Status ScratchSurfels::WritePage(int page, const std::vector<Surfel>& surfels) {
-  return blocks_.Write(page, std::span(reinterpret_cast<const uint8_t*>(surfels.data()),
-                                       surfels.size() * sizeof(Surfel)));
+  return there;
 }
 
 absl::StatusOr<std::vector<Surfel>> ScratchSurfels::Read(int page) const {

@@ -1,11 +1,10 @@
-// Normals and spacings of a scan on disk.
+// Normals, spacings and noise of a scan on disk.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <map>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,10 +18,9 @@ namespace rilievo {
 // A point's share of the surface; unit frame.
 struct Surfel {
   std::array<float, 3> normal = {};
-  float spacing = 0;   // 0: the point belongs to no surface
-  uint32_t known = 0;  // from where: 0 not yet, 1 + a part, or kFromThinned
+  float spacing = 0;  // 0: the point belongs to no surface
+  float noise = 0;
 
-  static constexpr uint32_t kFromThinned = ~uint32_t{0};
   bool is_of_surface() const { return spacing > 0; }
 };
 
@@ -32,14 +30,11 @@ class ScratchSurfels {
   // The errors of ScratchBlocks.
   static absl::StatusOr<ScratchSurfels> Create(const PagedScan& scan);
 
-  // Of the points at these ranks (PagedScan::PointsIn), ascending. A checksum of them all.
-  absl::StatusOr<uint64_t> Write(const std::vector<int64_t>& ranks,
-                                 const std::vector<Surfel>& surfels);
-  // Takes over what an earlier run has left in the folder, but for what came of thinned points.
-  // `sums`: by part, what Write() has told. The parts whose surfels are all there as they were.
+  // All of a page; a checksum of them.
+  absl::StatusOr<uint64_t> Write(int page, const std::vector<Surfel>& surfels);
+  // Takes over what an earlier run has left in the folder. `sums`: by page, what Write() has told.
+  // The pages whose surfels are there as they were.
   absl::StatusOr<std::set<int>> Adopt(const std::map<int, uint64_t>& sums);
-  // All of a page.
-  absl::Status WritePage(int page, const std::vector<Surfel>& surfels);
   absl::StatusOr<std::vector<Surfel>> Read(int page) const;
 
  private:

@@ -25,11 +25,11 @@ namespace {
 constexpr char kCoarseName[] = "coarse";
 
 // As many control faces as the scan would have in memory, and more of a large one, as far as the
-// `thinned` points can carry them.
+// `thinned` points show their shape: those of a scan that is thinned are fitted to all points.
 ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points, int64_t thinned) {
   constexpr int64_t kPointsPerFaceInMemory = 30, kFacesInMemory = 12000, kFewestFaces = 200;
   constexpr int64_t kPointsPerFace = 120;
-  constexpr int64_t kThinnedPerFace = 8, kEvenPerFace = 30;
+  constexpr int64_t kThinnedPerFace = 4, kEvenPerFace = 30;
   const int64_t carried = thinned / (thinned < points ? kThinnedPerFace : kEvenPerFace);
   const int64_t in_memory = std::min(points / kPointsPerFaceInMemory, kFacesInMemory);
   const int64_t faces = std::min(std::max(in_memory, points / kPointsPerFace), carried);

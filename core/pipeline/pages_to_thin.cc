@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "core/pipeline/block_surfels.h"
+#include "core/pipeline/analyze_block.h"
 #include "core/scan/clean/check_scan.h"
 #include "core/scan/clean/remove_outliers.h"
 

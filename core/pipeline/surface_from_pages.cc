@@ -6,7 +6,10 @@
 #include <vector>
 
 #include "core/base/status_macros.h"
+#include "core/codec/mesh/prepare_control_mesh.h"
+#include "core/pipeline/analyze_pages.h"
 #include "core/pipeline/code_stored_surface.h"
+#include "core/pipeline/fit_from_pages.h"
 #include "core/pipeline/heights_from_pages.h"
 #include "core/pipeline/points_of_pages.h"
 #include "core/pipeline/sample_heights.h"
@@ -33,6 +36,47 @@ absl::StatusOr<Eigen::Matrix3Xd> SomeOfPages(const PointsOfPages& points, int64_
                                             static_cast<Eigen::Index>(some.size()));
 }
 
+struct MeasuredPages {
+  AnalyzedPages analyzed;
+  ScratchHeights heights;
+};
+
+// Control points and heights of `stored`, which is `coarse` at another level, from all points. The
+// control points stay where the thinned points are all there are, and where arcs, which no fit
+// knows of, have filled holes.
+absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSizes& sizes,
+                                           const ScanSurface& thinned,
+                                           const DisplacedSurface& coarse, const PartCutter& cutter,
+                                           const ReconstructOptions& options,
+                                           const PipelineContext& context, Domain* domain,
+                                           StoredSurface* stored) {
+  constexpr double kAnalyzed = 0.55, kFitted = 0.65;  // of the time
+  const StageScope scope(Stage::kDisplacement, context);
+  const auto told = [&context](double from, double to) {
+    return [&context, from, to](double share) {
+      context.Report(Stage::kDisplacement, from + (to - from) * share);
+    };
+  };
+  const PipelineContext silent = context.Silent();
+  RILIEVO_ASSIGN_OR_RETURN(
+      AnalyzedPages analyzed,
+      AnalyzePages(pages, thinned, sizes.part_points, options, told(0, kAnalyzed), silent));
+  const KnownPoints points{pages, analyzed.surfels, thinned.frame};
+  const FaceParts parts(pages, thinned, coarse, cutter.topology(), sizes.part_points);
+  if (pages.size() > sizes.coarse_points && !domain->is_filled) {
+    domain->fit.control_mesh = stored->control_mesh;
+    RILIEVO_ASSIGN_OR_RETURN(domain->fit,
+                             FitFromPages(points, parts, cutter, domain->fit, options.fit,
+                                          told(kAnalyzed, kFitted), silent));
+    RILIEVO_ASSIGN_OR_RETURN(stored->control_mesh,
+                             QuantizeControlMesh(domain->fit.control_mesh, domain->position_step));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ScratchHeights heights,
+                           MeasureHeightsFromPages(points, parts, cutter, stored->max_level,
+                                                   options.displacement, told(kFitted, 1), silent));
+  return MeasuredPages{std::move(analyzed), std::move(heights)};
+}
+
 }  // namespace
 
 absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const PartSizes& sizes,
@@ -49,8 +93,9 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
                                     coarse->all_points.noise, stored.control_mesh.faces.cols()));
   RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(stored.control_mesh));
   RILIEVO_ASSIGN_OR_RETURN(const MeasuredPages measured,
-                           MeasureHeightsFromPages(pages, scan, surface, cutter, stored.max_level,
-                                                   sizes.part_points, options, context));
+                           MeasurePages(pages, sizes, scan, surface, cutter, options, context,
+                                        &sampled.domain, &stored));
+  surface.control_mesh = stored.control_mesh;
   stored.heights = &measured.heights;
   stored.source_counts = measured.heights.source_counts();
   surface.max_level = stored.max_level;
@@ -64,9 +109,10 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   ReconstructOptions grouped = options;
   if (group) grouped.encode.group_faces = *group;
   RILIEVO_ASSIGN_OR_RETURN(PointsOfPages points,
-                           PointsOfPages::Create(pages, measured.surfels, stored.frame));
+                           PointsOfPages::Create(pages, measured.analyzed.surfels, stored.frame));
   if (options.measure && !options.encode.max_error) {
-    RILIEVO_ASSIGN_OR_RETURN(some.some, SomeOfPages(points, measured.points_of_surface, context));
+    RILIEVO_ASSIGN_OR_RETURN(some.some,
+                             SomeOfPages(points, measured.analyzed.points_of_surface, context));
   }
   RILIEVO_ASSIGN_OR_RETURN(
       CodedStoredSurface coded,
@@ -83,7 +129,7 @@ absl::StatusOr<FinishedSurface> FinishFromPages(const PagedScan& pages, const Pa
   finished.coded.uncoded = coded.uncoded;
   finished.certified = {std::move(coded.encoded), coded.error};
   finished.source_counts = stored.source_counts;
-  finished.points_used = measured.points_of_surface;
+  finished.points_used = measured.analyzed.points_of_surface;
   return finished;
 }
 

@@ -18,7 +18,7 @@
 #include "core/loop/face_vertices.h"
 #include "core/loop/level_rings.h"
 #include "core/loop/refinement.h"
-#include "core/pipeline/block_surfels.h"
+#include "core/pipeline/analyze_block.h"
 #include "core/pipeline/certificate.h"
 #include "core/pipeline/points_on_surface.h"
 #include "core/scan/scan_surface.h"

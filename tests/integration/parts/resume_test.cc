@@ -124,6 +124,7 @@ TEST_F(ResumeTest, WhatIsDamagedIsDoneAgain) {
   RunUntil(At(Stage::kEncode, 0.0));
   DamageFile("surfels", 20 * 5000 + 3);
   DamageFile("heights", 1000);
+  DamageFile("fit", 100);
   RunUntil(AfterCoding());
   DamageFile("coded", 300);
   RunUntil(AfterCoding());
@@ -140,7 +141,7 @@ TEST_F(ResumeTest, WhatDoesNotFitIsDoneAgainWhateverItsChecksum) {
   {
     const KeptScratch scratch = KeptScratch::Open(path_, "torus").value();
     const ScratchFolder& folder = scratch.folder();
-    PartJournal journal = PartJournal::Open(folder).value();
+    PartJournal journal = PartJournal::Open(folder, "parts").value();
     for (const int part : {1'000'000, -1'000'000}) ASSERT_TRUE(journal.Add(part, 0).ok());
     std::vector<uint8_t> coarse = folder.Load("coarse").value();
     // It ends with level, heights and sources, the latter two behind their number.

@@ -35,29 +35,31 @@ TEST(ScratchBlocks, NameADamagedOne) {
   EXPECT_THAT(status.message(), ::testing::HasSubstr("block 1 of 3"));
 }
 
-TEST(ScratchSurfels, AreKeptByRank) {
+TEST(ScratchSurfels, AreKeptByPage) {
   ScanPager pager = ScanPager::Create(::testing::TempDir()).value();
   ASSERT_TRUE(pager.Add(SphereCloud(10000, 3).cloud.points).ok());
   const PagedScan scan = pager.Finish(RunContext{}).value();
   ScratchSurfels surfels = ScratchSurfels::Create(scan).value();
-  const std::vector<int64_t> ranks = {7, kPagePoints, kPagePoints + 3, scan.size() - 1};
-  std::vector<Surfel> written;
-  for (const int64_t rank : ranks) {
-    written.push_back({{1, 0, 0}, static_cast<float>(rank), 1});
+  for (const int page : {2, 0}) {
+    std::vector<Surfel> of_page(static_cast<size_t>(PointsOfPage(page, scan.size())));
+    for (size_t i = 0; i < of_page.size(); ++i) {
+      of_page[i] = {{1, 0, 0}, static_cast<float>(page * kPagePoints + i), 0.5f};
+    }
+    ASSERT_TRUE(surfels.Write(page, of_page).ok());
   }
-  ASSERT_TRUE(surfels.Write(ranks, written).ok());
-  int known = 0;
+  int64_t of_surface = 0;
   for (int page = 0; page < 3; ++page) {
     const std::vector<Surfel> of_page = surfels.Read(page).value();
     EXPECT_EQ(static_cast<int64_t>(of_page.size()), PointsOfPage(page, scan.size()));
     for (size_t i = 0; i < of_page.size(); ++i) {
-      if (of_page[i].known == 0) continue;
+      if (!of_page[i].is_of_surface()) continue;
       EXPECT_EQ(of_page[i].spacing, static_cast<float>(page * kPagePoints + i));
-      EXPECT_TRUE(of_page[i].is_of_surface());
-      ++known;
+      EXPECT_EQ(of_page[i].noise, 0.5f);
+      ++of_surface;
     }
   }
-  EXPECT_EQ(known, 4);
+  // Page 1 was never written, and the first spacing of page 0 is none.
+  EXPECT_EQ(of_surface, kPagePoints - 1 + PointsOfPage(2, scan.size()));
 }
 
 }  // namespace

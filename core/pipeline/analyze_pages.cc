@@ -1,0 +1,236 @@
+#include "core/pipeline/analyze_pages.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/base/freed_memory.h"
+#include "core/base/status_macros.h"
+#include "core/paging/part_journal.h"
+#include "core/pipeline/analyze_block.h"
+
+namespace rilievo {
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+// Points so far from a run tell of its points too; in spacings of the thinned points. Normals agree
+// with those of the whole scan from four spacings of all points on.
+constexpr double kAnalysisHalo = 8;
+
+Surfel SurfelOf(const OrientedCloud& cloud, Eigen::Index i) {
+  const Eigen::Vector3f normal = cloud.normals.col(i).cast<float>();
+  return {{normal.x(), normal.y(), normal.z()}, cloud.spacing[i], cloud.noise[i]};
+}
+
+// Pages [begin, end) and all pages that hold points of their halo, ascending.
+struct PageRun {
+  int begin = 0, end = 0;
+  std::vector<int> read;
+};
+
+// The pages of a scan in runs, each of which is read with its halo.
+class PageRuns {
+ public:
+  // `halo`: scan unit.
+  PageRuns(const PagedScan& scan, double halo) : scan_(scan) {
+    for (const Page& page : scan.pages()) {
+      around_.emplace_back(page.box.min().array() - halo, page.box.max().array() + halo);
+    }
+  }
+
+  std::vector<PageRun> Cut(int64_t most_points) const {
+    std::vector<PageRun> runs;
+    if (!around_.empty()) {
+      Split(RunOf(0, static_cast<int>(around_.size())), most_points / kPagePoints, &runs);
+    }
+    return runs;
+  }
+
+  // Whether the point of a page outside of the run lies in its halo.
+  bool IsAround(const PageRun& run, const Eigen::Vector3d& point) const {
+    return std::any_of(around_.begin() + run.begin, around_.begin() + run.end,
+                       [&](const Box& box) { return box.contains(point); });
+  }
+
+ private:
+  PageRun RunOf(int begin, int end) const {
+    PageRun run{begin, end, {}};
+    Box all;
+    for (int page = begin; page < end; ++page) all.extend(around_[page]);
+    for (int page = 0; page < static_cast<int>(around_.size()); ++page) {
+      const Box& box = scan_.pages()[page].box;
+      const auto touches = [&](const Box& around) { return around.intersects(box); };
+      if ((page >= begin && page < end) ||
+          (touches(all) && std::any_of(around_.begin() + begin, around_.begin() + end, touches))) {
+        run.read.push_back(page);
+      }
+    }
+    return run;
+  }
+
+  // Halves that read nearly as much as the whole are not worth their work.
+  void Split(PageRun run, int64_t most_pages, std::vector<PageRun>* runs) const {
+    constexpr double kWorthwhile = 0.8;
+    const auto pages = static_cast<double>(run.read.size());
+    if (run.end - run.begin > 1 && pages > static_cast<double>(most_pages)) {
+      const int middle = run.begin + (run.end - run.begin) / 2;
+      PageRun first = RunOf(run.begin, middle), second = RunOf(middle, run.end);
+      const auto most = static_cast<double>(std::max(first.read.size(), second.read.size()));
+      if (most < kWorthwhile * pages) {
+        Split(std::move(first), most_pages, runs);
+        Split(std::move(second), most_pages, runs);
+        return;
+      }
+    }
+    runs->push_back(std::move(run));
+  }
+
+  const PagedScan& scan_;
+  std::vector<Box> around_;  // of each page, with its halo; scan frame
+};
+
+// The points of a run and its halo, in order; unit frame.
+struct RunPoints {
+  Eigen::Matrix3Xd points;
+  Eigen::Index first = 0;  // column of the first of the run itself
+};
+
+absl::StatusOr<RunPoints> ReadRun(const PagedScan& scan, const PageRuns& runs, const PageRun& run,
+                                  const SpatialFrame& frame, const RunContext& context) {
+  std::vector<Eigen::Vector3d> within;
+  RunPoints found;
+  for (const int page : run.read) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (page == run.begin) found.first = static_cast<Eigen::Index>(within.size());
+    const bool own = page >= run.begin && page < run.end;
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, scan.Read(page));
+    for (const auto point : points.colwise()) {
+      if (own || runs.IsAround(run, point)) within.push_back(frame.UnitFromScan(point));
+    }
+  }
+  found.points = Eigen::Map<const Eigen::Matrix3Xd>(within.front().data(), 3,
+                                                    static_cast<Eigen::Index>(within.size()));
+  return found;
+}
+
+// Of points too few to be analyzed: those of the surface lie where thinned points of it are near.
+absl::StatusOr<std::vector<Surfel>> SurfelsFromThinned(const Eigen::Matrix3Xd& points,
+                                                       const ScanSurface& coarse,
+                                                       const RunContext& context) {
+  constexpr double kNearSpacings = 3;
+  const OrientedCloud& cloud = coarse.cloud;
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<int> nearest,
+                           coarse.index.NearestOfEach(points, context));
+  std::vector<Surfel> surfels(nearest.size());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const int near = nearest[i];
+    const double away = (points.col(i) - cloud.points.col(near)).norm();
+    if (away <= kNearSpacings * cloud.spacing[near]) surfels[i] = SurfelOf(cloud, near);
+  }
+  return surfels;
+}
+
+// By column of `points`, which are those of a run and its halo.
+absl::StatusOr<std::vector<Surfel>> SurfelsOf(const Eigen::Matrix3Xd& points,
+                                              int64_t points_of_scan, const ScanSurface& coarse,
+                                              const ReconstructOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const AnalyzedBlock block,
+                           AnalyzeBlock(points, points_of_scan, coarse, options, context));
+  if (block.cloud.points.cols() == 0) return SurfelsFromThinned(points, coarse, context);
+  std::vector<Surfel> surfels(static_cast<size_t>(points.cols()));
+  for (size_t i = 0; i < block.source.size(); ++i) {
+    surfels[block.source[i]] = SurfelOf(block.cloud, static_cast<Eigen::Index>(i));
+  }
+  return surfels;
+}
+
+double MiddleOf(std::vector<float> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+absl::StatusOr<int64_t> PointsOfSurface(const PagedScan& scan, const ScratchSurfels& surfels,
+                                        const RunContext& context) {
+  int64_t count = 0;
+  for (int page = 0; page < static_cast<int>(scan.pages().size()); ++page) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Surfel> of_page, surfels.Read(page));
+    count += std::count_if(of_page.begin(), of_page.end(),
+                           [](const Surfel& surfel) { return surfel.is_of_surface(); });
+  }
+  return count;
+}
+
+}  // namespace
+
+absl::StatusOr<AnalyzedPages> AnalyzePages(const PagedScan& scan, const ScanSurface& coarse,
+                                           int64_t part_points, const ReconstructOptions& options,
+                                           const std::function<void(double)>& told,
+                                           const RunContext& context) {
+  const double halo = kAnalysisHalo * coarse.cloud.median_spacing * coarse.frame.diagonal;
+  const PageRuns cutter(scan, halo);
+  RILIEVO_ASSIGN_OR_RETURN(ScratchSurfels surfels, ScratchSurfels::Create(scan));
+  RILIEVO_ASSIGN_OR_RETURN(PartJournal journal, PartJournal::Open(scan.scratch_folder(), "known"));
+  RILIEVO_ASSIGN_OR_RETURN(const std::set<int> there, surfels.Adopt(journal.finished()));
+  for (const PageRun& run : cutter.Cut(part_points)) {
+    told(static_cast<double>(run.begin) / static_cast<double>(scan.pages().size()));
+    bool done = true;
+    for (int page = run.begin; page < run.end; ++page) done = done && there.count(page) != 0;
+    if (done) continue;
+    RILIEVO_ASSIGN_OR_RETURN(RunPoints read, ReadRun(scan, cutter, run, coarse.frame, context));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Surfel> of_run,
+                             SurfelsOf(read.points, scan.size(), coarse, options, context));
+    auto next = of_run.begin() + static_cast<std::ptrdiff_t>(read.first);
+    for (int page = run.begin; page < run.end; ++page) {
+      const auto begin = next;
+      next += static_cast<std::ptrdiff_t>(PointsOfPage(page, scan.size()));
+      RILIEVO_ASSIGN_OR_RETURN(const uint64_t sum,
+                               surfels.Write(page, std::vector<Surfel>(begin, next)));
+      RILIEVO_RETURN_IF_ERROR(journal.Add(page, sum));
+    }
+    ReleaseToOsAfter(scan.size());
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t count, PointsOfSurface(scan, surfels, context));
+  return AnalyzedPages{std::move(surfels), count};
+}
+
+absl::StatusOr<OrientedCloud> CloudIn(const Eigen::AlignedBox3d& box, const KnownPoints& known,
+                                      const RunContext& context) {
+  const PagedScan& scan = known.scan;
+  const SpatialFrame& frame = known.frame;
+  const Box in_scan(frame.ScanFromUnit(box.min()), frame.ScanFromUnit(box.max()));
+  std::vector<Eigen::Vector3d> places, normals;
+  OrientedCloud cloud;
+  for (int page = 0; page < static_cast<int>(scan.pages().size()); ++page) {
+    if (!in_scan.intersects(scan.pages()[page].box)) continue;
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    RILIEVO_ASSIGN_OR_RETURN(const Eigen::Matrix3Xd points, scan.Read(page));
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<Surfel> of_page, known.surfels.Read(page));
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const Surfel& surfel = of_page[i];
+      if (!surfel.is_of_surface() || !in_scan.contains(points.col(i))) continue;
+      places.push_back(frame.UnitFromScan(points.col(i)));
+      const auto& [x, y, z] = surfel.normal;
+      normals.push_back(Eigen::Vector3d(x, y, z).normalized());
+      cloud.spacing.push_back(surfel.spacing);
+      cloud.noise.push_back(surfel.noise);
+    }
+  }
+  const auto columns = [](const std::vector<Eigen::Vector3d>& of) {
+    return Eigen::Map<const Eigen::Matrix3Xd>(of.empty() ? nullptr : of.front().data(), 3,
+                                              static_cast<Eigen::Index>(of.size()));
+  };
+  cloud.points = columns(places);
+  cloud.normals = columns(normals);
+  cloud.median_spacing = MiddleOf(cloud.spacing);
+  cloud.median_noise = MiddleOf(cloud.noise);
+  return cloud;
+}
+
+}  // namespace rilievo
