@@ -126,10 +126,10 @@ TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
   EXPECT_EQ(parts.report.points_used, 60000);
 }
 
-// A control mesh fitted to an eighth of the points would take up most of their noise.
+// Fitted to an eighth of the points it would be 6 % farther off.
 TEST(PagedScanTest, ThinnedOrNotTheDomainIsFittedToAllPoints) {
   const ShapePtr shape = MakeShape("genus2").value();
-  const Eigen::Matrix3Xd points = EvenPoints(*shape, 24000, 0.002);
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 24000);
   const auto domain_rms = [&](int64_t coarse_points) {
     ReconstructOptions options;
     options.max_level = 1;
@@ -139,7 +139,7 @@ TEST(PagedScanTest, ThinnedOrNotTheDomainIsFittedToAllPoints) {
     std::fill(surface.heights.begin(), surface.heights.end(), 0.0f);
     return RmsFrom(*shape, surface);
   };
-  EXPECT_LT(domain_rms(3000), 1.15 * domain_rms(24000));
+  EXPECT_LT(domain_rms(3000), 1.02 * domain_rms(24000));
 }
 
 // Of a scan that is thinned to a sixth; coded at once, and in blocks.
