@@ -66,7 +66,7 @@ absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArgume
       {std::string("rilievo " RILIEVO_VERSION), absolute, absl::StrCat(file.st_size),
        absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec), arguments.format,
        asked.SerializeAsString(), options.height_step, options.max_error, options.close_holes_below,
-       place.unit, place.up, place.crs},
+       options.bridge_gaps_below, place.unit, place.up, place.crs},
       std::string(1, '\0'));
 }
 

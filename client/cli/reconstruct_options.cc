@@ -128,6 +128,10 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
          "close holes whose rim, once around, is shorter than this, written like "
          "--max-error; larger ones and the outer border of a sheet stay open; default none")
       ->check(IsLength(kShortestRim, kLongestRim));
+  app->add_option("--bridge-gaps-below", a->bridge_gaps_below,
+                  "join pieces whose borders run along each other less than this apart, written "
+                  "like --max-error; default none")
+      ->check(IsLength(kNarrowestGap, kWidestGap));
   if (input == ShapeInput::kScan) AddScanShapeOptions(app, a);
   AddPlaceOptions(app, &a->place);
   app->add_option("--seed", a->seed, "seed of all random choices; default 0");
@@ -203,6 +207,10 @@ absl::Status SetPlace(const ReconstructArguments& arguments, const std::string& 
       "--close-holes-below", arguments.close_holes_below,
       [&](double v) { control.set_close_holes_below_ratio(v); },
       [&](double v) { control.set_close_holes_below_length(v); }));
+  RILIEVO_RETURN_IF_ERROR(set(
+      "--bridge-gaps-below", arguments.bridge_gaps_below,
+      [&](double v) { control.set_bridge_gaps_below_ratio(v); },
+      [&](double v) { control.set_bridge_gaps_below_length(v); }));
   return set(
       "--height-step", arguments.height_step, [&](double v) { encode.set_height_step_ratio(v); },
       [&](double v) { encode.set_height_step_length(v); });

@@ -23,8 +23,8 @@ struct ReconstructArguments {
   std::string stations = "auto", normals = "auto", colors = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed, max_bytes;
-  std::string height_step, max_error,
-      close_holes_below;  // lengths, see length_words.h; empty: not given
+  std::string height_step, max_error, close_holes_below,
+      bridge_gaps_below;  // lengths, see length_words.h; empty: not given
   PlaceArguments place;
   bool no_measure = false;
 };

@@ -11,7 +11,7 @@ namespace rilievo {
 namespace {
 
 // By the last word of the path, or by a word within it.
-constexpr std::array<std::pair<absl::string_view, const char*>, 22> kOptions = {{
+constexpr std::array<std::pair<absl::string_view, const char*>, 24> kOptions = {{
     {"max_level", "--max-level"},
     {"threads", "--threads"},
     {"seed", "--seed"},
@@ -21,6 +21,8 @@ constexpr std::array<std::pair<absl::string_view, const char*>, 22> kOptions = {
     {"normals", "--normals"},
     {"close_holes_below_ratio", "--close-holes-below"},
     {"close_holes_below_length", "--close-holes-below"},
+    {"bridge_gaps_below_ratio", "--bridge-gaps-below"},
+    {"bridge_gaps_below_length", "--bridge-gaps-below"},
     {"creases", "--creases"},
     {"control_faces", "--control-faces"},
     {"control_mesh", "--control-mesh"},

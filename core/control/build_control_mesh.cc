@@ -9,6 +9,7 @@
 #include "core/control/choose_topology.h"
 #include "core/control/planar/planar_control_mesh.h"
 #include "core/control/spherical/spherical_control_mesh.h"
+#include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"
 #include "core/control/topology/trim_surface.h"
 #include "core/control/user_control_mesh.h"
@@ -125,6 +126,10 @@ absl::StatusOr<ControlMeshResult> BuildControlMesh(OrientedCloud cloud, const Ne
     cloud = std::move(made.cloud);
   }
   result.cloud = std::move(cloud);
+  if (options.bridge_gaps_below > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        result.mesh, BridgeGaps(std::move(result.mesh), options.bridge_gaps_below, context));
+  }
   if (options.close_holes_below > 0) {
     RILIEVO_ASSIGN_OR_RETURN(
         result.mesh, CloseHoles(std::move(result.mesh), options.close_holes_below, context));

@@ -33,6 +33,12 @@ absl::Status ControlOptions::Validate() const {
                                                    " of the diagonal; it must be 0 or lie in [",
                                                    kShortestRim, ", ", kLongestRim, "]"));
   }
+  if (bridge_gaps_below != 0 &&
+      !(bridge_gaps_below >= kNarrowestGap && bridge_gaps_below <= kWidestGap)) {
+    return absl::InvalidArgumentError(absl::StrCat("bridge_gaps_below is ", bridge_gaps_below,
+                                                   " of the diagonal; it must be 0 or lie in [",
+                                                   kNarrowestGap, ", ", kWidestGap, "]"));
+  }
   if (topology == Topology::kMesh) {
     return absl::InvalidArgumentError("topology mesh is that of a given mesh; leave it auto");
   }

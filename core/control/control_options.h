@@ -29,6 +29,7 @@ enum class CreaseRule {
 const char* TopologyName(Topology topology);
 
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
+inline constexpr double kNarrowestGap = 1e-6, kWidestGap = 1;
 // The most that may be asked for or given.
 inline constexpr int kMostControlFaces = 200000;
 
@@ -39,6 +40,9 @@ struct ControlOptions {
   // Holes whose rim is shorter are closed under BoundaryRule::kKeep too, see CloseHoles(); fraction
   // of the diagonal. 0 (none) or [kShortestRim, kLongestRim].
   double close_holes_below = 0;
+  // Gaps between pieces that are narrower are bridged, whatever the boundary rule, see
+  // BridgeGaps(); fraction of the diagonal. 0 (none) or [kNarrowestGap, kWidestGap].
+  double bridge_gaps_below = 0;
   // About how many control faces; 0: chosen from the number of points. [0, 200000], of which
   // UsefulControlFaces() are made.
   int target_faces = 0;
@@ -48,7 +52,9 @@ struct ControlOptions {
   absl::Status Validate() const;
 
   // Whether parts that no point tells of are made on purpose.
-  bool fills_holes() const { return boundary == BoundaryRule::kClose || close_holes_below > 0; }
+  bool fills_holes() const {
+    return boundary == BoundaryRule::kClose || close_holes_below > 0 || bridge_gaps_below > 0;
+  }
 };
 
 }  // namespace rilievo

@@ -14,6 +14,7 @@ struct Range {
 };
 constexpr Range kMaxError{1e-6, 0.1}, kHeightStep{1e-9, kMaxStep};
 constexpr Range kRim{kShortestRim, kLongestRim};
+constexpr Range kGap{kNarrowestGap, kWidestGap};
 
 absl::Status CheckLength(const char* name, std::optional<double> length, bool has_fraction) {
   if (!length) return absl::OkStatus();
@@ -43,6 +44,8 @@ absl::Status OptionLengths::Validate(const ControlOptions& control,
                                      const EncodeOptions& encode) const {
   RILIEVO_RETURN_IF_ERROR(
       CheckLength("close_holes_below", close_holes_below, control.close_holes_below > 0));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckLength("bridge_gaps_below", bridge_gaps_below, control.bridge_gaps_below > 0));
   RILIEVO_RETURN_IF_ERROR(CheckLength("max_error", max_error, encode.max_error.has_value()));
   RILIEVO_RETURN_IF_ERROR(CheckLength("height_step", height_step, encode.height_step > 0));
   if (max_error && encode.max_bytes) {
@@ -59,6 +62,11 @@ absl::StatusOr<ReconstructOptions> WithoutLengths(ReconstructOptions options, do
     RILIEVO_ASSIGN_OR_RETURN(
         options.control.close_holes_below,
         Fraction("close_holes_below", *lengths.close_holes_below, diagonal, kRim));
+  }
+  if (lengths.bridge_gaps_below) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        options.control.bridge_gaps_below,
+        Fraction("bridge_gaps_below", *lengths.bridge_gaps_below, diagonal, kGap));
   }
   if (lengths.max_error) {
     RILIEVO_ASSIGN_OR_RETURN(options.encode.max_error,

@@ -43,6 +43,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("topology", o.control.topology, Names(kTopologies));
   visit("boundary", o.control.boundary, Names(kBoundaries));
   visit("close_holes_below", o.control.close_holes_below);
+  visit("bridge_gaps_below", o.control.bridge_gaps_below);
   visit("creases", o.control.creases, Names(kCreases));
   visit("target_faces", o.control.target_faces);
   visit("method", o.fit.method, Names(kMethods));

@@ -27,6 +27,7 @@ namespace rilievo {
 // diagonal once that is known. Each is above 0, and excludes the same option given as a fraction.
 struct OptionLengths {
   std::optional<double> close_holes_below;       // of control
+  std::optional<double> bridge_gaps_below;       // likewise
   std::optional<double> max_error, height_step;  // of encode
   absl::Status Validate(const ControlOptions& control, const EncodeOptions& encode) const;
 };

@@ -93,9 +93,11 @@ absl::StatusOr<SampledSurface> SampleHeights(const ScanSurface& scan, Topology t
     const ControlMesh& mesh = domain.fit.control_mesh;
     RILIEVO_ASSIGN_OR_RETURN(const std::vector<float> unmeasured,
                              UnmeasuredShares(mesh, scan.cloud, scan.index, context));
-    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh cut,
-                             TrimUnmeasured(mesh, unmeasured, scan.cloud, scan.index,
-                                            options.control.close_holes_below, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        const ControlMesh cut,
+        TrimUnmeasured(mesh, unmeasured, scan.cloud, scan.index,
+                       {options.control.close_holes_below, options.control.bridge_gaps_below},
+                       context));
     if (cut.faces.cols() < mesh.faces.cols()) {
       RILIEVO_ASSIGN_OR_RETURN(domain, FitDomain(scan, cut, options, context));
     }

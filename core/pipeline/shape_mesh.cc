@@ -8,6 +8,7 @@
 #include "core/base/status_macros.h"
 #include "core/control/creases/sharp_edges.h"
 #include "core/control/shape_control_mesh.h"
+#include "core/control/topology/bridge_gaps.h"
 #include "core/control/topology/close_holes.h"
 #include "core/meshes/scan_of_mesh.h"
 #include "core/meshes/split_edges.h"
@@ -83,6 +84,10 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
   RILIEVO_ASSIGN_OR_RETURN(
       control.mesh, ShapeControlMesh(std::move(shape), scan->cloud, scan->index, options.creases,
                                      target_faces, kBorderWeight, context));
+  if (options.bridge_gaps_below > 0) {
+    RILIEVO_ASSIGN_OR_RETURN(
+        control.mesh, BridgeGaps(std::move(control.mesh), options.bridge_gaps_below, context));
+  }
   if (options.close_holes_below > 0) {
     RILIEVO_ASSIGN_OR_RETURN(
         control.mesh, CloseHoles(std::move(control.mesh), options.close_holes_below, context));

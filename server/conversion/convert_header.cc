@@ -260,6 +260,15 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Option
     reader.Violate("close_holes_below_length",
                    "set, and close_holes_below_ratio too; leave one of the two out");
   }
+  reader.Read("bridge_gaps_below_ratio", from.has_bridge_gaps_below_ratio(),
+              from.bridge_gaps_below_ratio(), {kNarrowestGap, kWidestGap},
+              &control->bridge_gaps_below);
+  reader.Read("bridge_gaps_below_length", from.has_bridge_gaps_below_length(),
+              from.bridge_gaps_below_length(), kLength, &lengths->bridge_gaps_below);
+  if (from.has_bridge_gaps_below_ratio() && from.has_bridge_gaps_below_length()) {
+    reader.Violate("bridge_gaps_below_length",
+                   "set, and bridge_gaps_below_ratio too; leave one of the two out");
+  }
 }
 
 // What a scan has or may ask for, and a mesh does not.

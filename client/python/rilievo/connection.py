@@ -46,6 +46,8 @@ _PARAMETERS = {
     "height_step_length": "height_step", "max_error_length": "max_error", "metres_per_unit": "unit",
     "close_holes_below_ratio": "close_holes_below",
     "close_holes_below_length": "close_holes_below",
+    "bridge_gaps_below_ratio": "bridge_gaps_below",
+    "bridge_gaps_below_length": "bridge_gaps_below",
     "control_mesh": "control_mesh",
 }
 _SAME = ("max_bytes", "topology", "boundary", "creases", "stations", "normals", "control_faces",

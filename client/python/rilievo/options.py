@@ -36,6 +36,8 @@ class MeshOptions(TypedDict, total=False):
     """Whether sharp edges become creases of the surface."""
     close_holes_below: Union[float, str, None]
     """Holes whose rim is shorter are closed, whatever the boundary; others stay as they are."""
+    bridge_gaps_below: Union[float, str, None]
+    """Pieces whose borders run along each other less than this apart are joined."""
     control_faces: Optional[int]
     """About how many."""
     fit: Optional[Fit]
@@ -165,7 +167,8 @@ def as_message(options: Union[Options, MeshOptions], function: str = "reconstruc
     if crs is not None:
         message.place.crs = str(crs)
     for parameter, target in (("max_error", message.encode), ("height_step", message.encode),
-                              ("close_holes_below", message.control)):
+                              ("close_holes_below", message.control),
+                              ("bridge_gaps_below", message.control)):
         if parameter in given:
             _set_length(target, parameter, given.pop(parameter), unit)
     for parameter, value in given.items():

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/base/ablation.h"
@@ -13,6 +14,7 @@
 #include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/loop/refinement.h"
+#include "core/surface/closest_point_tree.h"
 
 namespace rilievo {
 namespace {
@@ -91,6 +93,44 @@ double RimLength(const ControlMesh& mesh, const MeshTopology& topology, const Fa
   return length;
 }
 
+// By face, the number of its part among those of connected measured faces; -1: not measured.
+std::vector<int> MeasuredParts(const MeshTopology& topology, std::vector<uint8_t> measured) {
+  std::vector<int> part(measured.size(), -1);
+  for (uint8_t& flag : measured) flag = flag == 0;  // taken, for RegionOf()
+  for (int f = 0, number = 0; f < topology.face_count(); ++f) {
+    if (measured[f] != 0) continue;
+    for (const int face : RegionOf(topology, f, &measured).faces) part[face] = number;
+    ++number;
+  }
+  return part;
+}
+
+// Whether it lies between two parts, everywhere within `gap` of one.
+absl::StatusOr<bool> JoinsParts(const ControlMesh& mesh, const MeshTopology& topology,
+                                const FaceRegion& region, const std::vector<int>& part, double gap,
+                                const RunContext& context) {
+  std::set<int> parts;
+  std::vector<int> rim;
+  for (const int f : region.faces) {
+    for (int k = 0; k < 3; ++k) {
+      const int neighbor = topology.face_neighbors(k, f);
+      if (neighbor < 0 || part[neighbor] < 0) continue;
+      parts.insert(part[neighbor]);
+      for (const int v : topology.edge_vertices.col(topology.face_edges(k, f))) rim.push_back(v);
+    }
+  }
+  if (parts.size() < 2) return false;
+  const Eigen::Matrix3Xd places = mesh.vertices(Eigen::all, rim);
+  RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                           ClosestPointTree::Build(places, {}, context));
+  for (const int f : region.faces) {
+    for (const int v : mesh.faces.col(f)) {
+      if (!tree.HasWithin(mesh.vertices.col(v), gap)) return false;
+    }
+  }
+  return true;
+}
+
 // The kept faces with the tags of their edges and vertices.
 ControlMesh KeptPart(const ControlMesh& mesh, const std::vector<uint8_t>& keep) {
   MeshSubset part = KeepFaces(mesh, keep);
@@ -133,7 +173,7 @@ absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
 absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const std::vector<float>& unmeasured,
                                            const OrientedCloud& cloud, const PointIndex& index,
-                                           double filled_rim, const RunContext& context) {
+                                           const FilledParts& filled, const RunContext& context) {
   if (IsLeftOut(Mechanism::kTrimUnmeasured)) return mesh;
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
@@ -142,13 +182,20 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
   for (size_t f = 0; f < taken.size(); ++f) {
     taken[f] = static_cast<double>(unmeasured[f]) < kUnmeasuredShare;
   }
+  std::vector<int> part;
+  if (filled.gap > 0) part = MeasuredParts(topology, taken);
   for (int f = 0; f < topology.face_count(); ++f) {
     if (taken[f] != 0) continue;
     const FaceRegion region = RegionOf(topology, f, &taken);
     if (!region.touches_boundary &&
         (WidthInSpacings(mesh, region, cloud, index) <= kFilledHoleSpacings ||
-         RimLength(mesh, topology, region) < filled_rim)) {
+         RimLength(mesh, topology, region) < filled.rim)) {
       continue;
+    }
+    if (filled.gap > 0) {
+      RILIEVO_ASSIGN_OR_RETURN(const bool joins,
+                               JoinsParts(mesh, topology, region, part, filled.gap, context));
+      if (joins) continue;
     }
     for (const int face : region.faces) keep[face] = 0;
   }

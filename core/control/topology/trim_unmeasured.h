@@ -17,14 +17,21 @@ absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
                                                     const PointIndex& index,
                                                     const RunContext& context);
 
+// What stays without points, in the unit of the mesh; 0: nothing.
+struct FilledParts {
+  double rim = 0;  // within the surface, parts with a shorter one
+  double gap =
+      0;  // parts that join others which without them are apart, nowhere farther from these
+};
+
 // `unmeasured`: as UnmeasuredShares() has it for `mesh`. Faces of which that is three quarters are
 // an opening at the boundary, and within the surface where they are wider than a hole that stays
-// filled and their rim is not shorter than `filled_rim`, in the unit of the mesh. Result: the mesh
+// filled, unless they are `filled` on purpose. Result: the mesh
 // without the openings, its tags and the order of its faces kept, each fan with a vertex of its
 // own; the mesh as it is when there are none, or when nothing else would remain.
 absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
                                            const std::vector<float>& unmeasured,
                                            const OrientedCloud& cloud, const PointIndex& index,
-                                           double filled_rim, const RunContext& context);
+                                           const FilledParts& filled, const RunContext& context);
 
 }  // namespace rilievo

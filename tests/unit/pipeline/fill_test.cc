@@ -76,6 +76,22 @@ TEST(FillTest, HolesWithAShortRimAloneAreClosed) {
   }
 }
 
+// Two parts of a sphere that no point joins.
+TEST(FillTest, PiecesWithANarrowGapAreJoined) {
+  const Inside belt = [](const Eigen::Vector3d& p) { return std::abs(p[2] - 0.3) < 0.06; };
+  const PointCloud scan = SphereWithout(12000, belt);
+  ReconstructOptions options;
+  options.control.topology = Topology::kArbitrary;
+  EXPECT_EQ(Reconstruct(scan, options, RunContext{})->report.components, 2);
+  options.lengths.bridge_gaps_below = 0.25;
+  const auto made = Reconstruct(scan, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->report.components, 1);
+  EXPECT_EQ(made->report.boundary_loops, 0);
+  EXPECT_EQ(made->report.genus, 0);
+  EXPECT_LT(FillError(*made, belt), 3e-4);
+}
+
 // The part without points is not an error: it was asked for.
 TEST(FillTest, AnErrorAskedForIsThatOfThePartsWithPoints) {
   const Inside is_missing = [](const Eigen::Vector3d& p) { return p[2] > 0.4; };

@@ -49,7 +49,8 @@ void MarkBare(int x0, int x1, int y0, int y1, std::vector<float>* unmeasured) {
 
 ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured,
                 const OrientedCloud& cloud) {
-  return TrimUnmeasured(mesh, unmeasured, cloud, PointIndex(cloud.points), 0, RunContext{}).value();
+  return TrimUnmeasured(mesh, unmeasured, cloud, PointIndex(cloud.points), {}, RunContext{})
+      .value();
 }
 
 ControlMesh Cut(const ControlMesh& mesh, const std::vector<float>& unmeasured) {
@@ -99,11 +100,32 @@ TEST(TrimUnmeasuredTest, AWideHoleWithAShortEnoughRimStaysFilled) {
   const double rim = 4 * 14.0 / kSide;
   const OrientedCloud cloud = PointsOf(Sheet());
   for (const double longest : {0.99 * rim, 1.01 * rim}) {
-    const ControlMesh cut =
-        TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points), longest, RunContext{})
-            .value();
+    const ControlMesh cut = TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points),
+                                           {.rim = longest}, RunContext{})
+                                .value();
     EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, longest > rim);
   }
+}
+
+// From border to border, between two halves.
+TEST(TrimUnmeasuredTest, ABandThatJoinsWhatIsApartStaysWhereItIsNarrow) {
+  std::vector<float> unmeasured = Nothing();
+  MarkBare(8, 14, 0, kSide, &unmeasured);
+  const double width = 6.0 / kSide;
+  const OrientedCloud cloud = PointsOf(Sheet());
+  for (const double gap : {0.0, 0.45 * width, 0.55 * width}) {
+    const ControlMesh cut = TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points),
+                                           {.gap = gap}, RunContext{})
+                                .value();
+    EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, gap > width / 2) << gap;
+  }
+  // At the border it joins nothing.
+  unmeasured = Nothing();
+  MarkBare(0, 3, 0, kSide, &unmeasured);
+  EXPECT_LT(
+      TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points), {.gap = 1}, RunContext{})
+          ->faces.cols(),
+      2 * kSide * kSide);
 }
 
 TEST(TrimUnmeasuredTest, StrayPointsVouchForNoWideHole) {

@@ -1,0 +1,294 @@
+#include "core/control/topology/bridge_gaps.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/base/status_macros.h"
+#include "core/control/topology/grow_faces.h"
+#include "core/geometry/mesh_topology.h"
+#include "core/surface/closest_point_tree.h"
+
+namespace rilievo {
+namespace {
+
+using Eigen::Vector3d;
+
+// Longer stretches are cut in two where their middles are nearest, so that time stays linear.
+constexpr int kMostStitched = 64;
+// A stretch goes with one that is at most so many times as long, and a gap more.
+constexpr double kMostStretch = 3;
+
+// Where a vertex lies on the borders.
+struct RimPlace {
+  int loop = -1, at = 0;
+};
+
+// The border of each piece, and what lies next to it on others.
+class FacingRims {
+ public:
+  static absl::StatusOr<FacingRims> Find(const ControlMesh& mesh, const MeshTopology& topology,
+                                         double widest, const RunContext& context) {
+    FacingRims rims;
+    rims.loops_ = BoundaryLoops(topology);
+    rims.place_.resize(static_cast<size_t>(topology.vertex_count));
+    for (size_t l = 0; l < rims.loops_.size(); ++l) {
+      for (size_t i = 0; i < rims.loops_[l].size(); ++i) {
+        rims.place_[rims.loops_[l][i]] = {static_cast<int>(l), static_cast<int>(i)};
+      }
+    }
+    rims.partner_.assign(static_cast<size_t>(topology.vertex_count), -1);
+    const std::vector<int> piece = PieceOf(topology);
+    RILIEVO_RETURN_IF_ERROR(rims.FindPartners(mesh, piece, widest, context));
+    return rims;
+  }
+
+  const std::vector<std::vector<int>>& loops() const { return loops_; }
+  RimPlace place(int v) const { return place_[v]; }
+  int partner(int v) const { return partner_[v]; }
+
+ private:
+  static std::vector<int> PieceOf(const MeshTopology& topology) {
+    std::vector<int> piece(static_cast<size_t>(topology.vertex_count), -1);
+    std::vector<uint8_t> seen(static_cast<size_t>(topology.face_count()), 0);
+    for (int seed = 0, number = 0; seed < topology.face_count(); ++seed) {
+      if (seen[seed] != 0) continue;
+      std::vector<int> faces = {seed};
+      seen[seed] = 1;
+      for (size_t i = 0; i < faces.size(); ++i) {
+        for (const int v : topology.faces.col(faces[i])) piece[v] = number;
+        for (const int next : topology.face_neighbors.col(faces[i])) {
+          if (next < 0 || seen[next] != 0) continue;
+          seen[next] = 1;
+          faces.push_back(next);
+        }
+      }
+      ++number;
+    }
+    return piece;
+  }
+
+  // Of each vertex of a border the nearest one of another piece's, unless that is too far.
+  absl::Status FindPartners(const ControlMesh& mesh, const std::vector<int>& piece, double widest,
+                            const RunContext& context) {
+    std::map<int, std::vector<int>> border;  // of each piece
+    for (const std::vector<int>& loop : loops_) {
+      border[piece[loop[0]]].insert(border[piece[loop[0]]].end(), loop.begin(), loop.end());
+    }
+    std::vector<double> least(partner_.size(), widest * widest);
+    std::map<int, Eigen::AlignedBox3d> boxes;
+    for (const auto& [number, vertices] : border) {
+      for (const int v : vertices) boxes[number].extend(mesh.vertices.col(v));
+    }
+    for (const auto& [number, vertices] : border) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      const Eigen::Matrix3Xd places = mesh.vertices(Eigen::all, vertices);
+      RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                               ClosestPointTree::Build(places, {}, context));
+      for (const auto& [other, queries] : border) {
+        if (other == number) continue;
+        if (boxes[number].squaredExteriorDistance(boxes[other]) >= widest * widest) continue;
+        for (const int v : queries) {
+          const ClosestPointTree::Hit hit = tree.Closest(mesh.vertices.col(v));
+          if (hit.squared_distance >= least[v]) continue;
+          least[v] = hit.squared_distance;
+          partner_[v] = vertices[tree.source()[hit.item]];
+        }
+      }
+    }
+    return absl::OkStatus();
+  }
+
+  std::vector<std::vector<int>> loops_;
+  std::vector<RimPlace> place_;  // by vertex
+  std::vector<int> partner_;     // by vertex; -1: none
+};
+
+// Vertices of two borders that run beside each other, the second against the way of its border; of
+// whole loops the first vertex comes last again.
+struct Band {
+  std::vector<int> first, second;
+};
+
+double LengthOf(const std::vector<int>& way, const Eigen::Matrix3Xd& vertices) {
+  double length = 0;
+  for (size_t i = 1; i < way.size(); ++i) {
+    length += (vertices.col(way[i]) - vertices.col(way[i - 1])).norm();
+  }
+  return length;
+}
+
+// From `begin` to `end` along a loop, forward or back; all of it where they are one and `whole`.
+std::vector<int> WayAlong(const std::vector<int>& loop, int begin, int end, int step, bool whole) {
+  const auto count = static_cast<int>(loop.size());
+  std::vector<int> way = {loop[begin]};
+  int at = begin;
+  while (at != end || (whole && way.size() == 1)) {
+    at = (at + step + count) % count;
+    way.push_back(loop[at]);
+  }
+  return way;
+}
+
+// The stretches of a loop whose vertices all have partners on one other loop, as bands.
+std::vector<Band> BandsOf(int loop, const FacingRims& rims, const Eigen::Matrix3Xd& vertices,
+                          double widest) {
+  const std::vector<int>& own = rims.loops()[loop];
+  const auto count = static_cast<int>(own.size());
+  const auto other = [&](int i) {
+    const int partner = rims.partner(own[i % count]);
+    return partner < 0 ? -1 : rims.place(partner).loop;
+  };
+  // Whether a border leaves the other one at its place `i`: from the next on they run together.
+  const auto turns_away = [&](int i, int next) {
+    const int v = own[i % count], w = own[next % count], partner = rims.partner(v);
+    return partner == rims.partner(w) &&
+           (vertices.col(w) - vertices.col(partner)).squaredNorm() <
+               (vertices.col(v) - vertices.col(partner)).squaredNorm();
+  };
+  int start = 0;  // where a stretch begins
+  while (start < count && other(start) == other(start + count - 1)) ++start;
+  std::vector<Band> bands;
+  if (start == count) {
+    if (other(0) <= loop) return bands;
+    // Around both loops, from where they are nearest.
+    int nearest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < count; ++i) {
+      const double squared =
+          (vertices.col(own[i]) - vertices.col(rims.partner(own[i]))).squaredNorm();
+      if (squared < least) std::tie(least, nearest) = std::pair(squared, i);
+    }
+    const int from = rims.place(rims.partner(own[nearest])).at;
+    bands.push_back({WayAlong(own, nearest, nearest, 1, true),
+                     WayAlong(rims.loops()[other(0)], from, from, -1, true)});
+  } else {
+    for (int i = start; i < start + count;) {
+      int end = i + 1;
+      while (end < start + count && other(end) == other(i)) ++end;
+      if (other(i) > loop) {
+        int first = i, last = end - 1;
+        while (first < last && turns_away(first, first + 1)) ++first;
+        while (last > first && turns_away(last, last - 1)) --last;
+        const int from = rims.place(rims.partner(own[first % count])).at;
+        const int to = rims.place(rims.partner(own[last % count])).at;
+        bands.push_back({WayAlong(own, first % count, last % count, 1, false),
+                         WayAlong(rims.loops()[other(i)], from, to, -1, false)});
+      }
+      i = end;
+    }
+  }
+  std::erase_if(bands, [&](const Band& band) {
+    const double first = LengthOf(band.first, vertices), second = LengthOf(band.second, vertices);
+    return band.first.size() + band.second.size() < 3 || second > kMostStretch * first + widest ||
+           first > kMostStretch * second + widest ||
+           std::any_of(band.second.begin(), band.second.end(),
+                       [&](int v) { return rims.partner(v) < 0; });
+  });
+  return bands;
+}
+
+// The triangles of least area between both ways; each uses an edge of one and a vertex of the
+// other.
+void Stitch(std::vector<int> first, std::vector<int> second, const Eigen::Matrix3Xd& vertices,
+            std::vector<std::array<int, 3>>* triangles) {
+  if (std::min(first.size(), second.size()) > kMostStitched) {
+    const size_t middle = first.size() / 2;
+    size_t opposite = second.size() / 2;
+    double least = std::numeric_limits<double>::infinity();
+    for (size_t j = second.size() / 4; j <= 3 * second.size() / 4; ++j) {
+      const double squared = (vertices.col(first[middle]) - vertices.col(second[j])).squaredNorm();
+      if (squared < least) std::tie(least, opposite) = std::pair(squared, j);
+    }
+    Stitch({first.begin(), first.begin() + middle + 1},
+           {second.begin(), second.begin() + opposite + 1}, vertices, triangles);
+    Stitch({first.begin() + middle, first.end()}, {second.begin() + opposite, second.end()},
+           vertices, triangles);
+    return;
+  }
+  const auto rows = static_cast<int>(first.size()), columns = static_cast<int>(second.size());
+  // Of a triangle, and of its chord from a to b.
+  const auto cost = [&](int a, int b, int c) {
+    const Vector3d chord = vertices.col(b) - vertices.col(a);
+    return chord.cross(vertices.col(c) - vertices.col(a)).norm() / 2 +
+           kShortChords * chord.squaredNorm();
+  };
+  // Least cost up to a chord from first[i] to second[j], and whether its last step is on `first`.
+  std::vector<double> least(static_cast<size_t>(rows) * columns, 0);
+  std::vector<uint8_t> on_first(least.size(), 0);
+  const auto place = [&](int i, int j) { return static_cast<size_t>(i) * columns + j; };
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      if (i + j == 0) continue;
+      const double infinity = std::numeric_limits<double>::infinity();
+      const double by_first =
+          i > 0 ? least[place(i - 1, j)] + cost(first[i], second[j], first[i - 1]) : infinity;
+      const double by_second =
+          j > 0 ? least[place(i, j - 1)] + cost(first[i], second[j], second[j - 1]) : infinity;
+      on_first[place(i, j)] = by_first <= by_second;
+      least[place(i, j)] = std::min(by_first, by_second);
+    }
+  }
+  for (int i = rows - 1, j = columns - 1; i + j > 0;) {
+    if (on_first[place(i, j)] != 0) {
+      triangles->push_back({first[i], first[i - 1], second[j]});
+      --i;
+    } else {
+      triangles->push_back({second[j - 1], second[j], first[i]});
+      --j;
+    }
+  }
+}
+
+// Whether the mesh stays a manifold with these triangles too.
+bool Fit(const ControlMesh& mesh, const std::vector<std::array<int, 3>>& triangles) {
+  Eigen::Matrix3Xi faces(3, mesh.faces.cols() + static_cast<Eigen::Index>(triangles.size()));
+  faces.leftCols(mesh.faces.cols()) = mesh.faces;
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    faces.col(mesh.faces.cols() + static_cast<Eigen::Index>(i)) =
+        Eigen::Map<const Eigen::Vector3i>(triangles[i].data());
+  }
+  return BuildMeshTopology(faces, static_cast<int>(mesh.vertices.cols())).ok();
+}
+
+}  // namespace
+
+absl::StatusOr<ControlMesh> BridgeGaps(ControlMesh mesh, double widest, const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_ASSIGN_OR_RETURN(const FacingRims rims,
+                           FacingRims::Find(mesh, topology, widest, context));
+  GrownFaces grown;
+  std::set<std::pair<int, int>> used;  // edges of rims
+  for (size_t l = 0; l < rims.loops().size(); ++l) {
+    for (const Band& band : BandsOf(static_cast<int>(l), rims, mesh.vertices, widest)) {
+      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+      GrownFaces more = grown;
+      std::set<std::pair<int, int>> edges;
+      for (const auto* way : {&band.first, &band.second}) {
+        for (size_t i = 1; i < way->size(); ++i) {
+          more.rims.push_back(std::minmax((*way)[i - 1], (*way)[i]));
+          edges.insert(more.rims.back());
+        }
+      }
+      if (std::any_of(edges.begin(), edges.end(),
+                      [&](const auto& e) { return used.contains(e); })) {
+        continue;
+      }
+      Stitch(band.first, band.second, mesh.vertices, &more.triangles);
+      if (!Fit(mesh, more.triangles)) continue;
+      grown = std::move(more);
+      used.merge(edges);
+    }
+  }
+  return GrowFaces(std::move(mesh), topology.vertex_count, grown, context);
+}
+
+}  // namespace rilievo
