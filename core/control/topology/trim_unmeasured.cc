@@ -26,6 +26,9 @@ constexpr double kUnmeasuredShare = 0.75;
 // Spacings count up to this many times the scan's median: isolated points far from each other
 // support for no sheet over the wide gaps between them.
 constexpr double kWidestSpacing = 3;
+// From the middle of a gap, in its width, to vertices of its rims: these are half of it away, and
+// an edge between two may be as long.
+constexpr double kReachOfGap = 0.75;
 
 double SpacingAt(const Eigen::Vector3d& position, const OrientedCloud& cloud,
                  const PointIndex& index) {
@@ -105,10 +108,11 @@ std::vector<int> MeasuredParts(const MeshTopology& topology, std::vector<uint8_t
   return part;
 }
 
-// Whether it lies between two parts, everywhere within `gap` of one.
-absl::StatusOr<bool> JoinsParts(const ControlMesh& mesh, const MeshTopology& topology,
-                                const FaceRegion& region, const std::vector<int>& part, double gap,
-                                const RunContext& context) {
+// Whether it is a gap that was bridged: everywhere near to measured faces, at a boundary between
+// two parts of them.
+absl::StatusOr<bool> IsBridge(const ControlMesh& mesh, const MeshTopology& topology,
+                              const FaceRegion& region, const std::vector<int>& part, double gap,
+                              const RunContext& context) {
   std::set<int> parts;
   std::vector<int> rim;
   for (const int f : region.faces) {
@@ -119,13 +123,13 @@ absl::StatusOr<bool> JoinsParts(const ControlMesh& mesh, const MeshTopology& top
       for (const int v : topology.edge_vertices.col(topology.face_edges(k, f))) rim.push_back(v);
     }
   }
-  if (parts.size() < 2) return false;
+  if (rim.empty() || (region.touches_boundary && parts.size() < 2)) return false;
   const Eigen::Matrix3Xd places = mesh.vertices(Eigen::all, rim);
   RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
                            ClosestPointTree::Build(places, {}, context));
   for (const int f : region.faces) {
     for (const int v : mesh.faces.col(f)) {
-      if (!tree.HasWithin(mesh.vertices.col(v), gap)) return false;
+      if (!tree.HasWithin(mesh.vertices.col(v), kReachOfGap * gap)) return false;
     }
   }
   return true;
@@ -193,9 +197,9 @@ absl::StatusOr<ControlMesh> TrimUnmeasured(const ControlMesh& mesh,
       continue;
     }
     if (filled.gap > 0) {
-      RILIEVO_ASSIGN_OR_RETURN(const bool joins,
-                               JoinsParts(mesh, topology, region, part, filled.gap, context));
-      if (joins) continue;
+      RILIEVO_ASSIGN_OR_RETURN(const bool bridge,
+                               IsBridge(mesh, topology, region, part, filled.gap, context));
+      if (bridge) continue;
     }
     for (const int face : region.faces) keep[face] = 0;
   }

@@ -20,8 +20,7 @@ absl::StatusOr<std::vector<float>> UnmeasuredShares(const ControlMesh& mesh,
 // What stays without points, in the unit of the mesh; 0: nothing.
 struct FilledParts {
   double rim = 0;  // within the surface, parts with a shorter one
-  double gap =
-      0;  // parts that join others which without them are apart, nowhere farther from these
+  double gap = 0;  // bridged gaps: parts no wider, which at the boundary join others
 };
 
 // `unmeasured`: as UnmeasuredShares() has it for `mesh`. Faces of which that is three quarters are

@@ -78,12 +78,12 @@ TEST(FillTest, HolesWithAShortRimAloneAreClosed) {
 
 // Two parts of a sphere that no point joins.
 TEST(FillTest, PiecesWithANarrowGapAreJoined) {
-  const Inside belt = [](const Eigen::Vector3d& p) { return std::abs(p[2] - 0.3) < 0.06; };
+  const Inside belt = [](const Eigen::Vector3d& p) { return std::abs(p[2] - 0.3) < 0.1; };
   const PointCloud scan = SphereWithout(12000, belt);
   ReconstructOptions options;
   options.control.topology = Topology::kArbitrary;
   EXPECT_EQ(Reconstruct(scan, options, RunContext{})->report.components, 2);
-  options.lengths.bridge_gaps_below = 0.25;
+  options.lengths.bridge_gaps_below = 0.35;
   const auto made = Reconstruct(scan, options, RunContext{});
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->report.components, 1);

@@ -180,6 +180,24 @@ TEST(ShapeMeshTest, HolesWithAShortRimAreClosed) {
   EXPECT_TRUE(VerifyCertificate(decoded, &mesh, RunContext{})->agrees());
 }
 
+TEST(ShapeMeshTest, PiecesWithANarrowGapAreJoined) {
+  ControlMesh apart = testing::Torus(40, 24);
+  std::vector<int> kept;  // without two rings around the tube
+  for (int f = 0; f < apart.faces.cols(); ++f) {
+    if (f / 48 != 5 && f / 48 != 25) kept.push_back(f);
+  }
+  apart.faces = Eigen::Matrix3Xi(apart.faces(Eigen::all, kept));
+  ReconstructOptions options = Coarse();
+  const PointCloud mesh = MeshInput(apart);
+  EXPECT_EQ(Reconstruct(mesh, options, RunContext{})->report.components, 2);
+  options.lengths.bridge_gaps_below = 1;
+  const auto made = Reconstruct(mesh, options, RunContext{});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->report.components, 1);
+  EXPECT_EQ(made->report.boundary_loops, 0);
+  EXPECT_EQ(made->report.genus, 1);
+}
+
 TEST(ShapeMeshTest, TheBytesDoNotDependOnTheThreads) {
   const PointCloud mesh = MeshInput(testing::Torus(30, 16));
   std::vector<uint8_t> bytes[2];

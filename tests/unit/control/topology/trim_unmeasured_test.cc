@@ -113,11 +113,11 @@ TEST(TrimUnmeasuredTest, ABandThatJoinsWhatIsApartStaysWhereItIsNarrow) {
   MarkBare(8, 14, 0, kSide, &unmeasured);
   const double width = 6.0 / kSide;
   const OrientedCloud cloud = PointsOf(Sheet());
-  for (const double gap : {0.0, 0.45 * width, 0.55 * width}) {
+  for (const double gap : {0.0, 0.6 * width, width}) {
     const ControlMesh cut = TrimUnmeasured(Sheet(), unmeasured, cloud, PointIndex(cloud.points),
                                            {.gap = gap}, RunContext{})
                                 .value();
-    EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, gap > width / 2) << gap;
+    EXPECT_EQ(cut.faces.cols() == 2 * kSide * kSide, gap >= width) << gap;
   }
   // At the border it joins nothing.
   unmeasured = Nothing();

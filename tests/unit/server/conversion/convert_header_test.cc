@@ -155,6 +155,8 @@ TEST(ParseHeader, NamesEachFieldOutOfRange) {
        [](Options* o) { o->mutable_control()->set_control_faces(200001); }},
       {"control.close_holes_below_ratio",
        [](Options* o) { o->mutable_control()->set_close_holes_below_ratio(101); }},
+      {"control.bridge_gaps_below_ratio",
+       [](Options* o) { o->mutable_control()->set_bridge_gaps_below_ratio(1.5); }},
       {"fit.method",
        [](Options* o) { o->mutable_fit()->set_method(static_cast<v1::FitMethod>(3)); }},
       {"fit.suzuki_rounds", [](Options* o) { o->mutable_fit()->set_suzuki_rounds(51); }},
@@ -200,6 +202,7 @@ TEST(ParseHeader, EndsOfTheRangesPassTheCoresOwnChecks) {
     o->mutable_scan()->set_min_component_share(top ? 0.1 : 0);
     o->mutable_control()->set_control_faces(top ? 200 : 0);
     o->mutable_control()->set_close_holes_below_ratio(top ? 100 : 1e-6);
+    o->mutable_control()->set_bridge_gaps_below_ratio(top ? 1 : 1e-6);
     o->mutable_fit()->set_suzuki_rounds(top ? 50 : 0);
     o->mutable_fit()->set_suzuki_lambda(top ? 1 : 1e-6);
     o->mutable_fit()->set_rounds(top ? 50 : 1);
@@ -247,6 +250,12 @@ TEST(ParseHeader, LengthsAndThePlaceAreTaken) {
   control.set_close_holes_below_ratio(0.5);
   EXPECT_THAT(Faults(header),
               testing::ElementsAre("header.options.control.close_holes_below_length"));
+  control.Clear();
+  control.set_bridge_gaps_below_length(3);
+  EXPECT_EQ(Parse(header).options.lengths.bridge_gaps_below, 3);
+  control.set_bridge_gaps_below_ratio(0.5);
+  EXPECT_THAT(Faults(header),
+              testing::ElementsAre("header.options.control.bridge_gaps_below_length"));
   control.Clear();
   EXPECT_EQ(options.place, (ScanPlace{0.001, UpDirection::kMinusY, "EPSG:25832"}));
   encode.set_max_error_ratio(0.01);
