@@ -29,11 +29,11 @@ class ClosestPointTree::Builder {
           const RunContext& context, std::vector<Center>& centers)
       : tree_(tree),
         box_of_(box_of),
-        brood_(children_per_face),
+        children_per_face_(children_per_face),
         context_(context),
         centers_(centers) {
     for (int count = children_per_face; count > tree.most_in_run(); count /= kWidth) {
-      nodes_of_brood_ += children_per_face / count;
+      nodes_of_face_ += children_per_face / count;
     }
   }
 
@@ -44,7 +44,7 @@ class ClosestPointTree::Builder {
     PlanCut(count, part_begin);
     for (int slot = 0; slot < kWidth; ++slot) {
       const int part = part_begin[slot + 1] - part_begin[slot];
-      if (part == 1) nodes += nodes_of_brood_;
+      if (part == 1) nodes += nodes_of_face_;
       if (part <= 1 || IsRun(part)) continue;
       const auto known = counted_.find(part);
       const int below = known != counted_.end() ? known->second : CountNodes(part);
@@ -70,12 +70,12 @@ class ClosestPointTree::Builder {
       FloatBox part;
       if (to - from == 1) {
         int32_t child = 0;
-        part = Place(from * brood_, centers_[from].children_per_face * brood_, brood_, nodes, next,
-                     &child);
+        part = Place(from * children_per_face_, centers_[from].face * children_per_face_,
+                     children_per_face_, nodes, next, &child);
         nodes[at].child[slot] = child;
       } else if (IsRun(to - from)) {
         nodes[at].child[slot] = tree_.ChildOf({from, to - from});
-        for (int i = from; i < to; ++i) part.Add(box_of_(centers_[i].children_per_face));
+        for (int i = from; i < to; ++i) part.Add(box_of_(centers_[i].face));
       } else {
         nodes[at].child[slot] = *next;
         part = Split(from, to, nodes, next);
@@ -110,7 +110,7 @@ class ClosestPointTree::Builder {
     std::nth_element(centers_.begin() + begin, centers_.begin() + begin + half,
                      centers_.begin() + end, [axis](const Center& a, const Center& b) {
                        if (a.at[axis] != b.at[axis]) return a.at[axis] < b.at[axis];
-                       return a.children_per_face < b.children_per_face;
+                       return a.face < b.face;
                      });
     return begin + half;
   }
@@ -172,14 +172,14 @@ class ClosestPointTree::Builder {
   }
 
   // Whether so many centers share a slot.
-  bool IsRun(int count) const { return brood_ == 1 && count <= tree_.most_in_run(); }
+  bool IsRun(int count) const { return children_per_face_ == 1 && count <= tree_.most_in_run(); }
 
   const ClosestPointTree& tree_;
   const BoxOfItem& box_of_;
-  const int brood_;  // items
+  const int children_per_face_;  // items
   const RunContext& context_;
   std::vector<Center>& centers_;
-  int nodes_of_brood_ = 0;
+  int nodes_of_face_ = 0;
   std::map<int, int> counted_;  // of CountNodes
 };
 
@@ -280,23 +280,22 @@ absl::StatusOr<ClosestPointTree> ClosestPointTree::Build(const Eigen::Matrix3Xd&
       ParallelFor(static_cast<int64_t>(centers.size()), kLightBlock / children_per_face, context,
                   [&](int64_t begin, int64_t end) {
                     for (int i = static_cast<int>(begin); i < end; ++i) {
-                      // Of a children_per_face, one of each quarter tells the middle well
-                      // enough.
+                      // Of a face's children one of each quarter tells the middle well enough.
                       FloatBox box;
                       const int quarter = std::max(1, children_per_face / kWidth);
                       for (int item = i * children_per_face; item < (i + 1) * children_per_face;
                            item += quarter)
                         box.Add(box_of(item));
                       for (int k = 0; k < 3; ++k) centers[i].at[k] = 0.5f * (box.lo[k] + box.hi[k]);
-                      centers[i].children_per_face = i;
+                      centers[i].face = i;
                     }
                   }));
   RILIEVO_RETURN_IF_ERROR(tree.BuildNodes(box_of, children_per_face, context, centers));
 
   tree.items_.resize(count);
   for (int i = 0; i < count; ++i) {
-    tree.items_[i] = centers[i / children_per_face].children_per_face * children_per_face +
-                     i % children_per_face;
+    tree.items_[i] =
+        centers[i / children_per_face].face * children_per_face + i % children_per_face;
   }
   centers = std::vector<Center>();
   tree.vertices_.resize(3, vertices.cols());

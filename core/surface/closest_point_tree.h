@@ -73,10 +73,10 @@ class ClosestPointTree {
     FourBoxes boxes;
     int32_t child[kWidth];
   };
-  // The middle of a children_per_face's box.
+  // The middle of the box of a face, whose children are items.
   struct Center {
     float at[3];
-    int children_per_face;
+    int face;
   };
   template <typename BoxOfItem>
   class Builder;
