@@ -33,16 +33,46 @@ class JobsCommandTest : public JobsTest {
   }
 };
 
+void WritePoints(const PointCloud& scan, const std::string& path) {
+  std::ofstream file(path);
+  file.precision(17);
+  for (const auto point : scan.points.colwise()) file << point.transpose() << '\n';
+}
+
+// By the command's own process, by a server, and as a kept job.
+TEST_F(JobsCommandTest, ASurfaceIsBroughtUpToDateEverywhereTheSame) {
+  StartServer();
+  PointCloud scan = SphereScan(2'000);
+  WritePoints(scan, test_ / "old.xyz");
+  for (auto point : scan.points.colwise()) {
+    if (point[2] > 0.8) point *= 1.02;
+  }
+  WritePoints(scan, test_ / "new.xyz");
+  const std::string server = " --server " + address_, old = test_ / "old.dss";
+  const auto run = [&](const std::string& arguments) {
+    int code = -1;
+    Rilievo(arguments, &code);
+    EXPECT_EQ(code, 0) << arguments;
+  };
+  run("reconstruct " + (test_ / "old.xyz") + " -o " + old);
+  run("update " + old + " " + (test_ / "new.xyz") + " -o " + (test_ / "here.dss"));
+  run("update " + old + " " + (test_ / "new.xyz") + server + " -o " + (test_ / "there.dss"));
+  run("jobs submit " + (test_ / "new.xyz") + server + " --base " + old + " -o " +
+      (test_ / "job.dss"));
+  const std::string updated = Content(test_ / "here.dss");
+  EXPECT_GT(updated.size(), Content(old).size());
+  EXPECT_EQ(Content(test_ / "there.dss"), updated);
+  EXPECT_EQ(Content(test_ / "job.dss"), updated);
+  int code = 0;
+  Rilievo("jobs submit " + (test_ / "new.xyz") + server + " --base " + old + " --max-level 2",
+          &code);
+  EXPECT_EQ(code, 3) << "a surface keeps the options it was made with";
+}
+
 TEST_F(JobsCommandTest, FromAFileToAFile) {
   StartServer();
   const PointCloud scan = SphereScan(3'000);
-  {
-    std::ofstream file(test_ / "scan.xyz");
-    file.precision(17);
-    for (Eigen::Index i = 0; i < scan.points.cols(); ++i) {
-      file << scan.points.col(i).transpose() << '\n';
-    }
-  }
+  WritePoints(scan, test_ / "scan.xyz");
   const std::string server = " --server " + address_;
   int code = -1;
   const std::string submitted =
