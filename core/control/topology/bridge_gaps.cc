@@ -2,10 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
-#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -13,6 +13,7 @@
 
 #include "core/base/status_macros.h"
 #include "core/control/topology/grow_faces.h"
+#include "core/geometry/half_edges.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/surface/closest_point_tree.h"
 
@@ -21,9 +22,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Longer stretches are cut in two where their middles are nearest, so that time stays linear.
+// Longer stretches are cut in two, at the middle of the first and what is nearest to it in the
+// middle half of the second, so that time stays linear.
 constexpr int kMostStitched = 64;
-// A stretch goes with one that is at most so many times as long, and a gap more.
+// Two stretches go together unless one is so many times as long as the other, and a gap more.
 constexpr double kMostStretch = 3;
 
 // Where a vertex lies on the borders.
@@ -45,8 +47,7 @@ class FacingRims {
       }
     }
     rims.partner_.assign(static_cast<size_t>(topology.vertex_count), -1);
-    const std::vector<int> piece = PieceOf(topology);
-    RILIEVO_RETURN_IF_ERROR(rims.FindPartners(mesh, piece, widest, context));
+    RILIEVO_RETURN_IF_ERROR(rims.FindPartners(mesh, topology, widest, context));
     return rims;
   }
 
@@ -55,52 +56,95 @@ class FacingRims {
   int partner(int v) const { return partner_[v]; }
 
  private:
-  static std::vector<int> PieceOf(const MeshTopology& topology) {
+  static std::vector<int> PieceOf(const MeshTopology& topology, int* pieces) {
     std::vector<int> piece(static_cast<size_t>(topology.vertex_count), -1);
     std::vector<uint8_t> seen(static_cast<size_t>(topology.face_count()), 0);
-    for (int seed = 0, number = 0; seed < topology.face_count(); ++seed) {
+    *pieces = 0;
+    for (int seed = 0; seed < topology.face_count(); ++seed) {
       if (seen[seed] != 0) continue;
       std::vector<int> faces = {seed};
       seen[seed] = 1;
       for (size_t i = 0; i < faces.size(); ++i) {
-        for (const int v : topology.faces.col(faces[i])) piece[v] = number;
+        for (const int v : topology.faces.col(faces[i])) piece[v] = *pieces;
         for (const int next : topology.face_neighbors.col(faces[i])) {
           if (next < 0 || seen[next] != 0) continue;
           seen[next] = 1;
           faces.push_back(next);
         }
       }
-      ++number;
+      ++*pieces;
     }
     return piece;
   }
 
-  // Of each vertex of a border the nearest one of another piece's, unless that is too far.
-  absl::Status FindPartners(const ControlMesh& mesh, const std::vector<int>& piece, double widest,
+  // The borders of one piece.
+  struct PieceRims {
+    std::vector<int> loops;
+    Eigen::AlignedBox3d box;
+  };
+
+  // Of each vertex of a border the nearer end of the edge of another piece's border that is
+  // nearest, unless that is too far.
+  absl::Status FindPartners(const ControlMesh& mesh, const MeshTopology& topology, double widest,
                             const RunContext& context) {
-    std::map<int, std::vector<int>> border;  // of each piece
-    for (const std::vector<int>& loop : loops_) {
-      border[piece[loop[0]]].insert(border[piece[loop[0]]].end(), loop.begin(), loop.end());
+    int count = 0;
+    const std::vector<int> piece = PieceOf(topology, &count);
+    std::vector<PieceRims> pieces(static_cast<size_t>(count));
+    for (size_t l = 0; l < loops_.size(); ++l) {
+      PieceRims& rims = pieces[piece[loops_[l][0]]];
+      rims.loops.push_back(static_cast<int>(l));
+      for (const int v : loops_[l]) rims.box.extend(mesh.vertices.col(v));
     }
+    std::erase_if(pieces, [](const PieceRims& rims) { return rims.loops.empty(); });
+    std::sort(pieces.begin(), pieces.end(), [](const PieceRims& a, const PieceRims& b) {
+      return a.box.min().x() < b.box.min().x();
+    });
     std::vector<double> least(partner_.size(), widest * widest);
-    std::map<int, Eigen::AlignedBox3d> boxes;
-    for (const auto& [number, vertices] : border) {
-      for (const int v : vertices) boxes[number].extend(mesh.vertices.col(v));
+    // Those farther along x are looked at while they may be near.
+    for (size_t i = 0; i < pieces.size(); ++i) {
+      for (size_t j = i + 1; j < pieces.size(); ++j) {
+        if (pieces[j].box.min().x() >= pieces[i].box.max().x() + widest) break;
+        if (pieces[i].box.squaredExteriorDistance(pieces[j].box) >= widest * widest) continue;
+        RILIEVO_RETURN_IF_ERROR(Compare(mesh, pieces[i], pieces[j], context, &least));
+        RILIEVO_RETURN_IF_ERROR(Compare(mesh, pieces[j], pieces[i], context, &least));
+      }
     }
-    for (const auto& [number, vertices] : border) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      const Eigen::Matrix3Xd places = mesh.vertices(Eigen::all, vertices);
-      RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
-                               ClosestPointTree::Build(places, {}, context));
-      for (const auto& [other, queries] : border) {
-        if (other == number) continue;
-        if (boxes[number].squaredExteriorDistance(boxes[other]) >= widest * widest) continue;
-        for (const int v : queries) {
-          const ClosestPointTree::Hit hit = tree.Closest(mesh.vertices.col(v));
-          if (hit.squared_distance >= least[v]) continue;
-          least[v] = hit.squared_distance;
-          partner_[v] = vertices[tree.source()[hit.item]];
-        }
+    return absl::OkStatus();
+  }
+
+  // `least`: squared distances of the partners found so far.
+  absl::Status Compare(const ControlMesh& mesh, const PieceRims& queries, const PieceRims& found,
+                       const RunContext& context, std::vector<double>* least) {
+    std::vector<int> ends;                  // of edges, those of a loop after each other
+    std::vector<Eigen::Vector3i> segments;  // the second end twice
+    for (const int l : found.loops) {
+      const auto begin = static_cast<int>(ends.size()), count = static_cast<int>(loops_[l].size());
+      ends.insert(ends.end(), loops_[l].begin(), loops_[l].end());
+      for (int i = 0; i < count; ++i) {
+        const int next = begin + (i + 1) % count;
+        segments.emplace_back(begin + i, next, next);
+      }
+    }
+    Eigen::Matrix3Xi edges(3, static_cast<Eigen::Index>(segments.size()));
+    for (size_t i = 0; i < segments.size(); ++i) {
+      edges.col(static_cast<Eigen::Index>(i)) = segments[i];
+    }
+    const Eigen::Matrix3Xd places = mesh.vertices(Eigen::all, ends);
+    RILIEVO_ASSIGN_OR_RETURN(const ClosestPointTree tree,
+                             ClosestPointTree::Build(places, edges, context));
+    for (const int l : queries.loops) {
+      int hint = -1;
+      for (const int v : loops_[l]) {
+        const Vector3d place = mesh.vertices.col(v);
+        const ClosestPointTree::Hit hit = tree.Closest(place, hint);
+        hint = hit.item;
+        if (hit.squared_distance >= (*least)[v]) continue;
+        (*least)[v] = hit.squared_distance;
+        const auto edge = edges.col(tree.source()[hit.item]);
+        const int from = ends[edge[0]], to = ends[edge[1]];
+        const bool is_nearer = (place - mesh.vertices.col(from)).squaredNorm() <=
+                               (place - mesh.vertices.col(to)).squaredNorm();
+        partner_[v] = is_nearer ? from : to;
       }
     }
     return absl::OkStatus();
@@ -135,6 +179,17 @@ std::vector<int> WayAlong(const std::vector<int>& loop, int begin, int end, int 
     way.push_back(loop[at]);
   }
   return way;
+}
+
+// How far partners go along their loop, whose length is `count`, as one goes along `way`: each step
+// the shorter way round.
+int StepsOfPartners(const std::vector<int>& way, const FacingRims& rims, int count) {
+  int sum = 0;
+  for (size_t i = 1; i < way.size(); ++i) {
+    const int step = rims.place(rims.partner(way[i])).at - rims.place(rims.partner(way[i - 1])).at;
+    sum += step - count * static_cast<int>(std::lround(static_cast<double>(step) / count));
+  }
+  return sum;
 }
 
 // The stretches of a loop whose vertices all have partners on one other loop, as bands.
@@ -186,11 +241,14 @@ std::vector<Band> BandsOf(int loop, const FacingRims& rims, const Eigen::Matrix3
     }
   }
   std::erase_if(bands, [&](const Band& band) {
+    // A vertex alone would have two fans.
+    if (std::min(band.first.size(), band.second.size()) < 2) return true;
+    // Of pieces that face the same side the borders run against each other.
+    const auto steps = static_cast<int>(band.second.size()) - 1;
+    const std::vector<int>& facing = rims.loops()[rims.place(band.second[0]).loop];
+    if (StepsOfPartners(band.first, rims, static_cast<int>(facing.size())) != -steps) return true;
     const double first = LengthOf(band.first, vertices), second = LengthOf(band.second, vertices);
-    return band.first.size() + band.second.size() < 3 || second > kMostStretch * first + widest ||
-           first > kMostStretch * second + widest ||
-           std::any_of(band.second.begin(), band.second.end(),
-                       [&](int v) { return rims.partner(v) < 0; });
+    return second > kMostStretch * first + widest || first > kMostStretch * second + widest;
   });
   return bands;
 }
@@ -247,17 +305,6 @@ void Stitch(std::vector<int> first, std::vector<int> second, const Eigen::Matrix
   }
 }
 
-// Whether the mesh stays a manifold with these triangles too.
-bool Fit(const ControlMesh& mesh, const std::vector<std::array<int, 3>>& triangles) {
-  Eigen::Matrix3Xi faces(3, mesh.faces.cols() + static_cast<Eigen::Index>(triangles.size()));
-  faces.leftCols(mesh.faces.cols()) = mesh.faces;
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    faces.col(mesh.faces.cols() + static_cast<Eigen::Index>(i)) =
-        Eigen::Map<const Eigen::Vector3i>(triangles[i].data());
-  }
-  return BuildMeshTopology(faces, static_cast<int>(mesh.vertices.cols())).ok();
-}
-
 }  // namespace
 
 absl::StatusOr<ControlMesh> BridgeGaps(ControlMesh mesh, double widest, const RunContext& context) {
@@ -266,26 +313,32 @@ absl::StatusOr<ControlMesh> BridgeGaps(ControlMesh mesh, double widest, const Ru
   RILIEVO_ASSIGN_OR_RETURN(const FacingRims rims,
                            FacingRims::Find(mesh, topology, widest, context));
   GrownFaces grown;
-  std::set<std::pair<int, int>> used;  // edges of rims
+  std::set<std::pair<int, int>> used;  // edges of rims, and chords
   for (size_t l = 0; l < rims.loops().size(); ++l) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     for (const Band& band : BandsOf(static_cast<int>(l), rims, mesh.vertices, widest)) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      GrownFaces more = grown;
-      std::set<std::pair<int, int>> edges;
+      std::vector<std::pair<int, int>> edges;
       for (const auto* way : {&band.first, &band.second}) {
         for (size_t i = 1; i < way->size(); ++i) {
-          more.rims.push_back(std::minmax((*way)[i - 1], (*way)[i]));
-          edges.insert(more.rims.back());
+          edges.push_back(std::minmax((*way)[i - 1], (*way)[i]));
         }
       }
+      const auto rim_edges = static_cast<std::ptrdiff_t>(edges.size());
+      std::vector<std::array<int, 3>> triangles;
+      Stitch(band.first, band.second, mesh.vertices, &triangles);
+      for (const auto& corners : triangles) {
+        for (int k = 0; k < 3; ++k) {
+          edges.push_back(std::minmax(corners[k], corners[kNextCorner[k]]));
+        }
+      }
+      // An edge between two bands would have three faces, or two fans at its ends.
       if (std::any_of(edges.begin(), edges.end(),
                       [&](const auto& e) { return used.contains(e); })) {
         continue;
       }
-      Stitch(band.first, band.second, mesh.vertices, &more.triangles);
-      if (!Fit(mesh, more.triangles)) continue;
-      grown = std::move(more);
-      used.merge(edges);
+      grown.triangles.insert(grown.triangles.end(), triangles.begin(), triangles.end());
+      grown.rims.insert(grown.rims.end(), edges.begin(), edges.begin() + rim_edges);
+      used.insert(edges.begin(), edges.end());
     }
   }
   return GrowFaces(std::move(mesh), topology.vertex_count, grown, context);

@@ -118,6 +118,51 @@ TEST(BridgeGapsTest, OppositeSidesAreNotJoined) {
   EXPECT_EQ(Bridged(apart, 0.06).faces.cols(), apart.faces.cols());
 }
 
+TEST(BridgeGapsTest, ANarrowStripOfTheOppositeSideIsNotJoined) {
+  ControlMesh strip = testing::Grid(21, 21);
+  strip.vertices.row(0) = strip.vertices.row(0) * 0.04;
+  strip = Moved(strip, {1.03, 0, 0});
+  EXPECT_EQ(Summary(Bridged(testing::Union(testing::Grid(21, 21), strip), 0.05)).components, 1);
+  strip.faces.row(1).swap(strip.faces.row(2));
+  const ControlMesh apart = testing::Union(testing::Grid(21, 21), strip);
+  EXPECT_EQ(Bridged(apart, 0.1).faces.cols(), apart.faces.cols());
+}
+
+// Of sheets above each other those that face apart are two sides of a plate.
+TEST(BridgeGapsTest, SheetsAboveEachOtherBecomeAPlateOrStayApart) {
+  const ControlMesh low = testing::Grid(21, 21), high = Moved(low, {0, 0, 0.04});
+  const ControlMesh stack = testing::Union(low, high);
+  EXPECT_EQ(Bridged(stack, 0.06).faces.cols(), stack.faces.cols());
+  ControlMesh turned = low;
+  turned.faces.row(1).swap(turned.faces.row(2));
+  const ControlMesh plate = Bridged(testing::Union(turned, high), 0.06);
+  EXPECT_EQ(Summary(plate).components, 1);
+  EXPECT_EQ(Summary(plate).boundary_loops, 0);
+  EXPECT_NEAR(AreaOfFaces(plate), 2.16, 1e-9);
+}
+
+// The width is that between borders, however far apart their vertices are.
+TEST(BridgeGapsTest, LongEdgesAreNoWiderGaps) {
+  const ControlMesh apart =
+      testing::Union(testing::Grid(4, 4), Moved(testing::Grid(6, 6), {1.03, 0.02, 0}));
+  EXPECT_EQ(Bridged(apart, 0.029).faces.cols(), apart.faces.cols());
+  EXPECT_EQ(Summary(Bridged(apart, 0.04)).components, 1);
+}
+
+TEST(BridgeGapsTest, ManyPiecesAreJoinedInTimeThatGrowsWithThem) {
+  ControlMesh tiles = testing::Grid(4, 4);
+  constexpr int kSide = 14;
+  for (int i = 1; i < kSide * kSide; ++i) {
+    tiles = testing::Union(
+        tiles,
+        Moved(testing::Grid(4, 4), {1.05 * (i % kSide), 1.05 * static_cast<int>(i / kSide), 0}));
+  }
+  const ControlMesh joined = Bridged(tiles, 0.07);
+  EXPECT_EQ(Summary(joined).components, 1);
+  // A hole where four tiles meet.
+  EXPECT_EQ(Summary(joined).boundary_loops, 1 + (kSide - 1) * (kSide - 1));
+}
+
 TEST(BridgeGapsTest, OnePieceIsLeftAlone) {
   const ControlMesh cylinder = OpenCylinder(24, 3);
   EXPECT_EQ(Bridged(cylinder, 10).faces.cols(), cylinder.faces.cols());
