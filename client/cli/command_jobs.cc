@@ -14,9 +14,11 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/place_options.h"
 #include "client/cli/progress_display.h"
 #include "client/cli/reconstruct_options.h"
 #include "client/cli/report_output.h"
+#include "client/cli/scan_set.h"
 #include "client/cli/server_connection.h"
 #include "client/cli/server_words.h"
 #include "client/cli/surface_output.h"
@@ -186,9 +188,9 @@ absl::StatusOr<JobInput> ReadInput(const JobsArguments& arguments,
                                    const ReconstructArguments& wanted,
                                    const std::stop_token& stop) {
   JobInput input;
-  RILIEVO_ASSIGN_OR_RETURN(input.options, OptionsFrom(wanted));
   RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadInput(arguments, wanted));
   if (arguments.base.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(input.options, OptionsFrom(wanted));
     RILIEVO_RETURN_IF_ERROR(SetPlace(wanted, arguments.scan, scan.place, &input.options));
     input.packed = PackScan(scan.cloud);
     return input;
@@ -198,6 +200,10 @@ absl::StatusOr<JobInput> ReadInput(const JobsArguments& arguments,
   RILIEVO_ASSIGN_OR_RETURN(input.base, ReadBytes(arguments.base));
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own,
                            DecodeBytes(arguments.base, input.base, context));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckSamePlace(arguments.base, own.metadata.place, arguments.scan,
+                     PlaceOf(wanted.place, Completed(scan.place, own.metadata.place))));
+  if (wanted.threads) input.options.set_threads(*wanted.threads);
   input.packed =
       PackUpdate({scan.cloud.points}, {.dss = input.base,
                                        .vertices = static_cast<int64_t>(own.surface.heights.size()),
@@ -327,6 +333,21 @@ CLI::App* AddJobCommand(CLI::App* jobs, const std::string& name, const std::stri
   return app;
 }
 
+// `first`: of the options about how a surface is made, which one that is brought up to date keeps.
+void AddBase(CLI::App* app, size_t first, JobsArguments* a) {
+  const std::vector<CLI::Option*> options = app->get_options();
+  CLI::Option* base = app->add_option(
+      "--base", a->base,
+      "a surface, a .dss file, that the scan brings up to date as rilievo update does");
+  app->add_flag("--whole", a->whole, "of --base: the scan shows all there is to see")->needs(base);
+  for (size_t i = first; i < options.size(); ++i) {
+    const std::string name = options[i]->get_name();
+    const bool of_any =
+        name == "--threads" || name == "--unit" || name == "--up" || name == "--crs";
+    if (!of_any) base->excludes(options[i]);
+  }
+}
+
 void AddSubmit(CLI::App* app, ShapeInput input, JobsArguments* a) {
   const bool of_scans = input == ShapeInput::kScan;
   app->add_option(of_scans ? "SCAN" : "MESH", a->scan,
@@ -343,13 +364,10 @@ void AddSubmit(CLI::App* app, ShapeInput input, JobsArguments* a) {
   if (of_scans) {
     AddScanOptions(app, &a->reading);
     AddTrajectoryOption(app, &a->reading);
-    app->add_option("--base", a->base,
-                    "a surface, a .dss file, that the scan brings up to date (rilievo update); "
-                    "its options stay, those given here must be --threads alone");
-    app->add_flag("--whole", a->whole, "of --base: the scan shows all there is to see")
-        ->needs("--base");
   }
+  const size_t others = app->get_options().size();
   AddReconstructOptions(app, input, of_scans ? &a->options : &a->mesh_options);
+  if (of_scans) AddBase(app, others, a);
 }
 
 }  // namespace

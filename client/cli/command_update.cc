@@ -3,6 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -81,15 +82,6 @@ void Print(const UpdateArguments& arguments, const ReconstructResult& result,
                                            Grouped(report.update_bytes()), " of them new"));
 }
 
-// What its file does not say is taken to be as that of the surface.
-ScanPlace PlaceOfScan(ScanPlace place, const DecodedSurface& own) {
-  const ScanPlace& known = own.metadata.place;
-  if (place.metres_per_unit == 0) place.metres_per_unit = known.metres_per_unit;
-  if (place.up == UpDirection::kUnknown) place.up = known.up;
-  if (place.crs.empty()) place.crs = known.crs;
-  return place;
-}
-
 absl::Status Update(const UpdateArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceTarget target, SurfaceTargetOf(arguments.output));
   CommandFiles files{.inputs = {arguments.input, arguments.scan}, .outputs = PathsOf({target})};
@@ -104,16 +96,16 @@ absl::Status Update(const UpdateArguments& arguments, std::stop_token stop) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface own,
                            DecodeBytes(arguments.input, base.dss, context));
   base.vertices = static_cast<int64_t>(own.surface.heights.size());
-  RILIEVO_ASSIGN_OR_RETURN(const ScanFile scan, LoadScan(arguments.scan, arguments.reading));
-  RILIEVO_RETURN_IF_ERROR(CheckSamePlace(arguments.input, own.metadata.place, arguments.scan,
-                                         PlaceOf(arguments.place, PlaceOfScan(scan.place, own))));
+  RILIEVO_ASSIGN_OR_RETURN(ScanFile scan, LoadScan(arguments.scan, arguments.reading));
+  RILIEVO_RETURN_IF_ERROR(
+      CheckSamePlace(arguments.input, own.metadata.place, arguments.scan,
+                     PlaceOf(arguments.place, Completed(scan.place, own.metadata.place))));
   RILIEVO_ASSIGN_OR_RETURN(const WorkingServer server, ConnectOrStart(arguments.connection));
   const std::string& remote = arguments.connection.server;
   ProgressDisplay display(
       arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
       std::cerr);
-  // Its sights are not used.
-  const PointCloud points{scan.cloud.points};
+  const PointCloud points{std::move(scan.cloud.points)};  // its sights are not used
   const absl::StatusOr<ReconstructResult> result =
       ReconstructionClient(server.channel)
           .Update(points, base,

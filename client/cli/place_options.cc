@@ -45,4 +45,11 @@ ScanPlace PlaceOf(const PlaceArguments& arguments, ScanPlace known) {
 
 std::string UpName(UpDirection up) { return kUpNames[static_cast<size_t>(up)]; }
 
+ScanPlace Completed(ScanPlace place, const ScanPlace& known) {
+  if (place.metres_per_unit == 0) place.metres_per_unit = known.metres_per_unit;
+  if (place.up == UpDirection::kUnknown) place.up = known.up;
+  if (place.crs.empty()) place.crs = known.crs;
+  return place;
+}
+
 }  // namespace rilievo

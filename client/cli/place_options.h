@@ -23,6 +23,9 @@ void AddPlaceOptions(CLI::App* app, PlaceArguments* arguments);
 // What is given, in the place of what is `known`.
 ScanPlace PlaceOf(const PlaceArguments& arguments, ScanPlace known);
 
+// With what `known` says where it says nothing.
+ScanPlace Completed(ScanPlace place, const ScanPlace& known);
+
 // "z", "-x", ...; empty for kUnknown.
 std::string UpName(UpDirection up);
 

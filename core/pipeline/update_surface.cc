@@ -46,13 +46,18 @@ struct Updated {
 
 absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_vertices,
                                     const RunContext& context) {
+  const auto check_count = [&](int64_t vertices) {
+    return vertices <= most_vertices ? absl::OkStatus()
+                                     : absl::InvalidArgumentError(absl::StrCat(
+                                           "the surface has ", vertices, " vertices or more, and ",
+                                           most_vertices, " are announced"));
+  };
+  // Before anything is made of the control mesh.
+  RILIEVO_ASSIGN_OR_RETURN(const DssHeader header, ReadDssHeader(dss));
+  RILIEVO_RETURN_IF_ERROR(check_count(header.vertex_count));
   Updated opened;
   RILIEVO_ASSIGN_OR_RETURN(opened.file, OpenDss(dss, /*check_groups=*/false));
-  const int64_t vertices = VertexCountAt(opened.file.topology, opened.file.header.max_level);
-  if (vertices > most_vertices) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "the surface has ", vertices, " vertices, more than the ", most_vertices, " announced"));
-  }
+  RILIEVO_RETURN_IF_ERROR(check_count(VertexCountAt(opened.file.topology, header.max_level)));
   RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(dss, context));
   if (decoded.surface.max_level < decoded.declared_max_level) {
     return absl::FailedPreconditionError(
@@ -351,9 +356,14 @@ absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const 
 
   // The bytes that go out are decoded, and held against the points once more.
   context.Report(Stage::kMeasure, 0);
-  RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(result.dss, context));
-  result.chunk_bytes = std::move(decoded.chunk_bytes);
-  RILIEVO_ASSIGN_OR_RETURN(const Shape now, FinestTriangles(decoded.surface, context));
+  absl::StatusOr<DecodedSurface> decoded = DecodeDss(result.dss, context);
+  if (absl::IsDataLoss(decoded.status())) {
+    return absl::InternalError(
+        absl::StrCat("the update does not decode: ", decoded.status().message()));
+  }
+  RILIEVO_RETURN_IF_ERROR(decoded.status());
+  result.chunk_bytes = std::move(decoded->chunk_bytes);
+  RILIEVO_ASSIGN_OR_RETURN(const Shape now, FinestTriangles(decoded->surface, context));
   std::vector<uint8_t> contradicting, again;
   for (const int triangle : points.triangle) {
     contradicting.push_back(patches.contradicted[triangle / each]);

@@ -48,7 +48,7 @@ struct SurfaceUpdate {
 // FAILED_PRECONDITION when the scan lies elsewhere, when changes are larger than heights reach
 // (5 % of the diagonal, or half a radius of curvature inward), and as EncodeUpdate(); the remedy is
 // a new reconstruction. INVALID_ARGUMENT for a scan without finite points, and for more vertices
-// than options.most_vertices; else the errors of DecodeDss() and of the stages.
+// than options.most_vertices; else the errors of DecodeDss() of the file given, and of the stages.
 absl::StatusOr<SurfaceUpdate> UpdateSurface(std::span<const uint8_t> dss, const PointCloud& scan,
                                             const UpdateOptions& options,
                                             const RunContext& context);

@@ -31,6 +31,7 @@ class RecordReader {
       : layout_(size.layout), base_bytes_(size.base_bytes) {
     contents_.scan = RoomForPoints(size.points, size.layout);
     contents_.scan.triangles.resize(3, size.triangles);
+    contents_.base.reserve(static_cast<size_t>(size.base_bytes));
   }
 
   // How many bytes of a file to read at once; 0 when nothing is left.

@@ -54,7 +54,7 @@ std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions&
 std::string FieldAtFault(Stage stage, const JobRequest& job, const absl::Status& status) {
   if (job.size.triangles > 0 && absl::StartsWith(status.message(), "triangles")) return "triangles";
   if (job.size.base_bytes > 0) {
-    return absl::StartsWith(status.message(), "points") ? "points" : "base";
+    return absl::StartsWith(status.message(), "the scan") ? "points" : "base";
   }
   const bool own_mesh = job.options.control.user_mesh.has_value();
   if (stage == Stage::kDomainFit && own_mesh) return "header.options.control.control_mesh";

@@ -18,8 +18,8 @@ absl::StatusOr<JobResult> BringUpToDate(const JobRequest& job, const ScanContent
   options.most_vertices = job.base_vertices;
   absl::StatusOr<SurfaceUpdate> update =
       UpdateSurface(contents.base, contents.scan, options, context);
-  // What the client sent as a surface is not one.
-  if (absl::IsDataLoss(update.status())) {
+  // What the client sent as a surface is not one, or is of a newer version.
+  if (absl::IsDataLoss(update.status()) || absl::IsUnimplemented(update.status())) {
     return absl::InvalidArgumentError(update.status().message());
   }
   RILIEVO_RETURN_IF_ERROR(update.status());

@@ -42,6 +42,12 @@ class UpdateTest(unittest.TestCase):
         same = rilievo.update(self.surface, ball(4000, 3), whole=True)
         self.assertEqual(same.to_bytes(), self.surface.to_bytes())
 
+    def test_a_surface_of_which_a_part_was_read(self):
+        changed = ball(6000, 2, bump=0.05)
+        coarse = rilievo.Surface.from_bytes(self.surface.to_bytes(), max_level=0)
+        self.assertEqual(rilievo.update(coarse, changed, threads=1).to_bytes(),
+                         rilievo.update(self.surface, changed).to_bytes())
+
     def test_what_does_not_fit_is_refused(self):
         with self.assertRaisesRegex(rilievo.InvalidArgument, "shape"):
             rilievo.update(self.surface, np.zeros((4, 2)))

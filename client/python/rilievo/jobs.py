@@ -157,9 +157,12 @@ class Jobs:
                             as_message(options, "convert", MeshOptions), request_id, timeout)
 
     def update(self, surface: Surface, points: Any, *, whole: bool = False,
-               request_id: Optional[str] = None, timeout: Optional[float] = None) -> Job:
+               request_id: Optional[str] = None, timeout: Optional[float] = None,
+               threads: int = 0) -> Job:
         """submit() of a new scan of a surface; arguments as of rilievo.update()."""
-        return self._create(pack_update(points, surface, whole), None, request_id, timeout)
+        return self._create(pack_update(points, surface, whole),
+                            as_message(Options(threads=threads)) if threads else None,
+                            request_id, timeout)
 
     def _create(self, scan: Packed, message: Any, request_id: Optional[str],
                 timeout: Optional[float]) -> Job:

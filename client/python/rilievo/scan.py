@@ -186,8 +186,18 @@ def pack_update(points: Any, surface: Surface, whole: bool) -> Packed:
     """Coordinates alone, and the surface that they bring up to date."""
     base = surface.to_bytes()
     said = reconstruction_pb2.BaseSurface(bytes=len(base), whole=bool(whole),
-                                          vertices=surface.levels[-1]["vertices"])
+                                          vertices=_vertices_of(surface))
     return Packed(*_records(coordinates(points), []), base=base, base_surface=said)
+
+
+def _vertices_of(surface: Surface) -> int:
+    """Of the finest level of the whole file, however much of it was read."""
+    faces = surface.control_mesh.faces.astype(np.int64)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    counts = [len(surface.control_mesh.vertices), len(np.unique(edges, axis=0)), len(faces)]
+    for _ in range(surface.declared_max_level):
+        counts = [counts[0] + counts[1], 2 * counts[1] + 3 * counts[2], 4 * counts[2]]
+    return counts[0]
 
 
 def pack_mesh(vertices: Any, faces: Any, vertex_colors: Any = None) -> Packed:

@@ -182,6 +182,17 @@ absl::Status CheckHeightLaw(const OpenedDss& file) {
   return absl::OkStatus();
 }
 
+absl::StatusOr<DssHeader> ReadDssHeader(std::span<const uint8_t> bytes) {
+  RILIEVO_ASSIGN_OR_RETURN(const ChunkList list, ListChunks(bytes, false));
+  if (list.chunks.empty() || list.chunks[0].tag != kControlTag) {
+    return absl::DataLossError("the file does not begin with a control mesh");
+  }
+  ByteReader reader(list.chunks[0].payload);
+  const std::span<const uint8_t> head = reader.Bytes(reader.Varint());
+  if (!reader.ok()) return absl::DataLossError("chunk 0 ends within its header");
+  return DecodeDssHeader(head, list.version);
+}
+
 absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_groups) {
   RILIEVO_ASSIGN_OR_RETURN(const ChunkList list, ListChunks(bytes, check_groups));
   OpenedDss file;

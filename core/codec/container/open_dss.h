@@ -39,6 +39,10 @@ struct OpenedDss {
   std::optional<std::span<const uint8_t>> SmoothedPayload() const;
 };
 
+// What chunk 0 says before the control mesh, whose counts are not looked at yet. The errors of
+// DecodeDss.
+absl::StatusOr<DssHeader> ReadDssHeader(std::span<const uint8_t> bytes);
+
 // The errors of DecodeDss. All counts are held against the bytes that are there. Checksums of the
 // layers that stand in groups are looked at only if `check_groups`: their pieces have their own.
 absl::StatusOr<OpenedDss> OpenDss(std::span<const uint8_t> bytes, bool check_groups);

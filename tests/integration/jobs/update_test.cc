@@ -56,6 +56,19 @@ TEST_F(UpdateJobsTest, OnlyWhatIsNewComesBack) {
   EXPECT_EQ(pieces, "");
 }
 
+TEST_F(UpdateJobsTest, AWholeScanSaysWhereNothingIs) {
+  std::vector<int> half;
+  for (Eigen::Index i = 0; i < scan_.points.cols(); ++i) {
+    if (scan_.points(0, i) > 0) half.push_back(static_cast<int>(i));
+  }
+  const PointCloud scan{Eigen::Matrix3Xd(scan_.points(Eigen::all, half))};
+  base_.whole = true;
+  const auto result = ReconstructionClient(Channel()).Update(scan, base_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_GT(result->report.update().heights_filled(), 100);
+  EXPECT_EQ(result->dss, UpdateSurface(base_.dss, scan, {.whole = true}, {})->dss);
+}
+
 TEST_F(UpdateJobsTest, AKeptJobIsFetchedFromWhereTheSurfaceEnded) {
   const auto job = Client().Submit(PackUpdate(scan_, base_), {}, "update");
   ASSERT_TRUE(job.ok()) << job.status();
@@ -82,10 +95,19 @@ TEST_F(UpdateJobsTest, WhatCannotBeBroughtUpToDateIsSaid) {
   wrong.vertices -= 1;
   EXPECT_THAT(
       StatusOfUpdate(scan_, wrong).ToString(),
-      HasSubstr(absl::StrCat("base: the surface has ", base_.vertices, " vertices, more than")));
+      HasSubstr(absl::StrCat("base: the surface has ", base_.vertices, " vertices or more")));
+  // Told by the header, before there is a mesh of it.
+  wrong.vertices = 1;
+  EXPECT_THAT(StatusOfUpdate(scan_, wrong).ToString(), HasSubstr("vertices or more, and 1 are"));
+  UpdatedSurface newer = base_;
+  newer.dss[8] = 99;
+  EXPECT_THAT(StatusOfUpdate(scan_, newer).ToString(),
+              HasSubstr("base: the stream has format version 99"));
   wrong.vertices = 0;
   EXPECT_THAT(StatusOfUpdate(scan_, wrong).ToString(),
               HasSubstr("header.base_surface.vertices: 0;"));
+  EXPECT_THAT(StatusOfUpdate({Eigen::Matrix3Xd::Constant(3, 5, NAN)}, base_).ToString(),
+              HasSubstr("points: the scan has no point with finite"));
   PointCloud far = scan_;
   far.points.array() += 50;
   const absl::Status elsewhere = StatusOfUpdate(far, base_);
