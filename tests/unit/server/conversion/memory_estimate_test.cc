@@ -136,12 +136,13 @@ struct MeasuredUpdate {
   double peak_megabytes;
 };
 
-// Of stars, every height of which changed, or a tenth of them.
+// Of stars, every height of which changed, or a tenth of them; and of a sphere.
 const MeasuredUpdate kMeasuredUpdates[] = {
     {16'386, 20'000, 1'144, 24.6},
     {16'386, 2'500, 1'144, 19.3},
     {262'146, 200'000, 7'250, 137.0},
     {262'146, 25'000, 7'250, 87.6},
+    {4'098, 600'000, 260, 242.0},
 };
 
 TEST(MemoryEstimate, OfUpdatesToo) {
@@ -153,7 +154,7 @@ TEST(MemoryEstimate, OfUpdatesToo) {
     job.base_vertices = measured.vertices;
     const auto estimate = static_cast<double>(EstimateMemory(job)) / 1e6;
     EXPECT_GT(estimate, measured.peak_megabytes);
-    EXPECT_LT(estimate, 1.6 * measured.peak_megabytes);
+    EXPECT_LT(estimate, 1.7 * measured.peak_megabytes);
   }
 }
 
