@@ -1,7 +1,8 @@
-// Triangle meshes as plain values: the tessellated result, and the control mesh of a Loop surface.
+// Triangle meshes as plain values: the tessellated result, and the control mesh of a surface.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 namespace rilievo {
@@ -25,14 +26,20 @@ struct Crease {
   friend bool operator==(const Crease&, const Crease&) = default;
 };
 
-// The control mesh of a Loop surface, unit frame. An orientable 2-manifold, with or without
-// boundary, of one or more components, every vertex used (see mesh_topology.h). What the tags make
-// of a vertex: crease_topology.h in core/loop. A boundary edge is always sharp, tagged or not.
+// The control mesh of a Loop or Catmull-Clark surface, unit frame. An orientable 2-manifold, with
+// or without boundary, of one or more components, every vertex used (see mesh_topology.h). What the
+// tags make of a vertex: crease_topology.h in core/loop. A boundary edge is always sharp, tagged or
+// not.
 struct ControlMesh {
   Eigen::Matrix3Xd vertices;         // column = control point
   Eigen::Matrix3Xi faces;            // column = vertex indices, counter-clockwise seen from outside
   std::vector<Crease> creases = {};  // edges of the mesh, ascending (a, b), each once
   std::vector<int> corners = {};     // vertices that stay where they are, ascending, each once
+  // Edges (a, b), a < b, ascending, each once, that cut a quad into two triangles, so that each
+  // face is half of one quad. The surface is then the Catmull-Clark surface of the quads
+  // (quad_masks.h in core/loop); without diagonals it is the Loop surface of the triangles.
+  std::vector<std::array<int, 2>> diagonals = {};
+  bool quads() const { return !diagonals.empty(); }
 };
 
 }  // namespace rilievo

@@ -5,69 +5,23 @@
 #include <numbers>
 
 #include "core/geometry/triangle_mesh.h"
-#include "core/loop/crease_topology.h"
 #include "core/loop/loop_masks.h"
+#include "core/loop/sharp_ring.h"
 
 namespace rilievo {
 namespace {
 
 using Weights = std::vector<double>;  // of the vertex itself and of its neighbours
 
-bool IsSemiSharp(float sharpness) { return sharpness > 0.0f && sharpness < kInfiniteSharpness; }
-
-int Valence(const SharpRing& ring) { return static_cast<int>(ring.sharpness.size()); }
-
 // Neighbour i of a closed ring, i >= 0, as index of Weights.
 int Entry(const SharpRing& ring, int i) { return 1 + i % Valence(ring); }
 
-std::vector<int> SharpSpokes(const SharpRing& ring) {
-  std::vector<int> spokes;
-  for (int i = 0; i < Valence(ring); ++i) {
-    if (ring.sharpness[i] > 0.0f) spokes.push_back(i);
-  }
-  return spokes;
-}
-
-VertexKind KindOf(const SharpRing& ring, const std::vector<int>& sharp_spokes) {
-  if (ring.corner) return VertexKind::kCorner;
-  return static_cast<VertexKind>(std::min<size_t>(sharp_spokes.size(), 3));
-}
-
-SharpRing NextRing(const SharpRing& ring) {
-  SharpRing next = ring;
-  for (float& sharpness : next.sharpness) sharpness = SharpnessOfHalves(sharpness);
-  return next;
-}
-
-// `self` for the vertex, `neighbor` for each of `spokes`.
-Weights Spread(const SharpRing& ring, double self, double neighbor,
-               const std::vector<int>& spokes) {
-  Weights weights(ring.sharpness.size() + 1, 0.0);
-  weights[0] = self;
-  for (int i : spokes) weights[1 + i] = neighbor;
-  return weights;
-}
-
-Weights WeightsOfKind(const SharpRing& ring, VertexKind kind, const std::vector<int>& spokes) {
-  if (kind == VertexKind::kCorner) return Spread(ring, 1.0, 0.0, {});
-  if (kind == VertexKind::kCrease) return Spread(ring, 0.75, 0.125, spokes);
+Weights SmoothVertexWeights(const SharpRing& ring) {
   const int valence = Valence(ring);
   const double beta = valence == 6 ? 1.0 / 16.0 : LoopBeta(valence);
   Weights weights(valence + 1, beta);
   weights[0] = 1.0 - valence * beta;
   return weights;
-}
-
-// Mean of the sharpnesses that the next level no longer has, at most 1.
-double WeightOfParentRule(const SharpRing& ring, const SharpRing& next) {
-  float sum = 0.0f;
-  int count = 0;
-  for (size_t i = 0; i < ring.sharpness.size(); ++i) {
-    if (ring.sharpness[i] <= 0.0f || next.sharpness[i] > 0.0f) continue;
-    sum += ring.sharpness[i];
-    ++count;
-  }
-  return count > 0 ? std::min(1.0f, sum / static_cast<float>(count)) : 0.0;
 }
 
 // row * M, M the subdivision matrix of the vertex and its ring.
@@ -213,18 +167,6 @@ SharpSector CornerSector(const SharpRing& ring, int first, int face_count) {
   return sector;
 }
 
-// The sides between successive sharp edges; on the boundary the last one ends the ring.
-template <typename MakeSector>
-std::vector<SharpSector> SectorsBetween(const SharpRing& ring, const std::vector<int>& spokes,
-                                        const MakeSector& make) {
-  std::vector<SharpSector> sectors;
-  for (size_t s = 0; s + ring.boundary < spokes.size(); ++s) {
-    const int end = s + 1 < spokes.size() ? spokes[s + 1] : spokes[0] + Valence(ring);
-    sectors.push_back(make(ring, spokes[s], end - spokes[s]));
-  }
-  return sectors;
-}
-
 // All edges smooth or sharp for ever.
 SharpLimitMask LimitOfSettledRing(const SharpRing& ring) {
   const std::vector<int> spokes = SharpSpokes(ring);
@@ -236,30 +178,15 @@ SharpLimitMask LimitOfSettledRing(const SharpRing& ring) {
     case VertexKind::kDart:
       return {DartPosition(ring, spokes[0]), {DartSector(ring, spokes[0])}, {}};
     case VertexKind::kCrease:
-      return {Spread(ring, 2.0 / 3.0, 1.0 / 6.0, spokes),
+      return {Spread(Valence(ring) + 1, 2.0 / 3.0, 1.0 / 6.0, spokes),
               SectorsBetween(ring, spokes, CreaseSector),
               {}};
     case VertexKind::kCorner:
       break;
   }
-  const Weights position = Spread(ring, 1.0, 0.0, {});
+  const Weights position = Spread(Valence(ring) + 1, 1.0, 0.0, {});
   if (spokes.size() < 2) return {position, {WholeSector(ring)}, {}};
   return {position, SectorsBetween(ring, spokes, CornerSector), {}};
-}
-
-SharpLimitMask LimitOfRing(const SharpRing& ring) {
-  if (std::none_of(ring.sharpness.begin(), ring.sharpness.end(), IsSemiSharp)) {
-    return LimitOfSettledRing(ring);
-  }
-  SharpLimitMask mask = LimitOfRing(NextRing(ring));
-  mask.position = TimesSubdivisionMatrix(ring, mask.position);
-  for (SharpSector& sector : mask.sectors) {
-    for (Weights* tangent : {&sector.tangent_u, &sector.tangent_v}) {
-      *tangent = TimesSubdivisionMatrix(ring, *tangent);
-      for (double& weight : *tangent) weight *= 2.0;  // rings halve: tangents keep their size
-    }
-  }
-  return mask;
 }
 
 }  // namespace
@@ -270,24 +197,12 @@ float SharpnessOfHalves(float sharpness) {
 }
 
 std::vector<double> SharpVertexWeights(const SharpRing& ring) {
-  const std::vector<int> spokes = SharpSpokes(ring);
-  const VertexKind kind = KindOf(ring, spokes);
-  Weights weights = WeightsOfKind(ring, kind, spokes);
-  if (kind < VertexKind::kCrease || ring.corner) return weights;
-  const SharpRing next = NextRing(ring);
-  const std::vector<int> next_spokes = SharpSpokes(next);
-  const VertexKind next_kind = KindOf(next, next_spokes);
-  if (next_kind == kind) return weights;
-  const double parent = WeightOfParentRule(ring, next);
-  const Weights child = WeightsOfKind(next, next_kind, next_spokes);
-  for (size_t i = 0; i < weights.size(); ++i) {
-    weights[i] = parent * weights[i] + (1.0 - parent) * child[i];
-  }
-  return weights;
+  return VertexWeightsBy(ring, ring.sharpness.size() + 1,
+                         [&] { return SmoothVertexWeights(ring); });
 }
 
 SharpLimitMask SharpLimit(const SharpRing& ring) {
-  SharpLimitMask mask = LimitOfRing(ring);
+  SharpLimitMask mask = LimitBy(ring, LimitOfSettledRing, TimesSubdivisionMatrix);
   mask.whole = mask.sectors.size() == 1 ? mask.sectors.front() : WholeSector(ring);
   return mask;
 }

@@ -46,6 +46,17 @@ absl::Status CheckTags(const ControlMesh& mesh, int vertex_count) {
   return absl::OkStatus();
 }
 
+absl::Status CheckAgainstDiagonals(const ControlMesh& mesh) {
+  for (const Crease& crease : mesh.creases) {
+    if (std::binary_search(mesh.diagonals.begin(), mesh.diagonals.end(),
+                           std::array{crease.a, crease.b})) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("crease ", crease.a, "-", crease.b, " is the diagonal of a quad"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 // The tagged interior edges, ascending. Tags that are not edges of the mesh are an error.
 absl::StatusOr<std::vector<SharpEdge>> FindEdges(const std::vector<Crease>& creases,
                                                  const MeshTopology& topology) {
@@ -175,6 +186,7 @@ std::vector<Crease> TaggedEdges(const MeshTopology& topology, const std::vector<
 absl::StatusOr<CreaseTopology> BuildCreaseTopology(const ControlMesh& mesh,
                                                    const MeshTopology& topology) {
   RILIEVO_RETURN_IF_ERROR(CheckTags(mesh, topology.vertex_count));
+  RILIEVO_RETURN_IF_ERROR(CheckAgainstDiagonals(mesh));
   CreaseTopology creases;
   RILIEVO_ASSIGN_OR_RETURN(creases.edges, FindEdges(mesh.creases, topology));
   creases.kinds = KindsOfVertices(mesh, topology, creases.edges);

@@ -35,8 +35,8 @@ struct CreaseTopology {
 };
 
 // INVALID_ARGUMENT that names the crease or corner unless each crease is an edge of the mesh with
-// a < b and a positive sharpness, each corner a vertex, both strictly ascending. `topology`: of
-// mesh.faces.
+// a < b and a positive sharpness and not a diagonal, each corner a vertex, both strictly ascending.
+// `topology`: of mesh.faces.
 absl::StatusOr<CreaseTopology> BuildCreaseTopology(const ControlMesh& mesh,
                                                    const MeshTopology& topology);
 

@@ -29,4 +29,17 @@ inline bool NormalFromTangents(const Eigen::Vector3d& u, const Eigen::Vector3d& 
   return plane;
 }
 
+// Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
+// degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
+template <typename Neighbor>
+Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
+                          const Neighbor& neighbor) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < (closed ? count : count - 1); ++i) {
+    sum += (neighbor(i) - center).cross(neighbor((i + 1) % count) - center);
+  }
+  const double length = sum.norm();
+  return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
+}
+
 }  // namespace rilievo

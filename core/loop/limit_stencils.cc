@@ -12,6 +12,7 @@
 #include "core/base/status_macros.h"
 #include "core/loop/edge_star.h"
 #include "core/loop/loop_masks.h"
+#include "core/loop/quad_surface.h"
 #include "core/loop/sparse_rows.h"
 #include "core/loop/subdivision_rules.h"
 
@@ -289,35 +290,13 @@ class StencilPropagation {
 
   absl::Status Append(absl::StatusOr<std::vector<Block>> blocks) {
     if (!blocks.ok()) return blocks.status();
-    int64_t entries = static_cast<int64_t>(limits_.control_vertices.size());
-    for (const Block& block : *blocks) entries += block.limits.control_vertices.size();
-    if (entries > std::numeric_limits<int>::max()) {
-      return absl::ResourceExhaustedError("the limit stencils have more than 2^31 - 1 entries");
-    }
-    limits_.control_vertices.reserve(static_cast<size_t>(entries));
-    for (std::vector<double>* weights :
-         {&limits_.position, &limits_.tangent_u, &limits_.tangent_v}) {
-      weights->reserve(static_cast<size_t>(entries));
-    }
+    std::vector<LimitStencils> limits;
     for (Block& block : *blocks) {
       vertices_.Append(block.vertices);
-      AppendBegins(block.limits.begin, limits_.begin);
-      AppendAll(block.limits.control_vertices, limits_.control_vertices);
-      AppendAll(block.limits.position, limits_.position);
-      AppendAll(block.limits.tangent_u, limits_.tangent_u);
-      AppendAll(block.limits.tangent_v, limits_.tangent_v);
-      AppendSectors(block.limits.sectors);
+      limits.push_back(std::move(block.limits));
       block = Block();
     }
-    return absl::OkStatus();
-  }
-
-  void AppendSectors(const SectorStencils& more) {
-    AppendAll(more.vertices, limits_.sectors.vertices);
-    AppendBegins(more.begin, limits_.sectors.begin);
-    AppendAll(more.control_vertices, limits_.sectors.control_vertices);
-    AppendAll(more.tangent_u, limits_.sectors.tangent_u);
-    AppendAll(more.tangent_v, limits_.sectors.tangent_v);
+    return AppendStencils(std::move(limits), &limits_);
   }
 
   const LoopRefinement& refinement_;
@@ -359,9 +338,36 @@ std::vector<int> CornersOfSamples(int level) {
 
 }  // namespace
 
+absl::Status AppendStencils(std::vector<LimitStencils> more, LimitStencils* all) {
+  int64_t entries = static_cast<int64_t>(all->control_vertices.size());
+  for (const LimitStencils& stencils : more) entries += stencils.control_vertices.size();
+  if (entries > std::numeric_limits<int>::max()) {
+    return absl::ResourceExhaustedError("the limit stencils have more than 2^31 - 1 entries");
+  }
+  all->control_vertices.reserve(static_cast<size_t>(entries));
+  for (std::vector<double>* weights : {&all->position, &all->tangent_u, &all->tangent_v}) {
+    weights->reserve(static_cast<size_t>(entries));
+  }
+  for (LimitStencils& stencils : more) {
+    AppendBegins(stencils.begin, all->begin);
+    AppendAll(stencils.control_vertices, all->control_vertices);
+    AppendAll(stencils.position, all->position);
+    AppendAll(stencils.tangent_u, all->tangent_u);
+    AppendAll(stencils.tangent_v, all->tangent_v);
+    AppendAll(stencils.sectors.vertices, all->sectors.vertices);
+    AppendBegins(stencils.sectors.begin, all->sectors.begin);
+    AppendAll(stencils.sectors.control_vertices, all->sectors.control_vertices);
+    AppendAll(stencils.sectors.tangent_u, all->sectors.tangent_u);
+    AppendAll(stencils.sectors.tangent_v, all->sectors.tangent_v);
+    stencils = LimitStencils();
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinement, int level,
                                                  const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckLimitLevel(refinement, level));
+  if (!refinement.quads.empty()) return BuildQuadStencils(refinement, level, context);
   return StencilPropagation(refinement, level, context).Run();
 }
 

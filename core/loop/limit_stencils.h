@@ -22,10 +22,11 @@ struct SectorStencils {
 
 // Stencil s: entries [begin[s], begin[s + 1]) of `control_vertices` (ascending) and of the weights.
 // `position` weights sum to one, `tangent_u` and `tangent_v` to zero. The limit normal is
-// tangent_u x tangent_v, outward. Tangents are not normalised: the masks of loop_masks.h and
-// crease_masks.h applied at the level that first holds the vertex. A vertex with several sides has
-// no tangent plane: its tangents here are the smooth ones of its ring, a direction between the
-// sides; its limit normal is the normalised sum of those of its `sectors` (SetSharpNormals).
+// tangent_u x tangent_v, outward. Tangents are not normalised: the masks of loop_masks.h,
+// crease_masks.h and quad_masks.h applied at the level that first holds the vertex. A vertex with
+// several sides has no tangent plane: its tangents here are the smooth ones of its ring, a
+// direction between the sides; its limit normal is the normalised sum of those of its `sectors`
+// (SetSharpNormals).
 struct LimitStencils {
   std::vector<int> begin = {0};
   std::vector<int> control_vertices;
@@ -38,6 +39,9 @@ struct LimitStencils {
 // RESOURCE_EXHAUSTED when `begin` could not count the entries.
 absl::StatusOr<LimitStencils> BuildLimitStencils(const LoopRefinement& refinement, int level,
                                                  const RunContext& context);
+
+// Those of several runs of vertices, in order. Errors as BuildLimitStencils.
+absl::Status AppendStencils(std::vector<LimitStencils> more, LimitStencils* all);
 
 // Overwrites the normals of vertices with several sides by the normalised sum of the sides' unit
 // normals. A side whose tangents span no plane counts nothing; where the sum vanishes, the normal

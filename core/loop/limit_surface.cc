@@ -7,24 +7,12 @@
 #include "core/loop/edge_star.h"
 #include "core/loop/limit_normal.h"
 #include "core/loop/loop_masks.h"
+#include "core/loop/quad_surface.h"
 #include "core/loop/refinement.h"
 #include "core/loop/subdivision_rules.h"
 
 namespace rilievo {
 namespace {
-
-// Area-weighted normal of the open or closed fan of triangles around a vertex; +z if that too is
-// degenerate. `neighbor(i)`: ring of `count` neighbours, counter-clockwise.
-template <typename Neighbor>
-Eigen::Vector3d FanNormal(const Eigen::Vector3d& center, int count, bool closed,
-                          const Neighbor& neighbor) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int i = 0; i < (closed ? count : count - 1); ++i) {
-    sum += (neighbor(i) - center).cross(neighbor((i + 1) % count) - center);
-  }
-  const double length = sum.norm();
-  return length > 0 ? Eigen::Vector3d(sum / length) : Eigen::Vector3d(Eigen::Vector3d::UnitZ());
-}
 
 // Carries positions and ring sums from level to level. Every vertex' limit is taken at the level
 // that first holds it, from the topology of the level before: the finest level's own topology is
@@ -272,6 +260,8 @@ absl::StatusOr<LimitSurface> EvaluateLimit(const LoopRefinement& refinement,
         "control_points has ", control_points.cols(), " columns, the control mesh has ",
         refinement.levels.front().vertex_count, " vertices"));
   }
+  if (!refinement.quads.empty())
+    return EvaluateQuadLimit(refinement, control_points, level, context);
   return LimitEvaluation(refinement, level, context).Run(control_points);
 }
 

@@ -37,6 +37,7 @@ absl::StatusOr<LoopPatches> LoopPatches::Build(const ControlMesh& mesh, int leve
     return absl::InvalidArgumentError(absl::StrCat("level is ", level, ", patches serve level ",
                                                    kLeastLevel, " to ", kMaxLoopLevel));
   }
+  if (mesh.quads()) return absl::InvalidArgumentError("patches are those of Loop surfaces");
   const int steps = std::min(kMostSteps, level - 1);
   if (mesh.faces.cols() > kMaxLoopFaces >> (2 * level)) {
     return absl::ResourceExhaustedError(

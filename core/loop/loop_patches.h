@@ -32,7 +32,7 @@ class LoopPatches {
  public:
   static constexpr int kLeastLevel = 2;
 
-  // level in [2, 8]. Errors as RefineTopology.
+  // level in [2, 8]. Errors as RefineTopology; INVALID_ARGUMENT for a mesh of quads.
   static absl::StatusOr<LoopPatches> Build(const ControlMesh& mesh, int level,
                                            const RunContext& context);
 

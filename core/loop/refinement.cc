@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/loop/child_edges.h"
 #include "core/loop/edge_star.h"
+#include "core/loop/quad_surface.h"
 #include "core/loop/subdivision_rules.h"
 
 namespace rilievo {
@@ -140,6 +141,11 @@ absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_l
     RILIEVO_ASSIGN_OR_RETURN(MeshTopology fine, RefineOnce(refinement.levels.back(), context));
     refinement.levels.push_back(std::move(fine));
   }
+  if (mesh.quads()) {
+    RILIEVO_ASSIGN_OR_RETURN(refinement.quads, RefineQuads(mesh, refinement.levels));
+    refinement.sharp = SharpPartsOf(refinement.levels, refinement.quads);
+    return refinement;
+  }
   RILIEVO_ASSIGN_OR_RETURN(refinement.sharp, RefineCreases(mesh, refinement.levels));
   return refinement;
 }
@@ -185,6 +191,7 @@ Eigen::Matrix3Xi FinestFaces(const LoopRefinement& refinement) {
 
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
                                const Eigen::Matrix3Xd& values) {
+  if (!refinement.quads.empty()) return SubdivideQuadsOnce(refinement, level, values);
   const MeshTopology& topology = refinement.levels[static_cast<size_t>(level)];
   const int vertex_count = topology.vertex_count;
   Eigen::Matrix3Xd ring_sums = Eigen::Matrix3Xd::Zero(3, vertex_count);

@@ -9,6 +9,7 @@
 #include "core/base/run_context.h"
 #include "core/geometry/mesh_topology.h"
 #include "core/geometry/triangle_mesh.h"
+#include "core/loop/quad_topology.h"
 #include "core/loop/sharp_refinement.h"
 
 namespace rilievo {
@@ -25,6 +26,7 @@ inline constexpr int64_t kMaxLoopFaces = int64_t{1} << 30;  // of the finest lev
 // it has vertices alone, and `sharp` says nothing of it.
 struct LoopRefinement {
   std::vector<MeshTopology> levels;
+  QuadRefinement quads;   // of a Catmull-Clark surface; empty for a Loop surface
   SharpRefinement sharp;  // what creases and corners change; empty for a smooth mesh
   int max_level() const { return static_cast<int>(levels.size()) - 1; }
   // Vertices of level 0 to max_level() + 1: the next level's are known from the last one's edges.
@@ -34,8 +36,9 @@ struct LoopRefinement {
   }
 };
 
-// INVALID_ARGUMENT for faces that BuildMeshTopology or tags that BuildCreaseTopology refuses,
-// RESOURCE_EXHAUSTED when the finest level would have more than kMaxLoopFaces.
+// INVALID_ARGUMENT for faces that BuildMeshTopology, tags that BuildCreaseTopology or diagonals
+// that RefineQuads refuses, RESOURCE_EXHAUSTED when the finest level would have more than
+// kMaxLoopFaces.
 absl::StatusOr<LoopRefinement> RefineTopology(const ControlMesh& mesh, int max_level,
                                               const RunContext& context);
 
@@ -55,7 +58,8 @@ Eigen::Matrix3Xi RefineFaces(const MeshTopology& topology);
 // The faces of the finest level, whether or not it was added by VerticesAfter.
 Eigen::Matrix3Xi FinestFaces(const LoopRefinement& refinement);
 
-// One step of Loop subdivision: values at level `level` to values at level + 1. Column = vertex.
+// One step of subdivision, Loop's or Catmull and Clark's: values at level `level` to values at
+// level + 1. Column = vertex.
 Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
                                const Eigen::Matrix3Xd& values);
 
@@ -66,8 +70,8 @@ Eigen::Matrix3Xd SubdivideOnce(const LoopRefinement& refinement, int level,
 // as well; never NaN for finite control points.
 //
 // On a crease and at a corner the surface has a normal on each side (crease_masks.h): `normals`
-// holds their normalised sum there, the direction in which such a vertex is displaced. Sides count
-// alike, however many faces they have.
+// holds their normalised sum there (of quads: quad_masks.h), the direction in which such a vertex
+// is displaced. Sides count alike, however many faces they have.
 struct LimitSurface {
   Eigen::Matrix3Xd positions;       // column = limit position
   Eigen::Matrix3Xd normals;         // column = unit limit normal

@@ -28,6 +28,17 @@ class CornerSets {
   std::vector<int> parent_;
 };
 
+// The marked faces and the other halves of their quads.
+std::vector<uint8_t> WholeQuads(const MeshTopology& topology, const std::vector<uint8_t>& diagonal,
+                                std::vector<uint8_t> marked) {
+  for (int e = 0; e < static_cast<int>(diagonal.size()); ++e) {
+    if (diagonal[e] == 0) continue;
+    const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
+    marked[a] = marked[b] = marked[a] | marked[b];
+  }
+  return marked;
+}
+
 }  // namespace
 
 FaceCut CutConnectivity(const MeshTopology& topology, const std::vector<int>& faces,
@@ -76,9 +87,10 @@ std::vector<uint8_t> WithTouchingFaces(const MeshTopology& topology,
 
 SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points,
                     const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
-                    const std::vector<int>& corners) {
+                    const std::vector<int>& corners, const std::vector<uint8_t>& diagonal) {
   SubMesh sub;
-  const std::vector<uint8_t> taken = WithTouchingFaces(topology, wanted);
+  const std::vector<uint8_t> taken = WholeQuads(
+      topology, diagonal, WithTouchingFaces(topology, WholeQuads(topology, diagonal, wanted)));
   for (int f = 0; f < topology.face_count(); ++f) {
     if (taken[f] != 0) sub.faces.push_back(f);
   }
@@ -100,16 +112,19 @@ SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points
   for (const SharpEdge& edge : sharp) sharpness[edge.edge] = edge.sharpness;
   for (int i = 0; i < count; ++i) {
     for (int k = 0; k < 3; ++k) {
-      const float tag = sharpness[topology.face_edges(k, sub.faces[i])];
+      const int edge = topology.face_edges(k, sub.faces[i]);
+      const float tag = sharpness[edge];
       const int neighbor = topology.face_neighbors(k, sub.faces[i]);
-      if (tag <= 0 || (neighbor >= 0 && place[neighbor] >= 0 && place[neighbor] < i)) continue;
+      if (neighbor >= 0 && place[neighbor] >= 0 && place[neighbor] < i) continue;
       const auto [a, b] = std::minmax(sub.mesh.faces(k, i), sub.mesh.faces((k + 1) % 3, i));
-      sub.mesh.creases.push_back({a, b, tag});
+      if (tag > 0) sub.mesh.creases.push_back({a, b, tag});
+      if (!diagonal.empty() && diagonal[edge] != 0) sub.mesh.diagonals.push_back({a, b});
     }
   }
   std::sort(sub.mesh.creases.begin(), sub.mesh.creases.end(), [](const Crease& x, const Crease& y) {
     return std::pair(x.a, x.b) < std::pair(y.a, y.b);
   });
+  std::sort(sub.mesh.diagonals.begin(), sub.mesh.diagonals.end());
   return sub;
 }
 

@@ -19,10 +19,11 @@ struct SubMesh {
 // The wanted faces and those that touch them. On the wanted ones the limit surface is that of the
 // whole mesh; corner k of a face stays its corner k. Where the faces taken touch in a vertex only,
 // that vertex is there once for each fan. `sharp`: sharp edges of the topology, ascending;
-// `corners`: its corner vertices.
+// `corners`: its corner vertices. `diagonal`: of quads, by edge (FlagsOfDiagonals): then whole
+// quads are taken, and those that touch them.
 SubMesh CutFacesOut(const MeshTopology& topology, const Eigen::Matrix3Xd& points,
                     const std::vector<uint8_t>& wanted, const std::vector<SharpEdge>& sharp,
-                    const std::vector<int>& corners);
+                    const std::vector<int>& corners, const std::vector<uint8_t>& diagonal = {});
 
 // The connectivity of some faces alone.
 struct FaceCut {

@@ -1,4 +1,5 @@
-// OpenSubdiv's Loop surface in double precision, the independent oracle of the loop tests.
+// OpenSubdiv's Loop or Catmull-Clark surface in double precision, the independent oracle of the
+// loop tests.
 #pragma once
 
 #include <Eigen/Core>

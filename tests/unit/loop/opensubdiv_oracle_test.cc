@@ -22,13 +22,20 @@ struct Value {
   void AddWithWeight(const Value& other, double weight) { value += weight * other.value; }
 };
 
-std::unique_ptr<Far::TopologyRefiner> RefineUniformly(const ControlMesh& mesh, int max_level) {
-  const std::vector<int> vertices_per_face(static_cast<size_t>(mesh.faces.cols()), 3);
+std::unique_ptr<Far::TopologyRefiner> RefineUniformly(const ControlMesh& mesh,
+                                                      const LoopRefinement& refinement,
+                                                      int max_level) {
+  std::vector<int> corners(mesh.faces.data(), mesh.faces.data() + mesh.faces.size());
+  if (mesh.quads()) {
+    corners = CornersOfQuads(refinement.levels.front(), refinement.quads.levels.front());
+  }
+  const size_t sides = mesh.quads() ? 4 : 3;
+  const std::vector<int> vertices_per_face(corners.size() / sides, static_cast<int>(sides));
   Far::TopologyDescriptor descriptor;
   descriptor.numVertices = static_cast<int>(mesh.vertices.cols());
-  descriptor.numFaces = static_cast<int>(mesh.faces.cols());
+  descriptor.numFaces = static_cast<int>(vertices_per_face.size());
   descriptor.numVertsPerFace = vertices_per_face.data();
-  descriptor.vertIndicesPerFace = mesh.faces.data();
+  descriptor.vertIndicesPerFace = corners.data();
   std::vector<int> crease_ends;
   std::vector<float> crease_sharpness;
   for (const Crease& crease : mesh.creases) {
@@ -45,12 +52,22 @@ std::unique_ptr<Far::TopologyRefiner> RefineUniformly(const ControlMesh& mesh, i
   Sdc::Options options;
   options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-  std::unique_ptr<Far::TopologyRefiner> refiner(
-      Factory::Create(descriptor, Factory::Options(Sdc::SCHEME_LOOP, options)));
+  std::unique_ptr<Far::TopologyRefiner> refiner(Factory::Create(
+      descriptor,
+      Factory::Options(mesh.quads() ? Sdc::SCHEME_CATMARK : Sdc::SCHEME_LOOP, options)));
   Far::TopologyRefiner::UniformOptions uniform(max_level);
   uniform.fullTopologyInLastLevel = true;
   refiner->RefineUniform(uniform);
   return refiner;
+}
+
+// The face that two corners have in common.
+int FaceOf(const Far::TopologyLevel& level, int a, int b) {
+  const Far::ConstIndexArray of_a = level.GetVertexFaces(a), of_b = level.GetVertexFaces(b);
+  for (int i = 0; i < of_a.size(); ++i) {
+    if (of_b.FindIndex(of_a[i]) >= 0) return of_a[i];
+  }
+  return -1;
 }
 
 // numbers[v]: OpenSubdiv's number of vertex v of `level`.
@@ -66,7 +83,9 @@ std::vector<int> OpenSubdivNumbers(const Far::TopologyRefiner& refiner,
     for (Eigen::Index e = 0; e < edges.cols(); ++e) {
       const int a = numbers[static_cast<size_t>(edges(0, e))];
       const int b = numbers[static_cast<size_t>(edges(1, e))];
-      fine.push_back(theirs.GetEdgeChildVertex(theirs.FindEdge(a, b)));
+      const int edge = theirs.FindEdge(a, b);
+      fine.push_back(edge >= 0 ? theirs.GetEdgeChildVertex(edge)
+                               : theirs.GetFaceChildVertex(FaceOf(theirs, a, b)));
     }
     numbers = std::move(fine);
   }
@@ -100,7 +119,7 @@ std::vector<OracleLevel> EvaluateWithOpenSubdiv(const ControlMesh& mesh,
   std::vector<OracleLevel> levels;
   // PrimvarRefiner takes limits at the last level only, hence one refiner a level.
   for (int last = 0; last <= refinement.max_level(); ++last) {
-    const std::unique_ptr<Far::TopologyRefiner> refiner = RefineUniformly(mesh, last);
+    const std::unique_ptr<Far::TopologyRefiner> refiner = RefineUniformly(mesh, refinement, last);
     std::vector<Value> values(static_cast<size_t>(mesh.vertices.cols()));
     for (size_t v = 0; v < values.size(); ++v) {
       values[v].value = mesh.vertices.col(static_cast<Eigen::Index>(v));
