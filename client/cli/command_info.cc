@@ -44,7 +44,7 @@ SurfaceFacts Facts(const DecodedSurface& decoded, const OpenedDss& file) {
   SurfaceFacts facts;
   facts.topology = SummarizeTopology(surface.control_mesh.faces,
                                      static_cast<int>(surface.control_mesh.vertices.cols()));
-  // A step of Loop's scheme turns each edge into a vertex and each face into four.
+  // A step of refinement turns each edge into a vertex and each face into four.
   int64_t v = facts.topology.vertices, e = facts.topology.edges, f = facts.topology.faces;
   for (int level = 0; level <= surface.max_level; ++level) {
     facts.vertices.push_back(v);
@@ -108,6 +108,7 @@ Json InfoJson(const DecodedSurface& decoded, const SurfaceFacts& facts) {
   json["boundary_loops"] = facts.topology.boundary_loops;
   json["closed"] = facts.topology.closed();
   json["manifold"] = facts.topology.manifold();
+  json["scheme"] = decoded.surface.control_mesh.quads() ? "catmull-clark" : "loop";
   json["max_level"] = decoded.surface.max_level;
   json["heights"] = {
       {"measured", facts.measured}, {"smoothed", facts.smoothed}, {"filled", facts.filled}};
@@ -152,7 +153,8 @@ void PrintInfo(const std::string& path, const DecodedSurface& decoded, const Sur
       absl::StrCat(
           Counted(topology.components, "component", "components"), ", genus ", topology.genus, ", ",
           topology.closed() ? std::string("closed")
-                            : Counted(topology.boundary_loops, "boundary loop", "boundary loops")));
+                            : Counted(topology.boundary_loops, "boundary loop", "boundary loops"),
+          decoded.surface.control_mesh.quads() ? ", Catmull-Clark over quads" : ""));
   const SpatialFrame& frame = decoded.surface.frame;
   std::cout << LabelledLine(
       "place", absl::StrCat("diagonal ", Short(frame.diagonal), ", centre (", frame.center.x(),

@@ -87,6 +87,10 @@ void AddReconstructOptions(CLI::App* app, ShapeInput input, ReconstructArguments
                                " become creases of the surface; off: none do"))
       ->check(CLI::IsMember({"auto", "off"}))
       ->capture_default_str();
+  app->add_option("--scheme", a->scheme,
+                  "scheme of the smooth surface: loop (triangles) or catmull-clark (quads)")
+      ->check(CLI::IsMember({"loop", "catmull-clark"}))
+      ->capture_default_str();
   app->add_option("--max-level", a->max_level,
                   absl::StrCat("levels of heights; default as many as ",
                                input == ShapeInput::kScan ? "the points are dense enough for"
@@ -165,6 +169,7 @@ absl::StatusOr<v1::ReconstructOptions> OptionsFrom(const ReconstructArguments& a
                                                           {"arbitrary", v1::TOPOLOGY_ARBITRARY}};
   control.set_boundary(arguments.boundary == "close" ? v1::BOUNDARY_CLOSE : v1::BOUNDARY_KEEP);
   control.set_creases(arguments.creases == "auto" ? v1::CREASES_AUTO : v1::CREASES_OFF);
+  if (arguments.scheme != "loop") control.set_scheme(v1::SCHEME_CATMULL_CLARK);
   if (arguments.control_faces) control.set_control_faces(*arguments.control_faces);
   if (arguments.control_mesh.empty()) {
     control.set_topology(topologies.at(arguments.topology));

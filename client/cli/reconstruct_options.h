@@ -19,7 +19,8 @@ enum class ShapeInput { kScan, kMesh };
 
 struct ReconstructArguments {
   ShapeInput input = ShapeInput::kScan;
-  std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", fit;
+  std::string control_mesh, topology = "auto", boundary = "keep", creases = "auto", scheme = "loop",
+                            fit;
   std::string stations = "auto", normals = "auto", colors = "auto";
   std::optional<uint32_t> max_level, control_faces, threads;
   std::optional<uint64_t> seed, max_bytes;

@@ -11,7 +11,7 @@ namespace rilievo {
 namespace {
 
 // By the last word of the path, or by a word within it.
-constexpr std::array<std::pair<absl::string_view, const char*>, 24> kOptions = {{
+constexpr std::array<std::pair<absl::string_view, const char*>, 25> kOptions = {{
     {"max_level", "--max-level"},
     {"threads", "--threads"},
     {"seed", "--seed"},
@@ -24,6 +24,7 @@ constexpr std::array<std::pair<absl::string_view, const char*>, 24> kOptions = {
     {"bridge_gaps_below_ratio", "--bridge-gaps-below"},
     {"bridge_gaps_below_length", "--bridge-gaps-below"},
     {"creases", "--creases"},
+    {"scheme", "--scheme"},
     {"control_faces", "--control-faces"},
     {"control_mesh", "--control-mesh"},
     {"method", "--fit"},

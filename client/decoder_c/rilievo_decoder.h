@@ -78,7 +78,8 @@ RILIEVO_API int rilievo_surface_declared_max_level(const RilievoSurface* surface
 
 /* What the file says of itself, one JSON object, UTF-8: format_version, frame (center, diagonal),
  * levels (vertices and faces of each that is there), max_level, declared_max_level,
- * chunk_bytes, control (vertices, faces, closed, creases, corners), certificate (error_rms,
+ * chunk_bytes, control (vertices, faces, closed, creases, corners, scheme: "loop", or
+ * "catmull-clark" where faces are halves of quads), certificate (error_rms,
  * error_mean, error_p95, error_max, error_across, surface_to_scan and scan_to_surface with rms,
  * mean, p95, max; measured_share, smoothed_share, filled_share, folds; distances are fractions of
  * frame.diagonal, null where unknown), place (metres_per_unit: of the coordinates; up: "x" to "-z",

@@ -7,6 +7,7 @@
 #include "client/formats/number_text.h"
 #include "client/formats/surface_writer.h"
 #include "core/base/status_macros.h"
+#include "core/loop/refinement.h"
 
 namespace rilievo {
 
@@ -25,9 +26,19 @@ void WriteObjTags(const std::vector<Crease>& creases, const std::vector<int>& co
 }
 
 absl::Status WriteObjCage(const ControlMesh& mesh, const SpatialFrame& frame, std::ostream& out) {
-  const TriangleMesh cage{
-      (mesh.vertices * frame.diagonal).colwise() + frame.center, mesh.faces, {}};
-  RILIEVO_RETURN_IF_ERROR(WriteObjMesh(cage, out));
+  const Eigen::Matrix3Xd vertices = (mesh.vertices * frame.diagonal).colwise() + frame.center;
+  if (mesh.quads()) {
+    RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
+                             RefineTopology(mesh, 0, RunContext()));
+    PolygonMesh cage{
+        vertices, {0}, CornersOfQuads(refinement.levels[0], refinement.quads.levels[0])};
+    for (int end = 4; end <= static_cast<int>(cage.corners.size()); end += 4) {
+      cage.begin.push_back(end);
+    }
+    RILIEVO_RETURN_IF_ERROR(WriteObjPolygons(cage, out));
+  } else {
+    RILIEVO_RETURN_IF_ERROR(WriteObjMesh({vertices, mesh.faces, {}}, out));
+  }
   WriteObjTags(mesh.creases, mesh.corners, out);
   // A tag of no edge: nothing is sharp. No tag at all would mean that an editor dropped them.
   if (mesh.creases.empty() && mesh.corners.empty()) {

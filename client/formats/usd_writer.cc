@@ -20,7 +20,8 @@ constexpr float kUsdSharpest = 10.0f;
 // The subdivided control mesh.
 struct Cage {
   Eigen::Matrix3Xf points;  // scan unit, about the frame's centre
-  Eigen::Matrix3Xi faces;
+  int sides = 3;            // of each face
+  std::vector<int> corners_of_faces;
   std::vector<int> crease_ends;  // pairs
   std::vector<float> crease_sharpness;
   std::vector<int> corners;
@@ -39,7 +40,13 @@ absl::StatusOr<Cage> MakeCage(const DisplacedSurface& surface, int level,
   Cage cage;
   cage.points = (points * surface.frame.diagonal).cast<float>();
   const MeshTopology& topology = refinement.levels[level];
-  cage.faces = topology.faces;
+  if (refinement.quads.empty()) {
+    const Eigen::Matrix3Xi& faces = topology.faces;
+    cage.corners_of_faces.assign(faces.data(), faces.data() + faces.size());
+  } else {
+    cage.sides = 4;
+    cage.corners_of_faces = CornersOfQuads(topology, refinement.quads.levels[level]);
+  }
   if (!refinement.sharp.empty()) {
     for (const SharpEdge& edge : refinement.sharp.levels[level].edges) {
       cage.crease_ends.push_back(topology.edge_vertices(0, edge.edge));
@@ -109,10 +116,12 @@ void WriteMeshArrays(const Cage& cage, UsdText* usd) {
   const Eigen::Vector3f high = cage.points.rowwise().maxCoeff();
   usd->Array("float3[] extent", 2,
              [&](int64_t i, std::string* text) { AppendTuple(i == 0 ? low : high, text); });
-  usd->Array("int[] faceVertexCounts", cage.faces.cols(),
-             [](int64_t /*i*/, std::string* text) { *text += '3'; });
-  usd->Array("int[] faceVertexIndices", cage.faces.size(),
-             [&](int64_t i, std::string* text) { absl::StrAppend(text, cage.faces.data()[i]); });
+  const auto corners = static_cast<int64_t>(cage.corners_of_faces.size());
+  usd->Array("int[] faceVertexCounts", corners / cage.sides,
+             [&](int64_t /*i*/, std::string* text) { absl::StrAppend(text, cage.sides); });
+  usd->Array("int[] faceVertexIndices", corners, [&](int64_t i, std::string* text) {
+    absl::StrAppend(text, cage.corners_of_faces[static_cast<size_t>(i)]);
+  });
   usd->Array("point3f[] points", cage.points.cols(),
              [&](int64_t i, std::string* text) { AppendTuple(cage.points.col(i), text); });
 }
@@ -155,7 +164,8 @@ absl::Status WriteUsdSurface(const DisplacedSurface& surface, int level, const S
   WriteLayer(place, &usd);
   usd.Line("def Mesh \"surface\"\n{");
   WriteMeshArrays(cage, &usd);
-  usd.Line("    uniform token subdivisionScheme = \"loop\"");
+  usd.Line(absl::StrCat("    uniform token subdivisionScheme = \"",
+                        cage.sides == 4 ? "catmullClark" : "loop", "\""));
   // A boundary is a crease; its vertices of a single face are not pinned.
   usd.Line("    uniform token interpolateBoundary = \"edgeOnly\"");
   usd.Line("    uniform token orientation = \"rightHanded\"");

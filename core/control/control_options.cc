@@ -42,6 +42,11 @@ absl::Status ControlOptions::Validate() const {
   if (topology == Topology::kMesh) {
     return absl::InvalidArgumentError("topology mesh is that of a given mesh; leave it auto");
   }
+  if (user_mesh && scheme != DomainScheme::kLoop) {
+    return absl::InvalidArgumentError(
+        "scheme is catmull-clark, but user_mesh is set, whose triangles are used as they are; take "
+        "scheme loop, or leave the mesh out");
+  }
   if (topology == Topology::kUser && !user_mesh) {
     return absl::InvalidArgumentError("topology user needs user_mesh");
   }

@@ -26,6 +26,11 @@ enum class CreaseRule {
   kOff,
 };
 
+enum class DomainScheme {
+  kLoop,          // of triangles
+  kCatmullClark,  // of quads, which QuadControlMesh() makes of the triangles
+};
+
 const char* TopologyName(Topology topology);
 
 inline constexpr double kShortestRim = 1e-6, kLongestRim = 100;
@@ -37,6 +42,7 @@ struct ControlOptions {
   Topology topology = Topology::kAuto;
   BoundaryRule boundary = BoundaryRule::kKeep;
   CreaseRule creases = CreaseRule::kAuto;
+  DomainScheme scheme = DomainScheme::kLoop;  // of the smooth surface; with user_mesh kLoop
   // Holes whose rim is shorter are closed under BoundaryRule::kKeep too, see CloseHoles(); fraction
   // of the diagonal. 0 (none) or [kShortestRim, kLongestRim].
   double close_holes_below = 0;

@@ -6,6 +6,7 @@
 
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/loop/quad_topology.h"
 
 namespace rilievo {
 namespace {
@@ -69,6 +70,26 @@ Eigen::Matrix3Xd SideNormals(const SectorStencils& sides, const Eigen::Matrix3Xd
   return normals;
 }
 
+// Of quads: neighbours along edges, and with the corners opposite to them.
+void ListQuadRings(DomainSamples* samples) {
+  const QuadRings rings(samples->refinement.levels.front(), samples->refinement.quads, 0);
+  VertexRings& all = samples->control_rings;
+  VertexRings& edges = samples->quad_edges;
+  all = {{0}, {}};
+  edges = {{0}, {}};
+  QuadRing ring;
+  for (int v = 0; v < samples->control_vertex_count(); ++v) {
+    rings.Of(v, ring);
+    for (VertexRings* list : {&edges, &all}) {
+      list->neighbors.insert(list->neighbors.end(), ring.neighbors.begin(), ring.neighbors.end());
+    }
+    all.neighbors.insert(all.neighbors.end(), ring.opposite.begin(), ring.opposite.end());
+    for (VertexRings* list : {&edges, &all}) {
+      list->neighbor_begin.push_back(static_cast<int>(list->neighbors.size()));
+    }
+  }
+}
+
 // Drops what nobody asks of a finest level beyond the control mesh once its rings are known.
 void LeaveFaces(LoopRefinement* refinement) {
   if (refinement->max_level() == 0) return;
@@ -96,6 +117,7 @@ absl::StatusOr<DomainSamples> BuildDomainSamples(const ControlMesh& mesh, int le
                            BuildLimitStencils(samples.refinement, level, context));
   samples.rings = BuildVertexRings(samples.finest());
   samples.control_rings = BuildVertexRings(samples.refinement.levels.front());
+  if (!samples.refinement.quads.empty()) ListQuadRings(&samples);
   AssignOwners(SamplesOfControlFaces(samples.refinement, level), samples.size(), &samples);
   LinkBoundary(samples.finest(), &samples);
   ListSharp(&samples);

@@ -20,7 +20,8 @@ struct DomainSamples {
   LoopRefinement refinement;  // of its finest level, unless that is the control mesh: faces alone
   LimitStencils stencils;     // one a sample
   VertexRings rings;          // around the samples, within the finest level
-  VertexRings control_rings;  // around the control vertices
+  VertexRings control_rings;  // around the control vertices: what their limits depend on
+  VertexRings quad_edges;     // of quads: the neighbours along edges alone; of triangles empty
   std::vector<int> owned_begin;  // size control_face_count() + 1
   // Samples charged to control face f: [owned_begin[f], owned_begin[f + 1]). A sample on an edge or
   // a corner belongs to the first of its faces, so each sample counts once.
@@ -36,6 +37,9 @@ struct DomainSamples {
   int control_vertex_count() const { return refinement.levels.front().vertex_count; }
   int control_face_count() const { return refinement.levels.front().face_count(); }
   const MeshTopology& finest() const { return refinement.levels.back(); }
+  const VertexRings& edge_rings() const {
+    return quad_edges.neighbor_begin.empty() ? control_rings : quad_edges;
+  }
   bool is_sharp(int sample) const {
     return !sharp.empty() && sharp_slot[static_cast<size_t>(sample)] >= 0;
   }

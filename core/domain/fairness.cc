@@ -23,7 +23,7 @@ std::vector<int> SharpUmbrella(const DomainSamples& samples, int control_vertex)
 }  // namespace
 
 Umbrella UmbrellaOf(const DomainSamples& samples, int control_vertex) {
-  const VertexRings& rings = samples.control_rings;
+  const VertexRings& rings = samples.edge_rings();
   const auto v = static_cast<size_t>(control_vertex);
   const auto begin = rings.neighbors.begin() + rings.neighbor_begin[v];
   const auto end = rings.neighbors.begin() + rings.neighbor_begin[v + 1];

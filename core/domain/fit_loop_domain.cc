@@ -88,7 +88,8 @@ absl::StatusOr<DomainFit> FitLoopDomain(const OrientedCloud& cloud, const PointI
   context.Report(Stage::kDomainFit, 1.0);
 
   DomainFit fit;
-  fit.control_mesh = {std::move(state.control_points), start.faces, start.creases, start.corners};
+  fit.control_mesh = {std::move(state.control_points), start.faces, start.creases, start.corners,
+                      start.diagonals};
   fit.rms_before = state.rms.front();
   fit.rms_after = state.rms.back();
   fit.round_rms.assign(state.rms.begin() + 1, state.rms.end());

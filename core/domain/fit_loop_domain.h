@@ -1,4 +1,5 @@
-// The domain surface: a Loop surface fitted to the points, by Ceres or by Suzuki's update.
+// The domain surface, a Loop or Catmull-Clark surface, fitted to the points by Ceres or by Suzuki's
+// update.
 #pragma once
 
 #include <vector>

@@ -22,8 +22,8 @@ namespace rilievo {
 // A table of patches is made once; asking it changes nothing, so any number of threads may.
 class LimitEvaluator {
  public:
-  // Errors as RefineTopology; RESOURCE_EXHAUSTED where semi-sharp edges would need more patches
-  // than kMostPatches and 64 a face.
+  // Errors as RefineTopology; UNIMPLEMENTED for a Catmull-Clark surface; RESOURCE_EXHAUSTED where
+  // semi-sharp edges would need more patches than kMostPatches and 64 a face.
   static absl::StatusOr<LimitEvaluator> Build(const ControlMesh& mesh, const RunContext& context);
   static constexpr int64_t kMostPatches = int64_t{1} << 20;
 

@@ -187,6 +187,11 @@ class PatchTreeBuilder {
 
 absl::StatusOr<LimitEvaluator> LimitEvaluator::Build(const ControlMesh& mesh,
                                                      const RunContext& context) {
+  if (mesh.quads()) {
+    return absl::UnimplementedError(
+        "this is a Catmull-Clark surface; parameters and closest points are evaluated on Loop "
+        "surfaces: make it with --scheme loop, or measure the mesh that rilievo export writes");
+  }
   return PatchTreeBuilder(mesh, context).Run();
 }
 

@@ -151,14 +151,14 @@ double LargestWeight(const QuadWeights& weights) {
 // Applies next() until it changes `row` no more.
 template <typename Next>
 QuadWeights Settled(QuadWeights row, const Next& next) {
-  constexpr int kMostSteps = 5000;
-  constexpr double kSettled = 1e-16;
-  for (int step = 0; step < kMostSteps; ++step) {
+  constexpr int kMostIterations = 5000;
+  constexpr double kLeastChange = 1e-16;
+  for (int step = 0; step < kMostIterations; ++step) {
     QuadWeights moved = next(row);
     double change = 0.0;
     for (size_t i = 0; i < row.size(); ++i) change = std::max(change, std::abs(moved[i] - row[i]));
     row = std::move(moved);
-    if (change <= kSettled) break;
+    if (change <= kLeastChange) break;
   }
   return row;
 }

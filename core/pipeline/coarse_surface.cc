@@ -147,6 +147,7 @@ void VisitMesh(Archive& archive, Mesh& mesh) {
   archive(mesh.faces);
   archive(mesh.creases);
   archive(mesh.corners);
+  archive(mesh.diagonals);
 }
 
 template <typename Archive, typename Surface>

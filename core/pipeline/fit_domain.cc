@@ -7,6 +7,7 @@
 #include "core/base/ablation.h"
 #include "core/base/status_macros.h"
 #include "core/control/creases/tag_creases.h"
+#include "core/control/quads/quad_control_mesh.h"
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
 
@@ -64,8 +65,12 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
                                  const PipelineContext& context) {
   const StageScope scope(Stage::kDomainFit, context);
   Domain domain;
-  RILIEVO_ASSIGN_OR_RETURN(domain.fit,
-                           FitLoopDomain(scan.cloud, scan.index, start, options.fit, context));
+  std::optional<ControlMesh> quads;
+  if (options.control.scheme == DomainScheme::kCatmullClark) {
+    RILIEVO_ASSIGN_OR_RETURN(quads, QuadControlMesh(start));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(domain.fit, FitLoopDomain(scan.cloud, scan.index, quads ? *quads : start,
+                                                     options.fit, context));
   if (options.control.fills_holes()) {
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));

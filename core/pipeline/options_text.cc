@@ -22,12 +22,14 @@ constexpr std::array kSightRules = {"auto", "use", "ignore"};
 constexpr std::array kTopologies = {"auto", "planar", "spherical", "arbitrary", "user"};
 constexpr std::array kBoundaries = {"keep", "close"};
 constexpr std::array kCreases = {"auto", "off"};
+constexpr std::array kSchemesOfDomains = {"loop", "catmull-clark"};
 constexpr std::array kMethods = {"suzuki", "least-squares"};
 static_assert(static_cast<int>(Topology::kAuto) == 0 && static_cast<int>(Topology::kUser) == 4);
 static_assert(static_cast<int>(SightRule::kAuto) == 0);
 static_assert(static_cast<int>(SightRule::kIgnore) == 2);
 static_assert(static_cast<int>(BoundaryRule::kKeep) == 0);
 static_assert(static_cast<int>(CreaseRule::kAuto) == 0);
+static_assert(static_cast<int>(DomainScheme::kLoop) == 0);
 static_assert(static_cast<int>(FitMethod::kSuzuki) == 0);
 
 // Every option once: to write them, and to read them.
@@ -45,6 +47,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("close_holes_below", o.control.close_holes_below);
   visit("bridge_gaps_below", o.control.bridge_gaps_below);
   visit("creases", o.control.creases, Names(kCreases));
+  visit("scheme", o.control.scheme, Names(kSchemesOfDomains));
   visit("target_faces", o.control.target_faces);
   visit("method", o.fit.method, Names(kMethods));
   visit("suzuki_rounds", o.fit.suzuki_rounds);

@@ -60,6 +60,11 @@ float InterpolatedHeight(const MeshTopology& topology, int edge,
   return static_cast<float>(middle + opposite / 8 - wings / 16);
 }
 
+// Patches are those of Loop surfaces.
+bool HasPatches(const DisplacedSurface& surface, int level) {
+  return level >= LoopPatches::kLeastLevel && !surface.control_mesh.quads();
+}
+
 absl::Status CheckHeightCount(const DisplacedSurface& surface, int64_t expected) {
   if (static_cast<int64_t>(surface.heights.size()) == expected) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("heights has ", surface.heights.size(),
@@ -128,7 +133,7 @@ std::vector<float> HeightsAtLevel(const DisplacedSurface& surface, const LoopRef
 absl::StatusOr<TriangleMesh> Tessellate(const DisplacedSurface& surface, int level,
                                         const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(CheckSurface(surface, level));
-  const bool by_patches = level >= LoopPatches::kLeastLevel && level <= surface.max_level;
+  const bool by_patches = HasPatches(surface, level) && level <= surface.max_level;
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh mesh, by_patches
                                                   ? TessellatePatches(surface, level, context)
                                                   : TessellateTopology(surface, level, context));
@@ -155,7 +160,7 @@ absl::StatusOr<DisplacedVertices> DisplaceVertices(const DisplacedSurface& surfa
     vertices.positions.col(v) = position + vertices.displacements.col(v);
   };
   const int level = surface.max_level;
-  if (level < LoopPatches::kLeastLevel) {
+  if (!HasPatches(surface, level)) {
     RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement,
                              RefineTopology(surface.control_mesh, level, context));
     RILIEVO_RETURN_IF_ERROR(CheckHeightCount(surface, refinement.levels[level].vertex_count));

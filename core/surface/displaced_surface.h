@@ -1,4 +1,5 @@
-// The result: a Loop surface over a control mesh, plus one height per vertex along its normal.
+// The result: a Loop or Catmull-Clark surface over a control mesh, plus one height per vertex along
+// its normal.
 #pragma once
 
 #include <vector>

@@ -9,6 +9,7 @@
 #include "core/base/status_macros.h"
 #include "core/loop/crease_topology.h"
 #include "core/loop/face_vertices.h"
+#include "core/loop/quad_topology.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 
@@ -99,11 +100,12 @@ absl::StatusOr<RegionMesh> TessellateRegion(const DisplacedSurface& surface,
     RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases, BuildCreaseTopology(whole, topology));
     sharp = std::move(creases.edges);
   }
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> diagonal, FlagsOfDiagonals(whole, topology));
   std::vector<uint8_t> wanted(whole.faces.cols(), 0);
   for (int f : control_faces) wanted[f] = 1;
   // Normals on the border of the part take the faces that touch it, whose points have to be right.
   SubMesh sub = CutFacesOut(topology, whole.vertices, WithTouchingFaces(topology, wanted), sharp,
-                            whole.corners);
+                            whole.corners, diagonal);
 
   DisplacedSurface part;
   part.frame = surface.frame;

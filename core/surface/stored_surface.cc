@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/status_macros.h"
+#include "core/loop/quad_topology.h"
 
 namespace rilievo {
 
@@ -30,6 +31,7 @@ absl::StatusOr<PartCutter> PartCutter::Make(const ControlMesh& mesh, MeshTopolog
     RILIEVO_ASSIGN_OR_RETURN(CreaseTopology creases, BuildCreaseTopology(mesh, cutter.topology_));
     cutter.sharp_ = std::move(creases.edges);
   }
+  RILIEVO_ASSIGN_OR_RETURN(cutter.diagonal_, FlagsOfDiagonals(mesh, cutter.topology_));
   return cutter;
 }
 
@@ -37,7 +39,7 @@ SubMesh PartCutter::Cut(std::span<const int> faces, int rings) const {
   std::vector<uint8_t> wanted(topology_.face_count(), 0);
   for (const int f : faces) wanted[f] = 1;
   for (int ring = 0; ring < rings; ++ring) wanted = WithTouchingFaces(topology_, wanted);
-  return CutFacesOut(topology_, mesh_.vertices, wanted, sharp_, mesh_.corners);
+  return CutFacesOut(topology_, mesh_.vertices, wanted, sharp_, mesh_.corners, diagonal_);
 }
 
 std::vector<int> PlacesOf(std::span<const int> wanted, const std::vector<int>& faces) {

@@ -53,7 +53,8 @@ struct SurfacePart {
 // Cuts parts out of a control mesh.
 class PartCutter {
  public:
-  // Errors of BuildMeshTopology and BuildCreaseTopology. `mesh` is kept by reference.
+  // Errors of BuildMeshTopology, BuildCreaseTopology and FlagsOfDiagonals. `mesh` is kept by
+  // reference.
   static absl::StatusOr<PartCutter> Make(const ControlMesh& mesh);
   // `topology`: of it.
   static absl::StatusOr<PartCutter> Make(const ControlMesh& mesh, MeshTopology topology);
@@ -68,6 +69,7 @@ class PartCutter {
   const ControlMesh& mesh_;
   MeshTopology topology_;
   std::vector<SharpEdge> sharp_;
+  std::vector<uint8_t> diagonal_;  // by edge; empty for a Loop surface
 };
 
 // Where each of the wanted faces is in `faces`; both ascend.

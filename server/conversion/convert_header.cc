@@ -249,6 +249,18 @@ void ReadControl(const v1::ControlOptions& from, ControlOptions* control, Option
     default:
       reader.Violate("creases", absl::StrCat(from.creases(), " is no Creases"));
   }
+  switch (from.scheme()) {
+    case v1::SCHEME_UNSPECIFIED:
+      break;
+    case v1::SCHEME_LOOP:
+      control->scheme = DomainScheme::kLoop;
+      break;
+    case v1::SCHEME_CATMULL_CLARK:
+      control->scheme = DomainScheme::kCatmullClark;
+      break;
+    default:
+      reader.Violate("scheme", absl::StrCat(from.scheme(), " is no Scheme"));
+  }
   reader.Read("control_faces", from.has_control_faces(), from.control_faces(), {0, 200000},
               &control->target_faces);
   reader.Read("close_holes_below_ratio", from.has_close_holes_below_ratio(),

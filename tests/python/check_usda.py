@@ -171,8 +171,11 @@ def check_sharpness(mesh):
     need(len(sharpness) in (len(lengths), sum(length - 1 for length in lengths)),
          "as many sharpnesses as creases or as their edges are needed")
     faces = mesh["faceVertexIndices"]
-    edges = {frozenset((faces[3 * (h // 3) + h % 3], faces[3 * (h // 3) + (h + 1) % 3]))
-             for h in range(len(faces))}
+    edges, begin = set(), 0
+    for count in mesh["faceVertexCounts"]:
+        corners = faces[begin:begin + count]
+        edges |= {frozenset((corners[i - 1], corners[i])) for i in range(count)}
+        begin += count
     at = 0
     for length in lengths:
         for k in range(at, at + length - 1):

@@ -86,6 +86,16 @@ class ConvertTest(WithServer):
         self.assertTrue(surface.report["max_error_kept"])
         self.assertTrue((np.abs(surface.colors.astype(int) - [200, 100, 50]) < 8).all())
 
+    def test_quads(self):
+        few = {"control_faces": 200, "max_level": 2, "server": self.server}
+        quads = rilievo.convert(*torus(60, 30), scheme="catmull-clark", **few)
+        self.assertEqual(quads.info["control"]["scheme"], "catmull-clark")
+        self.assertEqual(quads.info["format_version"], 5)
+        self.assertLess(quads.certificate.scan_to_surface.rms, 1e-3)
+        triangles = rilievo.convert(*torus(60, 30), scheme="loop", **few)
+        self.assertEqual(triangles.to_bytes(), rilievo.convert(*torus(60, 30), **few).to_bytes())
+        self.assertEqual(triangles.info["control"]["scheme"], "loop")
+
     def test_levels_arrive_one_by_one(self):
         levels = []
         rilievo.convert(*torus(60, 30), server=self.server, control_faces=200,

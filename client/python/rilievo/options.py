@@ -11,6 +11,7 @@ from .values import ControlMesh
 Topology = Literal["auto", "planar", "spherical", "arbitrary"]
 Boundary = Literal["keep", "close"]
 Creases = Literal["auto", "off"]
+Scheme = Literal["loop", "catmull-clark"]
 SightRule = Literal["auto", "use", "ignore"]
 Fit = Literal["suzuki", "least-squares"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
@@ -34,6 +35,8 @@ class MeshOptions(TypedDict, total=False):
     """Step of the height quantiser."""
     creases: Optional[Creases]
     """Whether sharp edges become creases of the surface."""
+    scheme: Optional[Scheme]
+    """Of the smooth surface: of triangles, or of quads."""
     close_holes_below: Union[float, str, None]
     """Holes whose rim is shorter are closed, whatever the boundary; others stay as they are."""
     bridge_gaps_below: Union[float, str, None]
@@ -84,6 +87,7 @@ _WORDS: Dict[str, Dict[str, int]] = {
                  "arbitrary": options_pb2.TOPOLOGY_ARBITRARY},
     "boundary": {"keep": options_pb2.BOUNDARY_KEEP, "close": options_pb2.BOUNDARY_CLOSE},
     "creases": {"auto": options_pb2.CREASES_AUTO, "off": options_pb2.CREASES_OFF},
+    "scheme": {"loop": options_pb2.SCHEME_LOOP, "catmull-clark": options_pb2.SCHEME_CATMULL_CLARK},
     "fit": {"suzuki": options_pb2.FIT_METHOD_SUZUKI,
             "least-squares": options_pb2.FIT_METHOD_LEAST_SQUARES},
     "up": {"x": options_pb2.UP_DIRECTION_X, "y": options_pb2.UP_DIRECTION_Y,
@@ -95,6 +99,7 @@ _FIELDS = {
     "max_bytes": ("encode", "max_bytes", int), "topology": ("control", "topology", str),
     "stations": ("scan", "stations", str), "normals": ("scan", "normals", str),
     "boundary": ("control", "boundary", str), "creases": ("control", "creases", str),
+    "scheme": ("control", "scheme", str),
     "up": ("place", "up", str),
     "control_faces": ("control", "control_faces", int), "fit": ("fit", "method", str),
     "max_level": ("", "max_level", int), "seed": ("", "seed", int), "threads": ("", "threads", int),

@@ -121,6 +121,7 @@ absl::StatusOr<DecodedSurface> WithControlMesh(const DecodedSurface& decoded,
   DisplacedSurface& surface = moved.surface;
   RILIEVO_ASSIGN_OR_RETURN(surface.control_mesh,
                            ControlMeshOfCage(cage, before.frame, before.control_mesh.faces));
+  surface.control_mesh.diagonals = before.control_mesh.diagonals;
   if (surface.control_mesh.creases != before.control_mesh.creases ||
       surface.control_mesh.corners != before.control_mesh.corners) {
     RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,

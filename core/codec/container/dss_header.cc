@@ -23,16 +23,21 @@ constexpr uint8_t kHasFilledFlag = 2;
 constexpr uint8_t kHasCreasesFlag = 4;
 constexpr uint8_t kHasGroupsFlag = 8;
 constexpr uint8_t kTellsGroupsFlag = 16;
+constexpr uint8_t kHasQuadsFlag = 32;
+constexpr int kFirstToTellGroups = 4, kFirstOfQuads = 5;  // versions
 
 int KnownFlags(int version) {
   return kHasBoundaryFlag | (version > 1 ? kHasFilledFlag | kHasCreasesFlag : 0) |
-         (version > 2 ? kHasGroupsFlag : 0) | (version > 3 ? kTellsGroupsFlag : 0);
+         (version > 2 ? kHasGroupsFlag : 0) |
+         (version >= kFirstToTellGroups ? kTellsGroupsFlag : 0) |
+         (version >= kFirstOfQuads ? kHasQuadsFlag : 0);
 }
 
 }  // namespace
 
 int VersionOf(const DssHeader& header) {
-  return header.tells_groups ? kNewestDssVersion : kDssVersion;
+  if (header.has_quads) return kFirstOfQuads;
+  return header.tells_groups ? kFirstToTellGroups : kDssVersion;
 }
 
 std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
@@ -41,7 +46,7 @@ std::vector<uint8_t> EncodeDssHeader(const DssHeader& header) {
   writer.Byte(static_cast<uint8_t>(
       (header.has_boundary ? kHasBoundaryFlag : 0) | (header.has_filled ? kHasFilledFlag : 0) |
       (header.has_creases ? kHasCreasesFlag : 0) | (header.group_limit > 0 ? kHasGroupsFlag : 0) |
-      (header.tells_groups ? kTellsGroupsFlag : 0)));
+      (header.tells_groups ? kTellsGroupsFlag : 0) | (header.has_quads ? kHasQuadsFlag : 0)));
   writer.Varint(static_cast<uint64_t>(header.vertex_count));
   writer.Varint(static_cast<uint64_t>(header.face_count));
   writer.Byte(static_cast<uint8_t>(header.max_level));
@@ -61,6 +66,7 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
   header.has_boundary = (flags & kHasBoundaryFlag) != 0;
   header.has_filled = version == 1 || (flags & kHasFilledFlag) != 0;
   header.has_creases = version > 1 && (flags & kHasCreasesFlag) != 0;
+  header.has_quads = version >= kFirstOfQuads && (flags & kHasQuadsFlag) != 0;
   const uint64_t vertex_count = reader.Varint(), face_count = reader.Varint();
   header.max_level = reader.Byte();
   const bool has_groups = version > 2 && (flags & kHasGroupsFlag) != 0;

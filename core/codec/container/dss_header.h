@@ -24,6 +24,7 @@ struct DssHeader {
   int group_limit = 0;  // most faces of a group (face_groups.h); 0: no groups
   // Whether the file tells its groups (group_coder.h); else they follow from the control points.
   bool tells_groups = false;
+  bool has_quads = false;  // whether the surface is a Catmull-Clark surface (quad_coder.h)
   DssMetadata metadata;
 
   // Chunks of heights in a whole file.

@@ -48,6 +48,7 @@ absl::StatusOr<PlacedCage> Place(const ControlMesh& given, const OpenedDss& file
   cage.vertices = WithoutRounding(given.vertices, own, diagonal);
   RILIEVO_ASSIGN_OR_RETURN(ControlMesh mesh,
                            ControlMeshOfCage(cage, placed.frame, file.mesh.faces));
+  mesh.diagonals = file.mesh.diagonals;
   auto on_grid = QuantizeControlMesh(mesh, placed.step);
   if (on_grid.ok() && (on_grid->vertices - mesh.vertices).cwiseAbs().maxCoeff() <= kOnGrid) {
     placed.mesh = *std::move(on_grid);

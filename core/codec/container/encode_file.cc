@@ -14,6 +14,7 @@
 #include "core/codec/heights/rate_control.h"
 #include "core/codec/mesh/control_mesh_coder.h"
 #include "core/codec/mesh/crease_coder.h"
+#include "core/codec/mesh/quad_coder.h"
 #include "core/surface/stored_surface.h"
 
 namespace rilievo {
@@ -76,6 +77,16 @@ DssHeader HeaderOf(const SpatialFrame& frame, const MeshTopology& topology, int 
   header.metadata.plain_levels.clear();
   header.metadata.colors = {};
   return header;
+}
+
+// `part` with its length, before what is coded already.
+void PutBefore(const std::vector<uint8_t>& part, std::vector<uint8_t>& coded) {
+  std::vector<uint8_t> both;
+  ByteWriter writer(both);
+  writer.Varint(part.size());
+  writer.Bytes(part);
+  writer.Bytes(coded);
+  coded = std::move(both);
 }
 
 // Heights as the options ask for them. `bytes_left`: of max_bytes, after chunk 0.
@@ -179,15 +190,16 @@ absl::StatusOr<DssDraft> DraftDss(const SpatialFrame& frame, const ControlMesh& 
                            EncodeControlMesh(control, points, SeedBits(header.position_step)));
   header.group_limit = GroupLimit(control.face_count(), options);
   if (header.group_limit > 0) draft.groups = GroupFaces(control, points, header.group_limit);
+  header.has_quads = mesh.quads();
+  if (header.has_quads) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> quads, EncodeQuads(mesh, control, points));
+    PutBefore(quads, draft.coded_mesh);
+  }
   header.has_creases = HasTags(mesh);
-  if (!header.has_creases) return draft;
-  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> tags, EncodeCreases(mesh, control, points));
-  std::vector<uint8_t> both;
-  ByteWriter writer(both);
-  writer.Varint(tags.size());
-  writer.Bytes(tags);
-  writer.Bytes(draft.coded_mesh);
-  draft.coded_mesh = std::move(both);
+  if (header.has_creases) {
+    RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> tags, EncodeCreases(mesh, control, points));
+    PutBefore(tags, draft.coded_mesh);
+  }
   return draft;
 }
 

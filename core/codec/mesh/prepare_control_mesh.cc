@@ -28,6 +28,11 @@ void RenumberTags(const ControlMesh& mesh, const std::vector<int>& number, Contr
       [](const Crease& p, const Crease& q) { return std::pair(p.a, p.b) < std::pair(q.a, q.b); });
   for (int corner : mesh.corners) canonical.corners.push_back(renumbered(corner));
   std::sort(canonical.corners.begin(), canonical.corners.end());
+  for (const auto& [first, second] : mesh.diagonals) {
+    const auto [a, b] = std::minmax({renumbered(first), renumbered(second)});
+    canonical.diagonals.push_back({a, b});
+  }
+  std::sort(canonical.diagonals.begin(), canonical.diagonals.end());
 }
 
 }  // namespace

@@ -10,8 +10,8 @@ namespace rilievo {
 
 // The same mesh with vertices and faces in the order in which the codec visits them, faces turned
 // so that their first corner is the codec's. The order depends on the faces alone, so control
-// points may move afterwards. Crease and corner tags follow. Idempotent. INVALID_ARGUMENT when the
-// mesh is not a manifold.
+// points may move afterwards. Crease and corner tags and diagonals follow. Idempotent.
+// INVALID_ARGUMENT when the mesh is not a manifold.
 absl::StatusOr<ControlMesh> CanonicalControlMesh(const ControlMesh& mesh);
 
 // Control points rounded to multiples of StoredStep(`step`) (unit frame, > 0; stored_step.h), the

@@ -42,6 +42,36 @@ TEST_F(ConvertTest, EveryFormatBecomesTheSameShape) {
   EXPECT_THAT(other.err, HasSubstr("is not what the surface was made from"));
 }
 
+TEST_F(ConvertTest, CatmullClarkSurfacesLieOverQuads) {
+  const Ended made = Run({"convert", At("m.ply"), "-o", At("q.dss"), "--scheme", "catmull-clark",
+                          "--control-faces", "400", "--max-level", "3", "--quiet", "--json"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const Json report = Json::parse(made.out);
+  EXPECT_EQ(report["genus"], 1);
+  const Json info = Json::parse(Run({"info", At("q.dss"), "--json"}).out);
+  EXPECT_EQ(info["scheme"], "catmull-clark");
+  EXPECT_EQ(info["format_version"], 5);
+  EXPECT_THAT(Run({"info", At("q.dss")}).out, HasSubstr("Catmull-Clark over quads"));
+  EXPECT_EQ(Run({"compare", At("m.ply"), At("q.dss"), "--max-rms", "1e-4"}).code, 0);
+  const Ended verified = Run({"verify", At("q.dss"), At("m.ply")});
+  EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
+
+  // Its control mesh has the quads, and put back gives the same bytes.
+  ASSERT_EQ(Run({"export", At("q.dss"), At("cage.obj"), "--cage"}).code, 0);
+  const std::string cage = Content(At("cage.obj"));
+  const auto quads = std::count(cage.begin(), cage.end(), 'f');
+  EXPECT_EQ(2 * quads, info["levels"][0]["faces"]);
+  const Ended moved = Run({"deform", At("q.dss"), "--cage", At("cage.obj"), "-o", At("t.dss")});
+  ASSERT_EQ(moved.code, 0) << moved.err;
+  EXPECT_EQ(Content(At("t.dss")), Content(At("q.dss")));
+  ASSERT_EQ(Run({"export", At("q.dss"), At("q.usda"), "--level", "1"}).code, 0);
+  EXPECT_THAT(Content(At("q.usda")), HasSubstr("subdivisionScheme = \"catmullClark\""));
+
+  const Ended evaluated = Run({"evaluate", At("q.dss"), "--at", "0,0.25,0.5"});
+  EXPECT_NE(evaluated.code, 0);
+  EXPECT_THAT(evaluated.err, HasSubstr("--scheme loop"));
+}
+
 TEST_F(ConvertTest, SaysWhatBecameOfTheTriangles) {
   const Ended made =
       Run({"convert", At("m.stl"), "-o", At("s.dss"), "--max-level", "2", "--quiet"});

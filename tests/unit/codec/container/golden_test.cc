@@ -272,5 +272,26 @@ TEST(GoldenTest, Updates) {
   EXPECT_EQ(HeightsFingerprint(decoded->surface), 3720706704u);
 }
 
+// A torus of quads, some edges of which are creases.
+TEST(GoldenTest, Version5OfQuads) {
+  const std::vector<uint8_t> bytes = Golden("quad_torus_v5.dss");
+  ASSERT_EQ(bytes.size(), 2361u);
+  const auto decoded = DecodeDss(bytes, RunContext());
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->format_version, 5);
+  EXPECT_EQ(decoded->chunk_bytes, (std::vector<int64_t>{409, 130, 232, 415, 1118, 57}));
+  const ControlMesh& mesh = decoded->surface.control_mesh;
+  EXPECT_EQ(mesh.creases.size(), 20u);
+  EXPECT_EQ(FacesFingerprint(mesh), 800352612u);
+  ASSERT_EQ(mesh.diagonals.size(), 96u);
+  Fingerprint diagonals;
+  for (const auto& ends : mesh.diagonals) {
+    for (const int end : ends) diagonals.Add(static_cast<uint32_t>(end));
+  }
+  EXPECT_EQ(diagonals.Value(), 1171173543u);
+  EXPECT_EQ(decoded->surface.heights.size(), 6144u);
+  EXPECT_EQ(HeightsFingerprint(decoded->surface), 3759793190u);
+}
+
 }  // namespace
 }  // namespace rilievo

@@ -1,0 +1,17 @@
+// A control mesh of quads from one of triangles.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "core/geometry/triangle_mesh.h"
+
+namespace rilievo {
+
+// The same surface in quads (ControlMesh::diagonals), with the same pieces, genus and boundary
+// loops, creases and corners. Its vertices are those of `mesh`, and one in the middle of each edge
+// of the boundary or of a crease at which the triangles on one side are odd in number
+// (pair_triangles.h); a few inside may go (improve_quads.h). A mesh that is too small for that,
+// such as a tetrahedron, gets three quads for each triangle. INVALID_ARGUMENT unless `mesh` is a
+// manifold of triangles.
+absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
+
+}  // namespace rilievo
