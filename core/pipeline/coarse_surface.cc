@@ -100,6 +100,7 @@ absl::StatusOr<ShapedInput> ShapeAnalyzed(ScanSurface scan, double spacing, bool
                                           const ReconstructOptions& options,
                                           const PipelineContext& context) {
   if (!is_thinned) return ShapePoints(std::move(scan), "", options, context);
+  scan.cloud.share_of_spacing = std::min(1.0, spacing / scan.cloud.median_spacing);
   RILIEVO_ASSIGN_OR_RETURN(
       const std::string reason,
       ReasonForArbitrary(spacing, options.control, context.Silent(), &scan.cloud));
