@@ -32,7 +32,8 @@ ReconstructOptions WithFacesForPages(ReconstructOptions options, int64_t points,
   constexpr int64_t kThinnedPerFace = 4, kEvenPerFace = 30;
   const int64_t carried = thinned / (thinned < points ? kThinnedPerFace : kEvenPerFace);
   const int64_t in_memory = std::min(points / kPointsPerFaceInMemory, kFacesInMemory);
-  const int64_t faces = std::min(std::max(in_memory, points / kPointsPerFace), carried);
+  const int64_t faces =
+      std::min<int64_t>({std::max(in_memory, points / kPointsPerFace), carried, kMostControlFaces});
   const bool more = faces > kFacesInMemory || thinned < points;
   if (more && faces > kFewestFaces) options.control.target_faces = static_cast<int>(faces);
   return options;
