@@ -326,9 +326,7 @@ class FaceSearch {
   // Searches around those of `doubtful` that disagree with the rest; returns what was turned.
   absl::StatusOr<std::vector<int>> Round(std::vector<int> doubtful, const RunContext& context) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    std::vector<int> all(cloud_.spacing.size());
-    std::iota(all.begin(), all.end(), 0);
-    const WindingField field(cloud_, std::move(all));
+    const WindingField field(cloud_);
     RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> suspects,
                              FindSuspects(std::move(doubtful), field, context));
     const std::vector<std::vector<int>> windows = Windows(std::move(suspects));

@@ -1,6 +1,5 @@
 #include "core/scan/orientation/orient_normals.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -22,60 +21,42 @@
 namespace rilievo {
 namespace {
 
-std::vector<std::vector<int>> MembersOf(const std::vector<int>& group, int groups) {
-  std::vector<std::vector<int>> members(static_cast<size_t>(groups));
-  for (size_t i = 0; i < group.size(); ++i) members[group[i]].push_back(static_cast<int>(i));
-  return members;
-}
-
-void Flip(const std::vector<int>& points, OrientedCloud* cloud) {
-  for (const int i : points) cloud->normals.col(i) *= -1;
-}
-
-// A sample of at most `most`, evenly along the list.
-std::vector<int> Sample(const std::vector<int>& list, size_t most) {
-  if (list.size() <= most) return list;
-  std::vector<int> sample;
-  for (size_t i = 0; i < most; ++i) sample.push_back(list[i * list.size() / most]);
-  return sample;
-}
-
-// Turns each group outward, and those inside an odd number of others, as the wall of a cavity is,
-// inward; but for the group `sided` (-1: none), whose side is known.
-absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided,
-                          OrientedCloud* cloud, const RunContext& context) {
-  for (size_t group = 0; group < groups.size(); ++group) {
-    if (static_cast<int>(group) == sided) continue;
-    const int sign = OutwardSign(*cloud, groups[group], context);
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (sign < 0) Flip(groups[group], cloud);
+// By component how many others it lies inside of: those whose winding number there is one.
+std::vector<int> Enclosures(const OrientedCloud& cloud, const std::vector<int>& component,
+                            int count) {
+  constexpr int kProbes = 16;
+  std::vector<int> size(static_cast<size_t>(count), 0), seen(size), probes(size);
+  for (const int c : component) ++size[c];
+  std::vector<double> winding(size.size(), 0.0);
+  const WindingField field(cloud);
+  for (size_t i = 0; i < component.size(); ++i) {
+    const int c = component[i];
+    if (seen[c]++ % std::max(1, size[c] / kProbes) != 0) continue;
+    winding[c] += field.At(cloud.points.col(static_cast<Eigen::Index>(i)));
+    ++probes[c];
   }
-  constexpr size_t kSamples = 16;
-  constexpr double kInside = 0.75;
-  if (groups.size() < 2) return absl::OkStatus();
-  std::vector<int> around(groups.size(), 0);
-  for (size_t outer = 0; outer < groups.size(); ++outer) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const WindingField field(*cloud, groups[outer]);
-    Eigen::AlignedBox3d box;
-    for (const int i : groups[outer]) box.extend(cloud->points.col(i));
-    for (size_t inner = 0; inner < groups.size(); ++inner) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      if (inner == outer || static_cast<int>(inner) == sided ||
-          !box.contains(cloud->points.col(groups[inner].front())))
-        continue;
-      double winding = 0;
-      const std::vector<int> probes = Sample(groups[inner], kSamples);
-      for (const int i : probes) {
-        winding += field.At(cloud->points.col(i)) / static_cast<double>(probes.size());
-      }
-      if (winding > kInside) ++around[inner];
+  std::vector<int> enclosures;
+  for (int c = 0; c < count; ++c) {
+    const double of_others = winding[c] / probes[c] - 0.5;  // one half on its own surface
+    enclosures.push_back(static_cast<int>(std::max(0L, std::lround(of_others))));
+  }
+  return enclosures;
+}
+
+// Turns each component outward, and those inside an odd number of others, as the wall of a cavity
+// is, inward; but for `sided` (-1: none), whose side is known.
+void TurnOutward(const std::vector<int>& component, int count, int sided, OrientedCloud* cloud) {
+  const auto turn = [&](const auto& is_wrong) {
+    for (size_t i = 0; i < component.size(); ++i) {
+      if (component[i] == sided || !is_wrong(component[i])) continue;
+      cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
     }
-  }
-  for (size_t group = 0; group < groups.size(); ++group) {
-    if (around[group] % 2 == 1) Flip(groups[group], cloud);
-  }
-  return absl::OkStatus();
+  };
+  const std::vector<int> outward = OutwardSigns(*cloud, component, count);
+  turn([&](int c) { return outward[c] < 0; });
+  if (count < 2) return;
+  const std::vector<int> enclosures = Enclosures(*cloud, component, count);
+  turn([&](int c) { return enclosures[c] % 2 == 1; });
 }
 
 // One sign of each normal: turning it is all that happens to a normal here.
@@ -282,8 +263,7 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
 }
 
 // Turns the normals by the labels; then each component outward, unless sides have decided it.
-absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
-                          const RunContext& context) {
+void TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud) {
   const SignedLabels& labels = labelled.labels;
   std::vector<int> component(labelled.patches.patch.size());
   for (size_t i = 0; i < component.size(); ++i) {
@@ -293,7 +273,7 @@ absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
       cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
     }
   }
-  return OrientGroups(MembersOf(component, labels.components), labels.sided, cloud, context);
+  TurnOutward(component, labels.components, labels.sided, cloud);
 }
 
 }  // namespace
@@ -309,7 +289,8 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
       LabelBySights(graph, *cloud, relations, std::move(sights), options, context, &result));
   const std::vector<uint8_t> want_opposite = WantOpposite(relations);
   relations = std::vector<float>();
-  RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
+  TurnByLabels(labelled, cloud);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
   if (labelled.sides.empty()) {
     const OrientationPatches& patches = labelled.patches;
