@@ -5,8 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
-#include <utility>
 
 #include "core/points/neighborhood_size.h"
 
@@ -44,11 +42,6 @@ constexpr double kLeastNoiseByEdge = 0.1;
 // Evidence beyond doubt: no other neighbourhood is asked.
 constexpr double kEnough = 40;
 
-// Most of the points around that may belong to another sheet.
-constexpr double kMostOfOthers = 0.1;
-// Most cosine of such a point's normal and that of a side that it faces.
-constexpr double kFacing = -0.5;
-
 struct Neighborhood {
   int count = 0;
   double reach = 0;  // farthest of the points found from the middle
@@ -57,42 +50,21 @@ struct Neighborhood {
   std::array<int, kMostPoints> side;
 };
 
-// The points nearest to the middle of an edge.
+// The points nearest to the middle of an edge, ascending by distance.
 struct Found {
-  int nearest = 0;
   int count = 0;
-  std::array<int, kMostPoints> points;  // in no order
+  std::array<int, kMostPoints> points;
   std::array<double, kMostPoints> squared;
-
-  void Search(const PointIndex& index, const Vector3d& middle, int wanted, double spacing) {
-    count = index.NearestUnordered(middle, wanted, points.data(), squared.data(),
-                                   LikelyRadius(wanted, spacing));
-  }
-
-  // The `fewer` nearest come first.
-  void BringForward(int fewer) {
-    std::array<std::pair<double, int>, kMostPoints> keyed;
-    for (int i = 0; i < count; ++i) keyed[i] = {squared[i], points[i]};
-    std::nth_element(keyed.begin(), keyed.begin() + fewer, keyed.begin() + count);
-    for (int i = 0; i < count; ++i) std::tie(squared[i], points[i]) = keyed[i];
-  }
 };
 
 // Of the first `count` points found.
 Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
                     const EdgePlace& place) {
   Neighborhood around;
-  around.reach = std::sqrt(*std::max_element(found.squared.begin(), found.squared.begin() + count));
-  int others = 0;
+  around.reach = std::sqrt(found.squared[count - 1]);
   for (int i = 0; i < count; ++i) {
     const Vector3d normal = cloud.normals.col(found.points[i]);
-    const auto [less, more] =
-        std::minmax({normal.dot(place.normal[0]), normal.dot(place.normal[1])});
-    if (more < kSameSheet) {
-      // The third side of a corner turns away from both, another sheet faces one of them.
-      others += less < kFacing;
-      continue;
-    }
+    if (std::max(normal.dot(place.normal[0]), normal.dot(place.normal[1])) < kSameSheet) continue;
     const Vector3d at = cloud.points.col(found.points[i]) - place.middle;
     around.at[around.count] = at;
     around.normal[around.count] = normal;
@@ -101,8 +73,6 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     around.side[around.count] = at.dot(place.inward[0]) > at.dot(place.inward[1]) ? 0 : 1;
     ++around.count;
   }
-  // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (others > kMostOfOthers * count) around.count = 0;
   return around;
 }
 
@@ -252,7 +222,7 @@ double QuadricSquares(const Neighborhood& around, const Vector3d& axis) {
 // Among the first `count` points found.
 std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& found, int count,
                                       const EdgePlace& place) {
-  const int nearest = found.nearest;
+  const int nearest = found.points[0];
   TwoPlaneModel fit;
   fit.spacing = cloud.spacing[nearest];
   fit.middle = place.middle;
@@ -280,7 +250,6 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.bluntness =
       Bluntness(around, fit.sides, solid.convex < solid.concave, fit.spacing, cloud.noise[nearest]);
   fit.cosine = a.dot(b);
-  if (!(a.cross(b).norm() > kLeastSine)) return std::nullopt;
   fit.direction = a.cross(b).normalized();
   // x = alpha a + beta b with a . x and b . x as the planes say.
   const double sine2 = 1 - fit.cosine * fit.cosine;
@@ -307,19 +276,18 @@ HingePlane TwoPlaneModel::TangentAt(int side, const Vector3d& place) const {
 std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const PointIndex& index,
                                               const EdgePlace& place) {
   Found found;
-  double squared = 0;
-  index.Nearest(place.middle, 1, &found.nearest, &squared);
-  const double noise = cloud.noise[found.nearest], spacing = cloud.spacing[found.nearest];
+  index.Nearest(place.middle, 1, found.points.data(), found.squared.data());
+  const int nearest = found.points[0];
+  const double noise = cloud.noise[nearest], spacing = cloud.spacing[nearest];
   const int wanted = NeighborhoodSize(kFewestPoints, kMostPoints / 2, noise, spacing);
   // Noise asks for more points; without it fewer reach less far past a short edge.
   const int other = noise > kClean * spacing ? 2 * wanted : wanted / 2;
   // One search serves both, for the first neighbourhood seldom says enough.
-  found.Search(index, place.middle, std::max(wanted, other), spacing);
+  found.count = index.Nearest(place.middle, std::max(wanted, other), found.points.data(),
+                              found.squared.data());
   std::optional<TwoPlaneModel> best;
   for (const int asked : {wanted, other}) {
-    const int count = std::min(asked, found.count);
-    if (count < found.count) found.BringForward(count);
-    auto fit = FitAmong(cloud, found, count, place);
+    auto fit = FitAmong(cloud, found, std::min(asked, found.count), place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
     if (best && best->log_likelihood_ratio > kEnough) break;
   }

@@ -30,19 +30,25 @@ struct HeightFieldSums {
 // The same bits on every x86-64 machine.
 HeightFieldSums SumHeights(const HeightFieldPoints& points);
 
+inline constexpr int kQuadricTerms = 6;
+// Least share of the largest weight that is added to the diagonal: points on one line, or nearly,
+// leave a field undetermined.
+inline constexpr double kRidge = 1e-6;
+
 // The terms of the field. `ridge`: > 0, added to the diagonal, for points on one line leave it
 // undetermined.
 template <int kTerms>
 Eigen::Matrix<double, kTerms, 1> FitHeights(const HeightFieldSums& sums, double ridge) {
   static_assert(kTerms == 3 || kTerms == 6);
-  constexpr int kPowerOfX[] = {0, 1, 0, 2, 1, 0}, kPowerOfY[] = {0, 0, 1, 0, 1, 2};
+  const auto degree_of = [](int term) { return term == 0 ? 0 : term < 3 ? 1 : 2; };
   Eigen::Matrix<double, kTerms, kTerms> root;  // of Cholesky, its diagonal inverted
   Eigen::Matrix<double, kTerms, 1> terms;
   for (int j = 0; j < kTerms; ++j) {
     for (int i = j; i < kTerms; ++i) {
-      const int power_of_y = kPowerOfY[i] + kPowerOfY[j];
-      const int degree = kPowerOfX[i] + kPowerOfX[j] + power_of_y;
-      double sum = sums.monomials[degree * (degree + 1) / 2 + power_of_y];
+      // The terms of a degree ascend by their power of y, as the monomials do.
+      const int a = degree_of(i), b = degree_of(j);
+      const int power_of_y = i - a * (a + 1) / 2 + j - b * (b + 1) / 2;
+      double sum = sums.monomials[(a + b) * (a + b + 1) / 2 + power_of_y];
       if (i == j) sum += ridge;
       for (int k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);
       // Rounding leaves a pivot of at least about the ridge.

@@ -22,8 +22,6 @@ OtsuSplit OtsuThreshold(std::span<double> heights, int fewest) {
     const double gained = static_cast<double>(i) * (count - i) / count * step * step;
     if (gained <= between) continue;
     between = gained;
-    best.low = low;
-    best.high = high;
     best.threshold = (heights[i - 1] + heights[i]) / 2;
   }
   if (spread > 0) best.within = 1 - between / spread;

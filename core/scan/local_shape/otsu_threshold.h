@@ -6,9 +6,8 @@
 namespace rilievo {
 
 struct OtsuSplit {
-  double low = 0, high = 0;  // mean of each group
-  double threshold = 0;      // between them
-  double within = 1;         // what is left of the squares within the groups, as a share
+  double threshold = 0;  // between them
+  double within = 1;     // what is left of the squares within the groups, as a share
 };
 
 // Otsu's threshold (Otsu 1979), with at least `fewest` heights on either side; no split where there

@@ -85,7 +85,6 @@ struct HeightField {
 // Least squares over the plane of `axis`: 3 terms are a plane, 6 a quadric.
 template <int kTerms>
 HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights) {
-  constexpr double kRidge = 1e-6;  // of the largest weight
   const Vector3d u = axis.unitOrthogonal();
   const Vector3d v = axis.cross(u);
   const double scale = 1 / patch.radius;

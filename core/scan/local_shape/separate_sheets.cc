@@ -20,11 +20,9 @@ namespace {
 
 // One of so many points is looked at first: a wall of any size holds more.
 constexpr int kStride = 16;
-// How clearly sheets must stand apart: the first is 0.36 of Gaussian heights, 0.25 of uniform ones,
-// 0.19 of those of a rod, 0.2 of sheets four deviations apart; the second 0.21, 0.17, 0.14 and
-// 0.09.
-constexpr SheetGap kClear = {0.2, 0.09};
-constexpr SheetGap kBesideClear = {0.25, 0.13};
+// Most that may be left of the squares of the heights within the sheets: 0.36 is left of Gaussian
+// heights, 0.25 of uniform ones, 0.19 of those of a rod, 0.2 of sheets four deviations apart.
+constexpr double kClear = 0.2, kBesideClear = 0.25;
 // Thickness of a list against its width below which nothing else lies in it.
 constexpr double kThin = 0.12;
 // Variance across a list of one sheet, against that of a list from both.
@@ -48,18 +46,12 @@ Eigen::Vector3d Variances(const Eigen::Matrix3Xd& points, int center,
   return axes.eigenvalues();
 }
 
-// A point by which a second sheet may lie.
-struct Suspect {
-  int64_t place;     // among those looked at
-  double thickness;  // variance across its list
-};
-
 // The point across, where one stands in a sheet, else -1; `own` takes the nearest of its sheet, as
-// many as a list of the graph holds. `thickness`: the variance across its list.
-int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const SheetGap& gap,
-               int center, double thickness, SheetNeighborhood* around, int* own) {
+// many as a list of the graph holds.
+int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, double most_within,
+               int center, SheetNeighborhood* around, int* own) {
   SheetNeighborhood& neighborhood = *around;
-  const std::span<const uint8_t> sheets = neighborhood.FindSheets(gap);
+  const std::span<const uint8_t> sheets = neighborhood.FindSheets(most_within);
   int self = 0;
   while (self < static_cast<int>(sheets.size()) && neighborhood.point(self) != center) ++self;
   if (self == static_cast<int>(sheets.size())) return -1;
@@ -69,8 +61,11 @@ int LookAcross(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, const
   }
   if (found < graph.k) return -1;
   const std::span<const int> list(own, static_cast<size_t>(graph.k));
-  const bool changed = !std::equal(list.begin(), list.end(), graph.neighbors(center).begin());
-  if (changed && Variances(points, center, list)[0] > kThinner * thickness) return -1;
+  const NeighborList both = graph.neighbors(center);
+  if (Variances(points, center, list)[0] > kThinner * Variances(points, center, both)[0] &&
+      !std::equal(list.begin(), list.end(), both.begin())) {
+    return -1;
+  }
   return neighborhood.Across(self);
 }
 
@@ -82,25 +77,25 @@ struct Layered {
 
 // Looks at the points named, and appends those that stand in a sheet.
 absl::Status LookAt(const Eigen::Matrix3Xd& points, const PointIndex& index,
-                    const NeighborGraph& graph, const SheetGap& gap, const std::vector<int>& named,
+                    const NeighborGraph& graph, double most_within, const std::vector<int>& named,
                     const RunContext& context, Layered* layered) {
   std::vector<int> across(named.size(), -1), lists(named.size() * static_cast<size_t>(graph.k));
   const BatchedNearest prototype(index, points, kSheetPoints);
   ScratchPool<BatchedNearest> pool(prototype);
   const auto look = [&](int64_t begin, int64_t end) {
-    std::vector<Suspect> suspects;
+    std::vector<int64_t> suspects;  // among those named: a second sheet may lie by them
     Eigen::Matrix3Xd places(3, end - begin);
     for (int64_t i = begin; i < end; ++i) {
       const Eigen::Vector3d variances = Variances(points, named[i], graph.neighbors(named[i]));
       if (variances[0] < kThin * kThin * variances[1]) continue;
       places.col(static_cast<int64_t>(suspects.size())) = points.col(named[i]);
-      suspects.push_back({i, variances[0]});
+      suspects.push_back(i);
     }
     const auto found = [&](int64_t suspect, const int* nearest, const double* squared) {
-      const auto [i, thickness] = suspects[suspect];
+      const int64_t i = suspects[suspect];
       SheetNeighborhood around(points, {nearest, kSheetPoints},
                                std::sqrt(squared[kSheetPoints - 1]));
-      across[i] = LookAcross(points, graph, gap, named[i], thickness, &around, &lists[i * graph.k]);
+      across[i] = LookAcross(points, graph, most_within, named[i], &around, &lists[i * graph.k]);
     };
     pool.Take()->OfEach(places, 0, static_cast<int64_t>(suspects.size()), found);
   };
@@ -127,9 +122,9 @@ absl::StatusOr<ReplacedLists> SeparateSheets(const Eigen::Matrix3Xd& points,
   std::vector<int> next;
   for (int i = 0; i < count; i += kStride) next.push_back(i);
   Layered layered;
-  for (SheetGap gap = kClear; !next.empty(); gap = kBesideClear) {
+  for (double most_within = kClear; !next.empty(); most_within = kBesideClear) {
     const size_t known = layered.pairs.size();
-    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, gap, next, context, &layered));
+    RILIEVO_RETURN_IF_ERROR(LookAt(points, index, *graph, most_within, next, context, &layered));
     next.clear();
     for (size_t i = known; i < layered.pairs.size(); ++i) looked[layered.pairs[i].point] = 1;
     for (size_t i = known; i < layered.pairs.size(); ++i) {

@@ -43,27 +43,17 @@ SheetNeighborhood::SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<c
   usable_ = true;
 }
 
-std::span<const uint8_t> SheetNeighborhood::FindSheets(const SheetGap& gap) {
+std::span<const uint8_t> SheetNeighborhood::FindSheets(double most_within) {
   constexpr int kRounds = 3;
   if (!usable_) return {};
-  OtsuSplit sheets;
   for (int round = 0; round < kRounds; ++round) {
     std::array<double, kSheetPoints> flat{};
     Flatten(round > 0, flat.data());
     std::array<double, kSheetPoints> sorted = flat;
-    sheets = OtsuThreshold({sorted.data(), static_cast<size_t>(count_)}, kFewestOfSheet);
-    if (sheets.within > kReject) return {};
+    const OtsuSplit sheets =
+        OtsuThreshold({sorted.data(), static_cast<size_t>(count_)}, kFewestOfSheet);
+    if (sheets.within > (round + 1 < kRounds ? kReject : most_within)) return {};
     for (int i = 0; i < count_; ++i) sheet_[i] = flat[i] > sheets.threshold ? 1 : 0;
-    if (round + 1 < kRounds) continue;
-    const double middle = (sheets.low + sheets.high) / 2;
-    const double reach = (sheets.high - sheets.low) / 6;
-    const auto between = std::count_if(flat.begin(), flat.begin() + count_, [&](double height) {
-      return std::abs(height - middle) < reach;
-    });
-    if (sheets.within > gap.most_within ||
-        static_cast<double>(between) > gap.most_between * static_cast<double>(count_)) {
-      return {};
-    }
   }
   if (!SheetsOverlap()) return {};
   return {sheet_.data(), static_cast<size_t>(count_)};

@@ -11,12 +11,6 @@ namespace rilievo {
 // Of a neighbourhood, with the point itself.
 inline constexpr int kSheetPoints = 64;
 
-// How clearly two sheets must stand apart.
-struct SheetGap {
-  double most_within;   // what is left of the squares within the sheets
-  double most_between;  // share of the points in the middle third between the sheets
-};
-
 // The points nearest to one, in the frame of their plane.
 class SheetNeighborhood {
  public:
@@ -25,8 +19,9 @@ class SheetNeighborhood {
   SheetNeighborhood(const Eigen::Matrix3Xd& points, std::span<const int> nearest, double radius);
 
   // The sheet of each point, low or high, over the quadric through all of them; empty where there
-  // are not two sheets over the same place.
-  std::span<const uint8_t> FindSheets(const SheetGap& gap);
+  // are not two sheets over the same place. `most_within`: what may be left of the squares within
+  // the sheets, as a share.
+  std::span<const uint8_t> FindSheets(double most_within);
 
   // Of the other sheet, the point nearest along the plane to the i-th. After FindSheets.
   int Across(int i) const;

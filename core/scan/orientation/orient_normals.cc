@@ -1,6 +1,5 @@
 #include "core/scan/orientation/orient_normals.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -13,7 +12,6 @@
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
 #include "core/scan/orientation/edge_sign_votes.h"
-#include "core/scan/orientation/flipped_patches.h"
 #include "core/scan/orientation/orientation_patches.h"
 #include "core/scan/orientation/outward_sign.h"
 #include "core/scan/orientation/signed_graph.h"
@@ -22,121 +20,42 @@
 namespace rilievo {
 namespace {
 
-std::vector<std::vector<int>> MembersOf(const std::vector<int>& group, int groups) {
-  std::vector<std::vector<int>> members(static_cast<size_t>(groups));
-  for (size_t i = 0; i < group.size(); ++i) members[group[i]].push_back(static_cast<int>(i));
-  return members;
-}
-
-void Flip(const std::vector<int>& points, OrientedCloud* cloud) {
-  for (const int i : points) cloud->normals.col(i) *= -1;
-}
-
-// A sample of at most `most`, evenly along the list.
-std::vector<int> Sample(const std::vector<int>& list, size_t most) {
-  if (list.size() <= most) return list;
-  std::vector<int> sample;
-  for (size_t i = 0; i < most; ++i) sample.push_back(list[i * list.size() / most]);
-  return sample;
-}
-
-// Turns each group outward, and those inside an odd number of others, as the wall of a cavity is,
-// inward; but for the group `sided` (-1: none), whose side is known.
-absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided,
-                          OrientedCloud* cloud, const RunContext& context) {
-  for (size_t group = 0; group < groups.size(); ++group) {
-    if (static_cast<int>(group) == sided) continue;
-    const int sign = OutwardSign(*cloud, groups[group], context);
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (sign < 0) Flip(groups[group], cloud);
+// By component how many others it lies inside of: those whose winding number there is one.
+std::vector<int> Enclosures(const OrientedCloud& cloud, const std::vector<int>& component,
+                            int count) {
+  constexpr int kProbes = 16;
+  std::vector<int> size(static_cast<size_t>(count), 0), seen(size), probes(size);
+  for (const int c : component) ++size[c];
+  std::vector<double> winding(size.size(), 0.0);
+  const WindingField field(cloud);
+  for (size_t i = 0; i < component.size(); ++i) {
+    const int c = component[i];
+    if (seen[c]++ % std::max(1, size[c] / kProbes) != 0) continue;
+    winding[c] += field.At(cloud.points.col(static_cast<Eigen::Index>(i)));
+    ++probes[c];
   }
-  constexpr size_t kSamples = 16;
-  constexpr double kInside = 0.75;
-  if (groups.size() < 2) return absl::OkStatus();
-  std::vector<int> around(groups.size(), 0);
-  for (size_t outer = 0; outer < groups.size(); ++outer) {
-    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    const WindingField field(*cloud, groups[outer]);
-    Eigen::AlignedBox3d box;
-    for (const int i : groups[outer]) box.extend(cloud->points.col(i));
-    for (size_t inner = 0; inner < groups.size(); ++inner) {
-      RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-      if (inner == outer || static_cast<int>(inner) == sided ||
-          !box.contains(cloud->points.col(groups[inner].front())))
-        continue;
-      double winding = 0;
-      const std::vector<int> probes = Sample(groups[inner], kSamples);
-      for (const int i : probes) {
-        winding += field.At(cloud->points.col(i)) / static_cast<double>(probes.size());
-      }
-      if (winding > kInside) ++around[inner];
+  std::vector<int> enclosures;
+  for (int c = 0; c < count; ++c) {
+    const double of_others = winding[c] / probes[c] - 0.5;  // one half on its own surface
+    enclosures.push_back(static_cast<int>(std::max(0L, std::lround(of_others))));
+  }
+  return enclosures;
+}
+
+// Turns each component outward, and those inside an odd number of others, as the wall of a cavity
+// is, inward; but for `sided` (-1: none), whose side is known.
+void TurnOutward(const std::vector<int>& component, int count, int sided, OrientedCloud* cloud) {
+  const auto turn = [&](const auto& is_wrong) {
+    for (size_t i = 0; i < component.size(); ++i) {
+      if (component[i] == sided || !is_wrong(component[i])) continue;
+      cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
     }
-  }
-  for (size_t group = 0; group < groups.size(); ++group) {
-    if (around[group] % 2 == 1) Flip(groups[group], cloud);
-  }
-  return absl::OkStatus();
-}
-
-// One sign of each normal: turning it is all that happens to a normal here.
-std::vector<uint8_t> SignsOf(const Eigen::Matrix3Xd& normals) {
-  std::vector<uint8_t> signs(static_cast<size_t>(normals.cols()));
-  for (int64_t i = 0; i < normals.cols(); ++i) signs[i] = std::signbit(normals(0, i));
-  return signs;
-}
-
-// Which normals are no longer what they were. `signs`: theirs then.
-std::vector<uint8_t> Turned(const std::vector<uint8_t>& signs, const Eigen::Matrix3Xd& normals) {
-  std::vector<uint8_t> turned = SignsOf(normals);
-  for (size_t i = 0; i < turned.size(); ++i) turned[i] ^= signs[i];
-  return turned;
-}
-
-// +1 or -1 by patch: whether the normal of its first point is what it was. `turned`: see Turned.
-std::vector<int> SignsOfPatches(const OrientationPatches& patches,
-                                const std::vector<uint8_t>& turned) {
-  std::vector<int> signs(static_cast<size_t>(patches.count));
-  for (size_t i = 0; i < patches.patch.size(); ++i) {
-    signs[patches.patch[i]] = turned[i] == patches.parity[i] ? 1 : -1;
-  }
-  return signs;
-}
-
-// The links as the normals are now, > 0 where these agree with them. `turned`: normals that are no
-// longer those that the links were found for.
-std::vector<SignedLink> Agreements(const OrientationPatches& patches, std::vector<SignedLink> links,
-                                   const std::vector<uint8_t>& turned) {
-  const std::vector<int> signs = SignsOfPatches(patches, turned);
-  for (SignedLink& link : links) link.weight *= signs[link.a] * signs[link.b];
-  return links;
-}
-
-// 1 for each edge that wants its ends to be opposite: what is left of the relations, in a quarter
-// of their memory.
-std::vector<uint8_t> WantOpposite(const std::vector<float>& relations) {
-  std::vector<uint8_t> opposite(relations.size());
-  for (size_t edge = 0; edge < relations.size(); ++edge) opposite[edge] = relations[edge] < 0;
-  return opposite;
-}
-
-// Share of edges that the present normals contradict.
-absl::StatusOr<double> Disagreement(const NeighborGraph& graph,
-                                    const std::vector<uint8_t>& want_opposite,
-                                    const std::vector<uint8_t>& turned, const RunContext& context) {
-  std::atomic<int64_t> disagree = 0;
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        int64_t here = 0;
-        for (int64_t i = begin; i < end; ++i) {
-          for (int64_t edge = i * graph.k; edge < (i + 1) * graph.k; ++edge) {
-            const bool opposite = turned[i] != turned[graph.indices[edge]];
-            here += opposite != (want_opposite[edge] != 0);
-          }
-        }
-        disagree += here;
-      }));
-  return static_cast<double>(disagree.load()) /
-         static_cast<double>(std::max<size_t>(1, want_opposite.size()));
+  };
+  const std::vector<int> outward = OutwardSigns(*cloud, component, count);
+  turn([&](int c) { return outward[c] < 0; });
+  if (count < 2) return;
+  const std::vector<int> enclosures = Enclosures(*cloud, component, count);
+  turn([&](int c) { return enclosures[c] % 2 == 1; });
 }
 
 // Patches with their relative signs.
@@ -145,7 +64,33 @@ struct LabelledPatches {
   std::vector<SignedLink> links;
   std::vector<double> sides;  // by patch, of its first point's sign; or empty
   SignedLabels labels;
+
+  // +1 or -1: what the normal of a point is to be turned by, within its component.
+  int SignOf(size_t point) const {
+    const int sign = labels.sign[patches.patch[point]];
+    return patches.parity[point] != 0 ? -sign : sign;
+  }
 };
+
+// Share of the votes of edges that the labels contradict.
+absl::StatusOr<double> Disagreement(const NeighborGraph& graph, const std::vector<float>& relations,
+                                    const LabelledPatches& labelled, const RunContext& context) {
+  std::atomic<int64_t> disagree = 0;
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
+        int64_t here = 0;
+        for (int64_t i = begin; i < end; ++i) {
+          for (int64_t edge = i * graph.k; edge < (i + 1) * graph.k; ++edge) {
+            const auto j = static_cast<size_t>(graph.indices[edge]);
+            const bool opposite = labelled.SignOf(static_cast<size_t>(i)) != labelled.SignOf(j);
+            here += opposite != (relations[edge] < 0);
+          }
+        }
+        disagree += here;
+      }));
+  return static_cast<double>(disagree.load()) /
+         static_cast<double>(std::max<size_t>(1, relations.size()));
+}
 
 // What a given normal weighs against a station: it may be wrong, and half as much is outvoted by
 // the neighbours of a single point.
@@ -162,26 +107,23 @@ std::vector<double> SidesOf(const OrientationPatches& patches, const SideVotes& 
   return sides;
 }
 
-// Points of patches a good part of whose links and sides, by weight, contradict the normals.
-// `turned`: see Agreements.
-std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled,
-                               const std::vector<uint8_t>& turned) {
+// Points of patches a good part of whose links and sides, by weight, contradict the labels.
+std::vector<uint8_t> Ambiguous(const LabelledPatches& labelled) {
   constexpr double kContested = 0.2;
   const OrientationPatches& patches = labelled.patches;
+  const std::vector<int>& sign = labelled.labels.sign;
   std::vector<double> against(static_cast<size_t>(patches.count), 0.0), total(against.size(), 0.0);
   const auto count = [&](int patch, double agreement) {
     against[patch] += std::max(0.0, -agreement);
     total[patch] += std::abs(agreement);
   };
-  for (const SignedLink& link : Agreements(patches, labelled.links, turned)) {
-    count(link.a, link.weight);
-    count(link.b, link.weight);
+  for (const SignedLink& link : labelled.links) {
+    const double agreement = sign[link.a] * sign[link.b] * link.weight;
+    count(link.a, agreement);
+    count(link.b, agreement);
   }
-  if (!labelled.sides.empty()) {
-    const std::vector<int> signs = SignsOfPatches(patches, turned);
-    for (int patch = 0; patch < patches.count; ++patch) {
-      count(patch, signs[patch] * labelled.sides[patch]);
-    }
+  for (size_t patch = 0; patch < labelled.sides.size(); ++patch) {
+    count(static_cast<int>(patch), sign[patch] * labelled.sides[patch]);
   }
   std::vector<uint8_t> ambiguous;
   ambiguous.reserve(patches.patch.size());
@@ -213,10 +155,8 @@ double ConsistencyWith(const LabelledPatches& alone, const SideVotes& votes,
   std::vector<int> component(votes.size());
   std::vector<int8_t> signs(votes.size());
   for (size_t i = 0; i < votes.size(); ++i) {
-    const int patch = alone.patches.patch[i];
-    component[i] = alone.labels.component[patch];
-    signs[i] = static_cast<int8_t>(
-        (alone.labels.sign[patch] < 0) == (alone.patches.parity[i] != 0) ? 1 : -1);
+    component[i] = alone.labels.component[alone.patches.patch[i]];
+    signs[i] = static_cast<int8_t>(alone.SignOf(i));
   }
   return ConsistencyOf(votes, weights, component, signs);
 }
@@ -282,18 +222,14 @@ absl::StatusOr<LabelledPatches> LabelBySights(const NeighborGraph& graph,
 }
 
 // Turns the normals by the labels; then each component outward, unless sides have decided it.
-absl::Status TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud,
-                          const RunContext& context) {
+void TurnByLabels(const LabelledPatches& labelled, OrientedCloud* cloud) {
   const SignedLabels& labels = labelled.labels;
   std::vector<int> component(labelled.patches.patch.size());
   for (size_t i = 0; i < component.size(); ++i) {
-    const int patch = labelled.patches.patch[i];
-    component[i] = labels.component[patch];
-    if (labelled.patches.parity[i] != (labels.sign[patch] < 0 ? 1 : 0)) {
-      cloud->normals.col(static_cast<Eigen::Index>(i)) *= -1;
-    }
+    component[i] = labels.component[labelled.patches.patch[i]];
+    cloud->normals.col(static_cast<Eigen::Index>(i)) *= labelled.SignOf(i);
   }
-  return OrientGroups(MembersOf(component, labels.components), labels.sided, cloud, context);
+  TurnOutward(component, labels.components, labels.sided, cloud);
 }
 
 }  // namespace
@@ -303,24 +239,15 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
                                                 const RunContext& context) {
   OrientationResult result;
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> relations, EdgeSignVotes(graph, *cloud, context));
-  const std::vector<uint8_t> unoriented = SignsOf(cloud->normals);
   RILIEVO_ASSIGN_OR_RETURN(
       const LabelledPatches labelled,
       LabelBySights(graph, *cloud, relations, std::move(sights), options, context, &result));
-  const std::vector<uint8_t> want_opposite = WantOpposite(relations);
+  RILIEVO_ASSIGN_OR_RETURN(result.disagreement, Disagreement(graph, relations, labelled, context));
   relations = std::vector<float>();
-  RILIEVO_RETURN_IF_ERROR(TurnByLabels(labelled, cloud, context));
-  std::vector<uint8_t> turned = Turned(unoriented, cloud->normals);
-  if (labelled.sides.empty()) {
-    const OrientationPatches& patches = labelled.patches;
-    RILIEVO_RETURN_IF_ERROR(
-        FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
-    turned = Turned(unoriented, cloud->normals);
-  }
-  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
+  TurnByLabels(labelled, cloud);
+  RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled);
   result.components = labelled.labels.components;
-  RILIEVO_ASSIGN_OR_RETURN(result.disagreement,
-                           Disagreement(graph, want_opposite, turned, context));
   return result;
 }
 

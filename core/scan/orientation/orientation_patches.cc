@@ -10,6 +10,7 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/orientation/edge_sign_votes.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
@@ -58,72 +59,23 @@ std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud
 // Whether one disc lies over the other: their planes are parallel, apart by more than noise and
 // spacing explain, and their centres closer along the planes than their radii together.
 bool FaceEachOther(const Disc& a, const Disc& b) {
-  constexpr int kFewestPoints = 6;
-  constexpr double kParallelCosine = 0.9;
+  constexpr int kFewestOfDisc = 6;
   constexpr double kThicknesses = 1.5;
-  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
-  constexpr double kOverlap = 0.6;       // of the radii together
-  if (std::min(a.points, b.points) < kFewestPoints) return false;
+  constexpr double kOverlap = 0.6;  // of the radii together
+  if (std::min(a.points, b.points) < kFewestOfDisc) return false;
   const double cosine = a.normal.dot(b.normal);
-  if (std::abs(cosine) < kParallelCosine) return false;
+  if (std::abs(cosine) < kSheetsCosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;
   const double height_a = chord.dot(a.normal);
   const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
   // Zero on an arc, and between planes their distance.
   const double step = std::abs(height_a + height_b) / 2;
   const double spacing = std::min(a.spacing, b.spacing);
-  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSpacingShare * spacing)) {
+  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSheetsSpacing * spacing)) {
     return false;
   }
   const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));
   return along < kOverlap * (a.radius + b.radius);
-}
-
-// Calls join(a, b, opposite) for the edges below level `end`, by level and each level in their
-// order. They are listed by some levels at a time, so that lists hold two edges a point at most; a
-// level with more needs none.
-template <typename Join>
-absl::Status ForEachSureEdge(const NeighborGraph& graph, const std::vector<float>& relations,
-                             const std::vector<uint16_t>& levels, int end,
-                             const RunContext& context, const Join& join) {
-  struct Edge {
-    int a, b;  // ~b: opposite
-  };
-  const int64_t most = 2 * int64_t{graph.size()};
-  std::vector<int64_t> count(static_cast<size_t>(end) + 1, 0);
-  for (const uint16_t level : levels) ++count[level];
-  std::vector<Edge> list;
-  std::vector<int64_t> next;
-  for (int first = 0, last = 0; first < end; first = last) {
-    int64_t total = count[last++];
-    while (last < end && total + count[last] <= most) total += count[last++];
-    if (total > most) {
-      RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
-        for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
-          if (levels[edge] != first) continue;
-          join(static_cast<int>(a), graph.indices[edge], relations[edge] < 0 ? 1 : 0);
-        }
-      }));
-      continue;
-    }
-    next.assign(1, 0);
-    for (int level = first; level < last; ++level) next.push_back(next.back() + count[level]);
-    if (list.capacity() < static_cast<size_t>(total)) list = std::vector<Edge>();
-    list.resize(static_cast<size_t>(total));
-    const auto width = static_cast<unsigned>(last - first);
-    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
-      for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
-        if (static_cast<unsigned>(levels[edge] - first) >= width) continue;
-        const int b = graph.indices[edge];
-        list[next[levels[edge] - first]++] = {static_cast<int>(a), relations[edge] < 0 ? ~b : b};
-      }
-    }));
-    RILIEVO_RETURN_IF_ERROR(SerialFor(total, context, [&](int64_t i) {
-      const auto [a, b] = list[i];
-      join(a, b < 0 ? ~b : b, b < 0 ? 1 : 0);
-    }));
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -133,39 +85,29 @@ absl::StatusOr<OrientationPatches> SurePatches(const NeighborGraph& graph,
                                                const RunContext& context) {
   constexpr int kLargestPatch = 48;
   constexpr double kSure = 0.7;
-  constexpr int kLevels = 1024;
-  const int k = graph.k;
-  // How sure each edge is, in levels, or kLevels: not sure, or said from its other end already.
-  std::vector<uint16_t> levels(relations.size());
-  const auto level_of = [&](int a, size_t edge) {
-    const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
-    if (doubt >= 1) return kLevels;
-    const int b = graph.indices[edge];
-    if (b < a) {
-      const auto others = graph.neighbors(b);
-      const auto place = std::find(others.begin(), others.end(), a) - others.begin();
-      if (place < k && relations[static_cast<size_t>(b) * k + place] == relations[edge]) {
-        return kLevels;
-      }
-    }
-    return static_cast<int>(std::max(doubt, 0.0) * kLevels);
-  };
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(graph.size(), kLightBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t a = begin; a < end; ++a) {
-          for (size_t edge = a * k; edge < static_cast<size_t>(a + 1) * k; ++edge) {
-            levels[edge] = static_cast<uint16_t>(level_of(static_cast<int>(a), edge));
-          }
+  constexpr int kBands = 32;
+  // How unsure each edge is, in bands; kBands: not sure.
+  std::vector<uint8_t> bands(relations.size());
+  RILIEVO_RETURN_IF_ERROR(ParallelFor(
+      static_cast<int64_t>(bands.size()), kLightBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t edge = begin; edge < end; ++edge) {
+          const double doubt = (1 - std::abs(relations[edge])) / (1 - kSure);
+          bands[edge] = static_cast<uint8_t>(std::clamp(doubt, 0.0, 1.0) * kBands);
         }
       }));
   SignedUnionFind sets(graph.size());
-  RILIEVO_RETURN_IF_ERROR(ForEachSureEdge(
-      graph, relations, levels, kLevels, context, [&](int a, int b, uint8_t opposite) {
-        const int root_a = sets.Find(a), root_b = sets.Find(b);
-        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) return;
-        sets.Join(a, b, opposite);
-      }));
-  levels = std::vector<uint16_t>();
+  for (int band = 0; band < kBands; ++band) {
+    RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t a) {
+      for (int64_t edge = a * graph.k; edge < (a + 1) * graph.k; ++edge) {
+        if (bands[edge] != band) continue;
+        const int b = graph.indices[edge];
+        const int root_a = sets.Find(static_cast<int>(a)), root_b = sets.Find(b);
+        if (root_a == root_b || sets.size(root_a) + sets.size(root_b) > kLargestPatch) continue;
+        sets.Join(static_cast<int>(a), b, relations[edge] < 0 ? 1 : 0);
+      }
+    }));
+  }
+  bands = std::vector<uint8_t>();
   OrientationPatches result;
   result.patch.resize(static_cast<size_t>(graph.size()));
   result.parity.resize(result.patch.size());

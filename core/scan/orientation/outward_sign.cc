@@ -1,92 +1,57 @@
 #include "core/scan/orientation/outward_sign.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <vector>
-
-#include "core/base/parallel_for.h"
 
 namespace rilievo {
 namespace {
 
-constexpr int kDirections = 64;
-constexpr int64_t kReachesPerTask = 1 << 18;  // points times directions
-constexpr double kGoldenAngle = 2.399963229728653;
+// Sums over the points of a component; each stands for spacing^2 of surface.
+struct Part {
+  double size = 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero(), area = Eigen::Vector3d::Zero();
+  double volume = 0, lever = 0;  // of the points from the centre, along their normals and in all
+};
 
-// Evenly spread over the sphere, in opposite pairs.
-Eigen::Vector3d Direction(int index) {
-  constexpr int kHalf = kDirections / 2;
-  const int i = index % kHalf;
-  const double z = 1 - (i + 0.5) / kHalf;
-  const double r = std::sqrt(1 - z * z);
-  const Eigen::Vector3d direction(r * std::cos(i * kGoldenAngle), r * std::sin(i * kGoldenAngle),
-                                  z);
-  return index < kHalf ? direction : Eigen::Vector3d(-direction);
-}
-
-// In [-1, 1]: the normals at the extreme points of all directions against those directions, the
-// sum over the sum of magnitudes.
-double ExtremeVote(const OrientedCloud& cloud, std::span<const int> members,
-                   const RunContext& context) {
-  std::array<double, kDirections> cosines{};
-  const int64_t directions = kReachesPerTask / static_cast<int64_t>(members.size());
-  ParallelFor(kDirections, std::max<int64_t>(1, directions), context,
-              [&](int64_t begin, int64_t end) {
-                for (int64_t d = begin; d < end; ++d) {
-                  const Eigen::Vector3d direction = Direction(static_cast<int>(d));
-                  int extreme = members.front();
-                  double furthest = direction.dot(cloud.points.col(extreme));
-                  for (const int i : members) {
-                    const double reach = direction.dot(cloud.points.col(i));
-                    if (reach <= furthest) continue;
-                    furthest = reach;
-                    extreme = i;
-                  }
-                  cosines[static_cast<size_t>(d)] = direction.dot(cloud.normals.col(extreme));
-                }
-              })
-      .IgnoreError();
-  double vote = 0, total = 0;
-  for (const double cosine : cosines) {
-    vote += cosine;
-    total += std::abs(cosine);
+int OutwardSign(const Part& part) {
+  // Area that does not cancel out, against all of it: a closed part has next to none.
+  constexpr double kClosed = 0.1;
+  // Volume against the most that so large a part could have: a hemisphere has more than one half.
+  constexpr double kConvex = 0.4;
+  const auto sign = [](double value) { return value < 0 ? -1 : 1; };
+  const double uncancelled = part.area.norm();
+  if (uncancelled < kClosed * part.size || std::abs(part.volume) > kConvex * part.lever) {
+    return sign(part.volume);
   }
-  return total > 0 ? vote / total : 0;
+  Eigen::Index axis = 2;
+  if (std::abs(part.area.z()) < 0.3 * uncancelled) part.area.cwiseAbs().maxCoeff(&axis);
+  return sign(part.area[axis]);
 }
 
 }  // namespace
 
-int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
-                const RunContext& context) {
-  constexpr double kClosed = 0.5;
-  constexpr double kConvex = 0.2;
-  const double vote = ExtremeVote(cloud, members, context);
-  if (std::abs(vote) > kClosed) return vote < 0 ? -1 : 1;
-
-  // Each point stands for spacing^2 of surface.
-  Eigen::Vector3d center = Eigen::Vector3d::Zero(), area = Eigen::Vector3d::Zero();
-  double weight = 0;
-  for (const int i : members) {
-    const double share = cloud.spacing[i] * cloud.spacing[i];
-    center += share * cloud.points.col(i);
-    area += share * cloud.normals.col(i);
-    weight += share;
+std::vector<int> OutwardSigns(const OrientedCloud& cloud, const std::vector<int>& component,
+                              int count) {
+  std::vector<Part> parts(static_cast<size_t>(count));
+  for (size_t i = 0; i < component.size(); ++i) {
+    const auto point = static_cast<Eigen::Index>(i);
+    const double share = double{cloud.spacing[i]} * cloud.spacing[i];
+    Part& part = parts[component[i]];
+    part.size += share;
+    part.center += share * cloud.points.col(point);
+    part.area += share * cloud.normals.col(point);
   }
-  if (weight > 0) center /= weight;
-  double volume = 0, lever = 0;
-  for (const int i : members) {
-    const double share = cloud.spacing[i] * cloud.spacing[i];
-    const Eigen::Vector3d arm = cloud.points.col(i) - center;
-    volume += share * arm.dot(cloud.normals.col(i));
-    lever += share * arm.norm();
+  for (Part& part : parts) part.center /= part.size;
+  for (size_t i = 0; i < component.size(); ++i) {
+    const auto point = static_cast<Eigen::Index>(i);
+    const double share = double{cloud.spacing[i]} * cloud.spacing[i];
+    Part& part = parts[component[i]];
+    const Eigen::Vector3d arm = cloud.points.col(point) - part.center;
+    part.volume += share * arm.dot(cloud.normals.col(point));
+    part.lever += share * arm.norm();
   }
-  if (std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
-  for (const int axis : {2, 1, 0}) {
-    if (std::abs(area[axis]) > 0.3 * area.norm()) return area[axis] < 0 ? -1 : 1;
-  }
-  return 1;
+  std::vector<int> signs;
+  for (const Part& part : parts) signs.push_back(OutwardSign(part));
+  return signs;
 }
 
 }  // namespace rilievo

@@ -1,18 +1,17 @@
-// Which of the two orientations of a consistently oriented patch of points is the outward one.
+// Which of the two orientations of consistently oriented parts of a scan is the outward one.
 #pragma once
 
-#include <span>
+#include <vector>
 
-#include "core/base/run_context.h"
 #include "core/points/oriented_cloud.h"
 
 namespace rilievo {
 
-// +1 or -1: the factor that turns the normals of `members` (not empty) outward. On a closed or
-// nearly closed surface the extreme points of all directions agree; on an open sheet, where they
-// do not, outward is the convex side, and up (+z, else +y, else +x) when no side plainly is. After
-// a stop request it may be either; the caller asks context.CheckStop() after.
-int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
-                const RunContext& context);
+// By component +1 or -1: the factor that turns its normals outward. `component`: by point, a number
+// in [0, count), each at least once. Outside is where the volume is positive: exactly so for a
+// closed part, and on the convex side of an open one. Where neither side of an open part plainly is
+// the convex one, as of a terrain, outward is up (+z), or towards +y or +x for a vertical one.
+std::vector<int> OutwardSigns(const OrientedCloud& cloud, const std::vector<int>& component,
+                              int count);
 
 }  // namespace rilievo

@@ -5,8 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "core/scan/orientation/solid_angles.h"
-
 namespace rilievo {
 namespace {
 
@@ -19,20 +17,20 @@ double FarFrom(double radius, double blur) { return kFar * std::sqrt(radius * ra
 
 }  // namespace
 
-WindingField::WindingField(const OrientedCloud& cloud, std::vector<int> members)
-    : cloud_(cloud), members_(std::move(members)) {
+WindingField::WindingField(const OrientedCloud& cloud) : cloud_(cloud) {
   AddLeaves();
   while (levels_.back().size() > 1) AddLevel();
 }
 
 void WindingField::AddLeaves() {
-  std::vector<Cell> leaves((members_.size() + kLeafPoints - 1) / kLeafPoints);
+  std::vector<Cell> leaves((cloud_.spacing.size() + kLeafPoints - 1) / kLeafPoints);
   for (size_t leaf = 0; leaf < leaves.size(); ++leaf) {
     Cell& cell = leaves[leaf];
-    const size_t begin = leaf * kLeafPoints, end = std::min(members_.size(), begin + kLeafPoints);
+    const size_t begin = leaf * kLeafPoints,
+                 end = std::min(cloud_.spacing.size(), begin + kLeafPoints);
     for (size_t m = begin; m < end; ++m) {
-      const Dipole dipole = DipoleOf(cloud_, members_[m]);
-      const double share = ShareOfSurface(cloud_.spacing[members_[m]]);
+      const Dipole dipole = DipoleOf(cloud_, static_cast<int>(m));
+      const double share = ShareOfSurface(cloud_.spacing[m]);
       cell.sum.position += share * dipole.position;
       cell.sum.area += dipole.area;
       cell.sum.blur += share * dipole.blur;
@@ -43,7 +41,7 @@ void WindingField::AddLeaves() {
       cell.sum.blur /= cell.size;
     }
     for (size_t m = begin; m < end; ++m) {
-      const double reach = (cloud_.points.col(members_[m]) - cell.sum.position).norm();
+      const double reach = (cloud_.points.col(static_cast<int>(m)) - cell.sum.position).norm();
       cell.radius = std::max(cell.radius, reach);
     }
     cell.far = FarFrom(cell.radius, cell.sum.blur);
@@ -80,48 +78,26 @@ void WindingField::AddLevel() {
 
 template <typename Visit>
 void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                               double reach, const Visit& visit) const {
+                               const Visit& visit) const {
   const Cell& seen = levels_[level][cell];
-  const double far = seen.far + reach;
-  if ((seen.sum.position - position).squaredNorm() > far * far) {
+  if ((seen.sum.position - position).squaredNorm() > seen.far * seen.far) {
     visit(seen.sum);
   } else if (level == 0) {
-    const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
-    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, members_[m]));
+    const size_t end = std::min(cloud_.spacing.size(), (cell + 1) * kLeafPoints);
+    for (size_t m = cell * kLeafPoints; m < end; ++m) visit(DipoleOf(cloud_, static_cast<int>(m)));
   } else {
     const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
     for (size_t child = cell * kChildren; child < end; ++child) {
-      ForEachSeen(level - 1, child, position, reach, visit);
+      ForEachSeen(level - 1, child, position, visit);
     }
   }
 }
 
-double WindingField::At(const Eigen::Vector3d& position) const { return MeanAt({&position, 1}); }
-
-double WindingField::MeanAt(std::span<const Eigen::Vector3d> positions) const {
-  if (members_.empty()) return 0;
-  const auto count = static_cast<double>(positions.size());
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& position : positions) center += position / count;
-  double reach = 0;
-  for (const Eigen::Vector3d& position : positions) {
-    reach = std::max(reach, (position - center).norm());
-  }
-  DipoleList seen(center);
-  ForEachSeen(levels_.size() - 1, 0, center, reach,
-              [&](const Dipole& dipole) { seen.Add(dipole); });
+double WindingField::At(const Eigen::Vector3d& position) const {
   double sum = 0;
-  for (const Eigen::Vector3d& position : positions) sum += seen.SolidAngleAt(position);
-  return sum / count * (0.25 * std::numbers::inv_pi);
-}
-
-Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position, 0,
-                [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
-  }
-  return sum;
+  ForEachSeen(levels_.size() - 1, 0, position,
+              [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
+  return sum * (0.25 * std::numbers::inv_pi);
 }
 
 }  // namespace rilievo

@@ -10,7 +10,7 @@
 namespace rilievo {
 namespace {
 
-constexpr SheetGap kGap = {0.2, 0.09};
+constexpr double kMostWithin = 0.2;
 constexpr int kCount = 4000;
 
 // Points by turns on z = 0 and z = `wall` over the unit square; the last in its middle.
@@ -35,7 +35,7 @@ TEST(SheetNeighborhoodTest, LayersAreTheSheets) {
   const Eigen::Matrix3Xd points = TwoSheets(0.04);
   const PointIndex index(points);
   SheetNeighborhood neighborhood = Around(points, index, kCount - 1);
-  const auto sheets = neighborhood.FindSheets(kGap);
+  const auto sheets = neighborhood.FindSheets(kMostWithin);
   ASSERT_EQ(sheets.size(), static_cast<size_t>(neighborhood.count()));
   ASSERT_EQ(neighborhood.point(0), kCount - 1);
   for (int i = 0; i < neighborhood.count(); ++i) {
@@ -50,7 +50,7 @@ TEST(SheetNeighborhoodTest, OneSheetHasNoLayers) {
   const Eigen::Matrix3Xd points = SphereCloud(kCount, 5).cloud.points;
   const PointIndex index(points);
   for (int i = 0; i < kCount; i += 400) {
-    EXPECT_TRUE(Around(points, index, i).FindSheets(kGap).empty());
+    EXPECT_TRUE(Around(points, index, i).FindSheets(kMostWithin).empty());
   }
 }
 
@@ -58,7 +58,7 @@ TEST(SheetNeighborhoodTest, PointsOnALineHaveNoLayers) {
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, 100);
   for (int i = 0; i < 100; ++i) points(0, i) = i;
   const PointIndex index(points);
-  EXPECT_TRUE(Around(points, index, 50).FindSheets(kGap).empty());
+  EXPECT_TRUE(Around(points, index, 50).FindSheets(kMostWithin).empty());
 }
 
 }  // namespace

@@ -59,15 +59,15 @@ TEST(OrientationTest, AnOpenTerrainPointsUp) {
 
 // Two spacings thick, five times the noise: neighbours come from both sides.
 TEST(OrientationTest, AThinPlateUnderNoiseHasTwoSides) {
-  constexpr int kCount = 20000;
-  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kCount);
-  KnownCloud plate = BoxCloud(kCount, 3, {1, 1, 2 * spacing});
+  constexpr int kPlatePoints = 20000;
+  const double spacing = std::sqrt(4 * 2 / std::numbers::pi / kPlatePoints);
+  KnownCloud plate = BoxCloud(kPlatePoints, 3, {1, 1, 2 * spacing});
   AddNoise(0.4 * spacing, 5, &plate);
   const CheckedScan checked = CheckScan(plate.cloud, CheckOptions{}, RunContext{}).value();
   ScanOptions options;
   options.outliers.distance_factor = 0;
   const ScanSurface scan = AnalyzeScan(checked, options, RunContext{}).value();
-  ASSERT_EQ(scan.cloud.points.cols(), kCount);
+  ASSERT_EQ(scan.cloud.points.cols(), kPlatePoints);
   EXPECT_LT(WrongShare(scan.cloud.normals, plate.normals(Eigen::all, checked.source_index)), 0.08);
   EXPECT_NEAR(scan.cloud.median_noise, 0.4 * spacing / scan.frame.diagonal,
               0.1 * spacing / scan.frame.diagonal);

@@ -11,16 +11,16 @@
 namespace rilievo {
 namespace {
 
-struct Scene {
+struct Examined {
   OrientedCloud cloud;
   NeighborGraph graph;
   OrientationPatches patches;
   std::vector<SignedLink> links;
 };
 
-Scene Examine(const Eigen::Matrix3Xd& points) {
+Examined Examine(const Eigen::Matrix3Xd& points) {
   const RunContext context;
-  Scene scene;
+  Examined scene;
   const PointIndex index(points);
   scene.graph = BuildNeighborGraph(index, points, NeighborOptions{}, context).value();
   scene.cloud = EstimateNormals(points, scene.graph, {}, context).value().cloud;
@@ -47,7 +47,7 @@ void AddSheet(int count, double z, double noise, std::mt19937* random, Eigen::Ma
 struct Votes {
   double same = 0, opposite = 0;  // of the true sides
 };
-Votes VotesAcross(const Scene& scene, double middle) {
+Votes VotesAcross(const Examined& scene, double middle) {
   std::vector<double> height(static_cast<size_t>(scene.patches.count), 0.0);
   std::vector<double> up(height.size(), 0.0), size(height.size(), 0.0);
   for (size_t i = 0; i < scene.patches.patch.size(); ++i) {
@@ -71,7 +71,7 @@ TEST(OrientationPatchesTest, APatchOfASmoothSheetHasOneSide) {
   std::mt19937 random(1);
   Eigen::Matrix3Xd points(3, 0);
   AddSheet(4000, 0, 0.001, &random, &points);
-  const Scene scene = Examine(points);
+  const Examined scene = Examine(points);
   EXPECT_LE(scene.patches.count, 4000 / 12);
   std::vector<int> up(static_cast<size_t>(scene.patches.count), 0);
   for (size_t i = 0; i < scene.patches.patch.size(); ++i) {
@@ -172,7 +172,7 @@ TEST(OrientationPatchesTest, PatchesHaveABoundedSize) {
   std::mt19937 random(4);
   Eigen::Matrix3Xd points(3, 0);
   AddSheet(3000, 0, 0, &random, &points);
-  const Scene scene = Examine(points);
+  const Examined scene = Examine(points);
   std::vector<int> size(static_cast<size_t>(scene.patches.count), 0);
   for (const int patch : scene.patches.patch) ++size[patch];
   for (const int points_of_patch : size) EXPECT_LE(points_of_patch, 48);

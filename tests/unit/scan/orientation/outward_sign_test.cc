@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <vector>
 
 namespace rilievo {
@@ -30,9 +30,8 @@ OrientedCloud HeightField(const std::function<double(double, double)>& height) {
 }
 
 int SignOf(const OrientedCloud& cloud) {
-  std::vector<int> members(static_cast<size_t>(cloud.points.cols()));
-  std::iota(members.begin(), members.end(), 0);
-  return OutwardSign(cloud, members, RunContext());
+  const std::vector<int> one(static_cast<size_t>(cloud.points.cols()), 0);
+  return OutwardSigns(cloud, one, 1).front();
 }
 
 TEST(OutwardSignTest, ACapFacesAwayFromItsCentre) {
@@ -62,15 +61,12 @@ TEST(OutwardSignTest, ABowlFacesAwayFromItsCentre) {
   EXPECT_EQ(SignOf(bowl), -1);
 }
 
-// Only the members count.
-TEST(OutwardSignTest, OthersHaveNoSay) {
+TEST(OutwardSignTest, EachPartHasItsOwnSign) {
   OrientedCloud cloud = HeightField([](double, double) { return 0.0; });
   cloud.normals.rightCols(cloud.normals.cols() / 2) *= -1;
-  std::vector<int> first(static_cast<size_t>(cloud.points.cols() / 2));
-  std::iota(first.begin(), first.end(), 0);
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), 1);
-  for (int& i : first) i += static_cast<int>(first.size());
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), -1);
+  std::vector<int> component(static_cast<size_t>(cloud.points.cols()), 0);
+  std::fill(component.begin() + cloud.points.cols() / 2, component.end(), 1);
+  EXPECT_EQ(OutwardSigns(cloud, component, 2), (std::vector<int>{1, -1}));
 }
 
 }  // namespace

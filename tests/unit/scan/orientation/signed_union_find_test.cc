@@ -10,22 +10,22 @@ namespace {
 // Against signs known beforehand: whatever the order of the joins, each element keeps its relation
 // to every other of its set.
 TEST(SignedUnionFindTest, ParitiesFollowFromAnyOrderOfJoins) {
-  constexpr int kCount = 500;
+  constexpr int kPoints = 500;
   Random random(1);
   for (int round = 0; round < 20; ++round) {
-    std::vector<int> sign(kCount);
+    std::vector<int> sign(kPoints);
     for (int& s : sign) s = static_cast<int>(random.Below(2));
-    SignedUnionFind sets(kCount);
+    SignedUnionFind sets(kPoints);
     int joins = 0;
     for (int i = 0; i < 5000; ++i) {
-      const int a = static_cast<int>(random.Below(kCount));
-      const int b = static_cast<int>(random.Below(kCount));
+      const int a = static_cast<int>(random.Below(kPoints));
+      const int b = static_cast<int>(random.Below(kPoints));
       if (a != b && sets.Join(a, b, static_cast<uint8_t>(sign[a] ^ sign[b]))) ++joins;
     }
-    EXPECT_EQ(joins, kCount - 1);
+    EXPECT_EQ(joins, kPoints - 1);
     const int root = sets.Find(0);
-    EXPECT_EQ(sets.size(root), kCount);
-    for (int i = 0; i < kCount; ++i) {
+    EXPECT_EQ(sets.size(root), kPoints);
+    for (int i = 0; i < kPoints; ++i) {
       ASSERT_EQ(sets.Find(i), root);
       ASSERT_EQ(sets.parity(i), sign[i] ^ sign[root]);
     }
