@@ -37,6 +37,26 @@ float LocalSpacing(std::span<const float> distances) {
   return static_cast<float>(std::sqrt(sum / static_cast<double>(distances.size() - first)));
 }
 
+// The median around each point: how far an outlier lies from a surface says nothing of how far
+// apart the points of that surface are.
+absl::StatusOr<std::vector<float>> SpacingAround(const NeighborGraph& graph,
+                                                 const std::vector<float>& spacing,
+                                                 const RunContext& context) {
+  std::vector<float> around(spacing.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        std::vector<float> list;
+        for (int64_t i = begin; i < end; ++i) {
+          list.assign(1, spacing[i]);
+          for (const int j : graph.neighbors(static_cast<int>(i))) list.push_back(spacing[j]);
+          const auto middle = list.begin() + static_cast<int64_t>(list.size() / 2);
+          std::nth_element(list.begin(), middle, list.end());
+          around[i] = *middle;
+        }
+      }));
+  return around;
+}
+
 double Quantile(std::vector<float> values, double share) {
   if (values.empty()) return 0;
   const auto place =
@@ -208,6 +228,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
               points, center, graph.neighbors(center), distances.back(), planes[i].normal));
         }
       }));
+  RILIEVO_ASSIGN_OR_RETURN(cloud.spacing, SpacingAround(graph, cloud.spacing, context));
   RILIEVO_ASSIGN_OR_RETURN(std::vector<float> noise, MeasurementNoise(cloud.noise, context));
   RILIEVO_RETURN_IF_ERROR(
       AdaptPatches(points, graph, noise, cloud.spacing, context, &patches, &planes));
