@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -148,17 +149,17 @@ double LargestWeight(const QuadWeights& weights) {
   return largest;
 }
 
-// Applies next() until it changes `row` no more.
+// Applies next() until it changes `row`, whose weights are 1 at most, by rounding alone.
 template <typename Next>
 QuadWeights Settled(QuadWeights row, const Next& next) {
   constexpr int kMostIterations = 5000;
-  constexpr double kLeastChange = 1e-16;
+  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   for (int step = 0; step < kMostIterations; ++step) {
     QuadWeights moved = next(row);
     double change = 0.0;
     for (size_t i = 0; i < row.size(); ++i) change = std::max(change, std::abs(moved[i] - row[i]));
     row = std::move(moved);
-    if (change <= kLeastChange) break;
+    if (change <= kRounding) break;
   }
   return row;
 }
