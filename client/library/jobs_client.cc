@@ -18,8 +18,7 @@
 namespace rilievo {
 namespace {
 
-// What a line that breaks has let through counts by whole chunks.
-constexpr size_t kChunkBytes = 16 << 10;
+constexpr size_t kChunkBytes = 256 << 10;
 constexpr int kMaxUploads = 3;  // of a scan for one job
 constexpr int kMostMovedOffsets = 3;
 

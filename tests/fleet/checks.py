@@ -21,7 +21,7 @@ def scan(number):
     """A bumpy sphere of some hundred points; six of them differ. LARGE: one that takes a second."""
     shape = shape_of(number)
     rng = np.random.default_rng(shape)
-    points = rng.normal(size=(6000 if number == LARGE else 700 + 100 * shape, 3))
+    points = rng.normal(size=(6000 if number == LARGE else 400 + 50 * shape, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     return points * (1 + 0.05 * np.sin(5 * points[:, :1]))
 

@@ -22,7 +22,6 @@ from .v1 import jobs_pb2, jobs_pb2_grpc
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_CHUNK_BYTES = 16 << 10
 _ATTEMPTS = 8
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 10.0
 _FINISHED = ("succeeded", "failed", "cancelled")
@@ -233,8 +232,8 @@ class Jobs:
             message = jobs_pb2.UploadScanRequest
             yield message(header=jobs_pb2.UploadHeader(upload_id=digest.hex(), offset=begin,
                                                        total_bytes=total))
-            for chunk in _chunks(scan, begin):
-                yield message(chunk=chunk)
+            for piece in _pieces(scan, begin):
+                yield message(chunk=piece)
             yield message(end=jobs_pb2.UploadEnd(total_bytes=total, sha256=digest))
 
         while True:
@@ -312,13 +311,6 @@ def _pieces(scan: Packed, begin: int = 0) -> Iterator[bytes]:
         if skipped < len(piece):
             yield piece[skipped:]
         skipped = max(0, skipped - len(piece))
-
-
-def _chunks(scan: Packed, begin: int = 0) -> Iterator[bytes]:
-    """The same in chunks as they travel: of a line that breaks, whole ones count."""
-    for piece in _pieces(scan, begin):
-        for at in range(0, len(piece), _CHUNK_BYTES):
-            yield piece[at:at + _CHUNK_BYTES]
 
 
 class _Tries:
