@@ -253,8 +253,8 @@ std::vector<Band> BandsOf(int loop, const FacingRims& rims, const Eigen::Matrix3
   return bands;
 }
 
-// The triangles of least area between both ways; each uses an edge of one and a vertex of the
-// other.
+// The triangles of least area between both ways, each over an edge of one way and to a vertex of
+// the other.
 void Stitch(std::vector<int> first, std::vector<int> second, const Eigen::Matrix3Xd& vertices,
             std::vector<std::array<int, 3>>* triangles) {
   if (std::min(first.size(), second.size()) > kMostStitched) {
