@@ -4,7 +4,8 @@
 # seen. The picture is left in BUILD/first_hour.png.
 #   first_hour.sh SOURCE BUILD
 # What is not done again is the compiling: the clone's cmake is one that puts the finished programs
-# of BUILD in place when it is asked to build, and refuses everything else. The page is built anew.
+# of BUILD in place when it is asked to build, and refuses everything else. The page is built anew, with
+# the modules that SOURCE has installed, if its lock file is the clone's.
 # Ends with 77 (skipped, for ctest) and a sentence where a tool is not there.
 set -euo pipefail
 source=$(cd "$1" && pwd)
@@ -29,6 +30,10 @@ root=$(mktemp -d)
 web=""
 trap '[ -z "$web" ] || { kill "$web"; wait "$web" || true; }; rm -rf "$root"' EXIT
 git clone -q "$source" "$root/rilievo"
+modules=$source/client/web/node_modules
+if cmp -s "$modules/.installed-lock" "$root/rilievo/client/web/package-lock.json"; then
+  cp -a "$modules" "$root/rilievo/client/web/"
+fi
 mkdir "$root/tools"
 cat >"$root/tools/cmake" <<SHIM
 #!/bin/bash
