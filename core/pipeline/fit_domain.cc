@@ -23,6 +23,10 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
+// Of points on the triangles of a mesh, where the domain does without heights: a tenth of the 0.01 %
+// that conversions are to keep.
+constexpr double kExactRms = 1e-5;
+constexpr int kFewestExact = 24;  // faces
 
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
@@ -45,6 +49,20 @@ double ShortEdge(const ControlMesh& mesh) {
       lengths.begin() + static_cast<std::ptrdiff_t>(kShort * static_cast<double>(lengths.size()));
   std::nth_element(lengths.begin(), short_edge, lengths.end());
   return *short_edge;
+}
+
+// What a domain of fewer faces has to be to be kept.
+struct FewFaces {
+  double wanted_rms = 0;  // of the points from it; 0: none is tried
+  int fewest = 0;
+};
+
+FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
+  if (noise >= kLeastNoiseSpacings * spacing) {
+    const bool known = noise > kKnownNoiseSpacings * spacing;
+    return {(known ? kMostKnownNoise : kMostNoise) * noise, kFewestFaces};
+  }
+  return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
 
 }  // namespace
@@ -99,21 +117,25 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
   return mesh;
 }
 
-absl::StatusOr<Domain> FitUnderNoise(const ScanSurface& scan, double spacing,
-                                     const ControlMesh& start, const ReconstructOptions& options,
-                                     const PipelineContext& context) {
-  if (IsLeftOut(Mechanism::kFewerFaces)) return FitDomain(scan, start, options, context);
-  const double noise = scan.cloud.median_noise;
-  const int fewer = static_cast<int>(kShareOfFaces * static_cast<double>(start.faces.cols()));
-  if (fewer < kFewestFaces || noise < kLeastNoiseSpacings * spacing) {
-    return FitDomain(scan, start, options, context);
-  }
-  RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser, FewerFaces(scan, start, fewer, context));
-  const bool known = noise > kKnownNoiseSpacings * spacing;
+absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, int64_t triangles,
+                                   const ControlMesh& start, const ReconstructOptions& options,
+                                   const PipelineContext& context) {
+  const FewFaces need =
+      WhatFewFacesNeed(scan.cloud.median_noise, spacing, triangles, start.faces.cols());
   ReconstructOptions trial = options;
-  trial.fit.wanted_rms = (known ? kMostKnownNoise : kMostNoise) * noise;
-  RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
-  if (domain.fit.rms_after <= trial.fit.wanted_rms) return domain;
+  trial.fit.wanted_rms = need.wanted_rms;
+  std::optional<Domain> few;
+  auto faces = static_cast<double>(start.faces.cols());
+  while (need.wanted_rms > 0 && !IsLeftOut(Mechanism::kFewerFaces)) {
+    faces *= kShareOfFaces;
+    if (faces < need.fewest) break;
+    RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser,
+                             FewerFaces(scan, start, static_cast<int>(faces), context));
+    RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
+    if (domain.fit.rms_after > need.wanted_rms) break;
+    few = std::move(domain);
+  }
+  if (few) return *std::move(few);
   return FitDomain(scan, start, options, context);
 }
 

@@ -49,33 +49,33 @@ struct Faces {
 
 Faces FacesOf(const AnalyticShape& shape, double noise) {
   const PreparedScan prepared = PrepareScan(shape, 30000, noise);
-  const Domain domain = FitUnderNoise(prepared.scan, prepared.scan.cloud.median_spacing,
-                                      prepared.control.mesh, {}, {})
+  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, 0,
+                                    prepared.control.mesh, {}, {})
                             .value();
   return {prepared.control.mesh.faces.cols(), domain.fit.control_mesh.faces.cols()};
 }
 
-TEST(FitUnderNoiseTest, ANoisySmoothScanTakesFewerFaces) {
+TEST(FitFewFacesTest, ANoisySmoothScanTakesFewerFaces) {
   const Faces faces = FacesOf(*MakeTorus(), 0.002);
   EXPECT_LT(faces.chosen, faces.start / 3);
 }
 
-TEST(FitUnderNoiseTest, ACleanScanKeepsThem) {
+TEST(FitFewFacesTest, ACleanScanKeepsThem) {
   const Faces faces = FacesOf(*MakeTorus(), 0);
   EXPECT_EQ(faces.chosen, faces.start);
 }
 
 // Hills of several sizes stand out of this noise: fewer faces would miss them.
-TEST(FitUnderNoiseTest, DetailAboveTheNoiseKeepsThem) {
+TEST(FitFewFacesTest, DetailAboveTheNoiseKeepsThem) {
   const Faces faces = FacesOf(*MakeTerrain(), 0.0004);
   EXPECT_EQ(faces.chosen, faces.start);
 }
 
 // What the trial with fewer faces gave up early leaves no trace.
-TEST(FitUnderNoiseTest, KeptFacesAreFittedAsIfAlone) {
+TEST(FitFewFacesTest, KeptFacesAreFittedAsIfAlone) {
   const PreparedScan prepared = PrepareScan(*MakeTerrain(), 30000, 0.0004);
-  const Domain domain = FitUnderNoise(prepared.scan, prepared.scan.cloud.median_spacing,
-                                      prepared.control.mesh, {}, {})
+  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, 0,
+                                    prepared.control.mesh, {}, {})
                             .value();
   const Domain alone = FitDomain(prepared.scan, prepared.control.mesh, {}, {}).value();
   EXPECT_EQ(domain.fit.control_mesh.vertices, alone.fit.control_mesh.vertices);

@@ -111,6 +111,8 @@ TEST(ShapeMeshTest, SharpEdgesStaySharp) {
   const TwoSidedError error = ErrorOf(box, *made);
   EXPECT_LT(error.rms, 1e-4);
   EXPECT_LT(error.max, 2e-3);
+  EXPECT_LT(made->surface.control_mesh.faces.cols(), 100) << "flat sides need no more";
+  EXPECT_LT(made->report.encoded_bytes, 500);
 }
 
 // A vertex of so many triangles, seen at 0.4 % before its fan was cut into rings.
