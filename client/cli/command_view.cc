@@ -76,6 +76,18 @@ absl::StatusOr<Coloring> ColorByDisplacement(const LoadedShape& shape) {
                                Percent(FullColorValue(shape.heights)), " of the diagonal")};
 }
 
+absl::StatusOr<Coloring> ColorByChange(const LoadedShape& shape, const std::string& input) {
+  if (shape.changes.empty()) {
+    return UsageError(absl::StrCat("--colors change: ", input,
+                                   " has no updates at this level; `rilievo update` makes them"));
+  }
+  return Coloring{
+      ColorsByValue(shape.changes),
+      absl::StrCat("red where the last update raised the surface, blue where it lowered "
+                   "it, full colour at ",
+                   Percent(FullColorValue(shape.changes)), " of the diagonal")};
+}
+
 absl::StatusOr<Coloring> ColorByError(const LoadedShape& shape, const ViewArguments& arguments,
                                       const RunContext& context) {
   if (arguments.scan.empty()) {
@@ -101,6 +113,7 @@ absl::StatusOr<Coloring> ColoringOf(const LoadedShape& shape, const ViewArgument
     return Coloring{ColorsAsGiven(shape.colors), "those of the input"};
   }
   if (arguments.colors == "displacement") return ColorByDisplacement(shape);
+  if (arguments.colors == "change") return ColorByChange(shape, arguments.input);
   if (arguments.colors == "error") return ColorByError(shape, arguments, context);
   if (arguments.colors == "flags") {
     if (shape.sources.size() != static_cast<size_t>(shape.mesh.vertices.cols())) {
@@ -294,12 +307,14 @@ Command AddView(CLI::App& program) {
                   "control-mesh")
       ->check(CLI::IsMember({"surface", "domain", "control-mesh"}))
       ->capture_default_str();
-  app->add_option("--colors", arguments->colors,
-                  "shade; own (the colours that IN has); displacement (red above the smooth "
-                  "surface, blue below); error (distance "
-                  "of the scan's points, white to red); flags (measured stone, smoothed blue, "
-                  "filled in orange); normals")
-      ->check(CLI::IsMember({"shade", "own", "displacement", "error", "flags", "normals"}))
+  app->add_option(
+         "--colors", arguments->colors,
+         "shade; own (the colours that IN has); displacement (red above the smooth "
+         "surface, blue below); change (by the last update: red up, blue down); error (distance "
+         "of the scan's points, white to red); flags (measured stone, smoothed blue, "
+         "filled in orange); normals")
+      ->check(
+          CLI::IsMember({"shade", "own", "displacement", "change", "error", "flags", "normals"}))
       ->capture_default_str();
   app->add_option("--scan", arguments->scan, "the scan of --colors error");
   AddScanOptions(app, &arguments->reading);

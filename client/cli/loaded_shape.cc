@@ -103,10 +103,13 @@ absl::StatusOr<LoadedShape> ShapeOf(const DecodedSurface& decoded, std::optional
   for (HeightSource source : SourcesAtLevel(surface, used)) {
     shape.sources.push_back(static_cast<uint8_t>(source));
   }
-  if (count_at() <= heights.size()) {
-    shape.heights.assign(heights.begin(),
-                         heights.begin() + static_cast<std::ptrdiff_t>(count_at()));
-  }
+  const auto at_level = [&](const std::vector<float>& values) {
+    if (count_at() > values.size()) return std::vector<float>();
+    return std::vector<float>(values.begin(),
+                              values.begin() + static_cast<std::ptrdiff_t>(count_at()));
+  };
+  shape.heights = at_level(heights);
+  shape.changes = at_level(decoded.height_changes);
   shape.description =
       absl::StrCat(part == ShownPart::kDomain ? "smooth surface" : "surface", " at level ", used,
                    ", ", Grouped(shape.mesh.triangles.cols()), " faces");

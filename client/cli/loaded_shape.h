@@ -22,6 +22,7 @@ struct LoadedShape {
   TriangleMesh mesh;             // scan frame; no triangles: points
   std::vector<uint8_t> sources;  // HeightSource a vertex; empty if unknown
   std::vector<float> heights;    // displacement a vertex, unit frame; empty if unknown
+  std::vector<float> changes;    // of heights by the last update; empty if there was none
   std::vector<Rgb> colors;       // a vertex; empty if unknown
   std::string description;       // for people
   ScanPlace place = {};          // of a surface or a scan

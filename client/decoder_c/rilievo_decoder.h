@@ -46,7 +46,7 @@ typedef struct RilievoFinder RilievoFinder;
 typedef struct RilievoVoxels RilievoVoxels;
 typedef struct RilievoPolygons RilievoPolygons;
 
-/* 8; grows when functions are added. */
+/* 9; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -95,6 +95,11 @@ RILIEVO_API const double* rilievo_surface_frame(const RilievoSurface* surface, s
 /* Displacement of each vertex of max_level along its limit normal, fractions of the diagonal; the
  * vertices of a coarser level come first (they nest). */
 RILIEVO_API const float* rilievo_surface_heights(const RilievoSurface* surface, size_t* count);
+
+/* Since 9. By which the last update of the file (`rilievo update`) changed each of these heights,
+ * fractions of the diagonal; none where the file has no updates. */
+RILIEVO_API const float* rilievo_surface_height_changes(const RilievoSurface* surface,
+                                                        size_t* count);
 
 /* Since 4. Red, green and blue (sRGB) of each of these vertices; none where the file has no
  * colours. */

@@ -69,6 +69,10 @@ const float* rilievo_surface_heights(const RilievoSurface* surface, size_t* coun
   return Elements(surface->decoded.surface.heights, count);
 }
 
+const float* rilievo_surface_height_changes(const RilievoSurface* surface, size_t* count) {
+  return Elements(surface->decoded.height_changes, count);
+}
+
 const uint8_t* rilievo_surface_colors(const RilievoSurface* surface, size_t* count) {
   return rilievo::decoder_c::BytesOf(surface->decoded.surface.colors, count);
 }

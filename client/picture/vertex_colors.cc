@@ -41,7 +41,7 @@ Eigen::Matrix3Xf ColorsByNormal(const Eigen::Matrix3Xd& normals) {
 float FullColorValue(std::span<const float> values) {
   std::vector<float> sizes;
   for (float value : values) {
-    if (std::isfinite(value)) sizes.push_back(std::abs(value));
+    if (std::isfinite(value) && value != 0) sizes.push_back(std::abs(value));
   }
   if (sizes.empty()) return 0;
   const auto rank = static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(sizes.size() - 1));

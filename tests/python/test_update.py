@@ -29,6 +29,10 @@ class UpdateTest(unittest.TestCase):
         self.assertGreater(len(after), len(before))
         self.assertAlmostEqual(updated.vertices()[:, 0].max(), 1.05, delta=2e-3)
         self.assertAlmostEqual(updated.vertices()[:, 0].min(), -1, delta=2e-3)
+        self.assertIsNone(self.surface.height_changes)
+        changes = updated.height_changes
+        self.assertAlmostEqual(changes.max() * updated.frame.diagonal, .05, delta=3e-3)
+        np.testing.assert_allclose(self.surface.heights + changes, updated.heights, atol=1e-7)
         report = updated.report["update"]
         self.assertEqual(report["update_bytes"], len(after) - len(before))
         self.assertLess(report["points_to_surface"]["rms"],

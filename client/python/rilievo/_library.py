@@ -17,7 +17,8 @@ _ERRORS = {3: InvalidArgument, 8: ResourceExhausted, 9: FailedPrecondition, 12: 
            13: ServerDefect, 15: DataLoss}
 _ELEMENTS = {
     "rilievo_surface_info": ctypes.c_char, "rilievo_surface_frame": ctypes.c_double,
-    "rilievo_surface_heights": ctypes.c_float, "rilievo_control_vertices": ctypes.c_double,
+    "rilievo_surface_heights": ctypes.c_float, "rilievo_surface_height_changes": ctypes.c_float,
+    "rilievo_control_vertices": ctypes.c_double,
     "rilievo_control_faces": ctypes.c_uint32, "rilievo_control_creases": ctypes.c_uint32,
     "rilievo_control_sharpness": ctypes.c_float, "rilievo_control_corners": ctypes.c_uint32,
     "rilievo_mesh_vertices": ctypes.c_double, "rilievo_mesh_faces": ctypes.c_uint32,

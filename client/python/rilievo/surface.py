@@ -128,7 +128,8 @@ class Surface:
         size       width and height, pixels
         turn       of the camera around the axis that points up, degrees
         elevation  of the camera above the horizon, [-90, 90], degrees
-        colors     "shade", "own" (those of the surface), "displacement", "flags" or "normals";
+        colors     "shade", "own" (those of the surface), "displacement", "change" (by
+                   the last update), "flags" or "normals";
                    None: "own" where the surface has colours, else "shade"
         level      [0, max_level]; None: max_level
         edges      draws the edges of the triangles
@@ -207,6 +208,15 @@ class Surface:
         """(n,) displacements of the vertices of max_level along their limit normals, fractions of
         the diagonal. The vertices of a coarser level come first."""
         return self._handle.array("rilievo_surface_heights")
+
+    @property
+    def height_changes(self) -> Optional[npt.NDArray[np.float32]]:
+        """(n,) by which the last update() changed the heights, fractions of the diagonal; None
+        where the file has no updates, or the decoder library is older than 9."""
+        if _library.library().rilievo_decoder_abi_version() < 9:
+            return None
+        changes = self._handle.array("rilievo_surface_height_changes")
+        return changes if len(changes) > 0 else None
 
     @property
     def colors(self) -> Optional[npt.NDArray[np.uint8]]:

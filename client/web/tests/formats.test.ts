@@ -1,4 +1,4 @@
-// Scans in the formats of scanners, and compressed ones, dropped on the page in Chromium.
+// Scans in the formats of scanners, compressed ones, and surfaces with updates, on the page in Chromium.
 //   CORPUS: the seeds of the fuzz targets, which hold small LAZ files; else as page_fixture.ts.
 import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
@@ -13,6 +13,7 @@ import { DecoderModule } from '../src/decoder/module';
 import { unpacked } from '../src/page/unpack';
 import { e57File } from './e57_file';
 import { complete, error, folder, gateway, PATIENCE, saved, scan, withPage } from './page_fixture';
+import { difference, thumbnail } from './pictures';
 import { rilievo } from './programs';
 
 const { CORPUS = '', WASM = '' } = process.env;
@@ -125,6 +126,35 @@ test('the GLB of a terrain stands upright and in metres in three.js', async () =
     assert.ok(Math.abs(sizes[1]![axis]! / upright[axis]! - 1) < 1e-5, `${sizes[1]} ${upright}`);
     assert.ok(Math.abs((1000 * sizes[0]![axis]!) / upright[axis]! - 1) < 1e-5, `${sizes[0]} ${upright}`);
   }
+});
+
+test('the change by an update is shown', async () => {
+  const ball = (name: string, bump: number) => {
+    const rows = Array.from({ length: 3000 }, (_row, i) => {
+      const z = 1 - (2 * i + 1) / 3000;
+      const radius = Math.sqrt(1 - z * z) * (1 + (z > 0.8 ? bump : 0));
+      return `${radius * Math.cos(i * 2.399963)} ${radius * Math.sin(i * 2.399963)} ${z * (1 + (z > 0.8 ? bump : 0))}`;
+    });
+    return written(name, rows.join('\n'));
+  };
+  const [before, after] = [join(folder, 'before.dss'), join(folder, 'after.dss')];
+  rilievo('reconstruct', ball('before.xyz', 0), '-o', before, '--quiet');
+  rilievo('update', before, ball('after.xyz', 0.03), '-o', after, '--quiet');
+  await withPage(gateway.address, async (page) => {
+    const colour = page.getByLabel('Colour', { exact: true });
+    const choice = colour.locator('option[value=change]');
+    await page.setInputFiles('#file', before);
+    await complete(page);
+    assert.equal(await choice.isDisabled(), true);
+    await page.setInputFiles('#file', after);
+    await page.locator('#name', { hasText: 'after.dss' }).waitFor();
+    await complete(page);
+    const stone = await thumbnail(page);
+    await colour.selectOption('change');
+    await page.locator('#legend', { hasText: 'Change by the last update' }).waitFor();
+    await page.waitForTimeout(300);
+    assert.ok((await difference(page, stone, await thumbnail(page))) > 2);
+  });
 });
 
 test('a gzip bomb is refused at the limit, with what to do', async () => {

@@ -28,7 +28,8 @@ absl::Status DecodeHeightsV1(const std::vector<Chunk>& layers, const LoopRefinem
 }
 
 absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
-                           DisplacedSurface& surface) {
+                           DecodedSurface& whole) {
+  DisplacedSurface& surface = whole.surface;
   const int level_count = file.level_count();
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
   RILIEVO_ASSIGN_OR_RETURN(
@@ -48,8 +49,8 @@ absl::Status DecodeHeights(const OpenedDss& file, const RunContext& context,
     surface.heights.push_back(static_cast<float>(height * header.height_unit));
   }
   surface.sources = decoded.Sources(header.metadata.all_smoothed);
-  RILIEVO_RETURN_IF_ERROR(
-      ApplyUpdates(file, refinement, context, &surface.heights, &surface.sources));
+  RILIEVO_ASSIGN_OR_RETURN(whole.height_changes, ApplyUpdates(file, refinement, context,
+                                                              &surface.heights, &surface.sources));
   RILIEVO_ASSIGN_OR_RETURN(surface.colors, DecodeColors(file, refinement, context));
   return absl::OkStatus();
 }
@@ -66,7 +67,7 @@ absl::StatusOr<DecodedSurface> DecodeDss(std::span<const uint8_t> bytes,
     decoded.surface.heights.assign(file.header.vertex_count, 0.0f);
     decoded.surface.sources.assign(file.header.vertex_count, HeightSource::kFilled);
   } else {
-    RILIEVO_RETURN_IF_ERROR(DecodeHeights(file, context, decoded.surface));
+    RILIEVO_RETURN_IF_ERROR(DecodeHeights(file, context, decoded));
   }
   RILIEVO_ASSIGN_OR_RETURN(decoded.metadata, MetadataWithUpdates(file));
   decoded.format_version = file.version;

@@ -124,6 +124,8 @@ struct DecodedSurface {
   int declared_max_level = 0;
   std::vector<int64_t> chunk_bytes;  // a chunk of colours counts to the one before it
   int64_t color_bytes = 0;           // of all chunks of colours
+  // By which the last update of the file changed the heights; one a height, none without updates.
+  std::vector<float> height_changes;
 };
 
 // DATA_LOSS for a truncated or corrupted stream (names the chunk), INVALID_ARGUMENT for what is no

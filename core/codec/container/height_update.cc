@@ -55,8 +55,10 @@ absl::StatusOr<UpdateLayout> ReadUpdate(const OpenedDss& file, const Chunk& chun
 
 // `decode`: the layers with one kind of flags.
 template <typename Decode>
-absl::Status ApplyEach(const OpenedDss& file, const Decode& decode, std::vector<float>* heights,
-                       std::vector<HeightSource>* sources) {
+absl::StatusOr<std::vector<float>> ApplyEach(const OpenedDss& file, const Decode& decode,
+                                             std::vector<float>* heights,
+                                             std::vector<HeightSource>* sources) {
+  std::vector<float> changes;
   for (const Chunk& chunk : file.updates) {
     RILIEVO_ASSIGN_OR_RETURN(const UpdateLayout update, ReadUpdate(file, chunk));
     RILIEVO_ASSIGN_OR_RETURN(DecodedHeights told, decode(update.layers, update.smoothed));
@@ -67,20 +69,25 @@ absl::Status ApplyEach(const OpenedDss& file, const Decode& decode, std::vector<
     }
     // What counts as filled among the differences is not told anew.
     const std::vector<HeightSource> anew = told.Sources(update.all_smoothed);
+    changes.assign(anew.size(), 0.0f);
     for (size_t v = 0; v < anew.size(); ++v) {
       if (anew[v] == HeightSource::kFilled) continue;
-      (*heights)[v] = static_cast<float>((*heights)[v] + told.heights[v] * update.unit);
+      const double change = told.heights[v] * update.unit;
+      changes[v] = static_cast<float>(change);
+      (*heights)[v] = static_cast<float>((*heights)[v] + change);
       (*sources)[v] = is_filled[v] != 0 ? HeightSource::kFilled : anew[v];
     }
   }
-  return absl::OkStatus();
+  return changes;
 }
 
 }  // namespace
 
-absl::Status ApplyUpdates(const OpenedDss& file, const LoopRefinement& refinement,
-                          const RunContext& context, std::vector<float>* heights,
-                          std::vector<HeightSource>* sources) {
+absl::StatusOr<std::vector<float>> ApplyUpdates(const OpenedDss& file,
+                                                const LoopRefinement& refinement,
+                                                const RunContext& context,
+                                                std::vector<float>* heights,
+                                                std::vector<HeightSource>* sources) {
   const FaceGroups* groups = file.header.group_limit > 0 ? &file.groups : nullptr;
   const auto decode = [&](const std::vector<Span>& layers, const std::optional<Span>& flags) {
     return DecodeHeightLayers(layers, {}, refinement, groups, true, flags, context);
@@ -95,7 +102,7 @@ absl::Status ApplyUpdatesToPart(const OpenedDss& file, const LoopRefinement& sha
   const auto decode = [&](const std::vector<Span>& layers, const std::optional<Span>& flags) {
     return DecodePartOfHeights(layers, shared, file.groups, part, refinement, true, flags, context);
   };
-  return ApplyEach(file, decode, heights, sources);
+  return ApplyEach(file, decode, heights, sources).status();
 }
 
 absl::StatusOr<DssMetadata> MetadataWithUpdates(const OpenedDss& file) {

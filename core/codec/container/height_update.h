@@ -23,10 +23,13 @@ inline constexpr int kAllSmoothedFlag = 1, kTellsSmoothedFlag = 2, kTellsFilledF
 
 // Adds the differences of each update in order to the heights that are told anew, and gives these
 // their sources; all others keep every bit. One entry a vertex of the finest level; `refinement`
-// reaches the last level but one. DATA_LOSS for a damaged chunk.
-absl::Status ApplyUpdates(const OpenedDss& file, const LoopRefinement& refinement,
-                          const RunContext& context, std::vector<float>* heights,
-                          std::vector<HeightSource>* sources);
+// reaches the last level but one. Returns by which the last update changed each height; none where
+// there are no updates. DATA_LOSS for a damaged chunk.
+absl::StatusOr<std::vector<float>> ApplyUpdates(const OpenedDss& file,
+                                                const LoopRefinement& refinement,
+                                                const RunContext& context,
+                                                std::vector<float>* heights,
+                                                std::vector<HeightSource>* sources);
 
 // The same for a part of a surface with groups, see DecodePartOfHeights().
 absl::Status ApplyUpdatesToPart(const OpenedDss& file, const LoopRefinement& shared,

@@ -39,6 +39,12 @@ TEST_F(UpdateTest, TheFileThatWasThereIsTheBeginning) {
   const std::string before = Content(At("old.dss")), after = Content(At("new.dss"));
   EXPECT_EQ(after.substr(0, before.size()), before);
   EXPECT_EQ(after.size(), before.size() + report["update_bytes"].get<size_t>());
+  const Ended seen = Run({"view", At("new.dss"), "-o", At("change.png"), "--colors", "change"});
+  EXPECT_EQ(seen.code, 0) << seen.err;
+  EXPECT_THAT(seen.out, HasSubstr("raised"));
+  const Ended unchanged = Run({"view", At("old.dss"), "-o", At("c.png"), "--colors", "change"});
+  EXPECT_EQ(unchanged.code, 2);
+  EXPECT_THAT(unchanged.err, HasSubstr("has no updates"));
   // As a mesh, and once more without a change, in words.
   EXPECT_EQ(Run({"update", At("old.dss"), At("new.xyz"), "-o", At("new.ply")}).code, 0);
   EXPECT_EQ(Run({"compare", At("new.ply"), At("new.dss"), "--max-rms", "1e-6"}).code, 0);

@@ -44,6 +44,7 @@ TEST_P(EveryGolden, GivesTheSameBitsAsTheCppLibrary) {
   ASSERT_EQ(rilievo_surface_max_level(surface.get()), expected.surface.max_level);
   EXPECT_EQ(rilievo_surface_declared_max_level(surface.get()), expected.declared_max_level);
   ExpectSame(All(rilievo_surface_heights, surface.get()), expected.surface.heights);
+  ExpectSame(All(rilievo_surface_height_changes, surface.get()), expected.height_changes);
   ExpectSameColors(All(rilievo_surface_colors, surface.get()), expected.surface.colors);
   const ControlMesh& control = expected.surface.control_mesh;
   ExpectSame(All(rilievo_control_faces, surface.get()), control.faces);
@@ -303,7 +304,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 8);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 9);
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ export interface Picture {
   colours: Uint8Array;
   /** Displacement, fractions of the diagonal; zero where no level has come yet. */
   heights: Float32Array;
+  /** Of the heights by the last update, fractions of the diagonal; none where the file has no updates. */
+  changes: Float32Array;
   tessellateMs: number;
 }
 

@@ -104,6 +104,11 @@ export class Surface {
     return this.#module.floatsOf('rilievo_surface_heights', this.#pointer);
   }
 
+  /** By which the last update changed each of these heights; none where the file has no updates. */
+  heightChanges(): Float32Array {
+    return this.#module.floatsOf('rilievo_surface_height_changes', this.#pointer);
+  }
+
   control(): ControlMesh {
     return {
       vertices: this.#module.doublesOf('rilievo_control_vertices', this.#pointer),

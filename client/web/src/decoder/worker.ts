@@ -13,6 +13,7 @@ let surface: Surface | undefined;
 let frame: Frame | undefined;
 let scan: Scan | undefined;
 let heights = new Float32Array();
+let changes = new Float32Array();
 
 async function load(): Promise<DecoderModule> {
   const answer = await fetch(wasmAddress);
@@ -76,6 +77,7 @@ function decode(bytes: Uint8Array): Decoded {
   const info = next.info();
   frame = info.frame;
   heights = next.heights() as Float32Array<ArrayBuffer>;
+  changes = next.heightChanges() as Float32Array<ArrayBuffer>;
   const mesh = next.control();
   const control: ControlPicture = {
     positions: relative(mesh.vertices, frame), edges: edgesOf(mesh), creases: mesh.creases,
@@ -107,11 +109,15 @@ function picture(level: number): Picture {
   const mesh = theSurface().tessellate(level);
   const tessellateMs = performance.now() - begin;
   const vertices = mesh.vertices.length / 3;
-  const shown = new Float32Array(vertices);
-  shown.set(heights.subarray(0, Math.min(vertices, heights.length)));
+  const ofVertices = (values: Float32Array) => {
+    const shown = new Float32Array(vertices);
+    shown.set(values.subarray(0, Math.min(vertices, values.length)));
+    return shown;
+  };
   return {
     level, positions: relative(mesh.vertices, frame!), normals: mesh.normals, faces: mesh.faces,
-    flags: mesh.flags, colours: mesh.colours, heights: shown, tessellateMs,
+    flags: mesh.flags, colours: mesh.colours, heights: ofVertices(heights),
+    changes: changes.length > 0 ? ofVertices(changes) : new Float32Array(), tessellateMs,
   };
 }
 

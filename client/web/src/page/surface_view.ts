@@ -254,7 +254,8 @@ export class SurfaceView {
     const scanBox = element<HTMLInputElement>('show-scan');
     const { colours, intensity } = this.#layers;
     scanBox.disabled = !this.#hasScan;
-    for (const [value, usable] of [['surface', this.#hasColours], ['error', this.#hasScan], ['scan', colours]] as const) {
+    const changed = (this.#picture?.changes.length ?? 0) > 0;
+    for (const [value, usable] of [['change', changed], ['surface', this.#hasColours], ['error', this.#hasScan], ['scan', colours]] as const) {
       this.#colour.querySelector<HTMLOptionElement>(`option[value=${value}]`)!.disabled = !usable;
       if (!usable && this.#colour.value === value) this.#colour.value = 'stone';
     }

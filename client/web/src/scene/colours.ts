@@ -1,7 +1,7 @@
 // Colours that show a figure of the vertices, and what they mean.
 import type { Distances, Picture } from '../decoder/messages';
 
-export type Colouring = 'stone' | 'displacement' | 'error' | 'source' | 'scan' | 'surface';
+export type Colouring = 'stone' | 'displacement' | 'change' | 'error' | 'source' | 'scan' | 'surface';
 
 type Rgb = [number, number, number];
 
@@ -51,9 +51,9 @@ function fill(count: number, colourOf: (vertex: number) => Rgb): Float32Array {
   return colours;
 }
 
-/** The value that `share` of all finite ones stay below, in size. */
+/** What `share` of all finite values other than 0 stay below, in size. */
 function quantile(values: Float32Array, share: number): number {
-  const sizes = values.filter(Number.isFinite).map(Math.abs).sort();
+  const sizes = values.filter((value) => Number.isFinite(value) && value !== 0).map(Math.abs).sort();
   return sizes[Math.floor(share * (sizes.length - 1))] ?? 0;
 }
 
@@ -76,13 +76,15 @@ export interface OfScan {
 
 export function colourOf(picture: Picture, colouring: Colouring, diagonal: number, { error, colours }: OfScan = {}): Coloured {
   const count = picture.flags.length;
-  if (colouring === 'displacement') {
-    const { heights } = picture;
-    const most = quantile(heights, 0.98) || 1e-12;
+  if (colouring === 'displacement' || (colouring === 'change' && picture.changes.length > 0)) {
+    const values = colouring === 'displacement' ? picture.heights : picture.changes;
+    const most = quantile(values, 0.98) || 1e-12;
     return {
-      colours: fill(count, (v) => at(DIVERGING, 0.5 + heights[v]! / most / 2)),
+      colours: fill(count, (v) => at(DIVERGING, 0.5 + values[v]! / most / 2)),
       legend: {
-        title: 'Displacement along the normal, in units of the scan',
+        title: colouring === 'displacement'
+          ? 'Displacement along the normal, in units of the scan'
+          : 'Change by the last update along the normal, in units of the scan',
         gradient: { css: gradient(DIVERGING), low: `−${figure(most * diagonal)}`, high: `+${figure(most * diagonal)}` },
       },
     };

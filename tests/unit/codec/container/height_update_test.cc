@@ -102,6 +102,12 @@ TEST(HeightUpdateTest, OnlyWhatIsToldChanges) {
     } else {
       ExpectTold(before.surface, update, after->surface);
     }
+    ASSERT_EQ(after->height_changes.size(), update.told.size());
+    for (size_t v = 0; v < update.told.size(); ++v) {
+      ASSERT_NEAR(after->height_changes[v], after->surface.heights[v] - before.surface.heights[v],
+                  1e-7);
+    }
+    EXPECT_TRUE(before.height_changes.empty());
     EXPECT_EQ(after->metadata.generator, "rilievo 1.2.4");
     EXPECT_EQ(after->metadata.error_rms, -1) << "is the error of another surface";
     EXPECT_EQ(after->metadata.folds, -1);
@@ -138,7 +144,13 @@ TEST(HeightUpdateTest, UpdatesFollowEachOther) {
     const std::vector<uint8_t> chunk = *EncodeUpdate(file, before.surface, update, {});
     EXPECT_LT(chunk.size(), size / 3);
     file = WithChunk(std::move(file), chunk);
-    ExpectTold(before.surface, update, DecodeDss(file, {})->surface);
+    const DecodedSurface after = *DecodeDss(file, {});
+    ExpectTold(before.surface, update, after.surface);
+    for (size_t v = 0; v < update.told.size(); ++v) {
+      ASSERT_NEAR(after.height_changes[v], after.surface.heights[v] - before.surface.heights[v],
+                  1e-7)
+          << "of the last one alone";
+    }
   }
   // A prefix is the surface before.
   const auto whole = DecodeDss(std::span(file).first(size), {});
