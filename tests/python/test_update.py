@@ -1,10 +1,12 @@
 """A surface brought up to date by a new scan."""
 import tempfile
 import unittest
+from unittest import mock
 
 import numpy as np
 
 import rilievo
+from rilievo.jobs import jobs_pb2
 
 
 def ball(count, seed, bump=0.0):
@@ -39,8 +41,12 @@ class UpdateTest(unittest.TestCase):
                         report["points_to_surface_before"]["rms"] / 5)
         with tempfile.TemporaryDirectory() as store, \
                 rilievo.PrivateServer(["--store", store]) as server, rilievo.Jobs(server) as jobs:
-            kept = jobs.update(self.surface, part).fetch()
-        self.assertEqual(kept.to_bytes(), after)
+            job = jobs.update(self.surface, part)
+            with mock.patch.object(jobs_pb2, "StreamSurfaceRequest",
+                                   wraps=jobs_pb2.StreamSurfaceRequest) as asked:
+                self.assertEqual(job.fetch().to_bytes(), after)
+            self.assertEqual(asked.call_args.kwargs["offset"], len(before))
+            self.assertEqual(jobs.get(job.job_id).fetch().to_bytes(), after)
 
     def test_a_scan_that_agrees_changes_nothing(self):
         same = rilievo.update(self.surface, ball(4000, 3), whole=True)

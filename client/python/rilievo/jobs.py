@@ -30,8 +30,9 @@ _FINISHED = ("succeeded", "failed", "cancelled")
 class Job:
     """What is known of a kept job; the methods ask the server."""
 
-    def __init__(self, jobs: "Jobs", message: Any) -> None:
-        self._jobs, self._message = jobs, message
+    def __init__(self, jobs: "Jobs", message: Any, known: bytes = b"") -> None:
+        """`known`: the first bytes of the surface."""
+        self._jobs, self._message, self._known = jobs, message, known
 
     @property
     def job_id(self) -> str:
@@ -87,7 +88,7 @@ class Job:
             raise self.error
         if self.state == "cancelled":
             raise Cancelled(f"job {self.job_id} was cancelled")
-        data = self._jobs._fetch(self.job_id, end and end - time.monotonic())
+        data = self._jobs._fetch(self.job_id, end and end - time.monotonic(), self._known)
         return Surface(data, len(data), self.report)
 
     def cancel(self) -> "Job":
@@ -159,7 +160,8 @@ class Jobs:
     def update(self, surface: Surface, points: Any, *, whole: bool = False,
                request_id: Optional[str] = None, timeout: Optional[float] = None,
                threads: int = 0) -> Job:
-        """submit() of a new scan of a surface; arguments as of rilievo.update()."""
+        """submit() of a new scan of a surface; arguments as of rilievo.update(). fetch() of this Job
+        brings only what follows the bytes of the old surface."""
         return self._create(pack_update(points, surface, whole),
                             as_message(Options(threads=threads)) if threads else None,
                             request_id, timeout)
@@ -176,7 +178,7 @@ class Jobs:
         for _ in range(3):
             try:
                 return Job(self, tries.repeat(lambda left: self._stub.CreateJob(
-                    request, timeout=left, metadata=self._server.metadata())).job)
+                    request, timeout=left, metadata=self._server.metadata())).job, scan.base)
             except NotFound:
                 self._upload(scan, digest.digest(), tries)
         raise Unavailable("the server removed the scan after each upload; its store is too small")
@@ -274,9 +276,9 @@ class Jobs:
         tries.repeat(watch)
         return self.get(job_id)._message
 
-    def _fetch(self, job_id: str, timeout: Optional[float]) -> bytes:
+    def _fetch(self, job_id: str, timeout: Optional[float], known: bytes) -> bytes:
         tries = _Tries(self, timeout)
-        data = bytearray()
+        data = bytearray(known)
         total, digest = -1, b""
 
         def stream(left: Optional[float]) -> None:
