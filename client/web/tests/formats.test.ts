@@ -12,8 +12,8 @@ import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import { DecoderModule } from '../src/decoder/module';
 import { unpacked } from '../src/page/unpack';
 import { e57File } from './e57_file';
-import { complete, error, folder, gateway, PATIENCE, saved, scan, withPage } from './page_fixture';
-import { difference, thumbnail } from './pictures';
+import { complete, error, folder, gateway, saved, scan, withPage } from './page_fixture';
+import { PATIENCE, thumbnail, thumbnailAfter } from './pictures';
 import { rilievo } from './programs';
 
 const { CORPUS = '', WASM = '' } = process.env;
@@ -152,8 +152,7 @@ test('the change by an update is shown', async () => {
     const stone = await thumbnail(page);
     await colour.selectOption('change');
     await page.locator('#legend', { hasText: 'Change by the last update' }).waitFor();
-    await page.waitForTimeout(300);
-    assert.ok((await difference(page, stone, await thumbnail(page))) > 2);
+    await thumbnailAfter(page, stone, 2);
   });
 });
 

@@ -8,8 +8,8 @@ import { basename, join } from 'node:path';
 import { test } from 'node:test';
 import { validateBytes } from 'gltf-validator';
 import type { Page } from 'playwright-core';
-import { browser, complete, error, folder, gateway, PATIENCE, saved, scan, server, withPage } from './page_fixture';
-import { difference, seen, thumbnail } from './pictures';
+import { browser, complete, error, folder, gateway, saved, scan, server, withPage } from './page_fixture';
+import { difference, PATIENCE, seen, thumbnail, thumbnailAfter } from './pictures';
 import { arraysOfPly } from './ply_arrays';
 import { pythonLacks, reconstructInPython } from './python';
 import { makeToken, rilievo, startGateway, startServer, startViewer } from './programs';
@@ -94,28 +94,23 @@ test('colours, control mesh and points each change the picture', async () => {
     await page.setInputFiles('#file', scan);
     await complete(page);
     const plain = await thumbnail(page);
-    const after = async (act: () => Promise<unknown>) => {
-      await act();
-      await page.waitForTimeout(300);
-      return thumbnail(page);
-    };
     const colour = page.getByLabel('Colour', { exact: true });
-    const displaced = await after(() => colour.selectOption('displacement'));
-    assert.ok((await difference(page, plain, displaced)) > 4);
+    await colour.selectOption('displacement');
+    const displaced = await thumbnailAfter(page, plain, 4);
     await page.locator('#legend', { hasText: 'Displacement' }).waitFor();
     await colour.selectOption('error');
     await page.locator('#legend', { hasText: 'Distance of the scan' }).waitFor();
-    const distance = await after(async () => undefined);
-    assert.ok((await difference(page, displaced, distance)) > 4);
+    const distance = await thumbnailAfter(page, displaced, 4);
     await colour.selectOption('source');
     await page.locator('#legend', { hasText: 'measured' }).waitFor();
-    const source = await after(async () => undefined);
-    const control = await after(() => page.getByLabel('Control mesh').check());
-    assert.ok((await difference(page, source, control)) > 1);
+    const source = await thumbnailAfter(page, distance, 4);
+    await page.getByLabel('Control mesh').check();
+    const control = await thumbnailAfter(page, source, 1);
     // Over stone: measured parts are as blue as the points.
-    const stone = await after(() => colour.selectOption('stone'));
-    const points = await after(() => page.getByLabel('Scan points').check());
-    assert.ok((await difference(page, stone, points)) > 4);
+    await colour.selectOption('stone');
+    const stone = await thumbnailAfter(page, control, 1);
+    await page.getByLabel('Scan points').check();
+    await thumbnailAfter(page, stone, 4);
   });
 });
 
@@ -138,8 +133,9 @@ test('colours and intensity of a scan are shown, and carried into files when ask
     assert.equal(await colour.inputValue(), 'surface', 'a surface with colours shows them');
     const own = await seen(page);
     const after = async (choice: string) => {
+      const before = await thumbnail(page);
       await colour.selectOption(choice);
-      await page.waitForTimeout(500);
+      await thumbnailAfter(page, before, 4);
       return seen(page);
     };
     const plain = await after('stone');
@@ -261,10 +257,11 @@ test('a surface opens without a server, and looks as it did', async () => {
       await page.locator('#server', { hasText: 'The server cannot be reached' }).waitFor();
       await page.setInputFiles('#file', golden);
       await complete(page);
+      const stone = await thumbnail(page);
       await page.getByLabel('Colour', { exact: true }).selectOption('displacement');
+      const displaced = await thumbnailAfter(page, stone, 1);
       await page.getByLabel('Control mesh').check();
-      await page.waitForTimeout(300);
-      const picture = await thumbnail(page);
+      const picture = await thumbnailAfter(page, displaced, 1);
       const reference = join(REFERENCE, 'sheet_and_octahedron.png');
       if (RILIEVO_WRITE_REFERENCE) writeFileSync(reference, Buffer.from(picture, 'base64'));
       const apart = await difference(page, picture, readFileSync(reference).toString('base64'));
@@ -286,12 +283,10 @@ test('the keyboard turns, comes nearer and chooses the level', async () => {
     await complete(page);
     const canvas = page.getByRole('img');
     await canvas.focus();
-    const pictures = [await thumbnail(page)];
+    let picture = await thumbnail(page);
     for (const key of ['ArrowRight', 'ArrowUp', '+', '[', 'w']) {
       await page.keyboard.press(key);
-      await page.waitForTimeout(250);
-      pictures.push(await thumbnail(page));
-      assert.ok((await difference(page, pictures.at(-2)!, pictures.at(-1)!)) > 0.5, key);
+      picture = await thumbnailAfter(page, picture, 0.5);
     }
     assert.match((await canvas.getAttribute('aria-label'))!, /surface of [\d,]+ triangles, level 2/);
     // Everything that can be used has a name and can be reached.

@@ -6,13 +6,12 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, before } from 'node:test';
 import { type Browser, chromium, type Download, type Page } from 'playwright-core';
+import { PATIENCE } from './pictures';
 import { type Program, rilievo, startGateway, startServer } from './programs';
 
 const { CHROMIUM = '/usr/bin/chromium' } = process.env;
 export const folder = mkdtempSync(join(tmpdir(), 'rilievo-page-'));
 export const scan = join(folder, 'handles.ply');
-/** For a reconstruction, on a machine that is busy with other tests. */
-export const PATIENCE = 120_000;
 
 export let server: Program;
 export let gateway: Program;

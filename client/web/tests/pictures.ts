@@ -1,5 +1,9 @@
 // What is in the picture, by its pixels; asked in the page, which can read images.
+import assert from 'node:assert/strict';
 import type { Page } from 'playwright-core';
+
+/** For what is reconstructed or drawn on a machine that is busy with other tests, ms. */
+export const PATIENCE = 120_000;
 
 export interface Seen {
   /** Share of the canvas that shows something. */
@@ -70,4 +74,15 @@ export function difference(page: Page, first: string, second: string): Promise<n
     }
     return sum / Math.max(count, 1);
   }, [first, second]);
+}
+
+/** The thumbnail as soon as it differs from `before` by more than `least`, see difference(). */
+export async function thumbnailAfter(page: Page, before: string, least: number): Promise<string> {
+  for (const end = Date.now() + PATIENCE; ; ) {
+    const now = await thumbnail(page);
+    const apart = await difference(page, before, now);
+    if (apart > least) return now;
+    assert.ok(Date.now() < end, `the picture still differs by ${apart} alone`);
+    await page.waitForTimeout(50);
+  }
 }
