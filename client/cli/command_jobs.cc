@@ -1,6 +1,5 @@
 // rilievo jobs ...: reconstructions that a server keeps.
 #include <CLI/CLI.hpp>
-#include <ctime>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
+#include "client/cli/job_words.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/place_options.h"
@@ -58,50 +58,12 @@ CallOptions CallOf(const JobsArguments& arguments, std::stop_token stop) {
   return call;
 }
 
-// "succeeded" of JOB_STATE_SUCCEEDED.
-std::string StateName(v1::JobState state) {
-  std::string name = v1::JobState_Name(state).substr(sizeof("JOB_STATE_") - 1);
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return name;
-}
-
-std::string TimeText(const google::protobuf::Timestamp& time) {
-  if (time.seconds() == 0) return "-";
-  const std::time_t seconds = time.seconds();
-  std::tm utc{};
-  char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&seconds, &utc));
-  return text;
-}
-
-nlohmann::ordered_json JsonOf(const v1::Job& job) {
-  nlohmann::ordered_json json = {{"job_id", job.job_id()},
-                                 {"request_id", job.request_id()},
-                                 {"scan_id", job.scan_id()},
-                                 {"state", StateName(job.state())},
-                                 {"attempts", job.attempts()},
-                                 {"created", TimeText(job.create_time())},
-                                 {"started", TimeText(job.start_time())},
-                                 {"ended", TimeText(job.end_time())}};
-  if (job.has_error()) json["error"] = WordsOf(StatusFromRpc(job.error()));
-  if (job.has_surface()) json["surface_bytes"] = job.surface().total_bytes();
-  return json;
-}
-
 void Print(const v1::Job& job, const JobsArguments& arguments) {
   if (arguments.json) {
     std::cout << JsonOf(job).dump(2) << '\n';
-    return;
+  } else {
+    WordsBeside(arguments.surface.output) << WordsOf(job);
   }
-  std::ostream& out = WordsBeside(arguments.surface.output);
-  out << "job " << job.job_id() << ": " << StateName(job.state()) << "\n  request   "
-      << job.request_id() << "\n  scan      " << job.scan_id() << "\n  created   "
-      << TimeText(job.create_time()) << "\n  started   " << TimeText(job.start_time())
-      << "\n  ended     " << TimeText(job.end_time()) << "\n  attempts  " << job.attempts() << '\n';
-  if (job.has_surface()) {
-    out << "  surface   " << job.surface().total_bytes() << " bytes\n";
-  }
-  if (job.has_error()) out << "  error     " << WordsOf(StatusFromRpc(job.error())) << '\n';
 }
 
 // Where the surface goes; what it is made from is not overwritten.

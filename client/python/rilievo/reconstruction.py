@@ -286,18 +286,15 @@ class _Requests:
         try:
             request = reconstruction_pb2.ReconstructRequest
             yield request(header=self._scan.header(self._options))
-            for data in self._scan.pieces():
-                if self._stopped.is_set():
-                    return
-                yield request(points=reconstruction_pb2.PointChunk(data=data))
-            for data in self._scan.triangle_pieces():
-                if self._stopped.is_set():
-                    return
-                yield request(triangles=reconstruction_pb2.MeshChunk(data=data))
-            for data in self._scan.base_pieces():
-                if self._stopped.is_set():
-                    return
-                yield request(base=reconstruction_pb2.BaseChunk(data=data))
+            streams: Tuple[Tuple[str, Any, Iterator[Any]], ...] = (
+                ("points", reconstruction_pb2.PointChunk, self._scan.pieces()),
+                ("triangles", reconstruction_pb2.MeshChunk, self._scan.triangle_pieces()),
+                ("base", reconstruction_pb2.BaseChunk, self._scan.base_pieces()))
+            for field, chunk, pieces in streams:
+                for data in pieces:
+                    if self._stopped.is_set():
+                        return
+                    yield request(**{field: chunk(data=data)})
         except Exception as error:  # gRPC would only say that it was cancelled
             self.failure = error
             raise
