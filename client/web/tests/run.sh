@@ -35,7 +35,7 @@ if [ "$part" = build ] || [ "$part" = all ]; then
     exit 1
   }
   npm/build.sh "$build"
-  npx tsc --noEmit
+  npx tsc --noEmit --incremental --tsBuildInfoFile generated/types.tsbuildinfo
   npx vite build --logLevel warn --config vite.tests.config.ts
 fi
 [ "$part" = build ] && exit
