@@ -1,11 +1,6 @@
 #include "client/formats/laz/arithmetic_decoder.h"
 
 namespace rilievo::laz {
-namespace {
-
-constexpr size_t kWindow = size_t{1} << 16;
-
-}  // namespace
 
 void ArithmeticDecoder::Start(std::string_view bytes) {
   source_ = nullptr;
@@ -29,29 +24,6 @@ void ArithmeticDecoder::Begin() {
     failed_ = true;
     value_ = 0;
   }
-}
-
-void ArithmeticDecoder::ShiftNearEnd() {
-  while (length_ < (1u << 24)) {
-    value_ = value_ << 8 | NextByte();
-    length_ <<= 8;
-  }
-}
-
-void ArithmeticDecoder::Stop() {
-  source_->Skip(static_cast<uint64_t>(next_ - begin_));
-  begin_ = next_ = end_ = nullptr;
-}
-
-bool ArithmeticDecoder::Refill() {
-  if (source_ != nullptr) {
-    Stop();
-    const std::string_view window = source_->Peek(kWindow);
-    begin_ = next_ = window.data();
-    end_ = next_ + window.size();
-  }
-  if (next_ == end_) failed_ = true;
-  return next_ != end_;
 }
 
 }  // namespace rilievo::laz

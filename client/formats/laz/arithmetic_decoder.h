@@ -97,10 +97,35 @@ class ArithmeticDecoder {
   bool Refill();
   void Begin();
 
+  static constexpr size_t kWindow = size_t{1} << 16;  // bytes of the source
+
   uint32_t value_ = 0, length_ = 0;
   const char *begin_ = nullptr, *next_ = nullptr, *end_ = nullptr;
   ByteSource* source_ = nullptr;
   bool failed_ = false;
 };
+
+inline void ArithmeticDecoder::ShiftNearEnd() {
+  while (length_ < (1u << 24)) {
+    value_ = value_ << 8 | NextByte();
+    length_ <<= 8;
+  }
+}
+
+inline void ArithmeticDecoder::Stop() {
+  source_->Skip(static_cast<uint64_t>(next_ - begin_));
+  begin_ = next_ = end_ = nullptr;
+}
+
+inline bool ArithmeticDecoder::Refill() {
+  if (source_ != nullptr) {
+    Stop();
+    const std::string_view window = source_->Peek(kWindow);
+    begin_ = next_ = window.data();
+    end_ = next_ + window.size();
+  }
+  if (next_ == end_) failed_ = true;
+  return next_ != end_;
+}
 
 }  // namespace rilievo::laz

@@ -18,8 +18,7 @@ SymbolModel::SymbolModel(uint32_t symbols)
     : last_symbol_(symbols - 1),
       bucket_shift_(kBits - BucketBits(symbols)),
       interval_(symbols),
-      lower_(size_t{symbols} + 1, 0xffff),
-      counts_(symbols, 1),
+      shares_(size_t{symbols} + 1, Share{.lower = 0xffff, .count = 1}),
       // One bucket more: what is asked for may lie a little beyond 2^kBits.
       first_((size_t{1} << BucketBits(symbols)) + 1) {
   Update();
@@ -30,7 +29,8 @@ void SymbolModel::Update() {
   total_ += interval_;
   if (total_ > (1u << kBits)) {
     total_ = 0;
-    for (uint16_t& count : counts_) {
+    for (size_t symbol = 0; symbol <= last_symbol_; ++symbol) {
+      uint16_t& count = shares_[symbol].count;
       count = static_cast<uint16_t>((count + 1) / 2);
       total_ += count;
     }
@@ -38,10 +38,10 @@ void SymbolModel::Update() {
   const uint32_t scale = (1u << 31) / total_;
   uint32_t sum = 0;
   size_t bucket = 0;
-  for (size_t symbol = 0; symbol < counts_.size(); ++symbol) {
+  for (size_t symbol = 0; symbol <= last_symbol_; ++symbol) {
     const uint32_t lower = (scale * sum) >> (31 - kBits);
-    lower_[symbol] = static_cast<uint16_t>(lower);
-    sum += counts_[symbol];
+    shares_[symbol].lower = static_cast<uint16_t>(lower);
+    sum += shares_[symbol].count;
     for (; bucket << bucket_shift_ < lower; ++bucket) {
       first_[bucket] = static_cast<uint16_t>(symbol - 1);
     }
