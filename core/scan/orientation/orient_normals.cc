@@ -32,25 +32,15 @@ void Flip(const std::vector<int>& points, OrientedCloud* cloud) {
   for (const int i : points) cloud->normals.col(i) *= -1;
 }
 
-// A sample of at most `most`, evenly along the list.
-std::vector<int> Sample(const std::vector<int>& list, size_t most) {
-  if (list.size() <= most) return list;
-  std::vector<int> sample;
-  for (size_t i = 0; i < most; ++i) sample.push_back(list[i * list.size() / most]);
-  return sample;
-}
-
 // Turns each group outward, and those inside an odd number of others, as the wall of a cavity is,
 // inward; but for the group `sided` (-1: none), whose side is known.
 absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided,
                           OrientedCloud* cloud, const RunContext& context) {
   for (size_t group = 0; group < groups.size(); ++group) {
     if (static_cast<int>(group) == sided) continue;
-    const int sign = OutwardSign(*cloud, groups[group], context);
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-    if (sign < 0) Flip(groups[group], cloud);
+    if (OutwardSign(*cloud, groups[group]) < 0) Flip(groups[group], cloud);
   }
-  constexpr size_t kSamples = 16;
   constexpr double kInside = 0.75;
   if (groups.size() < 2) return absl::OkStatus();
   std::vector<int> around(groups.size(), 0);
@@ -64,12 +54,7 @@ absl::Status OrientGroups(const std::vector<std::vector<int>>& groups, int sided
       if (inner == outer || static_cast<int>(inner) == sided ||
           !box.contains(cloud->points.col(groups[inner].front())))
         continue;
-      double winding = 0;
-      const std::vector<int> probes = Sample(groups[inner], kSamples);
-      for (const int i : probes) {
-        winding += field.At(cloud->points.col(i)) / static_cast<double>(probes.size());
-      }
-      if (winding > kInside) ++around[inner];
+      if (MeanWinding(field, *cloud, groups[inner]) > kInside) ++around[inner];
     }
   }
   for (size_t group = 0; group < groups.size(); ++group) {

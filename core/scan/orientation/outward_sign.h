@@ -3,16 +3,20 @@
 
 #include <span>
 
-#include "core/base/run_context.h"
 #include "core/points/oriented_cloud.h"
+#include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
 
-// +1 or -1: the factor that turns the normals of `members` (not empty) outward. On a closed or
-// nearly closed surface the extreme points of all directions agree; on an open sheet, where they
-// do not, outward is the convex side, and up (+z, else +y, else +x) when no side plainly is. After
-// a stop request it may be either; the caller asks context.CheckStop() after.
-int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
-                const RunContext& context);
+// The mean winding number at points of a surface, each standing for its share of it: a sample of
+// `members`, evenly along the list.
+double MeanWinding(const WindingField& field, const OrientedCloud& cloud,
+                   std::span<const int> members);
+
+// +1 or -1: the factor that turns the normals of `members` (not empty) outward. A closed surface
+// has a mean winding number of 1/2 on itself where its normals point outward, and of -1/2 where
+// they point inward; an open one of nearly 0, and outward is the convex side, or up (+z, else +y,
+// else +x) when no side plainly is.
+int OutwardSign(const OrientedCloud& cloud, std::span<const int> members);
 
 }  // namespace rilievo

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numeric>
@@ -26,13 +27,14 @@ OrientedCloud HeightField(const std::function<double(double, double)>& height) {
     cloud.normals.col(i) = Eigen::Vector3d(-dx, -dy, 1).normalized();
   }
   cloud.spacing.assign(kSide * kSide, 2.0F / kSide);
+  cloud.noise.assign(kSide * kSide, 0.0F);
   return cloud;
 }
 
 int SignOf(const OrientedCloud& cloud) {
   std::vector<int> members(static_cast<size_t>(cloud.points.cols()));
   std::iota(members.begin(), members.end(), 0);
-  return OutwardSign(cloud, members, RunContext());
+  return OutwardSign(cloud, members);
 }
 
 TEST(OutwardSignTest, ACapFacesAwayFromItsCentre) {
@@ -62,15 +64,41 @@ TEST(OutwardSignTest, ABowlFacesAwayFromItsCentre) {
   EXPECT_EQ(SignOf(bowl), -1);
 }
 
+// Most of what is farthest out in a street are walls that look inward.
+TEST(OutwardSignTest, AStreetFacesUp) {
+  OrientedCloud street = HeightField([](double x, double) { return 0.4 * std::pow(x, 8); });
+  EXPECT_EQ(SignOf(street), 1);
+  street.normals *= -1;
+  EXPECT_EQ(SignOf(street), -1);
+}
+
+// A wall folded back on itself, as thin as a tenth of its width: hardly any volume is in it.
+TEST(OutwardSignTest, AThinWallFacesOutward) {
+  OrientedCloud wall = HeightField([](double x, double y) {
+    return 0.1 * std::sqrt(std::max(0.0, (1 - std::pow(x, 8)) * (1 - std::pow(y, 8))));
+  });
+  const Eigen::Index count = wall.points.cols();
+  wall.points.conservativeResize(3, 2 * count);
+  wall.normals.conservativeResize(3, 2 * count);
+  const Eigen::Vector3d mirror(1, 1, -1);
+  wall.points.rightCols(count) = mirror.asDiagonal() * wall.points.leftCols(count);
+  wall.normals.rightCols(count) = mirror.asDiagonal() * wall.normals.leftCols(count);
+  wall.spacing.resize(2 * count, wall.spacing[0]);
+  wall.noise.resize(2 * count, 0.0F);
+  EXPECT_EQ(SignOf(wall), 1);
+  wall.normals *= -1;
+  EXPECT_EQ(SignOf(wall), -1);
+}
+
 // Only the members count.
 TEST(OutwardSignTest, OthersHaveNoSay) {
   OrientedCloud cloud = HeightField([](double, double) { return 0.0; });
   cloud.normals.rightCols(cloud.normals.cols() / 2) *= -1;
   std::vector<int> first(static_cast<size_t>(cloud.points.cols() / 2));
   std::iota(first.begin(), first.end(), 0);
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), 1);
+  EXPECT_EQ(OutwardSign(cloud, first), 1);
   for (int& i : first) i += static_cast<int>(first.size());
-  EXPECT_EQ(OutwardSign(cloud, first, RunContext()), -1);
+  EXPECT_EQ(OutwardSign(cloud, first), -1);
 }
 
 }  // namespace

@@ -96,9 +96,9 @@ TEST(WindingNumberTest, NoneOfNoPoints) {
 TEST(OutwardSignTest, FindsTheOutsideOfASphereEitherWay) {
   OrientedCloud cloud = Sphere();
   const std::vector<int> members = All();
-  EXPECT_EQ(OutwardSign(cloud, members, RunContext()), 1);
+  EXPECT_EQ(OutwardSign(cloud, members), 1);
   cloud.normals = -cloud.points;
-  EXPECT_EQ(OutwardSign(cloud, members, RunContext()), -1);
+  EXPECT_EQ(OutwardSign(cloud, members), -1);
 }
 
 }  // namespace
