@@ -1,10 +1,12 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/escaping.h"
@@ -15,9 +17,14 @@
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
+#include "client/cli/paged_scan_source.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/open_dss.h"
+#include "core/paging/scratch_file.h"
 #include "core/pipeline/certificate.h"
+#include "core/pipeline/options_text.h"
+#include "core/pipeline/verify_pages.h"
 #include "server/command_line/text_layout.h"
 
 namespace rilievo {
@@ -28,7 +35,18 @@ using Json = nlohmann::ordered_json;
 struct VerifyArguments {
   std::string input, scan;
   ScanArguments reading;
+  bool parts = false;
+  std::string scratch;  // folder; empty: where temporary files go
   bool json = false;
+};
+
+// A file, and what was found of it.
+struct Verified {
+  int format_version = 0;
+  int64_t layers = 0;
+  double diagonal = 0;  // scan unit
+  DssMetadata metadata;
+  Verification verification;
 };
 
 const char* ScanName(StatedScan scan) {
@@ -66,13 +84,11 @@ std::string Reason(const VerifyArguments& arguments, const Verification& verific
 }
 
 // As it was measured now; nullopt without a scan, or where the file states nothing to compare with.
-std::optional<ScanError> FoundError(const DecodedSurface& decoded,
-                                    const Verification& verification) {
-  const double diagonal = decoded.surface.frame.diagonal;
-  ScanError error{.diagonal = diagonal, .place = decoded.metadata.place};
+std::optional<ScanError> FoundError(const Verified& verified) {
+  ScanError error{.diagonal = verified.diagonal, .place = verified.metadata.place};
   bool known = false;
-  for (const CertifiedFigure& figure : verification.figures) {
-    const double length = figure.found * diagonal;
+  for (const CertifiedFigure& figure : verified.verification.figures) {
+    const double length = figure.found * verified.diagonal;
     if (figure.name == "scan_to_surface_rms") known = true, error.rms = length;
     if (figure.name == "scan_to_surface_p95") error.p95 = length;
     if (figure.name == "scan_to_surface_max") error.max = length;
@@ -80,18 +96,19 @@ std::optional<ScanError> FoundError(const DecodedSurface& decoded,
   return known ? std::optional(error) : std::nullopt;
 }
 
-Json VerifyJson(const VerifyArguments& arguments, const DecodedSurface& decoded,
-                const Verification& verification) {
+Json VerifyJson(const VerifyArguments& arguments, const Verified& verified) {
+  const Verification& verification = verified.verification;
+  const DssMetadata& metadata = verified.metadata;
   Json json;
   json["file"] = arguments.input;
-  json["format_version"] = decoded.format_version;
-  json["generator"] = decoded.metadata.generator;
-  json["options"] = decoded.metadata.options;
-  json["input_hash"] = absl::BytesToHexString(decoded.metadata.input_hash);
-  json["layers"] = decoded.chunk_bytes.size();
+  json["format_version"] = verified.format_version;
+  json["generator"] = metadata.generator;
+  json["options"] = metadata.options;
+  json["input_hash"] = absl::BytesToHexString(metadata.input_hash);
+  json["layers"] = verified.layers;
   json["complete"] = verification.complete;
   json["scan"] = ScanName(verification.scan);
-  const std::optional<ScanError> found = FoundError(decoded, verification);
+  const std::optional<ScanError> found = FoundError(verified);
   json["scan_to_surface"] = found ? ScanErrorJson(*found) : Json();
   json["figures"] = Json::object();
   for (const CertifiedFigure& figure : verification.figures) {
@@ -103,22 +120,21 @@ Json VerifyJson(const VerifyArguments& arguments, const DecodedSurface& decoded,
   return json;
 }
 
-void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& decoded,
-                       const Verification& verification) {
-  const DssMetadata& metadata = decoded.metadata;
+void PrintVerification(const VerifyArguments& arguments, const Verified& verified) {
+  const Verification& verification = verified.verification;
+  const DssMetadata& metadata = verified.metadata;
   std::cout << arguments.input << '\n'
             << LabelledLine(
-                   "file", absl::StrCat("format ", decoded.format_version, ", by ",
+                   "file", absl::StrCat("format ", verified.format_version, ", by ",
                                         metadata.generator.empty() ? "?" : metadata.generator, "; ",
-                                        Counted(static_cast<int64_t>(decoded.chunk_bytes.size()),
-                                                "layer", "layers"),
+                                        Counted(verified.layers, "layer", "layers"),
                                         ", every checksum is right"));
   if (!metadata.options.empty()) std::cout << LabelledLine("options", metadata.options);
   if (verification.scan == StatedScan::kSame) {
     std::cout << LabelledLine(InputName(metadata.topology),
                               absl::StrCat(arguments.scan, " is what the surface was made from"));
   }
-  if (const std::optional<ScanError> found = FoundError(decoded, verification)) {
+  if (const std::optional<ScanError> found = FoundError(verified)) {
     std::cout << LabelledLine("error", absl::StrCat(InputName(metadata.topology), " to surface: ",
                                                     ScanErrorText(*found), "; % of the diagonal"));
   }
@@ -135,11 +151,15 @@ void PrintVerification(const VerifyArguments& arguments, const DecodedSurface& d
   std::cout << LabelledLine("verdict", verification.agrees() ? "agrees" : "differs");
 }
 
-absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
-  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.input, arguments.scan}, .text = {"-"}}));
-  RunContext context;
-  context.stop = stop;
+absl::StatusOr<Verified> VerifyInMemory(const VerifyArguments& arguments,
+                                        const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
+  if (!arguments.scan.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
+    if (stated.by_parts) {
+      return UsageError(absl::StrCat(arguments.input, " was made by parts: add --parts"));
+    }
+  }
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(scan, InputName(decoded.metadata.topology) == std::string("mesh")
@@ -147,12 +167,62 @@ absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
                                        : LoadScan(arguments.scan, arguments.reading,
                                                   {.stations = true, .normals = true}));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const Verification verification,
+  RILIEVO_ASSIGN_OR_RETURN(Verification verification,
                            VerifyCertificate(decoded, scan ? &scan->cloud : nullptr, context));
+  return Verified{decoded.format_version, static_cast<int64_t>(decoded.chunk_bytes.size()),
+                  decoded.surface.frame.diagonal, decoded.metadata, std::move(verification)};
+}
+
+// What parts do not take. As of 'rilievo reconstruct --parts'.
+absl::Status CheckParts(const VerifyArguments& arguments) {
+  const auto refuse = [](const char* option) {
+    return UsageError(absl::StrCat("--parts does not go with ", option,
+                                   ": it takes the places of the points alone; leave it out"));
+  };
+  if (!arguments.parts && !arguments.scratch.empty()) {
+    return UsageError("--scratch is the folder of --parts: add that");
+  }
+  if (!arguments.parts) return absl::OkStatus();
+  if (arguments.scan.empty()) return UsageError("--parts: name the scan too");
+  if (!arguments.reading.classes.empty()) return refuse("--classes");
+  if (!arguments.reading.trajectory.empty()) return refuse("--trajectory");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
+                                       const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenBytes(arguments.input, bytes));
+  RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated,
+                           ReadOptionsText(file.header.metadata.options));
+  if (!stated.by_parts) {
+    return UsageError(absl::StrCat(arguments.input, " was not made by parts: leave --parts out"));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(
+      const std::shared_ptr<const PagedScan> scan,
+      PageScan(arguments.scan, arguments.reading, arguments.scratch, context.stop));
+  RILIEVO_ASSIGN_OR_RETURN(Verification verification,
+                           VerifyPaged(bytes, *scan, PartSizes{}, context));
+  return Verified{file.version, static_cast<int64_t>(file.chunk_bytes.size()),
+                  file.header.frame.diagonal, file.header.metadata, std::move(verification)};
+}
+
+absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {
+  RILIEVO_RETURN_IF_ERROR(CheckParts(arguments));
+  RILIEVO_RETURN_IF_ERROR(CheckFiles({.inputs = {arguments.input, arguments.scan}, .text = {"-"}}));
+  RunContext context;
+  context.stop = stop;
+  const absl::StatusOr<Verified> verified =
+      arguments.parts ? VerifyByParts(arguments, context) : VerifyInMemory(arguments, context);
+  if (IsOfScratchFolder(verified.status())) {
+    return WithExitCode(verified.status(), ExitCode::kOutput);
+  }
+  RILIEVO_RETURN_IF_ERROR(verified.status());
+  const Verification& verification = verified->verification;
   if (arguments.json) {
-    std::cout << VerifyJson(arguments, decoded, verification).dump(2) << '\n';
+    std::cout << VerifyJson(arguments, *verified).dump(2) << '\n';
   } else {
-    PrintVerification(arguments, decoded, verification);
+    PrintVerification(arguments, *verified);
   }
   if (verification.agrees()) return absl::OkStatus();
   return WithExitCode(absl::FailedPreconditionError(
@@ -172,6 +242,12 @@ Command AddVerify(CLI::App& program) {
   AddFormatOption(app, &arguments->reading.format);
   AddScanOptions(app, &arguments->reading);
   AddTrajectoryOption(app, &arguments->reading);
+  app->add_flag("--parts", arguments->parts,
+                "for a surface made by parts: the points of the scan go to disk, and are measured "
+                "a part at a time");
+  app->add_option("--scratch", arguments->scratch,
+                  "the folder for parts, with room for 60 bytes a point; nothing stays there "
+                  "(default: TMPDIR, or /var/tmp)");
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
 }

@@ -226,21 +226,37 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
   });
 }
 
-absl::StatusOr<DecodedSurface> DecodeBytes(const std::string& path,
-                                           const std::vector<uint8_t>& bytes,
-                                           const RunContext& context) {
-  absl::StatusOr<DecodedSurface> decoded = DecodeDss(bytes, context);
+namespace {
+
+// `read`: of these bytes; an error says of other files what they are.
+absl::Status StatusOfDss(const std::string& path, const std::vector<uint8_t>& bytes,
+                         const absl::Status& read) {
   const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
                               std::min(bytes.size(), kHeadBytes));
   const absl::StatusOr<FileKind> kind = RecognizeFile(head, bytes.size(), path);
-  if (!decoded.ok() && kind.ok() && *kind != FileKind::kDss) {
+  if (!read.ok() && kind.ok() && *kind != FileKind::kDss) {
     return absl::InvalidArgumentError(
         absl::StrCat(path,
                      ": not a surface (.dss); 'rilievo reconstruct' makes one of a scan, "
                      "'rilievo convert' of a mesh"));
   }
-  if (!decoded.ok()) return AtPath(path, decoded.status());
+  return read.ok() ? read : AtPath(path, read);
+}
+
+}  // namespace
+
+absl::StatusOr<DecodedSurface> DecodeBytes(const std::string& path,
+                                           const std::vector<uint8_t>& bytes,
+                                           const RunContext& context) {
+  absl::StatusOr<DecodedSurface> decoded = DecodeDss(bytes, context);
+  RILIEVO_RETURN_IF_ERROR(StatusOfDss(path, bytes, decoded.status()));
   return decoded;
+}
+
+absl::StatusOr<OpenedDss> OpenBytes(const std::string& path, const std::vector<uint8_t>& bytes) {
+  absl::StatusOr<OpenedDss> file = OpenDss(bytes, true);
+  RILIEVO_RETURN_IF_ERROR(StatusOfDss(path, bytes, file.status()));
+  return file;
 }
 
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context) {

@@ -10,6 +10,7 @@
 #include "client/formats/scan_reader.h"
 #include "core/base/run_context.h"
 #include "core/codec/container/dss.h"
+#include "core/codec/container/open_dss.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace CLI {
@@ -64,6 +65,9 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path);
 absl::StatusOr<DecodedSurface> DecodeBytes(const std::string& path,
                                            const std::vector<uint8_t>& bytes,
                                            const RunContext& context);
+
+// The same of what comes before the heights, and all checksums.
+absl::StatusOr<OpenedDss> OpenBytes(const std::string& path, const std::vector<uint8_t>& bytes);
 
 absl::StatusOr<DecodedSurface> LoadDss(const std::string& path, const RunContext& context);
 

@@ -139,6 +139,18 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
   return paged;
 }
 
+absl::StatusOr<std::shared_ptr<const PagedScan>> PageScan(const std::string& path,
+                                                          const ScanArguments& arguments,
+                                                          const std::string& scratch,
+                                                          const std::stop_token& stop) {
+  RunContext context;
+  context.stop = stop;
+  PagedFile paged;
+  const ScratchFolder folder(scratch.empty() ? DefaultScratchFolder() : scratch);
+  RILIEVO_RETURN_IF_ERROR(ReadIntoPages(path, arguments, folder, context, &paged));
+  return std::move(paged.scan);
+}
+
 absl::StatusOr<ReconstructResult> ReconstructPages(
     const PagedScan& scan, const v1::ReconstructOptions& options,
     const std::function<void(const v1::Progress&)>& progress, const std::stop_token& stop) {

@@ -37,6 +37,13 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
                                     const ReconstructArguments& options,
                                     const ScratchArguments& scratch, const std::stop_token& stop);
 
+// The points of the scan alone, in files without names in the `scratch` folder; empty: where
+// temporary files go. The errors of LoadPaged().
+absl::StatusOr<std::shared_ptr<const PagedScan>> PageScan(const std::string& path,
+                                                          const ScanArguments& arguments,
+                                                          const std::string& scratch,
+                                                          const std::stop_token& stop);
+
 // Whether the same scan with the same options ends with this error each time.
 bool IsLasting(const absl::Status& status);
 

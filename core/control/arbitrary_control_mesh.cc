@@ -64,7 +64,7 @@ absl::StatusOr<ArbitraryMesh> ArbitraryControlMesh(OrientedCloud cloud, const Ne
         "your own"));
   }
   context.Report(Stage::kControlMesh, 0.6);
-  const double unit = std::max(cloud.median_spacing, zero_set.finest_cell);
+  const double unit = std::max(cloud.share_of_spacing * cloud.median_spacing, zero_set.finest_cell);
   // Searched at about the density of the points: a finer mesh would only cost time.
   const SimplifyOptions to_points{
       .target_faces = std::max(static_cast<int>(cloud.points.cols()), 4 * target_faces)};

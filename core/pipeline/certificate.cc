@@ -67,8 +67,10 @@ class FigureList {
   std::vector<CertifiedFigure> figures;
 };
 
-std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadata& found,
-                                     bool with_errors) {
+}  // namespace
+
+std::vector<CertifiedFigure> CompareFigures(const DssMetadata& stated, const DssMetadata& found,
+                                            bool with_errors) {
   FigureList list;
   if (with_errors) {
     list.Add("scan_to_surface", stated.scan_to_surface, found.scan_to_surface);
@@ -90,8 +92,6 @@ std::vector<CertifiedFigure> Compare(const DssMetadata& stated, const DssMetadat
   }
   return std::move(list.figures);
 }
-
-}  // namespace
 
 std::string HashOfScan(const PointCloud& scan) {
   constexpr size_t kBlock = 4096;
@@ -253,6 +253,15 @@ bool Verification::agrees() const {
 
 absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
                                                const PointCloud* scan, const RunContext& context) {
+  std::optional<StatedOptions> asked;
+  if (scan != nullptr) {
+    RILIEVO_ASSIGN_OR_RETURN(asked, ReadOptionsText(decoded.metadata.options));
+    if (asked->by_parts) {
+      return absl::InvalidArgumentError(
+          "the surface was made by parts, and its errors are those of the points as parts find "
+          "them: verify it by parts");
+    }
+  }
   Verification verification;
   verification.complete =
       decoded.surface.max_level == decoded.declared_max_level && decoded.chunk_bytes.size() > 1;
@@ -268,19 +277,18 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
   PipelineContext measure{context, nullptr, scan != nullptr ? scan->points.cols() : 0};
   std::optional<SearchableShape> points;
   if (with_errors) {
-    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(decoded.metadata.options));
-    measure.seed = asked.seed;
+    measure.seed = asked->seed;
     stated.scan_points = scan->points.cols();
     if (decoded.metadata.error_rms >= 0) {
       RILIEVO_ASSIGN_OR_RETURN(Shape used,
-                               PointsUsed(*scan, asked, decoded.surface.frame, measure));
+                               PointsUsed(*scan, *asked, decoded.surface.frame, measure));
       RILIEVO_ASSIGN_OR_RETURN(points, MakeSearchable(std::move(used), measure));
     }
   }
   RILIEVO_ASSIGN_OR_RETURN(
       const Certificate found,
       CertifySurface(decoded.surface, points ? &*points : nullptr, stated, measure));
-  verification.figures = Compare(decoded.metadata, found.metadata, with_errors);
+  verification.figures = CompareFigures(decoded.metadata, found.metadata, with_errors);
   return verification;
 }
 

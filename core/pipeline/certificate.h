@@ -104,6 +104,11 @@ enum class StatedScan {
   kUnknown,  // the file does not say which scan it was made from
 };
 
+// Of the figures that the file states those that `found` has too. `with_errors`: the errors among
+// them.
+std::vector<CertifiedFigure> CompareFigures(const DssMetadata& stated, const DssMetadata& found,
+                                            bool with_errors);
+
 struct Verification {
   StatedScan scan = StatedScan::kNotGiven;
   bool complete = true;                  // all layers are there
@@ -113,7 +118,8 @@ struct Verification {
 
 // Recomputes what the file states about itself. With its own scan the errors too: the scan is
 // checked and cleaned as the stated options ask, for the errors are those of the points that were
-// used. `decoded` has passed all checksums. INVALID_ARGUMENT for options of an unknown kind.
+// used. `decoded` has passed all checksums. INVALID_ARGUMENT for options of an unknown kind, and
+// for a scan where the surface was made by parts (VerifyPaged() in verify_pages.h).
 absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
                                                const PointCloud* scan, const RunContext& context);
 

@@ -54,36 +54,6 @@ CoarseSurface NoSurface() {
   return {ScanSurface{{}, {}, {}, std::move(index), {}, {}}, {}, {}, {}, {}};
 }
 
-// The points of the coarse pass, analyzed, and the medians of all points, which thinned ones do not
-// have.
-absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
-                                           const ReconstructOptions& options,
-                                           const PipelineContext& context, PointMedians* medians) {
-  const bool is_thinned = pages.size() > coarse_points;
-  ReconstructOptions of_thinned = options;
-  PointCloud thinned;
-  {
-    std::vector<bool> outliers;
-    if (is_thinned) {
-      const StageScope scope(Stage::kCheck, context);
-      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context));
-      of_thinned.scan.outliers.distance_factor = 0;
-    }
-    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));
-  }
-  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
-  OrientedCloud& cloud = scan.cloud;
-  *medians = {cloud.median_spacing, cloud.median_noise};
-  if (!is_thinned) return scan;
-  RILIEVO_ASSIGN_OR_RETURN(*medians, MediansOfPages(pages, scan, options, context.Silent()));
-  if (medians->noise < cloud.median_noise) {
-    const auto share = static_cast<float>(medians->noise / cloud.median_noise);
-    for (float& noise : cloud.noise) noise *= share;
-    cloud.median_noise = medians->noise;
-  }
-  return scan;
-}
-
 // Where the options leave the topology open, whether it is arbitrary by the spacing of all points:
 // steps and gaps that thinned ones do not show count too. The reason; empty: the thinned ones may
 // choose.
@@ -101,6 +71,7 @@ absl::StatusOr<ShapedInput> ShapeAnalyzed(ScanSurface scan, double spacing, bool
                                           const ReconstructOptions& options,
                                           const PipelineContext& context) {
   if (!is_thinned) return ShapePoints(std::move(scan), "", options, context);
+  scan.cloud.share_of_spacing = std::min(1.0, spacing / scan.cloud.median_spacing);
   RILIEVO_ASSIGN_OR_RETURN(
       const std::string reason,
       ReasonForArbitrary(spacing, options.control, context.Silent(), &scan.cloud));
@@ -246,6 +217,34 @@ absl::StatusOr<std::optional<CoarseSurface>> FindCoarse(const ScratchFolder& fol
 }
 
 }  // namespace
+
+absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const ReconstructOptions& options,
+                                           const PipelineContext& context, PointMedians* medians) {
+  const bool is_thinned = pages.size() > coarse_points;
+  ReconstructOptions of_thinned = options;
+  PointCloud thinned;
+  {
+    std::vector<bool> outliers;
+    if (is_thinned) {
+      const StageScope scope(Stage::kCheck, context);
+      RILIEVO_ASSIGN_OR_RETURN(outliers, OutliersOfPages(pages, options, context));
+      of_thinned.scan.outliers.distance_factor = 0;
+    }
+    RILIEVO_ASSIGN_OR_RETURN(thinned.points, pages.Thinned(coarse_points, outliers, context));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(ScanSurface scan, AnalyzeInput(thinned, &thinned, of_thinned, context));
+  OrientedCloud& cloud = scan.cloud;
+  *medians = {cloud.median_spacing, cloud.median_noise};
+  if (!is_thinned) return scan;
+  RILIEVO_ASSIGN_OR_RETURN(*medians, MediansOfPages(pages, scan, options, context.Silent()));
+  if (medians->noise < cloud.median_noise) {
+    const auto share = static_cast<float>(medians->noise / cloud.median_noise);
+    for (float& noise : cloud.noise) noise *= share;
+    cloud.median_noise = medians->noise;
+  }
+  return scan;
+}
 
 absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,
                                             const ReconstructOptions& given,

@@ -22,6 +22,12 @@ struct CoarseSurface {
   ReconstructOptions options;  // lengths as fractions of the diagonal
 };
 
+// The points of the coarse pass, analyzed, and the medians of all points, which thinned ones do not
+// have.
+absl::StatusOr<ScanSurface> AnalyzeThinned(const PagedScan& pages, int64_t coarse_points,
+                                           const ReconstructOptions& options,
+                                           const PipelineContext& context, PointMedians* medians);
+
 // All steps on the thinned points up to their heights. In a scratch folder that keeps its files the
 // result is saved, and found there again.
 absl::StatusOr<CoarseSurface> ShapeCoarsely(const PagedScan& pages, int64_t coarse_points,

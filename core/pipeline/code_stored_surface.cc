@@ -90,7 +90,7 @@ class StoredCoding {
       return absl::OkStatus();
     }
     const auto error_of = [&](const EncodedSurface& encoded) -> absl::StatusOr<double> {
-      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, MeasureBytes(encoded));
+      RILIEVO_ASSIGN_OR_RETURN(const PartsError found, MeasureBytes(encoded.Concatenate()));
       return found.error.across_rms;
     };
     return KeepErrorOf(*limit, own, CodingErrorWithin(*limit, uncoded), error_of, encode,
@@ -110,8 +110,7 @@ class StoredCoding {
            (!in_groups || file->layers.size() > static_cast<size_t>(kFirstGroupedLevel));
   }
 
-  absl::StatusOr<PartsError> MeasureBytes(const EncodedSurface& encoded) const {
-    const std::vector<uint8_t> bytes = encoded.Concatenate();
+  absl::StatusOr<PartsError> MeasureBytes(std::span<const uint8_t> bytes) const {
     if (block_.in_groups) {
       RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(bytes, true));
       return Measure(Parts([&](std::span<const int> faces, const RunContext& context) {
@@ -214,13 +213,13 @@ bool FindCoded(const ScratchFolder& folder, CodedStoredSurface* coded) {
   return reader.Finished();
 }
 
+}  // namespace
+
 double ShareOfSource(HeightSource source, const std::array<int64_t, 3>& counts) {
   const int64_t all = counts[0] + counts[1] + counts[2];
   return static_cast<double>(counts[static_cast<size_t>(source)]) /
          static_cast<double>(std::max<int64_t>(1, all));
 }
-
-}  // namespace
 
 std::optional<int> GroupFacesFor(const StoredSurface& surface, const PartCutter& cutter,
                                  int64_t block_vertices, const EncodeOptions& options) {
@@ -262,7 +261,8 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     RILIEVO_RETURN_IF_ERROR(coding.Code(thinned, position_step, &coded));
     RILIEVO_RETURN_IF_ERROR(SaveCoded(coded, scratch));
   }
-  RILIEVO_ASSIGN_OR_RETURN(const PartsError found, coding.MeasureBytes(coded.encoded));
+  RILIEVO_ASSIGN_OR_RETURN(const PartsError found,
+                           coding.MeasureBytes(coded.encoded.Concatenate()));
   coded.error = found.error;
   if (points != nullptr) StateErrors(found.error, &coded.metadata);
   coded.metadata.folds = found.folds;
@@ -270,6 +270,18 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
               ShareOfSource(HeightSource::kSmoothed, found.source_counts), &coded.metadata);
   RILIEVO_RETURN_IF_ERROR(ReplaceMetadata(coded.metadata, coded.encoded));
   return coded;
+}
+
+absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,
+                                             PointPages* points, const ReconstructOptions& options,
+                                             const PipelineContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, true));
+  const StoredSurface surface{file.header.frame, file.mesh, file.header.max_level};
+  RILIEVO_ASSIGN_OR_RETURN(const PartCutter cutter, PartCutter::Make(file.mesh, file.topology));
+  const bool in_groups =
+      file.header.group_limit > 0 && file.layers.size() > static_cast<size_t>(kFirstGroupedLevel);
+  return StoredCoding(surface, cutter, points, {block_vertices, in_groups}, options, context)
+      .MeasureBytes(dss);
 }
 
 }  // namespace rilievo

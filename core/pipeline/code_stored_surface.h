@@ -2,8 +2,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "absl/status/statusor.h"
 #include "core/codec/container/dss.h"
@@ -13,6 +15,7 @@
 #include "core/pipeline/stage_scope.h"
 #include "core/surface/displaced_surface.h"
 #include "core/surface/measure_error.h"
+#include "core/surface/measure_parts.h"
 #include "core/surface/point_pages.h"
 #include "core/surface/stored_surface.h"
 
@@ -42,6 +45,9 @@ struct CodedStoredSurface {
   TwoSidedError error;  // as the certificate states it; zero when not measured
 };
 
+// Of all vertices, those of this source; `counts`: of each source.
+double ShareOfSource(HeightSource source, const std::array<int64_t, 3>& counts);
+
 // All heights in memory.
 absl::StatusOr<DisplacedSurface> ReadWhole(const StoredSurface& stored, const PartCutter& cutter);
 
@@ -53,5 +59,11 @@ absl::StatusOr<CodedStoredSurface> CodeStoredSurface(
     PointPages* points, double position_step, const DssMetadata& metadata, const BlockSize& block,
     const ScratchFolder& scratch, const ReconstructOptions& options,
     const PipelineContext& context);
+
+// The error of a file that is whole up to its last layer, in memory as above where it has groups.
+// `points` may be null: then folds and sources alone. `options`: those it was made with.
+absl::StatusOr<PartsError> MeasureDssByParts(std::span<const uint8_t> dss, int64_t block_vertices,
+                                             PointPages* points, const ReconstructOptions& options,
+                                             const PipelineContext& context);
 
 }  // namespace rilievo

@@ -18,14 +18,33 @@ constexpr double kHaloSpacings = 8;
 
 using Box = Eigen::AlignedBox3d;
 
-// The limit surface of a face lies in the convex hull of the control points of the faces that touch
-// it; heights add what the coarse ones show.
-std::vector<Box> ReachOfFaces(const MeshTopology& topology, const DisplacedSurface& coarse) {
+// By face: the other half of its quad; itself where it is a triangle.
+std::vector<int> OtherHalves(const PartCutter& cutter) {
+  const MeshTopology& topology = cutter.topology();
+  std::vector<int> other(topology.face_count());
+  std::iota(other.begin(), other.end(), 0);
+  for (int e = 0; e < static_cast<int>(cutter.diagonal().size()); ++e) {
+    if (cutter.diagonal()[e] == 0) continue;
+    const int a = topology.edge_faces(0, e), b = topology.edge_faces(1, e);
+    other[a] = b, other[b] = a;
+  }
+  return other;
+}
+
+// The limit surface of a triangle or a quad lies in the convex hull of the control points of the
+// triangles or quads that touch it; heights add what the coarse ones show.
+std::vector<Box> ReachOfFaces(const PartCutter& cutter, const DisplacedSurface& coarse) {
+  const MeshTopology& topology = cutter.topology();
+  const std::vector<int> other = OtherHalves(cutter);
   std::vector<Box> around(topology.vertex_count);
-  for (const auto face : topology.faces.colwise()) {
-    for (const int v : face) {
-      for (const int other : face) around[v].extend(coarse.control_mesh.vertices.col(other));
+  for (int f = 0; f < topology.face_count(); ++f) {
+    Box whole;
+    for (const int half : {f, other[f]}) {
+      for (const int v : topology.faces.col(half)) {
+        whole.extend(coarse.control_mesh.vertices.col(v));
+      }
     }
+    for (const int v : topology.faces.col(f)) around[v].extend(whole);
   }
   std::vector<Box> reach(topology.face_count());
   const FaceVertices vertices(topology, coarse.max_level);
@@ -34,7 +53,9 @@ std::vector<Box> ReachOfFaces(const MeshTopology& topology, const DisplacedSurfa
     vertices.Of(f, of_face);
     double highest = 0;
     for (const int v : of_face) highest = std::max(highest, std::abs(double{coarse.heights[v]}));
-    for (const int v : topology.faces.col(f)) reach[f].extend(around[v]);
+    for (const int half : {f, other[f]}) {
+      for (const int v : topology.faces.col(half)) reach[f].extend(around[v]);
+    }
     reach[f].min().array() -= highest;
     reach[f].max().array() += highest;
   }
@@ -132,11 +153,11 @@ class Partition {
 }  // namespace
 
 FaceParts::FaceParts(const PagedScan& scan, const ScanSurface& coarse,
-                     const DisplacedSurface& surface, const MeshTopology& topology,
-                     int64_t most_points)
-    : reach_(ReachOfFaces(topology, surface)) {
+                     const DisplacedSurface& surface, const PartCutter& cutter, int64_t most_points)
+    : reach_(ReachOfFaces(cutter, surface)) {
   parts_ =
-      Partition(scan, coarse, surface.control_mesh.vertices, topology, reach_, most_points).Run();
+      Partition(scan, coarse, surface.control_mesh.vertices, cutter.topology(), reach_, most_points)
+          .Run();
 }
 
 std::vector<int> FaceParts::FacesIn(const Box& box) const {

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/geometry/mesh_topology.h"
 #include "core/paging/paged_scan.h"
 #include "core/scan/scan_surface.h"
 #include "core/surface/displaced_surface.h"
+#include "core/surface/stored_surface.h"
 
 namespace rilievo {
 
@@ -23,10 +23,10 @@ struct FacePart {
 // is.
 class FaceParts {
  public:
-  // `coarse`: the thinned scan that `surface` and its heights come of; `topology`: of its control
+  // `coarse`: the thinned scan that `surface` and its heights come of; `cutter`: of its control
   // mesh.
   FaceParts(const PagedScan& scan, const ScanSurface& coarse, const DisplacedSurface& surface,
-            const MeshTopology& topology, int64_t most_points);
+            const PartCutter& cutter, int64_t most_points);
 
   const std::vector<FacePart>& parts() const { return parts_; }
   // The faces whose surface reaches into the box, ascending.

@@ -23,6 +23,7 @@ constexpr std::array kTopologies = {"auto", "planar", "spherical", "arbitrary", 
 constexpr std::array kBoundaries = {"keep", "close"};
 constexpr std::array kCreases = {"auto", "off"};
 constexpr std::array kSchemesOfDomains = {"loop", "catmull-clark"};
+constexpr std::array kMakings = {"memory", "parts"};
 constexpr std::array kMethods = {"suzuki", "least-squares"};
 static_assert(static_cast<int>(Topology::kAuto) == 0 && static_cast<int>(Topology::kUser) == 4);
 static_assert(static_cast<int>(SightRule::kAuto) == 0);
@@ -68,6 +69,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("smallest_hole", o.encode.smallest_hole);
   visit("max_level", o.max_level);
   visit("seed", stated.seed);
+  visit("made", stated.by_parts, Names(kMakings));
 }
 
 // Options of earlier versions whose mechanisms are gone: files that state them are read.
@@ -147,8 +149,8 @@ class Reader {
 
 }  // namespace
 
-std::string OptionsText(const ReconstructOptions& options, uint64_t seed) {
-  StatedOptions given{options, seed}, usual;
+std::string OptionsText(const ReconstructOptions& options, uint64_t seed, bool by_parts) {
+  StatedOptions given{options, seed, by_parts}, usual;
   Writer words, defaults;
   VisitOptions(given, words);
   VisitOptions(usual, defaults);

@@ -12,12 +12,13 @@ namespace rilievo {
 
 // "name=value" of everything that shapes the surface and is not at its default, divided by blanks:
 // empty when nothing was asked for. Numbers come back as they were. A given control mesh is named
-// and not repeated.
-std::string OptionsText(const ReconstructOptions& options, uint64_t seed);
+// and not repeated. `by_parts`: ReconstructPaged().
+std::string OptionsText(const ReconstructOptions& options, uint64_t seed, bool by_parts = false);
 
 struct StatedOptions {
   ReconstructOptions options;
   uint64_t seed = 0;
+  bool by_parts = false;
 };
 
 // Back again. INVALID_ARGUMENT that names a word it does not know; such text may be of a newer

@@ -26,6 +26,7 @@
 #include "core/pipeline/shape_input.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/pipeline/surface_from_pages.h"
+#include "core/pipeline/verify_pages.h"
 
 namespace rilievo {
 
@@ -54,13 +55,13 @@ using Clock = std::chrono::steady_clock;
 
 // What is known of the surface before it is coded.
 DssMetadata MetadataOf(std::string input_hash, Topology topology, const ReconstructOptions& options,
-                       const PipelineContext& context) {
+                       const PipelineContext& context, bool by_parts = false) {
   DssMetadata metadata;
   metadata.generator = "rilievo " RILIEVO_VERSION;
   metadata.scan_points = context.points;
   metadata.topology = TopologyName(topology);
   metadata.input_hash = std::move(input_hash);
-  metadata.options = OptionsText(options, context.seed);
+  metadata.options = OptionsText(options, context.seed, by_parts);
   metadata.place = options.place;
   return metadata;
 }
@@ -205,7 +206,9 @@ absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes&
   RILIEVO_ASSIGN_OR_RETURN(CoarseSurface coarse,
                            ShapeCoarsely(pages, sizes.coarse_points, given, context));
   const ScanFigures figures = coarse.scan.figures;
-  DssMetadata metadata = MetadataOf("", coarse.control.topology, coarse.options, context);
+  RILIEVO_ASSIGN_OR_RETURN(std::string hash, HashOfPages(pages, context));
+  DssMetadata metadata =
+      MetadataOf(std::move(hash), coarse.control.topology, coarse.options, context, true);
   metadata.scan_points = pages.figures().points_in;
   RILIEVO_ASSIGN_OR_RETURN(FinishedSurface finished,
                            FinishFromPages(pages, sizes, metadata, context, &coarse));

@@ -62,7 +62,7 @@ absl::StatusOr<MeasuredPages> MeasurePages(const PagedScan& pages, const PartSiz
       AnalyzedPages analyzed,
       AnalyzePages(pages, thinned, sizes.part_points, options, told(0, kAnalyzed), silent));
   const KnownPoints points{pages, analyzed.surfels, thinned.frame};
-  const FaceParts parts(pages, thinned, coarse, cutter.topology(), sizes.part_points);
+  const FaceParts parts(pages, thinned, coarse, cutter, sizes.part_points);
   if (pages.size() > sizes.coarse_points && !domain->is_filled) {
     domain->fit.control_mesh = stored->control_mesh;
     RILIEVO_ASSIGN_OR_RETURN(domain->fit,

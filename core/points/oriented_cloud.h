@@ -23,6 +23,8 @@ struct OrientedCloud {
   // Where the surface is known to be sharp: columns 2 i and 2 i + 1 are the ends of a segment; unit
   // frame. Of a scan: empty, for nothing is known of it.
   Eigen::Matrix3Xd sharp_lines = {};
+  // Of points that were chosen from more: the spacing of all of them in spacings of these. (0, 1].
+  double share_of_spacing = 1;
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };

@@ -60,6 +60,8 @@ class PartCutter {
   static absl::StatusOr<PartCutter> Make(const ControlMesh& mesh, MeshTopology topology);
 
   const MeshTopology& topology() const { return topology_; }
+  // By edge: 1 for the diagonals of quads; empty for a Loop surface.
+  const std::vector<uint8_t>& diagonal() const { return diagonal_; }
   // `faces`: ascending. With all faces within `rings` of them and those that touch these.
   SubMesh Cut(std::span<const int> faces, int rings) const;
 
@@ -69,7 +71,7 @@ class PartCutter {
   const ControlMesh& mesh_;
   MeshTopology topology_;
   std::vector<SharpEdge> sharp_;
-  std::vector<uint8_t> diagonal_;  // by edge; empty for a Loop surface
+  std::vector<uint8_t> diagonal_;
 };
 
 // Where each of the wanted faces is in `faces`; both ascend.

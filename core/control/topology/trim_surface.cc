@@ -106,7 +106,8 @@ bool AllOf(const std::vector<uint8_t>& flags) {
 // Drops connected pieces whose supported area holds fewer points than kFewestOfPiece, a point on
 // each squared spacing; the largest only where it is a scrap. `mesh`: no vertex unused, and each
 // fan with a vertex of its own.
-MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support) {
+MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support,
+                           double share_of_spacing) {
   std::vector<int> parent(mesh.vertices.cols());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int v) {
@@ -131,7 +132,8 @@ MeshSubset DropSmallPieces(ControlMesh mesh, const SurfaceSupport& support) {
   }
   constexpr double kLeastOfAll = 4;  // no scrap of fewer points is a surface, though the largest
   const double most = points.empty() ? 0 : *std::max_element(points.begin(), points.end());
-  const double least = std::max(std::min(kFewestOfPiece, most), kLeastOfAll);
+  const double fewest = kFewestOfPiece * share_of_spacing * share_of_spacing;
+  const double least = std::max(std::min(fewest, most), kLeastOfAll);
   std::vector<uint8_t> keep(mesh.faces.cols());
   for (int f = 0; f < mesh.faces.cols(); ++f) {
     const double here = points[find(mesh.faces(0, f))];
@@ -194,7 +196,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
       FindSupport(surface.vertices, VertexNormals(surface.vertices, surface.faces), cloud, index,
                   context));
   // Pieces without support go first: no hole is filled on their account.
-  MeshSubset pieces = DropSmallPieces(surface, support);
+  MeshSubset pieces = DropSmallPieces(surface, support, cloud.share_of_spacing);
   if (boundary == BoundaryRule::kClose || pieces.mesh.faces.cols() == 0) {
     return std::move(pieces.mesh);
   }
@@ -218,7 +220,7 @@ absl::StatusOr<ControlMesh> TrimSurface(const ControlMesh& surface, const Orient
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   SurfaceSupport all = Inherit(left, cut.source_vertex);
   std::fill(all.holds.begin(), all.holds.end(), 1);
-  ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all).mesh;
+  ControlMesh trimmed = DropSmallPieces(std::move(cut.mesh), all, cloud.share_of_spacing).mesh;
   SmoothBorder(NextOnBorder(trimmed), kBoundaryRounds, &trimmed);
   return trimmed;
 }
