@@ -31,6 +31,7 @@ struct Arguments {
   std::string kept_scan;  // file for the merged scan; empty: none
   bool merge = false, align = false, parts = false;
   uint64_t memory = 0;  // bytes that may be taken; 0: what there is
+  uint64_t memory_of_parts = kMemoryOfParts;
   ScratchArguments scratch;
 
   const std::vector<std::string>& scans() const { return making.inputs; }
@@ -145,10 +146,11 @@ absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path
   if (!possible.ok()) {
     return WithMessage(possible, absl::StrCat(too_large, ". ", possible.message()));
   }
-  if (size.limit < kMemoryOfParts) {
+  const auto of_parts = static_cast<int64_t>(arguments.memory_of_parts);
+  if (size.limit < of_parts) {
     return WithExitCode(
         absl::ResourceExhaustedError(absl::StrCat(too_large, "; by parts they take up to ",
-                                                  MemoryText(kMemoryOfParts), ": allow that")),
+                                                  MemoryText(of_parts), ": allow that")),
         ExitCode::kInput);
   }
   if (!arguments.making.quiet) std::cerr << Wrap(too_large + ": made by parts", 0) << std::endl;
@@ -206,6 +208,8 @@ Command AddReconstruct(CLI::App& program) {
                   "how much may be taken, such as 2GB: a scan that takes more is made by parts "
                   "(default: four fifths of what the machine or the container has)")
       ->transform(CLI::AsSizeValue(true));
+  // For tests with scans that take less; in no help.
+  app->add_option("--memory-of-parts", a->memory_of_parts)->group("");
   app->add_option("--scratch", a->scratch.folder,
                   "the folder for parts, with room for 60 bytes a point; what is finished stays "
                   "there until the surface is written, and the same command goes on from there "

@@ -38,7 +38,7 @@ absl::StatusOr<Verification> VerifyOf(const std::vector<uint8_t>& dss,
   return VerifyPaged(dss, Paged(points), kThinnedSizes, RunContext{});
 }
 
-// Closed and coded in groups; open, of two parts, and coded at once.
+// Closed, and open.
 TEST(VerifyPagedTest, TheirScanConfirmsThemWhateverTheOrderOfItsPoints) {
   for (const std::string shape : {"genus2", "terrain"}) {
     const Eigen::Matrix3Xd points = NoisyPoints(shape);

@@ -70,20 +70,9 @@ TEST_F(PartsTest, AfterALastingErrorNothingStays) {
   EXPECT_THAT(Kept(), ::testing::IsEmpty());
 }
 
-// The same points over and over: many to read, few to work on.
 TEST_F(PartsTest, PartsThatWereNotAskedForAreWarnedOf) {
-  const std::string scan = Content(At("scan.ply"));
-  const size_t body = scan.find("end_header\n") + 11;
-  std::string head = scan.substr(0, body);
-  constexpr int kTimes = 160;
-  head.replace(head.find("vertex 20000"), 12, "vertex 3200000");
-  {
-    std::ofstream out(At("large.ply"), std::ios::binary);
-    out << head;
-    for (int i = 0; i < kTimes; ++i) out << scan.substr(body);
-  }
-  const Ended ended = Run({"reconstruct", At("large.ply"), "-o", At("a.dss"), "--memory", "1500MB",
-                           "--quiet", "--json"});
+  const Ended ended = Run({"reconstruct", At("scan.ply"), "-o", At("a.dss"), "--memory", "25MB",
+                           "--memory-of-parts", "25MB", "--quiet", "--json"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_THAT(Json::parse(ended.out)["warnings"],
               ::testing::Contains(HasSubstr("colours, stations, normals was not taken")));
