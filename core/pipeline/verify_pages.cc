@@ -70,7 +70,9 @@ absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const Pag
   if (same && stated.error_rms >= 0) {
     SpatialFrame frame;
     RILIEVO_ASSIGN_OR_RETURN(analyzed, AnalyzeAgain(scan, sizes, asked.options, measure, &frame));
-    RILIEVO_ASSIGN_OR_RETURN(points, PointsOfPages::Create(scan, analyzed->surfels, frame));
+    RILIEVO_ASSIGN_OR_RETURN(PointsOfPages of_surface,
+                             PointsOfPages::Create(scan, analyzed->surfels, frame));
+    points.emplace(std::move(of_surface));
   }
   RILIEVO_ASSIGN_OR_RETURN(const PartsError error,
                            MeasureDssByParts(dss, sizes.block_vertices, points ? &*points : nullptr,

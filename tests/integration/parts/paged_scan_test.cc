@@ -142,6 +142,22 @@ TEST(PagedScanTest, ThinnedOrNotTheDomainIsFittedToAllPoints) {
   EXPECT_LT(domain_rms(3000), 1.02 * domain_rms(24000));
 }
 
+TEST(PagedScanTest, PartsInQuadsAreAsGoodAsTheWhole) {
+  const ShapePtr shape = MakeShape("genus2").value();
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 10000);
+  ReconstructOptions options;
+  options.control.scheme = DomainScheme::kCatmullClark;
+  const Reconstruction whole = Reconstruct(PointCloud{points}, options, RunContext{}).value();
+  const PartSizes sizes{.coarse_points = 10000, .part_points = 8192, .block_vertices = 2000};
+  const Reconstruction parts = InParts(points, sizes, options);
+  const DisplacedSurface decoded = DecodedOf(parts);
+  EXPECT_TRUE(decoded.control_mesh.quads());
+  EXPECT_EQ(parts.report.genus, 2);
+  EXPECT_EQ(decoded.control_mesh.faces.cols(), whole.surface.control_mesh.faces.cols());
+  EXPECT_LT(RmsFrom(*shape, decoded), 1.05 * RmsFrom(*shape, DecodedOf(whole)));
+  EXPECT_LT(parts.report.encoded_bytes, 1.1 * static_cast<double>(whole.report.encoded_bytes));
+}
+
 // Of a scan that is thinned to a sixth; coded at once, and in blocks.
 TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
   const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 30000, 0.0005);

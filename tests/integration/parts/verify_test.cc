@@ -17,11 +17,11 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr PartSizes kThinnedSizes{
-    .coarse_points = 5000, .part_points = 12288, .block_vertices = 4000};
+    .coarse_points = 3000, .part_points = 8192, .block_vertices = 2000};
 
 Eigen::Matrix3Xd NoisyPoints(const std::string& shape) {
   ScannerOptions options;
-  options.points = 16000;
+  options.points = 9000;
   options.views = 0;
   options.noise = 0.0005;
   return SimulateScan(*MakeShape(shape).value(), options).value().cloud.points;
@@ -60,21 +60,23 @@ TEST(VerifyPagedTest, TheirScanConfirmsThemWhateverTheOrderOfItsPoints) {
 
 class VerifyPagedFile : public ::testing::Test {
  protected:
-  VerifyPagedFile()
-      : points_(NoisyPoints("torus")),
-        made_(ReconstructPaged(Paged(points_), kThinnedSizes, {}, RunContext{}).value()) {}
+  static void SetUpTestSuite() {
+    points_ = NoisyPoints("torus");
+    made_ = ReconstructPaged(Paged(points_), kThinnedSizes, {}, RunContext{})->encoded;
+  }
 
-  Eigen::Matrix3Xd points_;
-  Reconstruction made_;
+  static inline Eigen::Matrix3Xd points_;
+  static inline EncodedSurface made_;
 };
 
 TEST_F(VerifyPagedFile, WhatItOverstatesIsFound) {
-  DssMetadata metadata = DecodeDss(made_.encoded.Concatenate(), RunContext{})->metadata;
+  EncodedSurface overstated = made_;
+  DssMetadata metadata = DecodeDss(made_.Concatenate(), RunContext{})->metadata;
   metadata.error_rms *= 0.9;
   metadata.surface_to_scan.max *= 0.99;
   metadata.folds += 1;
-  ASSERT_TRUE(ReplaceMetadata(metadata, made_.encoded).ok());
-  const Verification verified = VerifyOf(made_.encoded.Concatenate(), points_).value();
+  ASSERT_TRUE(ReplaceMetadata(metadata, overstated).ok());
+  const Verification verified = VerifyOf(overstated.Concatenate(), points_).value();
   std::vector<std::string> differ;
   for (const CertifiedFigure& figure : verified.figures) {
     if (!figure.agrees) differ.push_back(figure.name);
@@ -86,7 +88,7 @@ TEST_F(VerifyPagedFile, WhatItOverstatesIsFound) {
 TEST_F(VerifyPagedFile, AnotherScanIsTold) {
   Eigen::Matrix3Xd other = points_;
   other(2, 77) += 1e-9;
-  const Verification verified = VerifyOf(made_.encoded.Concatenate(), other).value();
+  const Verification verified = VerifyOf(made_.Concatenate(), other).value();
   EXPECT_EQ(verified.scan, StatedScan::kOther);
   EXPECT_EQ(verified.figures.size(), 4u);  // folds and shares alone
   EXPECT_FALSE(verified.agrees());
@@ -94,7 +96,7 @@ TEST_F(VerifyPagedFile, AnotherScanIsTold) {
 
 TEST_F(VerifyPagedFile, MadeByPartsOrInMemoryItIsVerifiedSo) {
   const PointCloud cloud{points_};
-  const DecodedSurface decoded = DecodeDss(made_.encoded.Concatenate(), RunContext{}).value();
+  const DecodedSurface decoded = DecodeDss(made_.Concatenate(), RunContext{}).value();
   EXPECT_THAT(VerifyCertificate(decoded, &cloud, RunContext{}).status().message(),
               HasSubstr("verify it by parts"));
   const Reconstruction in_memory = Reconstruct(cloud, {}, RunContext{}).value();

@@ -7,6 +7,12 @@ namespace {
 
 TEST(OptionsTextTest, NothingAskedForIsNoText) { EXPECT_EQ(OptionsText({}, 0), ""); }
 
+TEST(OptionsTextTest, PartsAreTold) {
+  EXPECT_EQ(OptionsText({}, 7, true), "seed=7 made=parts");
+  EXPECT_TRUE(ReadOptionsText("seed=7 made=parts")->by_parts);
+  EXPECT_FALSE(ReadOptionsText("seed=7")->by_parts);
+}
+
 TEST(OptionsTextTest, WhatWasAskedForIsNamed) {
   ReconstructOptions options;
   options.encode.max_error = 0.0003;

@@ -94,7 +94,7 @@ TEST(TrimSurfaceTest, PiecesWithoutPointsGo) {
 
 // As wrong normals leave between two sheets: points support it.
 TEST(TrimSurfaceTest, ABubbleAFewSpacingsWideGoes) {
-  const OrientedShape sphere = OrientShape(*MakeSphere(), 5000, kSphereArea);
+  OrientedShape sphere = OrientShape(*MakeSphere(), 5000, kSphereArea);
   const ControlMesh near = SurfaceOf(sphere, BoundaryRule::kKeep);
   const double radius = near.vertices.col(0).norm();
   const auto with_ball_of = [&](double spacings) {
@@ -111,6 +111,9 @@ TEST(TrimSurfaceTest, ABubbleAFewSpacingsWideGoes) {
   };
   EXPECT_EQ(with_ball_of(1.5), near.faces.cols());
   EXPECT_EQ(with_ball_of(8), 2 * near.faces.cols());
+  // Of points that were chosen from four times as many, which all lie on it.
+  sphere.cloud.share_of_spacing = 0.5;
+  EXPECT_EQ(with_ball_of(1.5), 2 * near.faces.cols());
 }
 
 }  // namespace
