@@ -49,10 +49,10 @@ double RmsFrom(const AnalyticShape& shape, const DisplacedSurface& surface) {
   return MeasureAgainstShape(shape, mesh.vertices).rms / shape.diagonal();
 }
 
-// Coded and measured in blocks of 4 000 vertices, of 15 000 to 70 000.
-constexpr PartSizes kBlocks{.coarse_points = 30000, .part_points = 20480, .block_vertices = 4000};
+// Coded and measured in blocks of 2 000 vertices.
+constexpr PartSizes kBlocks{.coarse_points = 15000, .part_points = 12288, .block_vertices = 2000};
 // Heights by parts, all coded at once.
-constexpr PartSizes kAtOnce{.coarse_points = 30000, .part_points = 20480};
+constexpr PartSizes kAtOnce{.coarse_points = 15000, .part_points = 12288};
 
 // Clean, noisy, with sharp edges, of two components.
 struct PagedCase {
@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(PagedScanTest, PagedShapes,
 
 TEST_P(PagedShapes, PartsAndBlocksAreAsGoodAsTheWhole) {
   const ShapePtr shape = MakeShape(GetParam().shape).value();
-  const Eigen::Matrix3Xd points = EvenPoints(*shape, 30000, GetParam().noise);
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 15000, GetParam().noise);
   const Reconstruction whole =
       Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
   const Reconstruction parts = InParts(points, kAtOnce);
@@ -96,7 +96,7 @@ TEST_P(PagedShapes, PartsAndBlocksAreAsGoodAsTheWhole) {
 
 // Fewer than the whole's, as in a clean scan the heights of a vertex come of the points around it.
 TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 30000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("star").value(), 15000);
   const Reconstruction whole =
       Reconstruct(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
   const Reconstruction parts = InParts(points, kAtOnce);
@@ -115,15 +115,15 @@ TEST(PagedScanTest, HeightsOfACleanScanAreThoseOfTheWhole) {
 
 TEST(PagedScanTest, AllPointsTellOfHeightsThatThinnedOnesDoNotKnow) {
   const ShapePtr shape = MakeShape("genus2").value();
-  const Eigen::Matrix3Xd points = EvenPoints(*shape, 60000);
-  const PartSizes sizes{.coarse_points = 10000, .part_points = 36864};
+  const Eigen::Matrix3Xd points = EvenPoints(*shape, 24000);
+  const PartSizes sizes{.coarse_points = 4000, .part_points = 16384};
   const Reconstruction parts = InParts(points, sizes);
   PointCloud thinned;
   thinned.points = OnDisk(points).Thinned(sizes.coarse_points, {}, RunContext{}).value();
-  ASSERT_LE(thinned.points.cols(), 10000);
+  ASSERT_LE(thinned.points.cols(), 4000);
   const Reconstruction coarse = Reconstruct(thinned, ReconstructOptions{}, RunContext{}).value();
   EXPECT_LT(RmsFrom(*shape, parts.surface), 0.5 * RmsFrom(*shape, coarse.surface));
-  EXPECT_EQ(parts.report.points_used, 60000);
+  EXPECT_EQ(parts.report.points_used, 24000);
 }
 
 // Fitted to an eighth of the points it would be 6 % farther off.
@@ -160,13 +160,13 @@ TEST(PagedScanTest, PartsInQuadsAreAsGoodAsTheWhole) {
 
 // Of a scan that is thinned to a sixth; coded at once, and in blocks.
 TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 30000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 15000, 0.0005);
   const ScanSurface scan =
       PointsOfScan(PointCloud{points}, ReconstructOptions{}, RunContext{}).value();
   Shape used = PointsToMeasure(scan.cloud);
-  for (const int64_t block : {1 << 20, 8000}) {
+  for (const int64_t block : {1 << 20, 4000}) {
     const Reconstruction made =
-        InParts(points, {.coarse_points = 5000, .part_points = 24576, .block_vertices = block});
+        InParts(points, {.coarse_points = 2500, .part_points = 12288, .block_vertices = block});
     const DisplacedSurface surface = DecodedOf(made);
     for (Eigen::Index i = 0; i < used.vertices.cols(); ++i) {
       used.vertices.col(i) =
@@ -175,7 +175,7 @@ TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
     const TwoSidedError& stated = made.report.error;
     const TwoSidedError whole =
         MeasureSurface(surface, FilledVertices(surface, {}), used, RunContext{}).value();
-    EXPECT_GT(stated.b_to_a.samples, 29500);
+    EXPECT_GT(stated.b_to_a.samples, 14750);
     EXPECT_EQ(stated.b_to_a.samples, made.report.points_used);
     EXPECT_NEAR(stated.b_to_a.rms, whole.b_to_a.rms, 0.01 * whole.b_to_a.rms);
     EXPECT_NEAR(stated.b_to_a.p95, whole.b_to_a.p95, 0.01 * whole.b_to_a.p95);
@@ -185,8 +185,8 @@ TEST(PagedScanTest, ErrorsAreThoseOfAllPoints) {
 }
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000, 0.0005);
-  const PartSizes sizes{.coarse_points = 8000, .part_points = 12288};
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 10000, 0.0005);
+  const PartSizes sizes{.coarse_points = 4000, .part_points = 8192};
   const auto bytes = [&](int threads) {
     return InParts(points, sizes, {}, threads).encoded.Concatenate();
   };
@@ -194,15 +194,15 @@ TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByte) {
 }
 
 TEST(PagedScanTest, TheOrderOfThePointsDoesNotChangeAByte) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000);
-  const PartSizes sizes{.coarse_points = 8000, .part_points = 12288};
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 10000);
+  const PartSizes sizes{.coarse_points = 4000, .part_points = 8192};
   EXPECT_EQ(InParts(points, sizes).encoded.Concatenate(),
             InParts(points.rowwise().reverse(), sizes).encoded.Concatenate());
 }
 
 TEST(PagedScanTest, BordersStayOpen) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 20000);
-  const Reconstruction parts = InParts(points, {.coarse_points = 8000, .part_points = 12288});
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 10000);
+  const Reconstruction parts = InParts(points, {.coarse_points = 4000, .part_points = 8192});
   EXPECT_EQ(parts.report.boundary_loops, 1);
   EXPECT_EQ(parts.report.components, 1);
 }
@@ -220,8 +220,8 @@ TEST(PagedScanTest, TheLevelAskedForIsTaken) {
 // Clean, and noisy.
 TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
   for (const double noise : {0.0, 0.0005}) {
-    const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 40000, noise);
-    const PartSizes sizes{.coarse_points = 40000, .part_points = 36864, .block_vertices = 8000};
+    const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000, noise);
+    const PartSizes sizes{.coarse_points = 20000, .part_points = 16384, .block_vertices = 4000};
     const std::vector<uint8_t> dss = InParts(points, sizes).encoded.Concatenate();
     const SeamFigures seams = MeasureSeams(dss, RunContext{}).value();
     EXPECT_GT(seams.border.control_edges, 50);
@@ -231,7 +231,7 @@ TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
 }
 
 TEST(PagedScanTest, AStepBetweenGroupsWouldShow) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 10000, 0.0005);
   const std::vector<uint8_t> dss = InParts(points, kBlocks).encoded.Concatenate();
   const OpenedDss file = OpenDss(dss, true).value();
   DisplacedSurface surface = DecodeDss(dss, RunContext{})->surface;
@@ -254,7 +254,7 @@ TEST(PagedScanTest, AStepBetweenGroupsWouldShow) {
 }
 
 TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 20000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("terrain").value(), 10000, 0.0005);
   const Reconstruction blocks = InParts(points, kBlocks);
   ASSERT_TRUE(blocks.surface.heights.empty()) << "not coded in blocks";
   const DecodedSurface decoded = DecodeDss(blocks.encoded.Concatenate(), RunContext{}).value();
@@ -269,7 +269,7 @@ TEST(PagedScanTest, BlocksStateWhatTheFileShows) {
 }
 
 TEST(PagedScanTest, BlocksKeepAnErrorOrASize) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 20000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("genus2").value(), 10000);
   ReconstructOptions options;
   options.encode.max_error = 3e-4;
   const Reconstruction exact = InParts(points, kBlocks, options);
@@ -284,7 +284,7 @@ TEST(PagedScanTest, BlocksKeepAnErrorOrASize) {
 }
 
 TEST(PagedScanTest, TheNumberOfThreadsDoesNotChangeAByteOfBlocks) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 20000, 0.0005);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("torus").value(), 10000, 0.0005);
   const auto bytes = [&](int threads) {
     return InParts(points, kBlocks, {}, threads).encoded.Concatenate();
   };
