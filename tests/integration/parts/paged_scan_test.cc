@@ -208,11 +208,11 @@ TEST(PagedScanTest, BordersStayOpen) {
 }
 
 TEST(PagedScanTest, TheLevelAskedForIsTaken) {
-  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 10000);
+  const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 5000);
   ReconstructOptions options;
   for (const int level : {0, 1, 4}) {
     options.max_level = level;
-    const Reconstruction parts = InParts(points, {5000, 8192}, options);
+    const Reconstruction parts = InParts(points, {2500, 4096}, options);
     EXPECT_EQ(parts.surface.max_level, level);
   }
 }
@@ -220,8 +220,8 @@ TEST(PagedScanTest, TheLevelAskedForIsTaken) {
 // Clean, and noisy.
 TEST(PagedScanTest, BordersBetweenGroupsDoNotShow) {
   for (const double noise : {0.0, 0.0005}) {
-    const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 20000, noise);
-    const PartSizes sizes{.coarse_points = 20000, .part_points = 16384, .block_vertices = 4000};
+    const Eigen::Matrix3Xd points = EvenPoints(*MakeShape("sphere").value(), 40000, noise);
+    const PartSizes sizes{.coarse_points = 40000, .part_points = 36864, .block_vertices = 8000};
     const std::vector<uint8_t> dss = InParts(points, sizes).encoded.Concatenate();
     const SeamFigures seams = MeasureSeams(dss, RunContext{}).value();
     EXPECT_GT(seams.border.control_edges, 50);

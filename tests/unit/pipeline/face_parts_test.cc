@@ -37,34 +37,41 @@ ControlMesh RoughSheet(bool in_quads) {
   return mesh;
 }
 
-TEST(FacePartsTest, TheSurfaceOfAFaceLiesWithinItsReach) {
+// How far the finest vertices lie outside of the reach of their faces, as `cutter` tells it.
+double FarthestOutside(const DisplacedSurface& surface, const PartCutter& cutter) {
   ScanPager pager = ScanPager::Create(::testing::TempDir()).value();
   const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Random(3, 100);
-  ASSERT_TRUE(pager.Add(points).ok());
+  EXPECT_TRUE(pager.Add(points).ok());
   const PagedScan scan = pager.Finish(RunContext{}).value();
   ScanSurface coarse{{}, {}, {}, PointIndex(points), {}, {}};
   coarse.cloud.median_spacing = 0.01;
-  for (const bool in_quads : {false, true}) {
-    DisplacedSurface surface;
-    surface.control_mesh = RoughSheet(in_quads);
-    surface.max_level = 3;
-    const PartCutter cutter = PartCutter::Make(surface.control_mesh).value();
-    surface.heights.assign(VertexCountAt(cutter.topology(), surface.max_level), 0.0f);
-    surface.sources.assign(surface.heights.size(), HeightSource::kMeasured);
-    const FaceParts parts(scan, coarse, surface, cutter, 4096);
-    const TriangleMesh fine = Tessellate(surface, surface.max_level, RunContext{}).value();
-    const FaceVertices vertices(cutter.topology(), surface.max_level);
-    std::vector<int> of_face;
-    double outside = 0;
-    for (int f = 0; f < cutter.topology().face_count(); ++f) {
-      const Eigen::AlignedBox3d reach = parts.ReachOf({f});
-      vertices.Of(f, of_face);
-      for (const int v : of_face) {
-        outside = std::max(outside, reach.exteriorDistance(Eigen::Vector3d(fine.vertices.col(v))));
-      }
+  const FaceParts parts(scan, coarse, surface, cutter, 4096);
+  const TriangleMesh fine = Tessellate(surface, surface.max_level, RunContext{}).value();
+  const FaceVertices vertices(cutter.topology(), surface.max_level);
+  std::vector<int> of_face;
+  double outside = 0;
+  for (int f = 0; f < cutter.topology().face_count(); ++f) {
+    const Eigen::AlignedBox3d reach = parts.ReachOf({f});
+    vertices.Of(f, of_face);
+    for (const int v : of_face) {
+      outside = std::max(outside, reach.exteriorDistance(Eigen::Vector3d(fine.vertices.col(v))));
     }
-    EXPECT_LT(outside, 1e-12) << (in_quads ? "quads" : "triangles");
   }
+  return outside;
+}
+
+TEST(FacePartsTest, TheSurfaceOfAFaceLiesWithinItsReach) {
+  const ControlMesh triangles = RoughSheet(false);
+  const PartCutter as_triangles = PartCutter::Make(triangles).value();
+  DisplacedSurface surface;
+  surface.max_level = 3;
+  surface.heights.assign(VertexCountAt(as_triangles.topology(), surface.max_level), 0.0f);
+  surface.sources.assign(surface.heights.size(), HeightSource::kMeasured);
+  surface.control_mesh = triangles;
+  EXPECT_LT(FarthestOutside(surface, as_triangles), 1e-12);
+  surface.control_mesh = RoughSheet(true);
+  EXPECT_LT(FarthestOutside(surface, PartCutter::Make(surface.control_mesh).value()), 1e-12);
+  EXPECT_GT(FarthestOutside(surface, as_triangles), 1e-3) << "of quads triangles tell as much";
 }
 
 }  // namespace
