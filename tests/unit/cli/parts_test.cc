@@ -48,6 +48,32 @@ TEST_F(PartsTest, AKilledRunGoesOnWhereItWas) {
   EXPECT_THAT(Kept(), ::testing::IsEmpty());
 }
 
+TEST_F(PartsTest, WhatTheyMakeIsVerifiedByParts) {
+  ASSERT_EQ(Run(Command("a.dss")).code, 0);
+  const std::vector<std::string> verify = {"verify", At("a.dss"), At("scan.ply")};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = verify;
+    all.insert(all.end(), more.begin(), more.end());
+    return Run(all);
+  };
+  const Ended same = with({"--parts", "--scratch", At("scratch"), "--json"});
+  EXPECT_EQ(same.code, 0) << same.err;
+  const Json json = Json::parse(same.out);
+  EXPECT_EQ(json["scan"], "same");
+  EXPECT_EQ(json["figures"].size(), 18u);
+  EXPECT_GT(json["scan_to_surface"]["rms"], 0);
+  EXPECT_THAT(Kept(), ::testing::IsEmpty());
+
+  const Ended in_memory = with({});
+  EXPECT_EQ(in_memory.code, 2);
+  EXPECT_THAT(in_memory.err, HasSubstr("add --parts"));
+  EXPECT_THAT(with({"--parts", "--classes", "2"}).err, HasSubstr("leave it out"));
+  EXPECT_EQ(with({"--parts", "--scratch", At("nowhere")}).code, 6);
+  EXPECT_THAT(with({"--scratch", At("scratch")}).err, HasSubstr("add that"));
+  EXPECT_THAT(Run({"verify", At("a.dss"), "--parts"}).err, HasSubstr("name the scan"));
+  EXPECT_EQ(Run({"verify", At("a.dss")}).code, 0);
+}
+
 TEST_F(PartsTest, WhatCannotBeWrittenEndsWithSix) {
   const Ended ended = Run(Command("a.dss", {"--scratch", At("nowhere")}));
   EXPECT_EQ(ended.code, 6);
