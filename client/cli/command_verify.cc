@@ -154,11 +154,9 @@ void PrintVerification(const VerifyArguments& arguments, const Verified& verifie
 absl::StatusOr<Verified> VerifyInMemory(const VerifyArguments& arguments,
                                         const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
-  if (!arguments.scan.empty()) {
-    RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(decoded.metadata.options));
-    if (stated.by_parts) {
-      return UsageError(absl::StrCat(arguments.input, " was made by parts: add --parts"));
-    }
+  const absl::StatusOr<StatedOptions> stated = ReadOptionsText(decoded.metadata.options);
+  if (!arguments.scan.empty() && stated.ok() && stated->by_parts) {
+    return UsageError(absl::StrCat(arguments.input, " was made by parts: add --parts"));
   }
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {

@@ -253,14 +253,11 @@ bool Verification::agrees() const {
 
 absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
                                                const PointCloud* scan, const RunContext& context) {
-  std::optional<StatedOptions> asked;
-  if (scan != nullptr) {
-    RILIEVO_ASSIGN_OR_RETURN(asked, ReadOptionsText(decoded.metadata.options));
-    if (asked->by_parts) {
-      return absl::InvalidArgumentError(
-          "the surface was made by parts, and its errors are those of the points as parts find "
-          "them: verify it by parts");
-    }
+  const absl::StatusOr<StatedOptions> asked = ReadOptionsText(decoded.metadata.options);
+  if (scan != nullptr && asked.ok() && asked->by_parts) {
+    return absl::InvalidArgumentError(
+        "the surface was made by parts, and its errors are those of the points as parts find "
+        "them: verify it by parts");
   }
   Verification verification;
   verification.complete =
@@ -277,6 +274,7 @@ absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
   PipelineContext measure{context, nullptr, scan != nullptr ? scan->points.cols() : 0};
   std::optional<SearchableShape> points;
   if (with_errors) {
+    RILIEVO_RETURN_IF_ERROR(asked.status());
     measure.seed = asked->seed;
     stated.scan_points = scan->points.cols();
     if (decoded.metadata.error_rms >= 0) {
