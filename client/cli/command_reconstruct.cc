@@ -209,7 +209,9 @@ Command AddReconstruct(CLI::App& program) {
                   "(default: four fifths of what the machine or the container has)")
       ->transform(CLI::AsSizeValue(true));
   // For tests with scans that take less; in no help.
-  app->add_option("--memory-of-parts", a->memory_of_parts)->group("");
+  app->add_option("--memory-of-parts", a->memory_of_parts)
+      ->transform(CLI::AsSizeValue(true))
+      ->group("");
   app->add_option("--scratch", a->scratch.folder,
                   "the folder for parts, with room for 60 bytes a point; what is finished stays "
                   "there until the surface is written, and the same command goes on from there "
