@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <random>
 
 #include "core/loop/face_vertices.h"
 #include "core/paging/scan_pager.h"
@@ -12,18 +10,16 @@
 namespace rilievo {
 namespace {
 
-// A sheet of 8 by 8 quads at random heights: with diagonals a Catmull-Clark surface, else a Loop
-// surface of their triangles.
-ControlMesh RoughSheet(bool in_quads) {
+// A flat sheet of 8 by 8 quads with one control point far above it: with diagonals a Catmull-Clark
+// surface, else a Loop surface of their triangles.
+ControlMesh SheetWithSpike(bool in_quads) {
   constexpr int kQuads = 8, kRow = kQuads + 1;
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> height(-0.3, 0.3);
   ControlMesh mesh;
   mesh.vertices.resize(3, kRow * kRow);
   mesh.faces.resize(3, 2 * kQuads * kQuads);
   for (int v = 0; v < kRow * kRow; ++v) {
     mesh.vertices.col(v) << double(v % kRow) / kQuads - 0.5, double(v / kRow) / kQuads - 0.5,
-        height(random);
+        v == kRow * kRow / 2 ? 1.0 : 0.0;
   }
   int f = 0;
   for (int y = 0; y < kQuads; ++y) {
@@ -61,7 +57,7 @@ double FarthestOutside(const DisplacedSurface& surface, const PartCutter& cutter
 }
 
 TEST(FacePartsTest, TheSurfaceOfAFaceLiesWithinItsReach) {
-  const ControlMesh triangles = RoughSheet(false);
+  const ControlMesh triangles = SheetWithSpike(false);
   const PartCutter as_triangles = PartCutter::Make(triangles).value();
   DisplacedSurface surface;
   surface.max_level = 3;
@@ -69,9 +65,9 @@ TEST(FacePartsTest, TheSurfaceOfAFaceLiesWithinItsReach) {
   surface.sources.assign(surface.heights.size(), HeightSource::kMeasured);
   surface.control_mesh = triangles;
   EXPECT_LT(FarthestOutside(surface, as_triangles), 1e-12);
-  surface.control_mesh = RoughSheet(true);
+  surface.control_mesh = SheetWithSpike(true);
   EXPECT_LT(FarthestOutside(surface, PartCutter::Make(surface.control_mesh).value()), 1e-12);
-  EXPECT_GT(FarthestOutside(surface, as_triangles), 1e-3) << "of quads triangles tell as much";
+  EXPECT_GT(FarthestOutside(surface, as_triangles), 1e-2) << "their triangles tell as much";
 }
 
 }  // namespace
