@@ -78,8 +78,8 @@ absl::StatusOr<Coloring> ColorByDisplacement(const LoadedShape& shape) {
 
 absl::StatusOr<Coloring> ColorByChange(const LoadedShape& shape, const std::string& input) {
   if (shape.changes.empty()) {
-    return UsageError(absl::StrCat("--colors change: ", input,
-                                   " has no updates at this level; `rilievo update` makes them"));
+    return UsageError(
+        absl::StrCat("--colors change: ", input, " has no updates, or none at this level"));
   }
   return Coloring{
       ColorsByValue(shape.changes),

@@ -11,6 +11,7 @@
 namespace rilievo {
 
 std::string StateName(v1::JobState state) {
+  if (!v1::JobState_IsValid(state)) return absl::StrCat("unknown (", static_cast<int>(state), ")");
   std::string name = v1::JobState_Name(state).substr(sizeof("JOB_STATE_") - 1);
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name;
@@ -21,7 +22,8 @@ std::string TimeText(const google::protobuf::Timestamp& time) {
   const std::time_t seconds = time.seconds();
   std::tm utc{};
   char text[32];
-  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&seconds, &utc));
+  if (gmtime_r(&seconds, &utc) == nullptr) return "-";
+  std::strftime(text, sizeof(text), "%Y-%m-%dT%H:%M:%SZ", &utc);
   return text;
 }
 

@@ -8,10 +8,10 @@
 
 namespace rilievo {
 
-// "succeeded" of JOB_STATE_SUCCEEDED.
+// "succeeded" of JOB_STATE_SUCCEEDED; "unknown (9)" of a state that this version does not know.
 std::string StateName(v1::JobState state);
 
-// 2026-11-28T16:40:32Z; - where it is not set.
+// 2026-11-28T16:40:32Z; - where it is not set, or no time.
 std::string TimeText(const google::protobuf::Timestamp& time);
 
 nlohmann::ordered_json JsonOf(const v1::Job& job);

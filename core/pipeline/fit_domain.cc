@@ -23,8 +23,8 @@ constexpr double kLeastNoiseSpacings = 0.08;
 // (thick_noise.h); thin walls and detail to 1.8 and more, and to 1.11.
 constexpr double kMostNoise = 1.22, kMostKnownNoise = 1.07;
 constexpr double kKnownNoiseSpacings = 1.0 / 3;
-// Of points on the triangles of a mesh, where the domain does without heights: a tenth of the 0.01 %
-// that conversions are to keep.
+// Of points on the triangles of a mesh, where the domain does without heights: a tenth of the 0.01
+// % that conversions are to keep.
 constexpr double kExactRms = 1e-5;
 constexpr int kFewestExact = 24;  // faces
 
@@ -60,7 +60,8 @@ struct FewFaces {
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
   if (noise >= kLeastNoiseSpacings * spacing) {
     const bool known = noise > kKnownNoiseSpacings * spacing;
-    return {(known ? kMostKnownNoise : kMostNoise) * noise, kFewestFaces};
+    const int a_fifth = static_cast<int>(kShareOfFaces * static_cast<double>(faces));
+    return {(known ? kMostKnownNoise : kMostNoise) * noise, std::max(kFewestFaces, a_fifth)};
   }
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
@@ -132,7 +133,8 @@ absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, int6
     RILIEVO_ASSIGN_OR_RETURN(const ControlMesh coarser,
                              FewerFaces(scan, start, static_cast<int>(faces), context));
     RILIEVO_ASSIGN_OR_RETURN(Domain domain, FitDomain(scan, coarser, trial, context));
-    if (domain.fit.rms_after > need.wanted_rms) break;
+    const bool fewer = coarser.faces.cols() < (few ? few->fit.control_mesh : start).faces.cols();
+    if (!fewer || domain.fit.rms_after > need.wanted_rms) break;
     few = std::move(domain);
   }
   if (few) return *std::move(few);

@@ -96,7 +96,7 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
         getattr(library, name).argtypes = [pointer]
     for name in _ELEMENTS:
         since = 4 if name.endswith("_colors") else 5 if "_voxels_" in name else \
-            8 if "_polygons_" in name else 1
+            8 if "_polygons_" in name else 9 if name.endswith("_height_changes") else 1
         if library.rilievo_decoder_abi_version() < since:
             continue
         getattr(library, name).argtypes = [pointer, count]
