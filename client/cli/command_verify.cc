@@ -20,6 +20,7 @@
 #include "client/cli/paged_scan_source.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/height_update.h"
 #include "core/codec/container/open_dss.h"
 #include "core/paging/scratch_file.h"
 #include "core/pipeline/certificate.h"
@@ -191,9 +192,9 @@ absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
                                        const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenBytes(arguments.input, bytes));
-  RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated,
-                           ReadOptionsText(file.header.metadata.options));
-  if (!stated.by_parts) {
+  RILIEVO_ASSIGN_OR_RETURN(const DssMetadata metadata, MetadataWithUpdates(file));
+  RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(metadata.options));
+  if (!stated.by_parts && !metadata.input_hash.empty()) {
     return UsageError(absl::StrCat(arguments.input, " was not made by parts: leave --parts out"));
   }
   RILIEVO_ASSIGN_OR_RETURN(
@@ -202,7 +203,7 @@ absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
   RILIEVO_ASSIGN_OR_RETURN(Verification verification,
                            VerifyPaged(bytes, *scan, PartSizes{}, context));
   return Verified{file.version, static_cast<int64_t>(file.chunk_bytes.size()),
-                  file.header.frame.diagonal, file.header.metadata, std::move(verification)};
+                  file.header.frame.diagonal, metadata, std::move(verification)};
 }
 
 absl::Status Verify(const VerifyArguments& arguments, std::stop_token stop) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/loop/face_vertices.h"

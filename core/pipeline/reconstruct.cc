@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <exception>
-#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +19,7 @@
 #include "core/pipeline/option_lengths.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/report_warnings.h"
+#include "core/pipeline/safely.h"
 #include "core/pipeline/sample_heights.h"
 #include "core/pipeline/search_control_faces.h"
 #include "core/pipeline/shape_input.h"
@@ -222,37 +221,27 @@ absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes&
   return Made(std::move(finished), std::move(report), seconds, start);
 }
 
-// What `work` makes of options in range; exceptions become statuses.
-template <typename Work>
-absl::StatusOr<Reconstruction> Safely(const ReconstructOptions& options, const Work& work) {
-  RILIEVO_RETURN_IF_ERROR(options.Validate());
-  try {
-    return work();
-  } catch (const std::bad_alloc&) {
-    return absl::ResourceExhaustedError("the memory does not suffice for this scan");
-  } catch (const std::exception& defect) {
-    return absl::InternalError(absl::StrCat("a library threw: ", defect.what()));
-  }
-}
-
 }  // namespace
 
 absl::StatusOr<Reconstruction> Reconstruct(const PointCloud& scan,
                                            const ReconstructOptions& options,
                                            const RunContext& context) {
-  return Safely(options, [&] { return RunStages(scan, nullptr, options, context); });
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  return Safely([&] { return RunStages(scan, nullptr, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context) {
-  return Safely(options, [&] { return RunStages(scan, &scan, options, context); });
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  return Safely([&] { return RunStages(scan, &scan, options, context); });
 }
 
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,
                                                 const RunContext& context) {
-  return Safely(options, [&] { return RunPaged(scan, sizes, options, context); });
+  RILIEVO_RETURN_IF_ERROR(options.Validate());
+  return Safely([&] { return RunPaged(scan, sizes, options, context); });
 }
 
 }  // namespace rilievo

@@ -5,12 +5,14 @@
 
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "core/codec/container/height_update.h"
 #include "core/codec/container/open_dss.h"
 #include "core/pipeline/analyze_pages.h"
 #include "core/pipeline/coarse_surface.h"
 #include "core/pipeline/code_stored_surface.h"
 #include "core/pipeline/options_text.h"
 #include "core/pipeline/points_of_pages.h"
+#include "core/pipeline/safely.h"
 
 namespace rilievo {
 namespace {
@@ -44,11 +46,13 @@ absl::StatusOr<std::string> HashOfPages(const PagedScan& scan, const RunContext&
   return std::string(digest.begin(), digest.begin() + kHashBytes);
 }
 
-absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const PagedScan& scan,
-                                         const PartSizes& sizes, const RunContext& context) {
+namespace {
+
+absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedScan& scan,
+                                    const PartSizes& sizes, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, true));
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
-  const DssMetadata& stated = file.header.metadata;
+  RILIEVO_ASSIGN_OR_RETURN(const DssMetadata stated, MetadataWithUpdates(file));
   RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(stated.options));
   if (!asked.by_parts && !stated.input_hash.empty()) {
     return absl::InvalidArgumentError(
@@ -85,6 +89,13 @@ absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const Pag
               ShareOfSource(HeightSource::kSmoothed, error.source_counts), &found);
   verification.figures = CompareFigures(stated, found, same);
   return verification;
+}
+
+}  // namespace
+
+absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const PagedScan& scan,
+                                         const PartSizes& sizes, const RunContext& context) {
+  return Safely([&] { return Verify(dss, scan, sizes, context); });
 }
 
 }  // namespace rilievo

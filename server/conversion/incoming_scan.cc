@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/conversion/server_options.h"
 
 namespace rilievo {
 namespace {

@@ -14,10 +14,8 @@ constexpr int64_t kProgramBytes = 21'000'000;
 // Of each point beyond so many neighbours are kept packed (see ScanSurface).
 constexpr int64_t kManyPoints = 200'000;
 // While normals and the control mesh are made: of a point, of a further one, and of a node of the
-// implicit function. Few scans ask for all the nodes that it may have, and of many points a surface
-// asks for about one a point.
+// implicit function. Few scans ask for all the nodes that it may have.
 constexpr int64_t kAnalyzedPoint = 330, kFurtherAnalyzedPoint = 200, kNode = 45;
-constexpr int64_t kNodesOfFurther = 1;
 // More neighbours than usual are more to keep; of fewer come normals that a crumpled control mesh
 // comes of.
 constexpr int kUsualNeighbors = 16, kFewNeighbors = 12;
@@ -47,11 +45,6 @@ constexpr int64_t kMostSamples = 60'000;
 int64_t OfPoints(int64_t points, int64_t bytes, int64_t bytes_further) {
   const int64_t first = std::min(points, kManyPoints);
   return first * bytes + (points - first) * bytes_further;
-}
-
-int64_t ExpectedNodes(int64_t points) {
-  const int64_t first = std::min(points, kManyPoints);
-  return MostImplicitNodes(first) + kNodesOfFurther * (points - first);
 }
 
 // Of the whole domain: two samples a face, four times as many for each further level while they
@@ -95,7 +88,7 @@ int64_t EstimateMemory(const JobRequest& job) {
                         (job.size.layout.normals || mesh ? kNormalOfPoint : 0) + unusual +
                         (job.size.layout.colors ? kColorOfPoint : 0);
   const int64_t analysis = OfPoints(points, kAnalyzedPoint + extra, kFurtherAnalyzedPoint + extra) +
-                           (implicit ? kNode * ExpectedNodes(points) : 0);
+                           (implicit ? kNode * MostImplicitNodes(points) : 0);
   const int64_t fit = OfPoints(points, kFittedPoint, kFurtherFittedPoint) +
                       kSample * Samples(control_faces, points, options.fit.sample_level);
   const int64_t surface = kSampledPoint * points + kFace * telling +

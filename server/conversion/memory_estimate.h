@@ -8,10 +8,8 @@
 namespace rilievo {
 
 // Bytes at the peak of a worker process: what the hungriest of its stages needs. Fitted to measured
-// peaks, two threads, of 20 to 10 000 000 points of six shapes, control meshes of up to 200 000
-// faces asked for and of 96 800 given, all levels of samples and of the surface; see the test. Of
-// points that are dense for their noise, which the header does not tell, less is needed: their
-// surface has fewer levels.
+// peaks, two threads, of 20 to 1 000 000 points of six shapes, control meshes of up to 200 000
+// faces asked for and of 96 800 given, all levels of samples and of the surface; see the test.
 // Scans of thin walls, wires and volumes may need up to a fifth more, and others two thirds of it:
 // which it is shows only later.
 int64_t EstimateMemory(const JobRequest& job);
