@@ -140,11 +140,8 @@ struct MeasuredUpdate {
 
 // Of stars, every height of which changed, or a tenth of them; and of a sphere.
 const MeasuredUpdate kMeasuredUpdates[] = {
-    {16'386, 20'000, 1'144, 24.6},
-    {16'386, 2'500, 1'144, 19.3},
-    {262'146, 200'000, 7'250, 137.0},
-    {262'146, 25'000, 7'250, 87.6},
-    {4'098, 600'000, 260, 242.0},
+    {16'386, 20'000, 1'144, 24.6},  {16'386, 2'500, 1'144, 19.3}, {262'146, 200'000, 7'250, 137.0},
+    {262'146, 25'000, 7'250, 87.6}, {4'098, 600'000, 260, 242.0},
 };
 
 TEST(MemoryEstimate, OfUpdatesToo) {
