@@ -76,13 +76,11 @@ TEST_P(EveryGolden, GivesTheSameBitsAsTheCppLibrary) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Golden, EveryGolden,
-                         testing::Values("sheet_and_octahedron_v1.dss",
-                                         "sheet_and_octahedron_v2.dss",
-                                         "torus_and_sheet_smoothed_v3.dss",
-                                         "genus2_plain_levels_v3.dss",
-                                         "colored_torus_in_groups_v3.dss",
-                                         "updated_torus_in_groups_v3.dss"));
+INSTANTIATE_TEST_SUITE_P(
+    Golden, EveryGolden,
+    testing::Values("sheet_and_octahedron_v1.dss", "sheet_and_octahedron_v2.dss",
+                    "torus_and_sheet_smoothed_v3.dss", "genus2_plain_levels_v3.dss",
+                    "colored_torus_in_groups_v3.dss", "updated_torus_in_groups_v3.dss"));
 
 TEST(CInterfaceTest, RegionsArePartsOfTheWholeMesh) {
   for (const char* name :
