@@ -7,7 +7,6 @@
 #include "absl/status/status.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
-#include "core/displacement/regularize/fill_heights.h"
 #include "core/displacement/regularize/height_bounds.h"
 #include "core/displacement/solve_heights.h"
 
@@ -57,7 +56,6 @@ absl::StatusOr<DisplacementField> SampleDisplacement(
   RILIEVO_ASSIGN_OR_RETURN(SolvedHeights solved,
                            SolveHeights(cloud, refinement, rings, limit, options, context));
   context.Report(Stage::kDisplacement, 0.9);
-  RILIEVO_RETURN_IF_ERROR(FillHeights(refinement, solved.measured, context, &solved.height));
   RILIEVO_RETURN_IF_ERROR(
       KeepWithinBounds(rings, limit, options.max_height, context, &solved.height));
   context.Report(Stage::kDisplacement, 1.0);

@@ -92,11 +92,18 @@ absl::StatusOr<SolvedHeights> SolveHeights(const OrientedCloud& cloud,
   RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context));
   if (!IsLeftOut(Mechanism::kGiveWay)) problem.GiveWay(heights, RegionLevel(problem));
   RILIEVO_RETURN_IF_ERROR(problem.Reweigh(heights, context));
-  RILIEVO_RETURN_IF_ERROR(problem.Assemble(finest, context));
-  RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
   SolvedHeights solved;
-  solved.height = std::move(heights);
   solved.measured = MeasuredVertices(problem, limit);
+  const auto& measured = solved.measured;
+  if (std::find(measured.begin(), measured.end(), 0) != measured.end()) {
+    problem.Fill(measured);
+    RILIEVO_RETURN_IF_ERROR(problem.Assemble(0, context));
+    RILIEVO_ASSIGN_OR_RETURN(heights, problem.SolveUpTo(finest, lengths, context));
+  } else {
+    RILIEVO_RETURN_IF_ERROR(problem.Assemble(finest, context));
+    RILIEVO_RETURN_IF_ERROR(problem.Relax(finest, lengths, kSolve.steps, context, &heights));
+  }
+  solved.height = std::move(heights);
   solved.smoothed.resize(lengths.size());
   std::transform(lengths.begin(), lengths.end(), solved.smoothed.begin(),
                  [](float length) { return length > kSolve.smoothed ? 1 : 0; });

@@ -24,7 +24,9 @@ struct SolvedHeights {
 //   sum over points a (sum weight[k] height[corner[k]] - offset)^2
 //     + sum over vertices c bend^2 + d height^2,
 // see PointFoot and PlateLevel; a is the weight of a point (Geman and McClure), c the stiffness
-// of a thin plate, d what the domain weighs. Known sharp lines count as points on the creases. A
+// of a thin plate, d what the domain weighs. Where no points are near, the plate continues value
+// and slope of what is around; a membrane lets the slope go, and the domain draws the height back,
+// over the ranges of SolveSettings. Known sharp lines count as points on the creases. A
 // plate whose c is
 //   t^4 (spacing / edge)^2 32 sqrt(3) / pi
 // on even points and triangles passes waves of wave number k as 1 / (1 + (k t spacing)^4). Each

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/displacement/regularize/fill_heights.h"
 #include "core/displacement/sample_displacement.h"
 #include "core/points/morton_order.h"
 #include "tests/unit/displacement/domain_fixtures.h"
@@ -79,35 +78,6 @@ BENCHMARK(BM_SampleDisplacement)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
-
-// One hole: the cap of the sphere that holds so many per mille of its area.
-void BM_FillHeights(benchmark::State& state) {
-  const Domain domain = SphereDomain();
-  const double lowest = kRadius * (1 - 2e-3 * static_cast<double>(state.range(0)));
-  std::vector<uint8_t> known;
-  std::vector<float> measured;
-  int filled = 0;
-  for (const auto& position : domain.limit.positions.colwise()) {
-    const Eigen::Vector3d direction = position.normalized();
-    known.push_back(kRadius * direction.z() < lowest);
-    measured.push_back(static_cast<float>(WavyRadius(direction) - position.norm()));
-    filled += known.back() == 0;
-  }
-  bool good = true;
-  for (auto _ : state) {
-    std::vector<float> heights = measured;
-    good = good && FillHeights(domain.refinement, known, RunContext(), &heights).ok();
-    benchmark::DoNotOptimize(heights.data());
-  }
-  if (!good) state.SkipWithError("filling failed");
-  state.counters["filled"] = filled;
-}
-BENCHMARK(BM_FillHeights)
-    ->ArgNames({"area_permille"})
-    ->Arg(5)
-    ->Arg(50)
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime();
 
 }  // namespace
 }  // namespace rilievo

@@ -16,18 +16,26 @@ namespace {
 
 PointTerm Assemble(const LoopRefinement& refinement, int to, const PlateLevel& level,
                    const std::vector<PointFoot>& feet, const std::vector<float>& weights,
-                   double domain_weight, const RunContext& context) {
+                   double domain_weight, const std::vector<uint8_t>& measured,
+                   const RunContext& context) {
   constexpr size_t kPointsAtOnce = 1 << 16;
   PointTerm term;
+  const auto is_measured = [&](int v) { return measured.empty() || measured[v] != 0; };
   // A vertex stands for those of the finest level around it.
-  term.diagonal.assign(
-      level.vertex_count(),
-      static_cast<float>(std::ldexp(domain_weight, 2 * (refinement.max_level() - to))));
+  const auto of_domain =
+      static_cast<float>(std::ldexp(domain_weight, 2 * (refinement.max_level() - to)));
+  term.diagonal.resize(level.vertex_count());
+  for (int v = 0; v < level.vertex_count(); ++v) {
+    term.diagonal[v] = is_measured(v) ? of_domain : 0.0f;
+  }
   term.slot.assign(level.neighbor.size(), 0.0f);
   term.right_side.assign(level.vertex_count(), 0.0f);
   for (size_t i = 0; i < feet.size(); ++i) {
     if (i % kPointsAtOnce == 0 && !context.CheckStop().ok()) return term;
-    if (!feet[i].found()) continue;
+    if (!feet[i].found() ||
+        !std::any_of(std::begin(feet[i].corner), std::end(feet[i].corner), is_measured)) {
+      continue;
+    }
     const CoarseFoot foot(feet[i], refinement, to);
     for (int a = 0; a < 3; ++a) {
       const int v = foot.corner()[a];
@@ -59,17 +67,19 @@ absl::StatusOr<double> SumOver(int64_t count, const RunContext& context,
 
 class System {
  public:
-  System(const PlateLevel& level, const PointTerm& points, std::span<const float> stiffness,
+  System(const PlateLevel& level, const PointTerm& points, const Stiffness& stiffness,
          const RunContext& context)
       : level_(level), points_(points), stiffness_(stiffness), context_(context) {
     share_.resize(level.vertex_count());
     diagonal_.resize(level.vertex_count());
     for (int v = 0; v < level.vertex_count(); ++v) {
-      double sum = points.diagonal[v] + stiffness[v];
+      double sum = points.diagonal[v] + stiffness.bend[v];
+      if (has_membrane()) sum += stiffness.height[v];
       for (uint32_t s = level.begin[v]; s < level.begin[v + 1]; ++s) {
         const int n = level.neighbor[s];
+        if (has_membrane()) sum += stiffness.stretch[v] + stiffness.stretch[n];
         if (level.row_size[n] > 0)
-          sum += stiffness[n] * Square(level.slot[s].InOtherRow() / level.row_size[n]);
+          sum += stiffness.bend[n] * Square(level.slot[s].InOtherRow() / level.row_size[n]);
       }
       diagonal_[v] = sum > 0 ? static_cast<float>(sum) : 1.0f;
     }
@@ -83,15 +93,17 @@ class System {
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(count, kLightBlock, context_, [&](int64_t begin, int64_t end) {
           for (int64_t v = begin; v < end; ++v) {
-            share_[v] = stiffness_[v] > 0 ? stiffness_[v] * BendAt(level_, x, static_cast<int>(v)) /
-                                                level_.row_size[v]
-                                          : 0.0f;
+            const float bend = stiffness_.bend[v];
+            share_[v] = bend > 0
+                            ? bend * BendAt(level_, x, static_cast<int>(v)) / level_.row_size[v]
+                            : 0.0f;
           }
         }));
     return SumOver(count, context_, [&](int64_t begin, int64_t end) {
       double dot = 0;
       for (int64_t v = begin; v < end; ++v) {
         float sum = points_.diagonal[v] * x[v] - level_.row_size[v] * share_[v];
+        if (has_membrane()) sum += MembraneAt(static_cast<int>(v), x);
         for (uint32_t s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
           const int n = level_.neighbor[s];
           sum += points_.slot[s] * x[n] + level_.slot[s].InOtherRow() * share_[n];
@@ -104,9 +116,20 @@ class System {
   }
 
  private:
+  bool has_membrane() const { return !stiffness_.stretch.empty(); }
+
+  float MembraneAt(int v, const std::vector<float>& x) const {
+    float sum = stiffness_.height[v] * x[v];
+    for (uint32_t s = level_.begin[v]; s < level_.begin[v + 1]; ++s) {
+      const int n = level_.neighbor[s];
+      sum += (stiffness_.stretch[v] + stiffness_.stretch[n]) * (x[v] - x[n]);
+    }
+    return sum;
+  }
+
   const PlateLevel& level_;
   const PointTerm& points_;
-  std::span<const float> stiffness_;
+  const Stiffness& stiffness_;
   const RunContext& context_;
   std::vector<float> share_;  // per vertex: what its row adds for each part in it
   std::vector<float> diagonal_;
@@ -117,13 +140,13 @@ class System {
 absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
     const LoopRefinement& refinement, const std::vector<PlateLevel>& levels, int first,
     const std::vector<PointFoot>& feet, const std::vector<float>& weights, double domain_weight,
-    const RunContext& context) {
+    const std::vector<uint8_t>& measured, const RunContext& context) {
   std::vector<PointTerm> terms(levels.size());
   RILIEVO_RETURN_IF_ERROR(ParallelFor(
       static_cast<int64_t>(levels.size()) - first, 1, context, [&](int64_t begin, int64_t end) {
         for (int64_t l = begin + first; l < end + first; ++l) {
           terms[l] = Assemble(refinement, static_cast<int>(l), levels[l], feet, weights,
-                              domain_weight, context);
+                              domain_weight, measured, context);
         }
       }));
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
@@ -131,7 +154,7 @@ absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
 }
 
 absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
-                          std::span<const float> stiffness, int steps, const RunContext& context,
+                          const Stiffness& stiffness, int steps, const RunContext& context,
                           std::vector<float>* heights) {
   const int64_t count = level.vertex_count();
   System system(level, points, stiffness, context);

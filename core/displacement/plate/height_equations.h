@@ -1,7 +1,7 @@
 // The normal equations of the heights, on every level, and their solution.
 #pragma once
 
-#include <span>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -26,16 +26,25 @@ struct PointTerm {
 };
 
 // On the levels from `first` on, for heights of a coarser level prolonged to the finest; the
-// others' are left empty. `weights`: a, one for each foot; `domain_weight`: d.
+// others' are left empty. `weights`: a, one for each foot; `domain_weight`: d. Where `measured` is
+// 0, per vertex of the finest level, neither points nor the domain say anything; empty: 1 all over.
 absl::StatusOr<std::vector<PointTerm>> AssemblePointTerms(
     const LoopRefinement& refinement, const std::vector<PlateLevel>& levels, int first,
     const std::vector<PointFoot>& feet, const std::vector<float>& weights, double domain_weight,
-    const RunContext& context);
+    const std::vector<uint8_t>& measured, const RunContext& context);
 
-// Moves `heights` towards the minimum of the points' term plus sum stiffness[v] bend(v)^2, by at
-// most `steps` of conjugate gradients, preconditioned by the diagonal.
+// What a plate on one level resists, per vertex:
+//   sum bend[v] bend(v)^2 + stretch[v] sum over the neighbours n (height[n] - height[v])^2
+//     + height[v] height[v]^2.
+// Without a membrane `stretch` and `height` are empty.
+struct Stiffness {
+  std::vector<float> bend, stretch, height;
+};
+
+// Moves `heights` towards the minimum of the points' and the plate's terms, by at most `steps` of
+// conjugate gradients, preconditioned by the diagonal.
 absl::Status RelaxHeights(const PlateLevel& level, const PointTerm& points,
-                          std::span<const float> stiffness, int steps, const RunContext& context,
+                          const Stiffness& stiffness, int steps, const RunContext& context,
                           std::vector<float>* heights);
 
 }  // namespace rilievo

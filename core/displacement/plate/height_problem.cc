@@ -74,27 +74,45 @@ double HeightProblem::MeanSpacing() const {
 
 absl::Status HeightProblem::Assemble(int first, const RunContext& context) {
   Release();
-  RILIEVO_ASSIGN_OR_RETURN(terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_,
-                                                      weights_, domain_weight_, context));
+  RILIEVO_ASSIGN_OR_RETURN(
+      terms_, AssemblePointTerms(*refinement_, levels_, first, *feet_, weights_, domain_weight_,
+                                 measured_, context));
   return absl::OkStatus();
 }
 
-std::vector<float> HeightProblem::Stiffness(int level, const std::vector<float>& lengths) const {
+Stiffness HeightProblem::StiffnessOf(int level, const std::vector<float>& lengths) const {
   const double kPlate = 32 * std::sqrt(3.0) / M_PI;
   const PlateLevel& plate = levels_[level];
-  std::vector<float> stiffness(plate.vertex_count());
-  for (size_t v = 0; v < stiffness.size(); ++v) {
+  Stiffness stiffness;
+  stiffness.bend.resize(plate.vertex_count());
+  for (size_t v = 0; v < stiffness.bend.size(); ++v) {
     const double length = lengths.size() == 1 ? lengths[0] : lengths[v];
-    stiffness[v] = static_cast<float>(kPlate * Square(Square(length)) * Square(spacing_[v]) *
-                                      plate.inverse_edge2[v]);
-    if (level == finest() && !give_way_.empty()) stiffness[v] *= give_way_[v];
+    stiffness.bend[v] = static_cast<float>(kPlate * Square(Square(length)) * Square(spacing_[v]) *
+                                           plate.inverse_edge2[v]);
+  }
+  if (!measured_.empty()) {
+    const double control_edge = std::ldexp(1.0, level);  // in edges of this level
+    // On even triangles sum (height[n] - height[v])^2 is three squared edges times the squared
+    // slope, and each edge is that of two vertices.
+    const double stretch = 1 / (12 * Square(kSolve.slope_range * control_edge));
+    const double height = 12 * stretch / Square(kSolve.height_range * control_edge);
+    stiffness.stretch.resize(stiffness.bend.size());
+    stiffness.height.resize(stiffness.bend.size());
+    for (size_t v = 0; v < stiffness.bend.size(); ++v) {
+      if (measured_[v] != 0) continue;
+      stiffness.stretch[v] = static_cast<float>(stretch * stiffness.bend[v]);
+      stiffness.height[v] = static_cast<float>(height * stiffness.bend[v]);
+    }
+  }
+  if (level == finest() && !give_way_.empty()) {
+    for (size_t v = 0; v < stiffness.bend.size(); ++v) stiffness.bend[v] *= give_way_[v];
   }
   return stiffness;
 }
 
 absl::Status HeightProblem::Relax(int level, const std::vector<float>& lengths, int steps,
                                   const RunContext& context, std::vector<float>* heights) const {
-  return RelaxHeights(levels_[level], terms_[level], Stiffness(level, lengths), steps, context,
+  return RelaxHeights(levels_[level], terms_[level], StiffnessOf(level, lengths), steps, context,
                       heights);
 }
 

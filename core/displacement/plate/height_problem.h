@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -40,6 +41,10 @@ class HeightProblem {
   // row; 0 for those without a foot.
   absl::StatusOr<std::vector<float>> Residuals(const std::vector<float>& heights,
                                                const RunContext& context) const;
+  // Where `measured` is 0, per vertex of the finest level, the plate alone tells the heights: with
+  // a membrane, which lets slopes go, and a pull to the domain, which tells best what is far from
+  // all points.
+  void Fill(std::vector<uint8_t> measured) { measured_ = std::move(measured); }
   // Points far from the domain lose weight, so that of two sheets the nearer one counts.
   void PreferNearPoints();
   // Points far from the heights of the finest level lose weight; those without a foot weigh 1, for
@@ -66,17 +71,18 @@ class HeightProblem {
  private:
   double SpacingOf(size_t foot) const;
   double NoiseOf(size_t foot) const;
-  std::vector<float> Stiffness(int level, const std::vector<float>& lengths) const;
+  Stiffness StiffnessOf(int level, const std::vector<float>& lengths) const;
 
   const OrientedCloud* cloud_;
   const LoopRefinement* refinement_;
   const std::vector<PointFoot>* feet_;
   std::vector<PlateLevel> levels_;
   std::vector<float> spacing_;
-  std::vector<float> weights_;    // per foot
-  double domain_weight_ = 0;      // while points far from the domain weigh next to nothing
-  std::vector<PointTerm> terms_;  // per level, of the weights
-  std::vector<float> give_way_;   // per vertex of the finest level; empty: nowhere
+  std::vector<float> weights_;     // per foot
+  double domain_weight_ = 0;       // while points far from the domain weigh next to nothing
+  std::vector<PointTerm> terms_;   // per level, of the weights
+  std::vector<float> give_way_;    // per vertex of the finest level; empty: nowhere
+  std::vector<uint8_t> measured_;  // per vertex of the finest level; empty: all
 };
 
 }  // namespace rilievo
