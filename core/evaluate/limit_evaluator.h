@@ -25,10 +25,12 @@ namespace rilievo {
 // A table of patches is made once; asking it changes nothing, so any number of threads may.
 class LimitEvaluator {
  public:
-  // Errors as RefineTopology; RESOURCE_EXHAUSTED where semi-sharp edges of a Loop surface would
-  // need more patches than kMostPatches and 64 a face.
+  // Errors as RefineTopology; RESOURCE_EXHAUSTED where semi-sharp edges would need more patches
+  // than kMostPatches and 64 a face.
   static absl::StatusOr<LimitEvaluator> Build(const ControlMesh& mesh, const RunContext& context);
   static constexpr int64_t kMostPatches = int64_t{1} << 20;
+  // That refusal, of so many patches for so many control faces.
+  static absl::Status CheckPatchCount(int64_t patches, int64_t faces);
 
   int face_count() const { return quads_ ? quads_->face_count() : static_cast<int>(roots_.size()); }
 

@@ -25,6 +25,8 @@ namespace {
 // faces.
 constexpr int kFanLevel = 2;
 constexpr int64_t kPatchesPerFace = 64;
+// Twice the number of a patch and one more is a code of 31 bits.
+constexpr int64_t kPatchCodes = int64_t{1} << 30;
 
 }  // namespace
 
@@ -42,12 +44,9 @@ class PatchTreeBuilder {
       control_face_of_.assign(level_.topology.face_count(), -1);
       for (const Part& part : parts_) Take(part, depth);
       parts_.clear();
-      const int64_t most = LimitEvaluator::kMostPatches + kPatchesPerFace * mesh_.faces.cols();
-      if (static_cast<int64_t>(made_.patches_.size() + 4 * made_.nodes_.size()) > most) {
-        return absl::ResourceExhaustedError(
-            absl::StrCat("the semi-sharp edges of this surface need more than ", most,
-                         " patches; give fewer edges a sharpness between 0 and 10"));
-      }
+      RILIEVO_RETURN_IF_ERROR(LimitEvaluator::CheckPatchCount(
+          static_cast<int64_t>(made_.patches_.size() + 4 * made_.nodes_.size()),
+          mesh_.faces.cols()));
       RILIEVO_RETURN_IF_ERROR(CutOn());
     }
     // In one piece of memory that is known to be large: its pages are asked for at random.
@@ -184,6 +183,15 @@ class PatchTreeBuilder {
   std::vector<uint8_t> cut_;                    // of each face of the level
   std::vector<int> node_of_, control_face_of_;  // of each face that is cut
 };
+
+absl::Status LimitEvaluator::CheckPatchCount(int64_t patches, int64_t faces) {
+  const int64_t most = std::min(kMostPatches + kPatchesPerFace * faces, kPatchCodes);
+  if (patches <= most) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the semi-sharp edges of this surface need more than ", most,
+                   " patches; give fewer edges a sharpness between 0 and 10, or make it with fewer "
+                   "control faces"));
+}
 
 absl::StatusOr<LimitEvaluator> LimitEvaluator::Build(const ControlMesh& mesh,
                                                      const RunContext& context) {

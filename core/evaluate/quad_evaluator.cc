@@ -6,7 +6,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/evaluate/limit_evaluator.h"
 #include "core/loop/refinement.h"
 #include "core/loop/sub_mesh.h"
 
@@ -18,6 +20,9 @@ using Eigen::Vector3d;
 
 // Nearer to an irregular vertex than this, in lengths of a quad, the surface is taken at it.
 constexpr double kAtQuadCorner = 0x1p-48;
+
+// That take about as much memory as a cell.
+constexpr int64_t kPatchesOfCell = 4;
 
 constexpr std::array<std::array<double, 2>, 4> kCornerPlaces = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
 
@@ -94,8 +99,12 @@ class QuadTreeBuilder {
     level_ = 0;
     StartWithControlQuads();
     for (int depth = 0; !parts_.empty(); ++depth) {
-      RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
-      Take(depth);
+      RILIEVO_RETURN_IF_ERROR(Take(depth));
+      // At most: each quarter of a part is a patch, or a cell in the end.
+      const int64_t each = depth + 1 < QuadEvaluator::kCutLevels ? 4 : 4 * kPatchesOfCell;
+      RILIEVO_RETURN_IF_ERROR(LimitEvaluator::CheckPatchCount(
+          static_cast<int64_t>(made_.patches_.size()) + each * static_cast<int64_t>(parts_.size()),
+          mesh_.faces.cols()));
       RILIEVO_RETURN_IF_ERROR(CutOn());
     }
     return std::move(made_);
@@ -138,11 +147,13 @@ class QuadTreeBuilder {
   }
 
   // Makes a patch or a cell of each part, or a node whose children are parts of the next level.
-  void Take(int depth) {
+  absl::Status Take(int depth) {
     const QuadSurroundings surroundings(refinement_, level_, points_);
     std::vector<int> face_place(refinement_.levels[level_].face_count(), -1);
     std::vector<Part> cut;
-    for (const Part& part : parts_) {
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      if (i % kHeavyBlock == 0) RILIEVO_RETURN_IF_ERROR(context_.CheckStop());
+      const Part& part = parts_[i];
       if (const std::optional<QuadGrid> grid = surroundings.GridOf(part.quad)) {
         Put(part.place, ~static_cast<int32_t>(2 * made_.patches_.size()));
         made_.patches_.push_back(BicubicPatch::Over(*grid));
@@ -158,6 +169,7 @@ class QuadTreeBuilder {
       }
     }
     parts_ = std::move(cut);
+    return absl::OkStatus();
   }
 
   void Put(int64_t place, int32_t code) {

@@ -24,7 +24,7 @@ namespace rilievo {
 // small it is.
 class QuadEvaluator {
  public:
-  // Errors as RefineTopology().
+  // Errors as LimitEvaluator::Build().
   static absl::StatusOr<QuadEvaluator> Build(const ControlMesh& mesh, const RunContext& context);
   static constexpr int kCutLevels = 4;
 
