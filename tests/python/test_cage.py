@@ -1,18 +1,27 @@
 """Surfaces with another cage: in memory by the decoder library, as files by `rilievo deform`."""
 import os
 import pickle
+import subprocess
 import tempfile
 import unittest
 from unittest import mock
 
 import numpy as np
-from scans import GOLDEN
+from scans import GOLDEN, program
 
 import rilievo
 
 GROUPED = GOLDEN.with_name("colored_torus_in_groups_v3.dss")
+QUADS = GOLDEN.with_name("quad_torus_v5.dss")
 ANGLE = 0.7
 TURN = np.array([[np.cos(ANGLE), -np.sin(ANGLE), 0], [np.sin(ANGLE), np.cos(ANGLE), 0], [0, 0, 1]])
+
+
+def read_obj(text):
+    """Its lines without comments, their numbers read."""
+    words = [line.split() for line in text.splitlines() if line[:1] != "#"]
+    return [[word if word[0] in "fvt" or "/" in word or word.isalpha() else float(word)
+             for word in line] for line in words if line]
 
 
 class CageTest(unittest.TestCase):
@@ -118,6 +127,23 @@ class CageTest(unittest.TestCase):
             with self.subTest(name=name, value=value), \
                     self.assertRaisesRegex(rilievo.InvalidArgument, words):
                 rilievo.ControlMesh(**{**lists, name: value})
+
+    def test_quads_are_written_as_the_program_writes_them(self):
+        dss = QUADS.read_bytes()
+        moved = rilievo.read(QUADS)
+        sharp = moved.with_cage(moved.control_mesh.vertices, creases=moved.control_mesh.creases[:0],
+                                corners=[3])
+        for surface in (moved, sharp):
+            cage = surface.control_mesh
+            written = subprocess.run(
+                [program("RILIEVO_PROGRAM"), "export", "-", "-", "--format", "obj", "--cage"],
+                input=surface.to_bytes(), capture_output=True, check=True).stdout.decode()
+            self.assertEqual(read_obj(cage.to_obj()), read_obj(written))
+            self.assertEqual(cage.to_obj().count("\nf "), len(cage.diagonals))
+        self.assertEqual(moved.with_cage(moved.control_mesh.vertices).to_bytes(), dss)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "pair up all faces"):
+            cage = moved.control_mesh
+            rilievo.ControlMesh(cage.vertices, cage.faces, [], [], [], cage.diagonals[1:]).to_obj()
 
     def test_without_the_program_meshes_are_made_all_the_same(self):
         moved = self.surface.with_cage(self.bent())

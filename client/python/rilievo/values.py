@@ -102,13 +102,34 @@ class ControlMesh:
         """The text of an OBJ, as `rilievo export --cage` writes it and `rilievo deform --cage` reads
         it; numbers read back the same."""
         lines = [_obj_line("v", vertex) for vertex in self.vertices]
-        lines += [_obj_line("f", face + 1) for face in self.faces.astype(np.int64)]
+        lines += [_obj_line("f", face + 1) for face in self._whole_faces()]
         lines += [f"t crease 2/1/0 {a} {b} {sharpness!r}" for (a, b), sharpness in
                   zip(self.creases.tolist(), self.sharpness.tolist())]
         lines += [f"t corner 1/1/0 {corner} 10" for corner in self.corners.tolist()]
         if len(self.creases) + len(self.corners) == 0:
             lines.append("t crease 0/1/0 10")  # of no edge: nothing is sharp
         return "\n".join(lines) + "\n"
+
+    def _whole_faces(self) -> npt.NDArray[np.int64]:
+        """(m, 3) faces; of a Catmull-Clark surface its (m / 2, 4) quads, each in the place of its
+        first half."""
+        faces = self.faces.astype(np.int64)
+        if not len(self.diagonals):
+            return faces
+        ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2), axis=2)
+        diagonals = np.sort(self.diagonals.astype(np.int64), axis=1)
+        shift = max(int(faces.max(initial=0)), int(diagonals.max())) + 1
+        edges = ends[..., 0] * shift + ends[..., 1]
+        cut = np.isin(edges, diagonals[:, 0] * shift + diagonals[:, 1])
+        halves = np.argsort(edges[cut], kind="stable")
+        if (cut.sum(axis=1) != 1).any() or len(faces) != 2 * len(diagonals) or \
+                (edges[cut][halves[::2]] != edges[cut][halves[1::2]]).any():
+            raise InvalidArgument("diagonals must pair up all faces, each with one other")
+        # From the end of the diagonal on: that end, what is opposite to the diagonal, the other end.
+        turned = faces[np.arange(len(faces))[:, None], (cut.argmax(axis=1)[:, None] + [1, 2, 0]) % 3]
+        halves = halves.reshape(-1, 2)
+        halves = halves[np.argsort(halves[:, 0])]
+        return np.column_stack([turned[halves[:, 0]], turned[halves[:, 1], 1]])
 
 
 def vertex_numbers(values: npt.ArrayLike, name: str, columns: int) -> npt.NDArray[np.uint32]:
