@@ -173,7 +173,6 @@ absl::StatusOr<StatedOptions> ReadOptionsText(absl::string_view text) {
   Reader reader(std::move(words));
   VisitOptions(stated, reader);
   RILIEVO_RETURN_IF_ERROR(reader.Finish());
-  RILIEVO_RETURN_IF_ERROR(stated.options.Validate());
   return stated;
 }
 

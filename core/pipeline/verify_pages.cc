@@ -54,6 +54,9 @@ absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedSca
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
   RILIEVO_ASSIGN_OR_RETURN(const DssMetadata stated, MetadataWithUpdates(file));
   RILIEVO_ASSIGN_OR_RETURN(const StatedOptions asked, ReadOptionsText(stated.options));
+  ReconstructOptions in_range = asked.options;
+  in_range.control.topology = Topology::kAuto;  // a given mesh is named and not repeated
+  RILIEVO_RETURN_IF_ERROR(in_range.Validate());
   if (!asked.by_parts && !stated.input_hash.empty()) {
     return absl::InvalidArgumentError(
         "the surface was not made by parts, and its errors are those of the points as they are "

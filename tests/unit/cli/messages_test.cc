@@ -123,7 +123,7 @@ See 'rilievo reconstruct --help'.
 )"},
     {"export a.dss b.blend", 2,
      R"(rilievo export: b.blend: the extension must be .ply, .obj, .stl, .glb, .3mf,
-  .usda or .png; a folder (DIR/) gets 3D Tiles
+  .step, .usda or .png; a folder (DIR/) gets 3D Tiles
 )"},
     {"export a.dss b.ply --level 1 --triangles 5", 2,
      R"(rilievo export: --level and --triangles exclude each other; give one of them
