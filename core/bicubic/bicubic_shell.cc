@@ -1,6 +1,7 @@
 #include "core/bicubic/bicubic_shell.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -22,8 +23,12 @@ constexpr double kEdgeShare = 0.5;
 class ShellFit {
  public:
   ShellFit(const PatchDomains& domains, const SurfaceLattice& lattice, int intervals,
-           double tolerance)
-      : domains_(domains), lattice_(lattice), intervals_(intervals), tolerance_(tolerance) {
+           const BicubicOptions& options)
+      : domains_(domains),
+        lattice_(lattice),
+        intervals_(intervals),
+        tolerance_(options.tolerance),
+        most_control_points_(options.most_control_points) {
     // More samples than control points.
     for (int spans = 1; spans + 3 <= intervals; spans *= 2) splines_.emplace_back(spans, intervals);
   }
@@ -51,9 +56,17 @@ class ShellFit {
         ParallelFor(count(domains_.patches), kHeavyBlock, context, [&](int64_t begin, int64_t end) {
           PlaceSampler samples(lattice_);
           for (auto p = static_cast<size_t>(begin); p < static_cast<size_t>(end); ++p) {
+            if (control_points_ > most_control_points_) return;
             errors[domains_.edges.size() + p] = FitPatch(p, samples);
+            control_points_ += shell_.patches[p].control.cols();
           }
         }));
+    if (control_points_ > most_control_points_) {
+      return absl::ResourceExhaustedError(absl::StrCat(
+          "patches within the tolerance of ", tolerance_, " of the diagonal need more than ",
+          most_control_points_, " control points; a larger tolerance needs fewer"));
+    }
+    // A mesh has faces, else DomainsOf() refuses it.
     shell_.error = *std::max_element(errors.begin(), errors.end());
     return std::move(shell_);
   }
@@ -161,8 +174,10 @@ class ShellFit {
   const SurfaceLattice& lattice_;
   const int intervals_;
   const double tolerance_;
-  std::vector<CubicSpline> splines_;  // of 1, 2, 4, ... spans
-  std::vector<int> fineness_;         // of each edge: place in splines_
+  const int64_t most_control_points_;
+  std::vector<CubicSpline> splines_;         // of 1, 2, 4, ... spans
+  std::vector<int> fineness_;                // of each edge: place in splines_
+  std::atomic<int64_t> control_points_ = 0;  // of the patches so far
   BicubicShell shell_;
 };
 
@@ -191,7 +206,7 @@ absl::StatusOr<BicubicShell> FitBicubicShell(const DisplacedSurface& surface,
   }
   RILIEVO_ASSIGN_OR_RETURN(const SurfaceLattice lattice, SurfaceLattice::Build(surface, context));
   const int intervals = (1 << lattice.level()) / (surface.control_mesh.quads() ? 1 : 2);
-  ShellFit fit(domains, lattice, intervals, options.tolerance);
+  ShellFit fit(domains, lattice, intervals, options);
   RILIEVO_ASSIGN_OR_RETURN(BicubicShell shell, fit.Run(context));
   MoveToScanFrame(surface.frame, shell.vertices);
   for (BicubicShell::Edge& edge : shell.edges) MoveToScanFrame(surface.frame, edge.control);

@@ -17,6 +17,8 @@ struct BicubicOptions {
   // Largest distance between patches and surface at the same parameter, a fraction of the diagonal.
   // (0, 1).
   double tolerance = 5e-4;
+  // Of all patches: by default some 3 GB for what writes them.
+  int64_t most_control_points = 10'000'000;
   absl::Status Validate() const;
 };
 
@@ -51,7 +53,8 @@ inline constexpr int64_t kMostBicubicPatches = 200'000;
 // share edges exactly; tangent planes agree as well as the tolerance makes them. Where the spans
 // become as fine as the samples allow, `error` exceeds the tolerance.
 //
-// INVALID_ARGUMENT as Tessellate(); RESOURCE_EXHAUSTED beyond kMostBicubicPatches; CANCELLED.
+// INVALID_ARGUMENT as Tessellate(); RESOURCE_EXHAUSTED beyond kMostBicubicPatches and
+// options.most_control_points; CANCELLED.
 absl::StatusOr<BicubicShell> FitBicubicShell(const DisplacedSurface& surface,
                                              const BicubicOptions& options,
                                              const RunContext& context);

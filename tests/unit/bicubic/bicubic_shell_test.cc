@@ -150,6 +150,13 @@ TEST(BicubicShellTest, RefusesWhatItCannotDo) {
         FitBicubicShell(given, {.tolerance = tolerance}, RunContext()).status().message());
   };
   EXPECT_THAT(message(surface, 0), ::testing::HasSubstr("tolerance is 0"));
+  // 60 patches of at least 16 each.
+  const absl::Status large =
+      FitBicubicShell(surface, {.tolerance = 1e-3, .most_control_points = 959}, RunContext())
+          .status();
+  EXPECT_EQ(large.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(large.message()),
+              ::testing::HasSubstr("more than 959 control points; a larger tolerance"));
   DisplacedSurface short_of_heights = surface;
   short_of_heights.heights.pop_back();
   short_of_heights.sources.pop_back();
