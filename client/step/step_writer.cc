@@ -1,9 +1,13 @@
 #include "client/step/step_writer.h"
 
 #include <APIHeaderSection_MakeHeader.hxx>
+#include <BRepBndLib.hxx>
 #include <BRepClass3d_SolidClassifier.hxx>
+#include <BRepGProp.hxx>
 #include <BRep_Builder.hxx>
+#include <Bnd_Box.hxx>
 #include <Eigen/Geometry>
+#include <GProp_GProps.hxx>
 #include <Geom2d_Line.hxx>
 #include <Geom_BSplineCurve.hxx>
 #include <Geom_BSplineSurface.hxx>
@@ -32,6 +36,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <memory>
 #include <numeric>
 #include <vector>
 
@@ -74,21 +79,15 @@ Handle(Geom_BSplineSurface) SurfaceOf(const BicubicShell::Patch& patch) {
                                  along_t.multiplicities, kDegree, kDegree);
 }
 
-// Six times the volume between the origin and the control points.
-double VolumeUnder(const BicubicShell::Patch& patch) {
-  const int rows = patch.spans[0] + kDegree, columns = patch.spans[1] + kDegree;
-  const Eigen::Matrix3Xd& control = patch.control;
-  const auto volume = [&](int a, int b, int c) {
-    return control.col(a).dot(control.col(b).cross(control.col(c)));
-  };
-  double sum = 0;
-  for (int j = 0; j + 1 < columns; ++j) {
-    for (int i = 0; i + 1 < rows; ++i) {
-      const int at = i + rows * j;
-      sum += volume(at, at + 1, at + rows + 1) + volume(at, at + rows + 1, at + rows);
-    }
+// How far apart one place may be read back from two of its points: Open CASCADE writes 13 digits,
+// so each of their coordinates moves by up to 5e-13 of its size.
+double RoundingOf(const BicubicShell& shell) {
+  constexpr double kOfLargest = 2e-12;
+  double largest = 0;
+  for (const BicubicShell::Patch& patch : shell.patches) {
+    largest = std::max(largest, patch.control.cwiseAbs().maxCoeff());
   }
-  return sum;
+  return kOfLargest * largest;
 }
 
 class ShapeOfShell {
@@ -105,9 +104,9 @@ class ShapeOfShell {
  private:
   struct Component {
     TopoDS_Shell shell;
-    double volume = 0;
+    double volume = 0;  // of a closed one; negative where it is turned inwards
     bool closed = true;
-    Eigen::Vector3d point;
+    gp_Pnt point;  // on it
   };
 
   void MakeEdges() {
@@ -183,61 +182,80 @@ class ShapeOfShell {
       if (roots[p] == p) {
         number[p] = components.size();
         builder_.MakeShell(components.emplace_back().shell);
-        components.back().point = patch.control.col(0);
+        components.back().point = PointOf(patch.control.col(0));
       }
       Component& component = components[number[roots[p]]];
       builder_.Add(component.shell, faces_[p]);
-      component.volume += VolumeUnder(patch);
       for (const int edge : patch.edges) {
         component.closed = component.closed && uses_[static_cast<size_t>(edge)] == 2;
       }
     }
-    for (Component& component : components) component.shell.Closed(component.closed);
+    for (Component& component : components) {
+      component.shell.Closed(component.closed);
+      if (!component.closed) continue;
+      // About a point of its own: about the origin a place far away would take its digits.
+      GProp_GProps properties(component.point);
+      BRepGProp::VolumeProperties(component.shell, properties);
+      component.volume = properties.Mass();
+    }
     return components;
   }
 
-  // The smallest solid around a place, or -1.
-  int SolidAround(const Eigen::Vector3d& point, const std::vector<TopoDS_Solid>& solids,
-                  const std::vector<double>& volumes) const {
-    int best = -1;
-    for (size_t s = 0; s < solids.size(); ++s) {
-      if (best >= 0 && volumes[s] >= volumes[static_cast<size_t>(best)]) continue;
-      BRepClass3d_SolidClassifier classifier(solids[s], PointOf(point), tolerance_);
-      if (classifier.State() == TopAbs_IN) best = static_cast<int>(s);
+  // A solid that voids are sought for.
+  struct Body {
+    TopoDS_Solid solid;
+    double volume = 0;
+    Bnd_Box box;
+    std::unique_ptr<BRepClass3d_SolidClassifier> classifier;  // once its box holds a point
+    std::vector<TopoDS_Shell> voids;
+  };
+
+  // The smallest solid around a place, or none.
+  Body* SolidAround(const gp_Pnt& point, std::vector<Body>& bodies) const {
+    Body* best = nullptr;
+    for (Body& body : bodies) {
+      if (body.box.IsOut(point) || (best != nullptr && body.volume >= best->volume)) continue;
+      if (body.classifier == nullptr) {
+        body.classifier = std::make_unique<BRepClass3d_SolidClassifier>(body.solid);
+      }
+      body.classifier->Perform(point, tolerance_);
+      if (body.classifier->State() == TopAbs_IN) best = &body;
     }
     return best;
   }
 
   TopoDS_Shape Assemble() {
     const std::vector<Component> components = Components();
-    std::vector<TopoDS_Solid> solids;
-    std::vector<double> volumes;
+    std::vector<Body> bodies;
     for (const Component& component : components) {
       if (!component.closed || component.volume <= 0) continue;
-      TopoDS_Solid& solid = solids.emplace_back();
-      builder_.MakeSolid(solid);
-      builder_.Add(solid, component.shell);
-      volumes.push_back(component.volume);
+      Body& body = bodies.emplace_back();
+      builder_.MakeSolid(body.solid);
+      builder_.Add(body.solid, component.shell);
+      body.volume = component.volume;
+      BRepBndLib::Add(body.solid, body.box);
     }
     std::vector<TopoDS_Shape> alone;
-    std::vector<std::vector<TopoDS_Shell>> voids(solids.size());
     for (const Component& component : components) {
       if (component.closed && component.volume > 0) continue;
-      const int around = component.closed ? SolidAround(component.point, solids, volumes) : -1;
-      if (around < 0) {
+      Body* const around = component.closed ? SolidAround(component.point, bodies) : nullptr;
+      if (around == nullptr) {
         alone.push_back(component.shell);
       } else {
-        voids[static_cast<size_t>(around)].push_back(component.shell);
+        around->voids.push_back(component.shell);
       }
     }
-    for (size_t s = 0; s < solids.size(); ++s) {
-      for (const TopoDS_Shell& inner : voids[s]) builder_.Add(solids[s], inner);
+    std::vector<TopoDS_Shape> shapes;
+    for (const Body& body : bodies) {
+      TopoDS_Solid solid = body.solid;
+      for (const TopoDS_Shell& inner : body.voids) builder_.Add(solid, inner);
+      shapes.push_back(solid);
     }
-    alone.insert(alone.begin(), solids.begin(), solids.end());
-    if (alone.size() == 1) return alone.front();
+    shapes.insert(shapes.end(), alone.begin(), alone.end());
+    if (shapes.size() == 1) return shapes.front();
     TopoDS_Compound compound;
     builder_.MakeCompound(compound);
-    for (const TopoDS_Shape& shape : alone) builder_.Add(compound, shape);
+    for (const TopoDS_Shape& shape : shapes) builder_.Add(compound, shape);
     return compound;
   }
 
@@ -254,15 +272,15 @@ Handle(TCollection_HAsciiString) TextOf(const std::string& text) {
   return new TCollection_HAsciiString(text.c_str());
 }
 
-std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file) {
+std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double tolerance) {
   // It would tell the standard output what it does.
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   STEPControl_Controller::Init();
   Interface_Static::SetCVal("write.step.unit", "MM");
   STEPControl_Writer writer;
-  writer.SetTolerance(file.tolerance);
+  writer.SetTolerance(tolerance);
   if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone) {
-    return "Open CASCADE cannot say this surface in STEP";
+    return "Open CASCADE cannot write this surface as STEP";
   }
   // It counts the products that a process makes, in their names.
   const Handle(StepData_StepModel) model = writer.Model();
@@ -288,9 +306,12 @@ extern "C" const char RilievoStepVersion[] = RILIEVO_VERSION;
 extern "C" void RilievoWriteStep(const rilievo::BicubicShell& shell, const rilievo::StepFile& file,
                                  std::string* problem) {
   try {
-    *problem = rilievo::WriteShape(rilievo::ShapeOfShell(shell, file.tolerance).Run(), file);
+    const double tolerance = std::max(file.tolerance, rilievo::RoundingOf(shell));
+    *problem = rilievo::WriteShape(rilievo::ShapeOfShell(shell, tolerance).Run(), file, tolerance);
   } catch (const Standard_Failure& failure) {
-    *problem = std::string("Open CASCADE: ") + failure.GetMessageString();
+    *problem = std::string("Open CASCADE: ") + failure.DynamicType()->Name();
+    const std::string said = failure.GetMessageString();
+    if (!said.empty()) *problem += ": " + said;
   } catch (const std::exception& failure) {
     *problem = failure.what();
   }

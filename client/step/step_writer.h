@@ -8,10 +8,12 @@
 namespace rilievo {
 
 struct StepFile {
-  std::string path;      // written over
-  std::string name;      // of the product
-  std::string program;   // that writes it, with its version
-  double tolerance = 0;  // of edges and vertices, in millimetres
+  std::string path;     // written over
+  std::string name;     // of the product
+  std::string program;  // that writes it, with its version
+  // Of edges and vertices, in millimetres; larger where 13 digits, which Open CASCADE writes, hold
+  // the coordinates less well.
+  double tolerance = 0;
 };
 
 // AP214; coordinates in millimetres, as they stand. Patches that share edges make a shell. A closed

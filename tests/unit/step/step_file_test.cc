@@ -18,6 +18,7 @@
 #include <TopTools_IndexedMapOfShape.hxx>
 #include <TopoDS.hxx>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -148,6 +149,25 @@ double LargestDistance(const TopoDS_Shape& shape, const DisplacedSurface& surfac
   return largest / surface.frame.diagonal;
 }
 
+// A hollow cube, the inner one turned inwards, and a cube beside it.
+DisplacedSurface HollowCube() {
+  const ControlMesh outer = testing::SharpCube();
+  ControlMesh inner = outer;
+  inner.vertices *= 0.5;
+  inner.faces.row(1).swap(inner.faces.row(2));
+  ControlMesh beside = outer;
+  beside.vertices.colwise() += Eigen::Vector3d(4, 0, 0);
+  ControlMesh both = testing::Union(testing::Union(outer, inner), beside);
+  for (int part = 0; part < 3; ++part) {
+    for (const Crease& crease : outer.creases) {
+      both.creases.push_back({crease.a + 8 * part, crease.b + 8 * part});
+    }
+  }
+  DisplacedSurface surface = testing::WithRelief(both, 0, 0);
+  surface.frame = {};
+  return surface;
+}
+
 TEST_F(StepFileTest, ClosedSurfacesAreValidSolids) {
   testing::Random random(5);
   const std::vector<std::pair<std::string, ControlMesh>> meshes = {
@@ -168,6 +188,52 @@ TEST_F(StepFileTest, ClosedSurfacesAreValidSolids) {
   }
 }
 
+void Move(const Eigen::Vector3d& by, BicubicShell& shell) {
+  shell.vertices.colwise() += by;
+  for (BicubicShell::Edge& edge : shell.edges) edge.control.colwise() += by;
+  for (BicubicShell::Patch& patch : shell.patches) patch.control.colwise() += by;
+}
+
+// The nets of control points of neighbours with other spans leave gaps, the patches none.
+TEST_F(StepFileTest, ClosedSurfacesAreSolidsFarFromTheOrigin) {
+  DisplacedSurface surface = testing::WithRelief(testing::Torus(5, 4), 2, 0.05);
+  surface.frame = {Eigen::Vector3d::Zero(), 1};
+  const auto here = FitBicubicShell(surface, {.tolerance = 0.01}, RunContext());
+  ASSERT_TRUE(here.ok()) << here.status();
+  const auto cubes = FitBicubicShell(HollowCube(), {}, RunContext());
+  ASSERT_TRUE(cubes.ok()) << cubes.status();
+  for (const double size : {1e5, -1e5}) {
+    BicubicShell moved = *here;
+    Move({size, 0.4 * size, 0.7 * size}, moved);
+    Write(moved);
+    const TopoDS_Shape torus = Read();
+    ExpectClosedSolid(torus, "torus");
+    EXPECT_EQ(Count(torus, TopAbs_SHELL), 1);
+    moved = *cubes;
+    Move({size, 0.4 * size, 0.7 * size}, moved);
+    Write(moved);
+    const TopoDS_Shape shape = Read();
+    ExpectClosedSolid(shape, "hollow cube");
+    EXPECT_EQ(Count(shape, TopAbs_SOLID), 2);
+    EXPECT_EQ(Count(shape, TopAbs_SHELL), 3);
+  }
+}
+
+// 100 m in map coordinates: the last of 13 digits is a micrometre.
+TEST_F(StepFileTest, EdgesAreWithinWhatTheDigitsOfAFileTell) {
+  DisplacedSurface surface = testing::WithRelief(testing::Bipyramid(4), 0, 0);
+  surface.frame = {{5.123456789e8, 4.612345678e9, 2.345678e5}, 1e5};
+  file_.tolerance = 1e-4;
+  Write(surface);
+  const TopoDS_Shape shape = Read();
+  ExpectClosedSolid(shape, "octahedron");
+  const std::string text = Content(), name = "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(";
+  const double told = std::strtod(text.c_str() + text.find(name) + name.size(), nullptr);
+  // A reader enlarges what is too small.
+  EXPECT_LE(BRep_Tool::MaxTolerance(shape, TopAbs_EDGE), told);
+  EXPECT_LE(BRep_Tool::MaxTolerance(shape, TopAbs_VERTEX), told);
+}
+
 TEST_F(StepFileTest, OpenSurfacesAreShells) {
   const ControlMesh mesh = testing::Grid(4, 4);
   Write(testing::WithRelief(mesh, 1, 0.002));
@@ -180,23 +246,8 @@ TEST_F(StepFileTest, OpenSurfacesAreShells) {
   EXPECT_EQ(FreeEdges(shape), 2 * boundary_edges);
 }
 
-// A hollow cube: the inner one is turned inwards.
 TEST_F(StepFileTest, WhatIsTurnedInwardsIsAVoid) {
-  const ControlMesh outer = testing::SharpCube();
-  ControlMesh inner = outer;
-  inner.vertices *= 0.5;
-  inner.faces.row(1).swap(inner.faces.row(2));
-  ControlMesh beside = outer;
-  beside.vertices.colwise() += Eigen::Vector3d(4, 0, 0);
-  ControlMesh both = testing::Union(testing::Union(outer, inner), beside);
-  for (int part = 0; part < 3; ++part) {
-    for (const Crease& crease : outer.creases) {
-      both.creases.push_back({crease.a + 8 * part, crease.b + 8 * part});
-    }
-  }
-  DisplacedSurface surface = testing::WithRelief(both, 0, 0);
-  surface.frame = {};
-  Write(surface);
+  Write(HollowCube());
   const TopoDS_Shape shape = Read();
   ExpectClosedSolid(shape, "hollow cube");
   EXPECT_EQ(Count(shape, TopAbs_SOLID), 2);
