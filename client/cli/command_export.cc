@@ -33,11 +33,10 @@ namespace {
 
 // What was written, in words or as JSON.
 void SayExported(const ExportArguments& arguments, std::string what, const Eigen::Vector3d& origin,
-                 const std::string& warning, nlohmann::ordered_json facts) {
+                 const std::vector<std::string>& warnings, nlohmann::ordered_json facts) {
   if (arguments.json) {
     facts["origin"] = {origin.x(), origin.y(), origin.z()};
-    facts["warnings"] = nlohmann::ordered_json::array();
-    if (!warning.empty()) facts["warnings"].push_back(warning);
+    facts["warnings"] = warnings;
     facts["output"] = arguments.output;
     std::cout << facts.dump(2) << '\n';
     return;
@@ -48,7 +47,7 @@ void SayExported(const ExportArguments& arguments, std::string what, const Eigen
   }
   std::ostream& out = WordsBeside(arguments.output);
   out << Wrap(absl::StrCat(arguments.output, ": ", what), 2) << '\n';
-  if (!warning.empty()) out << LabelledLine("warning", warning);
+  for (const std::string& warning : warnings) out << LabelledLine("warning", warning);
 }
 
 // What is written into a folder.
@@ -127,7 +126,7 @@ absl::Status ExportSurface(DecodedSurface decoded, const ExportArguments& argume
     RILIEVO_RETURN_IF_ERROR(WithExitCode(
         WriteHeights(surface, level, place, arguments, format, context), ExitCode::kOutput));
   }
-  SayExported(arguments, what, origin, "", facts);
+  SayExported(arguments, what, origin, {}, facts);
   return absl::OkStatus();
 }
 
@@ -138,25 +137,35 @@ absl::Status ExportStep(const DecodedSurface& decoded, const ExportArguments& ar
   BicubicOptions options;
   if (!arguments.tolerance.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(options.tolerance, ToleranceOf(arguments, surface.frame, place));
+    if (!(options.tolerance < 1)) {
+      return UsageError(absl::StrCat("--tolerance ", arguments.tolerance,
+                                     ": must be smaller than the diagonal of the surface"));
+    }
   }
   RILIEVO_ASSIGN_OR_RETURN(const Eigen::Vector3d origin, OriginOf(arguments.place, surface.frame));
   surface.frame.center -= origin;
   RILIEVO_ASSIGN_OR_RETURN(BicubicShell shell, FitBicubicShell(surface, options, context));
+  std::vector<std::string> warnings;
+  if (!(place.metres_per_unit > 0)) {
+    warnings.push_back("the unit of the surface is not known and counts as 1 mm; --unit says it");
+  }
+  const std::string rounding = RoundingWarning(kStep, shell.vertices, place);
+  if (!rounding.empty()) warnings.push_back(rounding);
   const auto patches = static_cast<int64_t>(shell.patches.size());
   const double error = shell.error;
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteStep(arguments.output, std::move(shell), place, surface.frame.diagonal),
                    ExitCode::kOutput));
-  std::string warning;
   if (error > options.tolerance) {
-    warning =
-        absl::StrCat("patches are up to ", Percent(error), " of the diagonal off, and not ",
-                     Percent(options.tolerance), ": some relief is finer than patches can be");
+    warnings.push_back(
+        absl::StrCat("patches are up to ", Percent(error),
+                     " of the diagonal from the surface, more than the tolerance of ",
+                     Percent(options.tolerance), ": the relief is too fine"));
   }
   SayExported(arguments,
               absl::StrCat(Counted(patches, "bicubic patch", "bicubic patches"), " within ",
                            Percent(error), " of the diagonal"),
-              origin, warning, {{"patches", patches}, {"error", error}});
+              origin, warnings, {{"patches", patches}, {"error", error}});
   return absl::OkStatus();
 }
 
@@ -200,11 +209,12 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
   const bool of_quads = arguments.cage && extension == "obj" && control.quads();
   const int64_t faces =
       of_quads ? static_cast<int64_t>(control.diagonals.size()) : int64_t{mesh.triangles.cols()};
+  const std::string rounding = RoundingWarning(extension, mesh.vertices, exported.place);
   SayExported(
       arguments,
       absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
                    of_quads ? Counted(faces, "quad", "quads") : Counted(faces, "face", "faces")),
-      origin, RoundingWarning(extension, mesh.vertices, exported.place),
+      origin, rounding.empty() ? std::vector<std::string>() : std::vector{rounding},
       {{"kind", exported.how}, {"vertices", mesh.vertices.cols()}, {"faces", faces}});
   return absl::OkStatus();
 }

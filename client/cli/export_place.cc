@@ -2,8 +2,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
@@ -18,6 +20,8 @@ namespace rilievo {
 namespace {
 
 constexpr double kFineRounding = 1e-6;  // of the diagonal
+// The length of three coordinates of which each moves by half a unit of its 13th digit.
+constexpr double kStepRounding = 5e-13 * std::numbers::sqrt3;
 
 }  // namespace
 
@@ -60,11 +64,14 @@ absl::StatusOr<Eigen::Vector3d> OriginOf(const ExportPlaceArguments& arguments,
 
 std::string RoundingWarning(const std::string& extension, const Eigen::Matrix3Xd& vertices,
                             const ScanPlace& place) {
-  if (extension != "stl" && extension != "3mf") return "";
-  const double rounding = FloatRounding(vertices), diagonal = DiagonalOf(vertices);
+  const bool step = extension == "step";
+  if (!step && extension != "stl" && extension != "3mf") return "";
+  const double diagonal = DiagonalOf(vertices);
+  const double rounding =
+      step ? kStepRounding * vertices.cwiseAbs().maxCoeff() : FloatRounding(vertices);
   if (!(rounding > kFineRounding * diagonal)) return "";
-  return absl::StrCat(extension == "stl" ? "STL" : "3MF",
-                      " keeps seven digits of a coordinate: vertices move by up to ",
+  return absl::StrCat(absl::AsciiStrToUpper(extension), " keeps ", step ? "13" : "seven",
+                      " digits of a coordinate: vertices move by up to ",
                       LengthText(rounding, place), " (", Percent(rounding / diagonal),
                       " of the diagonal); rilievo export --origin auto avoids that");
 }

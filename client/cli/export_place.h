@@ -26,8 +26,8 @@ absl::Status CheckExportPlace(const ExportPlaceArguments& arguments, const std::
 absl::StatusOr<Eigen::Vector3d> OriginOf(const ExportPlaceArguments& arguments,
                                          const SpatialFrame& frame);
 
-// A sentence where a format of float coordinates moves points by more than 1e-6 of the diagonal;
-// else empty.
+// A sentence where STL or 3MF (float coordinates) or STEP (13 digits) moves points by more than
+// 1e-6 of the diagonal; else empty.
 std::string RoundingWarning(const std::string& extension, const Eigen::Matrix3Xd& vertices,
                             const ScanPlace& place);
 

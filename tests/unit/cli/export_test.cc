@@ -70,7 +70,13 @@ TEST_F(ExportTest, WritesStep) {
   const std::string text = Content(At("a.step"));
   EXPECT_EQ(text.substr(0, 13), "ISO-10303-21;");
   EXPECT_THAT(text, HasSubstr("MANIFOLD_SOLID_BREP"));
-  EXPECT_EQ(Run({"export", At("a.dss"), At("b.stp"), "--tolerance", "0.2%"}).code, 0);
+  const Json far = Exported({At("b.stp"), "--tolerance", "0.2%", "--origin", "1e9,0,0"});
+  EXPECT_THAT(far["warnings"][0], HasSubstr("counts as 1 mm; --unit"));
+  EXPECT_THAT(far["warnings"][1],
+              ::testing::AllOf(HasSubstr("STEP keeps 13 digits"), HasSubstr("--origin auto")));
+  const Ended coarse = Run({"export", At("a.dss"), At("c.step"), "--tolerance", "100%"});
+  EXPECT_EQ(coarse.code, 2);
+  EXPECT_THAT(coarse.err, HasSubstr("--tolerance 100%"));
   const Ended piped =
       Run({"export", At("a.dss"), "-", "--format", "step", "--tolerance", "0.2%", "--unit", "m"});
   EXPECT_EQ(piped.out.substr(0, 13), "ISO-10303-21;");
