@@ -153,9 +153,9 @@ absl::Status ExportStep(const DecodedSurface& decoded, const ExportArguments& ar
   if (!rounding.empty()) warnings.push_back(rounding);
   const auto patches = static_cast<int64_t>(shell.patches.size());
   const double error = shell.error;
-  RILIEVO_RETURN_IF_ERROR(
-      WithExitCode(WriteStep(arguments.output, std::move(shell), place, surface.frame.diagonal),
-                   ExitCode::kOutput));
+  RILIEVO_RETURN_IF_ERROR(WithExitCode(
+      WriteStep(arguments.output, std::move(shell), place, surface.frame.diagonal, context),
+      ExitCode::kOutput));
   if (error > options.tolerance) {
     warnings.push_back(
         absl::StrCat("patches are up to ", Percent(error),

@@ -1,14 +1,11 @@
 #include "client/cli/step_output.h"
 
 #include <dlfcn.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
-#include <utility>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
@@ -54,31 +51,6 @@ absl::StatusOr<WriteStepFunction*> LoadStepLibrary() {
   return write;
 }
 
-// A file for as long as this lives.
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    std::error_code error;
-    path_ = (fs::temp_directory_path(error) / "rilievo-step-XXXXXX").string();
-    descriptor_ = mkstemp(path_.data());
-  }
-  ~TemporaryFile() {
-    if (descriptor_ < 0) return;
-    close(descriptor_);
-    std::error_code error;
-    fs::remove(path_, error);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  bool ok() const { return descriptor_ >= 0; }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  int descriptor_;
-};
-
 // Millimetres, z up.
 void Place(const ScanPlace& place, BicubicShell& shell, double* diagonal) {
   const double scale = place.metres_per_unit > 0 ? 1000 * place.metres_per_unit : 1;
@@ -96,27 +68,23 @@ void Place(const ScanPlace& place, BicubicShell& shell, double* diagonal) {
 absl::Status CheckStepLibrary() { return LoadStepLibrary().status(); }
 
 absl::Status WriteStep(const std::string& output, BicubicShell shell, const ScanPlace& place,
-                       double diagonal) {
+                       double diagonal, const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(WriteStepFunction* const write, LoadStepLibrary());
   Place(place, shell, &diagonal);
-  const TemporaryFile temporary;
-  if (!temporary.ok()) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        temporary.path(), ": cannot be made; let TMPDIR name a folder that takes files"));
-  }
   // What Open CASCADE calls the same place; and as well as coordinates of this size can tell it.
   constexpr double kConfusion = 1e-7, kOfDiagonal = 1e-9;
-  std::string problem;
-  write(shell,
-        {.path = temporary.path(),
-         .name = output == "-" ? "surface" : fs::path(output).stem().string(),
-         .program = "rilievo " RILIEVO_VERSION,
-         .tolerance = std::max(kConfusion, kOfDiagonal * diagonal)},
-        &problem);
-  if (!problem.empty()) return absl::InternalError(absl::StrCat(output, ": ", problem));
+  const StepFile file = {
+      .name = output == "-" ? "surface" : fs::path(output).stem().string(),
+      .program = "rilievo " RILIEVO_VERSION,
+      .tolerance = std::max(kConfusion, kOfDiagonal * diagonal),
+      .stop = context.stop,
+  };
   return WriteFileAtomically(output, [&](std::ostream& out) {
-    out << std::ifstream(temporary.path(), std::ios::binary).rdbuf();
-    return absl::OkStatus();
+    std::string problem;
+    write(shell, file, out, &problem);
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    if (problem.empty()) return absl::OkStatus();
+    return absl::InternalError(absl::StrCat(output, ": ", problem));
   });
 }
 

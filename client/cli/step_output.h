@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "core/base/run_context.h"
 #include "core/bicubic/bicubic_shell.h"
 #include "core/geometry/scan_place.h"
 
@@ -16,8 +17,9 @@ absl::Status CheckStepLibrary();
 
 // `shell`: in the scan's coordinates, which become millimetres; a unit that is not known counts as
 // one. Where the way up is known it becomes z. `diagonal`: of the surface, in the same unit. Errors
-// as CheckStepLibrary() and WriteFileAtomically(); INTERNAL with the words of Open CASCADE.
+// as CheckStepLibrary() and WriteFileAtomically(); CANCELLED; INTERNAL with the words of Open
+// CASCADE.
 absl::Status WriteStep(const std::string& output, BicubicShell shell, const ScanPlace& place,
-                       double diagonal);
+                       double diagonal, const RunContext& context);
 
 }  // namespace rilievo

@@ -15,11 +15,15 @@
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_Printer.hxx>
+#include <Message_ProgressIndicator.hxx>
+#include <Message_ProgressRange.hxx>
 #include <STEPControl_Controller.hxx>
 #include <STEPControl_Writer.hxx>
 #include <Standard_Failure.hxx>
 #include <StepBasic_Product.hxx>
+#include <StepData_Protocol.hxx>
 #include <StepData_StepModel.hxx>
+#include <StepData_StepWriter.hxx>
 #include <TColStd_Array1OfInteger.hxx>
 #include <TColStd_Array1OfReal.hxx>
 #include <TColgp_Array1OfPnt.hxx>
@@ -33,11 +37,13 @@
 #include <TopoDS_Solid.hxx>
 #include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
+#include <XSControl_WorkSession.hxx>
 #include <algorithm>
 #include <array>
 #include <exception>
 #include <memory>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace rilievo {
@@ -272,14 +278,31 @@ Handle(TCollection_HAsciiString) TextOf(const std::string& text) {
   return new TCollection_HAsciiString(text.c_str());
 }
 
-std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double tolerance) {
+class StopIndicator : public Message_ProgressIndicator {
+ public:
+  explicit StopIndicator(std::stop_token stop) : stop_(std::move(stop)) {}
+
+ protected:
+  Standard_Boolean UserBreak() override { return stop_.stop_requested(); }
+  void Show(const Message_ProgressScope&, const Standard_Boolean) override {}
+
+ private:
+  const std::stop_token stop_;
+};
+
+std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double tolerance,
+                       std::ostream& out) {
   // It would tell the standard output what it does.
   Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
   STEPControl_Controller::Init();
   Interface_Static::SetCVal("write.step.unit", "MM");
   STEPControl_Writer writer;
   writer.SetTolerance(tolerance);
-  if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone) {
+  const Handle(StopIndicator) indicator = new StopIndicator(file.stop);
+  const IFSelect_ReturnStatus transferred =
+      writer.Transfer(shape, STEPControl_AsIs, true, indicator->Start());
+  if (file.stop.stop_requested()) return "stopped";
+  if (transferred != IFSelect_RetDone) {
     return "Open CASCADE cannot write this surface as STEP";
   }
   // It counts the products that a process makes, in their names.
@@ -294,7 +317,10 @@ std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double t
   header.SetName(TextOf(file.name));
   header.SetTimeStamp(TextOf("1970-01-01T00:00:00"));  // the same bytes each time
   header.SetOriginatingSystem(TextOf(file.program));
-  if (writer.Write(file.path.c_str()) != IFSelect_RetDone) return "the file cannot be written";
+  StepData_StepWriter text(model);
+  text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
+  if (file.stop.stop_requested()) return "stopped";
+  text.Print(out);
   return "";
 }
 
@@ -304,10 +330,11 @@ std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double t
 extern "C" const char RilievoStepVersion[] = RILIEVO_VERSION;
 
 extern "C" void RilievoWriteStep(const rilievo::BicubicShell& shell, const rilievo::StepFile& file,
-                                 std::string* problem) {
+                                 std::ostream& out, std::string* problem) {
   try {
     const double tolerance = std::max(file.tolerance, rilievo::RoundingOf(shell));
-    *problem = rilievo::WriteShape(rilievo::ShapeOfShell(shell, tolerance).Run(), file, tolerance);
+    *problem =
+        rilievo::WriteShape(rilievo::ShapeOfShell(shell, tolerance).Run(), file, tolerance, out);
   } catch (const Standard_Failure& failure) {
     *problem = std::string("Open CASCADE: ") + failure.DynamicType()->Name();
     const std::string said = failure.GetMessageString();

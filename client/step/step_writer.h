@@ -1,6 +1,8 @@
 // Patches as a STEP file: what librilievo_step.so has for the command `rilievo`.
 #pragma once
 
+#include <ostream>
+#include <stop_token>
 #include <string>
 
 #include "core/bicubic/bicubic_shell.h"
@@ -8,19 +10,20 @@
 namespace rilievo {
 
 struct StepFile {
-  std::string path;     // written over
   std::string name;     // of the product
   std::string program;  // that writes it, with its version
   // Of edges and vertices, in millimetres; larger where 13 digits, which Open CASCADE writes, hold
   // the coordinates less well.
   double tolerance = 0;
+  std::stop_token stop;
 };
 
 // AP214; coordinates in millimetres, as they stand. Patches that share edges make a shell. A closed
 // shell is a solid; one inside of a solid that is turned inwards is a void of it, elsewhere a shell
 // alone. Edges and vertices are shared, nothing is sewn. The same patches give the same bytes.
-// `problem`: what went wrong, or "".
-using WriteStepFunction = void(const BicubicShell& shell, const StepFile& file,
+// `out`: whether it took all is asked by who has it. `problem`: what went wrong, or ""; not ""
+// where it was stopped.
+using WriteStepFunction = void(const BicubicShell& shell, const StepFile& file, std::ostream& out,
                                std::string* problem);
 
 inline constexpr char kStepLibrary[] = "librilievo_step.so";

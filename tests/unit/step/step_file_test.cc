@@ -23,6 +23,8 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
+#include <sstream>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -46,7 +48,7 @@ class StepFileTest : public ::testing::Test {
   StepFileTest() {
     std::string name = (fs::temp_directory_path() / "rilievo-step-XXXXXX").string();
     folder_ = mkdtemp(name.data());
-    file_.path = (folder_ / "a.step").string();
+    path_ = (folder_ / "a.step").string();
     file_.name = "a";
     file_.program = "a test";
     file_.tolerance = 1e-7;
@@ -54,8 +56,9 @@ class StepFileTest : public ::testing::Test {
   ~StepFileTest() override { fs::remove_all(folder_); }
 
   void Write(const BicubicShell& shell) const {
+    std::ofstream out(path_, std::ios::binary);
     std::string problem;
-    RilievoWriteStep(shell, file_, &problem);
+    RilievoWriteStep(shell, file_, out, &problem);
     ASSERT_EQ(problem, "");
   }
 
@@ -69,17 +72,18 @@ class StepFileTest : public ::testing::Test {
   TopoDS_Shape Read() const {
     Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
     STEPControl_Reader reader;
-    EXPECT_EQ(reader.ReadFile(file_.path.c_str()), IFSelect_RetDone);
+    EXPECT_EQ(reader.ReadFile(path_.c_str()), IFSelect_RetDone);
     reader.TransferRoots();
     return reader.OneShape();
   }
 
   std::string Content() const {
-    std::ifstream in(file_.path, std::ios::binary);
+    std::ifstream in(path_, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   }
 
   fs::path folder_;
+  std::string path_;
   StepFile file_;
 };
 
@@ -266,14 +270,18 @@ TEST_F(StepFileTest, TheSamePatchesGiveTheSameBytes) {
   EXPECT_TRUE(Content() == once);
 }
 
-TEST_F(StepFileTest, AFolderThatIsNotThereIsTold) {
-  file_.path = (folder_ / "none" / "a.step").string();
+TEST_F(StepFileTest, IsStopped) {
   const auto shell =
       FitBicubicShell(testing::WithRelief(testing::Torus(4, 4), 0, 0), {}, RunContext());
   ASSERT_TRUE(shell.ok()) << shell.status();
+  std::stop_source source;
+  file_.stop = source.get_token();
+  source.request_stop();
+  std::ostringstream out;
   std::string problem;
-  RilievoWriteStep(*shell, file_, &problem);
-  EXPECT_THAT(problem, ::testing::HasSubstr("cannot be written"));
+  RilievoWriteStep(*shell, file_, out, &problem);
+  EXPECT_EQ(problem, "stopped");
+  EXPECT_EQ(out.str(), "");
 }
 
 }  // namespace
