@@ -12,14 +12,3 @@
 #else
 #define RILIEVO_WIDE
 #endif
-
-namespace rilievo {
-
-// So many numbers are taken at once: arrays that a kernel reads go on to the next multiple.
-inline constexpr int kWideLanes = 8;
-using WideLanes = float __attribute__((vector_size(kWideLanes * sizeof(float))));
-// Anywhere in an array. A copy would pass the wide registers by.
-using WideStretch = float
-    __attribute__((vector_size(kWideLanes * sizeof(float)), aligned(alignof(float)), may_alias));
-
-}  // namespace rilievo

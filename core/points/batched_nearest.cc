@@ -28,9 +28,7 @@ constexpr int64_t kMostPlaces = 64;
 constexpr int kFewestPlaces = 4;  // for fewer, gathering does not pay
 // A place that lies alone would have its run gather all of a dense part.
 constexpr int kMostGathered = 1024;
-constexpr double kRounding = 1e-9;    // of a radius
-constexpr double kFirstBound = 1.25;  // squared, of the reach before
-constexpr double kLeastShares = 64;   // of what is known, where the reach before was nothing
+constexpr double kRounding = 1e-9;  // of a radius
 constexpr int kMostCounted = 128;
 
 size_t WholeLanes(size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
@@ -107,8 +105,8 @@ bool BatchedNearest::FindGathered(const Eigen::Vector3d& place) {
   const double most = least_left_out * least_left_out;
   SquaredDistances(coordinates_[0].data(), coordinates_[1].data(), coordinates_[2].data(),
                    distances_.size(), place.data(), distances_.data());
-  double bound = kFirstBound * reach_ * reach_;
-  if (!(bound > 0)) bound = most / kLeastShares;  // the place before was that of all its points
+  double bound = kMargin * reach_ * reach_;
+  if (!(bound > 0)) bound = most;  // the place before was that of all its points
   int count = Shortlist(std::min(bound, most));
   while (count < k_) {
     if (bound >= most) return false;

@@ -269,7 +269,7 @@ absl::StatusOr<ControlMesh> TriangulateArea(const OccupiedArea& area, double edg
   DrawToBorder(area, edge, &mesh);
   RelaxTangentially(&mesh, kLatticeRounds);
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
-  ImproveValence(&mesh, 30);
+  ImproveValence(&mesh);
   DrawToBorder(area, edge, &mesh);
   RelaxTangentially(&mesh, kLatticeRounds);
   return mesh;

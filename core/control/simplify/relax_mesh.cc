@@ -18,7 +18,6 @@ using Eigen::Vector3d;
 // hundredths of an edge and lets flat parts move freely.
 constexpr double kPull = 0.01;
 constexpr int kShapeRounds = 2, kRelaxRounds = 3;
-constexpr double kFlatDihedralDegrees = 40;
 
 Vector3d Cross(const ControlMesh& mesh, int a, int b, int c) {
   const Vector3d origin = mesh.vertices.col(a);
@@ -117,7 +116,7 @@ void RelaxTangentially(ControlMesh* mesh, int rounds) {
 
 void ImproveShape(ControlMesh* mesh) {
   for (int round = 0; round < kShapeRounds; ++round) {
-    ImproveValence(mesh, kFlatDihedralDegrees);
+    ImproveValence(mesh);
     RelaxTangentially(mesh, kRelaxRounds);
   }
 }

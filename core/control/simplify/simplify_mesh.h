@@ -50,8 +50,11 @@ absl::StatusOr<ControlMesh> SimplifyMesh(ControlMesh mesh, const SimplifyOptions
                                          const RunContext& context,
                                          const FacePlanes* planes = nullptr);
 
+// Across edges that bend more than this a flip would change the shape.
+inline constexpr double kFlatDihedralDegrees = 40;
+
 // Edge flips towards valence 6 (4 on the boundary) where the shape allows: normals of the two faces
 // within `max_dihedral_degrees`, no fold, no doubled edge. Creases stay.
-void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees);
+void ImproveValence(ControlMesh* mesh, double max_dihedral_degrees = kFlatDihedralDegrees);
 
 }  // namespace rilievo

@@ -21,7 +21,6 @@ constexpr double kLongEdge = std::numbers::sqrt2;
 constexpr double kShareOfFaces = 0.25;  // new ones, of those there were
 constexpr int kMostHalvings = 30;       // each halves the longest edge of nearly every face
 constexpr int kFillShapeRounds = 6, kEvenRounds = 5;
-constexpr double kFlatFillDegrees = 40;
 
 void AppendFaces(const std::vector<std::array<int, 3>>& triangles, ControlMesh* mesh) {
   const Eigen::Index before = mesh->faces.cols();
@@ -129,11 +128,11 @@ absl::StatusOr<ControlMesh> GrowFaces(ControlMesh mesh, int kept_vertices, const
   for (int round = 0; halved && round < kMostHalvings && mesh.faces.cols() < enough; ++round) {
     RILIEVO_RETURN_IF_ERROR(context.CheckStop());
     RILIEVO_ASSIGN_OR_RETURN(halved, HalveLongEdges(face_count, kLongEdge * wanted, &mesh));
-    ImproveValence(&mesh, kFlatFillDegrees);
+    ImproveValence(&mesh);
   }
   for (int round = 0; round < kFillShapeRounds; ++round) {
     RILIEVO_RETURN_IF_ERROR(EvenOut(kept_vertices, &mesh));
-    ImproveValence(&mesh, kFlatFillDegrees);
+    ImproveValence(&mesh);
   }
   mesh.creases = std::move(creases);
   return mesh;

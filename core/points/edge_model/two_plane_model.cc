@@ -280,7 +280,6 @@ std::optional<TwoPlaneModel> FitAmong(const OrientedCloud& cloud, const Found& f
   fit.bluntness =
       Bluntness(around, fit.sides, solid.convex < solid.concave, fit.spacing, cloud.noise[nearest]);
   fit.cosine = a.dot(b);
-  if (!(a.cross(b).norm() > kLeastSine)) return std::nullopt;
   fit.direction = a.cross(b).normalized();
   // x = alpha a + beta b with a . x and b . x as the planes say.
   const double sine2 = 1 - fit.cosine * fit.cosine;

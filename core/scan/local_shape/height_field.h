@@ -10,6 +10,10 @@
 namespace rilievo {
 
 inline constexpr int kHeightFieldLanes = 4;
+inline constexpr int kQuadricTerms = 6;
+// Added to the diagonal of a fit to points as far away as 1, for points on one line leave it
+// undetermined.
+inline constexpr double kRidge = 1e-6;
 inline constexpr int HeightFieldRows(int points) {
   return (points + kHeightFieldLanes - 1) / kHeightFieldLanes * kHeightFieldLanes;
 }
@@ -30,18 +34,19 @@ struct HeightFieldSums {
 // The same bits on every x86-64 machine.
 HeightFieldSums SumHeights(const HeightFieldPoints& points);
 
-// The terms of the field. `ridge`: > 0, added to the diagonal, for points on one line leave it
-// undetermined.
+// The terms of the field. `ridge`: > 0, added to the diagonal, see kRidge.
 template <int kTerms>
 Eigen::Matrix<double, kTerms, 1> FitHeights(const HeightFieldSums& sums, double ridge) {
-  static_assert(kTerms == 3 || kTerms == 6);
-  constexpr int kPowerOfX[] = {0, 1, 0, 2, 1, 0}, kPowerOfY[] = {0, 0, 1, 0, 1, 2};
+  static_assert(kTerms == 3 || kTerms == kQuadricTerms);
+  // Monomial m of degree d is x^(d - y) y^y with y = m - d (d + 1) / 2.
+  const auto degree_of = [](int m) { return m == 0 ? 0 : m < 3 ? 1 : 2; };
+  const auto power_of_y_of = [&](int m) { return m - degree_of(m) * (degree_of(m) + 1) / 2; };
   Eigen::Matrix<double, kTerms, kTerms> root;  // of Cholesky, its diagonal inverted
   Eigen::Matrix<double, kTerms, 1> terms;
   for (int j = 0; j < kTerms; ++j) {
     for (int i = j; i < kTerms; ++i) {
-      const int power_of_y = kPowerOfY[i] + kPowerOfY[j];
-      const int degree = kPowerOfX[i] + kPowerOfX[j] + power_of_y;
+      const int power_of_y = power_of_y_of(i) + power_of_y_of(j);
+      const int degree = degree_of(i) + degree_of(j);
       double sum = sums.monomials[degree * (degree + 1) / 2 + power_of_y];
       if (i == j) sum += ridge;
       for (int k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);

@@ -25,10 +25,9 @@ double ShareWithinSheets(std::span<double> heights) {
 
 double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                        double radius, const Eigen::Vector3d& normal) {
-  constexpr int kUnknowns = 6;
   constexpr int kRows = HeightFieldRows(kMostNeighbors + 1);
   neighbors = neighbors.first(std::min<size_t>(neighbors.size(), kMostNeighbors));
-  if (!(radius > 0) || neighbors.size() < kUnknowns + 1) return 0;
+  if (!(radius > 0) || neighbors.size() <= kQuadricTerms) return 0;
   const Eigen::Vector3d u = normal.unitOrthogonal() / radius;
   const Eigen::Vector3d v = normal.cross(u);
   std::array<double, kRows> x, y, z, weight;
@@ -57,7 +56,7 @@ double QuadricResidual(const Eigen::Matrix3Xd& points, int center, std::span<con
     }
     squares *= ShareWithinSheets(std::span(z.data(), static_cast<size_t>(count)));
   }
-  return radius * std::sqrt(squares / (count - kUnknowns));
+  return radius * std::sqrt(squares / (count - kQuadricTerms));
 }
 
 }  // namespace rilievo

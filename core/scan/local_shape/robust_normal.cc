@@ -85,7 +85,6 @@ struct HeightField {
 // Least squares over the plane of `axis`: 3 terms are a plane, 6 a quadric.
 template <int kTerms>
 HeightField Fit(const Patch& patch, const Vector3d& axis, const Heights& weights) {
-  constexpr double kRidge = 1e-6;  // of the largest weight
   const Vector3d u = axis.unitOrthogonal();
   const Vector3d v = axis.cross(u);
   const double scale = 1 / patch.radius;
@@ -137,7 +136,6 @@ Vector3d BestPlane(const Patch& patch, const Misfit& misfit, const Vector3d& fal
 
 Vector3d RobustNormal(const Eigen::Matrix3Xd& points, int center, std::span<const int> neighbors,
                       double spacing, double noise, const Vector3d& normal) {
-  constexpr int kMoreTerms = 3;  // of a quadric than of a plane; each could pass one point more
   if (neighbors.size() < kFewestRobustNeighbors) return normal;
   const Patch patch(points, center, neighbors);
   if (!(patch.radius > 0)) return normal;
@@ -150,7 +148,8 @@ Vector3d RobustNormal(const Eigen::Matrix3Xd& points, int center, std::span<cons
   const HeightField side = Fit<3>(patch, plane, Weights(patch.Along(plane), tolerance, patch));
   HeightField bent_side = Fit<6>(patch, side.normal, Weights(side.residuals, tolerance, patch));
   bent_side = Fit<6>(patch, side.normal, Weights(bent_side.residuals, tolerance, patch));
-  const double more_terms = std::pow(misfit.of_one(), -kMoreTerms);
+  // Each term of a quadric beyond those of a plane could pass one point more.
+  const double more_terms = std::pow(misfit.of_one(), 3 - kQuadricTerms);
   const double of_whole = misfit(whole.residuals) * more_terms;
   const double of_side = misfit(side.residuals);
   const double of_bent_side = misfit(bent_side.residuals) * more_terms;

@@ -13,6 +13,7 @@
 #include "core/base/parallel_for.h"
 #include "core/base/scratch_pool.h"
 #include "core/base/status_macros.h"
+#include "core/scan/local_shape/height_field.h"
 
 namespace rilievo {
 namespace {
@@ -90,7 +91,6 @@ struct Quadric {
 };
 
 std::optional<Quadric> FitQuadric(const ScaledPatch& patch) {
-  constexpr double kRidge = 1e-6;  // points on one line leave the quadric undetermined
   const double radius =
       std::sqrt((patch.x.square() + patch.y.square() + patch.z.square()).maxCoeff());
   if (!(radius > 0)) return std::nullopt;
@@ -131,7 +131,6 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   constexpr double kFewestOfSide = 4;
   constexpr double kMostCosine = 0.9;  // between the sides' normals: a turn of 26 degrees
   constexpr double kMostCost = 1.5;    // a point; of noise alone 1
-  constexpr double kUnknowns = 6;
   const Eigen::Index count = patch.x.size();
   const Values ones = Values::Ones(count);
   Values on_one = (quadric.across > start).cast<double>(), weights = ones, squares;
@@ -149,7 +148,7 @@ std::optional<Sides> FitSides(const ScaledPatch& patch, const Quadric& quadric, 
   const double sum = on_one.sum();
   const double cost = squares.sum();
   if (std::min(sum, static_cast<double>(count) - sum) < kFewestOfSide ||
-      cost > kMostCost * (static_cast<double>(count) - kUnknowns) ||
+      cost > kMostCost * static_cast<double>(count - kQuadricTerms) ||
       one.normal.dot(two.normal) > kMostCosine) {
     return std::nullopt;
   }
@@ -185,17 +184,16 @@ std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
 // Gathers points along a graph.
 class Neighborhood {
  public:
+  explicit Neighborhood(size_t points) : round_of_(points, 0) {}
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
   ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                      double unit) {
     constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
-    constexpr size_t kMostRings = 3;
     ++round_;
     around_.clear();
     Take(center);
-    for (size_t ring = 0, begin = 0; ring < kMostRings && around_.size() < kEnough; ++ring) {
-      const size_t end = around_.size();
-      for (; begin < end; ++begin) {
+    for (size_t begin = 0; begin < around_.size() && around_.size() < kEnough;) {
+      for (const size_t end = around_.size(); begin < end; ++begin) {
         for (const int j : graph.neighbors(around_[begin])) Take(j);
       }
     }
@@ -224,25 +222,12 @@ class Neighborhood {
   }
 
  private:
-  struct Mark {
-    int point = 0;
-    uint32_t round = 0;  // in which the point was taken; of older ones the slot is free
-  };
-  // kEnough points less one, each with kMostNeighbors, fill half of the slots.
-  static constexpr int kMarkBits = 13;
-  static constexpr uint32_t kMarks = 1 << kMarkBits;
-
   // A point that has not been taken for this place.
   void Take(int point) {
-    uint32_t slot = static_cast<uint32_t>(point) * 2654435761u >> (32 - kMarkBits);  // Knuth 1973
-    for (; marks_[slot].round == round_; slot = (slot + 1) % kMarks) {
-      if (marks_[slot].point == point) return;
-    }
-    marks_[slot] = {point, round_};
-    around_.push_back(point);
+    if (std::exchange(round_of_[point], round_) != round_) around_.push_back(point);
   }
 
-  std::vector<Mark> marks_ = std::vector<Mark>(kMarks);
+  std::vector<uint32_t> round_of_;  // per point of the scan: in which it was taken last
   uint32_t round_ = 0;
   std::vector<int> around_;
   std::vector<std::pair<double, int>> nearest_;
@@ -253,7 +238,7 @@ class Neighborhood {
 absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEdgePoint>& near_edge,
                             const RunContext& context, OrientedCloud* cloud) {
   if (IsLeftOut(Mechanism::kSharpenNormals)) return absl::OkStatus();
-  const Neighborhood prototype;
+  const Neighborhood prototype(cloud->spacing.size());
   ScratchPool<Neighborhood> pool(prototype);
   // Zero: as it was. The old ones are read until all are found.
   Eigen::Matrix3Xd sharp = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(near_edge.size()));

@@ -38,10 +38,8 @@ double StepHeight(const Pair& pair) {
 }
 
 bool IsStep(const Pair& pair, double spacing) {
-  constexpr double kStepCosine = 0.9;
-  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
-  return std::abs(pair.cosine) > kStepCosine &&
-         StepHeight(pair) > std::max(1.2 * pair.slack, kSpacingShare * spacing);
+  return std::abs(pair.cosine) > kSheetCosine &&
+         StepHeight(pair) > std::max(1.2 * pair.slack, kSheetSpacings * spacing);
 }
 
 double PairSpacing(const OrientedCloud& cloud, int a, int b) {

@@ -10,6 +10,10 @@
 
 namespace rilievo {
 
+// Planes as parallel as this and farther apart than this share of the spacing may be two sheets:
+// below, scans that do not quite meet look the same.
+inline constexpr double kSheetCosine = 0.9, kSheetSpacings = 0.4;
+
 // One value in [-1, 1] for each entry of graph.indices: > 0 when the normals of the point and of
 // that neighbour, as they are, point to the same side of the surface, < 0 when to opposite sides;
 // near 0 when the edge cannot tell.

@@ -10,6 +10,7 @@
 #include "core/base/scratch_pool.h"
 #include "core/base/serial_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/orientation/edge_sign_votes.h"
 #include "core/scan/orientation/signed_union_find.h"
 
 namespace rilievo {
@@ -59,20 +60,18 @@ std::vector<Disc> DiscsOf(const OrientationPatches& patches, const OrientedCloud
 // spacing explain, and their centres closer along the planes than their radii together.
 bool FaceEachOther(const Disc& a, const Disc& b) {
   constexpr int kFewestPoints = 6;
-  constexpr double kParallelCosine = 0.9;
   constexpr double kThicknesses = 1.5;
-  constexpr double kSpacingShare = 0.4;  // below, scans that do not quite meet look the same
-  constexpr double kOverlap = 0.6;       // of the radii together
+  constexpr double kOverlap = 0.6;  // of the radii together
   if (std::min(a.points, b.points) < kFewestPoints) return false;
   const double cosine = a.normal.dot(b.normal);
-  if (std::abs(cosine) < kParallelCosine) return false;
+  if (std::abs(cosine) < kSheetCosine) return false;
   const Eigen::Vector3d chord = b.center - a.center;
   const double height_a = chord.dot(a.normal);
   const double height_b = std::copysign(1.0, cosine) * chord.dot(b.normal);
   // Zero on an arc, and between planes their distance.
   const double step = std::abs(height_a + height_b) / 2;
   const double spacing = std::min(a.spacing, b.spacing);
-  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSpacingShare * spacing)) {
+  if (step < std::max(kThicknesses * (a.thickness + b.thickness), kSheetSpacings * spacing)) {
     return false;
   }
   const double along = std::sqrt(std::max(0.0, chord.squaredNorm() - step * step));

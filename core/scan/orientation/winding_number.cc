@@ -5,8 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "core/scan/orientation/solid_angles.h"
-
 namespace rilievo {
 namespace {
 
@@ -80,10 +78,9 @@ void WindingField::AddLevel() {
 
 template <typename Visit>
 void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
-                               double reach, const Visit& visit) const {
+                               const Visit& visit) const {
   const Cell& seen = levels_[level][cell];
-  const double far = seen.far + reach;
-  if ((seen.sum.position - position).squaredNorm() > far * far) {
+  if ((seen.sum.position - position).squaredNorm() > seen.far * seen.far) {
     visit(seen.sum);
   } else if (level == 0) {
     const size_t end = std::min(members_.size(), (cell + 1) * kLeafPoints);
@@ -91,34 +88,24 @@ void WindingField::ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d&
   } else {
     const size_t end = std::min(levels_[level - 1].size(), (cell + 1) * kChildren);
     for (size_t child = cell * kChildren; child < end; ++child) {
-      ForEachSeen(level - 1, child, position, reach, visit);
+      ForEachSeen(level - 1, child, position, visit);
     }
   }
 }
 
-double WindingField::At(const Eigen::Vector3d& position) const { return MeanAt({&position, 1}); }
-
-double WindingField::MeanAt(std::span<const Eigen::Vector3d> positions) const {
-  if (members_.empty()) return 0;
-  const auto count = static_cast<double>(positions.size());
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& position : positions) center += position / count;
-  double reach = 0;
-  for (const Eigen::Vector3d& position : positions) {
-    reach = std::max(reach, (position - center).norm());
-  }
-  DipoleList seen(center);
-  ForEachSeen(levels_.size() - 1, 0, center, reach,
-              [&](const Dipole& dipole) { seen.Add(dipole); });
+double WindingField::At(const Eigen::Vector3d& position) const {
   double sum = 0;
-  for (const Eigen::Vector3d& position : positions) sum += seen.SolidAngleAt(position);
-  return sum / count * (0.25 * std::numbers::inv_pi);
+  if (!members_.empty()) {
+    ForEachSeen(levels_.size() - 1, 0, position,
+                [&](const Dipole& dipole) { sum += SolidAngle(dipole, position); });
+  }
+  return sum * (0.25 * std::numbers::inv_pi);
 }
 
 Eigen::Vector3d WindingField::DescentAt(const Eigen::Vector3d& position) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   if (!members_.empty()) {
-    ForEachSeen(levels_.size() - 1, 0, position, 0,
+    ForEachSeen(levels_.size() - 1, 0, position,
                 [&](const Dipole& dipole) { sum += WindingDescent(dipole, position); });
   }
   return sum;

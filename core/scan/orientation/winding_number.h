@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <span>
 #include <vector>
 
 #include "core/points/oriented_cloud.h"
@@ -22,9 +21,6 @@ class WindingField {
 
   double At(const Eigen::Vector3d& position) const;
 
-  // The mean at positions close together, at least one: they see the same cells as one.
-  double MeanAt(std::span<const Eigen::Vector3d> positions) const;
-
   // Minus the gradient of the winding number, without its jumps across the points themselves: the
   // rest of a surface goes on here with normals along it. Per length, unit frame.
   Eigen::Vector3d DescentAt(const Eigen::Vector3d& position) const;
@@ -39,10 +35,9 @@ class WindingField {
   };
   void AddLeaves();
   void AddLevel();
-  // Calls visit(dipole) for all points of a cell, those far from every place within `reach` of the
-  // position as one.
+  // Calls visit(dipole) for all points of a cell, those far from the position as one.
   template <typename Visit>
-  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position, double reach,
+  void ForEachSeen(size_t level, size_t cell, const Eigen::Vector3d& position,
                    const Visit& visit) const;
 
   const OrientedCloud& cloud_;

@@ -49,16 +49,6 @@ TEST(WindingNumberTest, OneHalfOnASphere) {
   for (int i = 0; i < kSpherePoints; i += 97) EXPECT_NEAR(field.At(cloud.points.col(i)), 0.5, 0.05);
 }
 
-TEST(WindingNumberTest, MeanOfPlacesCloseTogether) {
-  const OrientedCloud cloud = Sphere();
-  const WindingField field(cloud, All());
-  const std::vector<Eigen::Vector3d> places = {{0, 0, 0.93}, {0.1, 0, 0.99}, {0, 0.1, 1.04}};
-  double sum = 0;
-  for (const Eigen::Vector3d& place : places) sum += field.At(place);
-  EXPECT_NEAR(field.MeanAt(places), sum / 3, 2e-3);
-  EXPECT_EQ(WindingField(cloud, {}).MeanAt(places), 0);
-}
-
 TEST(WindingNumberTest, DescentIsTheGradientAwayFromPoints) {
   const OrientedCloud cloud = Sphere();
   std::vector<int> cap;
