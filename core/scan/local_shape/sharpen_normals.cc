@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <unordered_set>
 #include <utility>
 
 #include "core/base/ablation.h"
@@ -184,17 +185,17 @@ std::optional<Crease> FindCrease(const ScaledPatch& patch, double least) {
 // Gathers points along a graph.
 class Neighborhood {
  public:
-  explicit Neighborhood(size_t points) : round_of_(points, 0) {}
   // The nearest of a point's neighbours and theirs, itself first; lengths in `unit`.
   ScaledPatch Around(const Eigen::Matrix3Xd& points, const NeighborGraph& graph, int center,
                      double unit) {
     constexpr size_t kEnough = 64;  // of which the nearest are nearly those of all points
-    ++round_;
-    around_.clear();
-    Take(center);
+    around_.assign(1, center);
+    std::unordered_set<int> taken = {center};
     for (size_t begin = 0; begin < around_.size() && around_.size() < kEnough;) {
       for (const size_t end = around_.size(); begin < end; ++begin) {
-        for (const int j : graph.neighbors(around_[begin])) Take(j);
+        for (const int j : graph.neighbors(around_[begin])) {
+          if (taken.insert(j).second) around_.push_back(j);
+        }
       }
     }
     const Vector3d at = points.col(center);
@@ -222,13 +223,6 @@ class Neighborhood {
   }
 
  private:
-  // A point that has not been taken for this place.
-  void Take(int point) {
-    if (std::exchange(round_of_[point], round_) != round_) around_.push_back(point);
-  }
-
-  std::vector<uint32_t> round_of_;  // per point of the scan: in which it was taken last
-  uint32_t round_ = 0;
   std::vector<int> around_;
   std::vector<std::pair<double, int>> nearest_;
 };
@@ -238,7 +232,7 @@ class Neighborhood {
 absl::Status SharpenNormals(const NeighborGraph& graph, const std::vector<NearEdgePoint>& near_edge,
                             const RunContext& context, OrientedCloud* cloud) {
   if (IsLeftOut(Mechanism::kSharpenNormals)) return absl::OkStatus();
-  const Neighborhood prototype(cloud->spacing.size());
+  const Neighborhood prototype;
   ScratchPool<Neighborhood> pool(prototype);
   // Zero: as it was. The old ones are read until all are found.
   Eigen::Matrix3Xd sharp = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(near_edge.size()));
