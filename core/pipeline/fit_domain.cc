@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/pipeline/fit_domain.h"
 
 #include <algorithm>
@@ -60,7 +61,7 @@ struct FewFaces {
 FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64_t faces) {
   if (noise >= kLeastNoiseSpacings * spacing) {
     const bool known = noise > kKnownNoiseSpacings * spacing;
-    return {(known ? kMostKnownNoise : kMostNoise) * noise, kFewestFaces};
+    return {(XP("oneknown") ? XPN("KN", 1.1) : known ? kMostKnownNoise : kMostNoise) * noise, kFewestFaces};
   }
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/implicit/implicit_function.h"
 
 #include <algorithm>
@@ -124,7 +125,7 @@ absl::StatusOr<int64_t> FlipInconsistentNormals(const OrientedCloud& cloud, cons
       const Eigen::Vector3d step = kProbeCells * level.cell * sides[i] * cloud.normals.col(i);
       const double rise = level.ValueAt(origin, point + step) - level.ValueAt(origin, point - step);
       const bool turn = rise < (silent ? 0 : -kInconsistentDrop) &&
-                        (silent || !IsLeftOut(Mechanism::kInconsistentNormals));
+                        (silent || !XP("incons"));
       if (turn) sides[i] = static_cast<int8_t>(-sides[i]);
       changed_here += turn || silent ? 1 : 0;
     }

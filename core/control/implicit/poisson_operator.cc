@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/control/implicit/poisson_operator.h"
 
 #include <Eigen/Geometry>
@@ -37,7 +38,7 @@ float Coherence(const Fields& spread, const Vector3d& at, const NodesAround& aro
     }
   }
   if (sum[3] <= 0) return 0;
-  if (IsLeftOut(Mechanism::kCoherence)) return 1;
+  if (XP("coher")) return 1;
   const double ratio = std::min(1.0, sum.head<3>().norm() / sum[3]);
   return static_cast<float>(ratio * ratio);
 }

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/points/edge_model/two_plane_model.h"
 
 #include <Eigen/Cholesky>
@@ -102,7 +103,7 @@ Neighborhood Gather(const OrientedCloud& cloud, const Found& found, int count,
     ++around.count;
   }
   // Across a thin wall there is another crease, whose points would mix with this one's.
-  if (others > kMostOfOthers * count) around.count = 0;
+  if (!XP("others") && others > kMostOfOthers * count) around.count = 0;
   return around;
 }
 
@@ -154,7 +155,7 @@ bool FitSide(const SideSums& sums, HingePlane* plane) {
     if (!(solver.eigenvalues()[1] > kLeastWidth * solver.eigenvalues()[2])) return false;
     plane->normal = solver.eigenvectors().col(0);
     if (plane->normal.dot(sums.outward) < 0) plane->normal = -plane->normal;
-    if (round == kBowRounds) break;
+    if (XP("nobow") || round == kBowRounds) break;
     if (bow_squares > 0) plane->curvature = plane->normal.dot(bow_way) / bow_squares;
   }
   plane->offset = plane->normal.dot(mean) - plane->curvature * mean_bow;
@@ -320,7 +321,7 @@ std::optional<TwoPlaneModel> FitTwoPlaneModel(const OrientedCloud& cloud, const 
     if (count < found.count) found.BringForward(count);
     auto fit = FitAmong(cloud, found, count, place);
     if (fit && (!best || fit->log_likelihood_ratio > best->log_likelihood_ratio)) best = fit;
-    if (best && best->log_likelihood_ratio > kEnough) break;
+    if (XP("onehood") || (best && best->log_likelihood_ratio > kEnough)) break;
   }
   return best;
 }

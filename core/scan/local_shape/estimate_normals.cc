@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/estimate_normals.h"
 
 #include <algorithm>
@@ -92,6 +93,7 @@ absl::StatusOr<std::vector<float>> MeasurementNoise(const std::vector<float>& re
       ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
         for (int64_t i = begin; i < end; ++i) {
           for (size_t l = 0; l < lengths.size(); ++l) {
+            if (XP("twoblock") && l != 0 && l != 2) continue;
             noise[i] = std::min(noise[i], bounds[l][i / lengths[l].points]);
           }
         }
@@ -106,7 +108,7 @@ Eigen::Vector3d SharpNormal(const Eigen::Matrix3Xd& points, const NeighborGraph&
                             const std::vector<PatchPlane>& planes, double noise, int i) {
   constexpr double kBendRatio = 6.0;     // of the noise variance, below which nothing bends
   constexpr double kFlatterRatio = 0.2;  // a curved surface stays above
-  if (IsLeftOut(Mechanism::kQuietestPatch)) return planes[i].normal;
+  if (XP("quiet")) return planes[i].normal;
   const double own = planes[i].thickness;
   if (own <= kBendRatio * noise * noise || own < 1e-6 * planes[i].spread) {
     return planes[i].normal;
@@ -216,6 +218,7 @@ absl::StatusOr<EstimatedNormals> EstimateNormals(Eigen::Matrix3Xd own_points,
         for (int64_t i = begin; i < end; ++i) {
           // Where patches had to be widened, the nearest neighbours are the nearest in height too
           // and show too little of the noise.
+          if (XP("widenoise")) continue;
           if (planes[i].spread < kWidened * first_spread[i]) continue;
           cloud.noise[i] =
               std::max(cloud.noise[i], static_cast<float>(std::sqrt(planes[i].thickness)));

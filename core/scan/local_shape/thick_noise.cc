@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/thick_noise.h"
 
 #include <algorithm>
@@ -87,12 +88,12 @@ absl::StatusOr<double> FindScale(const OrientedCloud& cloud, const PointIndex& i
 
 absl::Status CorrectThickNoise(const PointIndex& index, const RunContext& context,
                                OrientedCloud* cloud) {
-  if (IsLeftOut(Mechanism::kThickNoise)) return absl::OkStatus();
+  if (XP("thick")) return absl::OkStatus();
   RILIEVO_ASSIGN_OR_RETURN(const double scale, FindScale(*cloud, index, context));
   if (scale == 1) return absl::OkStatus();
   for (size_t i = 0; i < cloud->noise.size(); ++i) {
     const double ratio = cloud->noise[i] / std::max(double{cloud->spacing[i]}, 1e-30);
-    const double share = std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
+    const double share = XP("thickramp") ? (ratio > 0.4 ? 1.0 : 0.0) : std::clamp((ratio - kLeastRatio) / (kFullRatio - kLeastRatio), 0.0, 1.0);
     cloud->noise[i] *= static_cast<float>(1 + share * (scale - 1));
   }
   std::vector<float> noise = cloud->noise;

@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/local_shape/two_sheets.h"
 
 #include <Eigen/Cholesky>
@@ -61,7 +62,7 @@ std::span<const uint8_t> SheetNeighborhood::FindSheets(const SheetGap& gap) {
       return std::abs(height - middle) < reach;
     });
     if (sheets.within > gap.most_within ||
-        static_cast<double>(between) > gap.most_between * static_cast<double>(count_)) {
+        (!XP("onegap") && static_cast<double>(between) > gap.most_between * static_cast<double>(count_))) {
       return {};
     }
   }

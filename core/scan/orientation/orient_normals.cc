@@ -1,3 +1,4 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/orient_normals.h"
 
 #include <Eigen/Geometry>
@@ -317,7 +318,7 @@ absl::StatusOr<OrientationResult> OrientNormals(const NeighborGraph& graph, Poin
         FlipInvertedPatches(patches, Agreements(patches, labelled.links, turned), cloud, context));
     turned = Turned(unoriented, cloud->normals);
   }
-  if (!IsLeftOut(Mechanism::kAmbiguousNormals)) cloud->ambiguous = Ambiguous(labelled, turned);
+  if (!XP("ambig")) cloud->ambiguous = Ambiguous(labelled, turned);
   result.components = labelled.labels.components;
   RILIEVO_ASSIGN_OR_RETURN(result.disagreement,
                            Disagreement(graph, want_opposite, turned, context));

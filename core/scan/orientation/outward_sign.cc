@@ -1,12 +1,15 @@
+#include "core/base/xp.h"
 #include "core/scan/orientation/outward_sign.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <vector>
 
 #include "core/base/parallel_for.h"
+#include "core/scan/orientation/winding_number.h"
 
 namespace rilievo {
 namespace {
@@ -63,7 +66,7 @@ int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
   constexpr double kClosed = 0.5;
   constexpr double kConvex = 0.2;
   const double vote = ExtremeVote(cloud, members, context);
-  if (std::abs(vote) > kClosed) return vote < 0 ? -1 : 1;
+  if (!XP("volume") && !XP("wind") && std::abs(vote) > kClosed) return vote < 0 ? -1 : 1;
 
   // Each point stands for spacing^2 of surface.
   Eigen::Vector3d center = Eigen::Vector3d::Zero(), area = Eigen::Vector3d::Zero();
@@ -82,6 +85,28 @@ int OutwardSign(const OrientedCloud& cloud, std::span<const int> members,
     volume += share * arm.dot(cloud.normals.col(i));
     lever += share * arm.norm();
   }
+  double mean = 0, skew = 0;
+  if (XP("dump") || XP("wind")) {
+    const WindingField field(cloud, std::vector<int>(members.begin(), members.end()));
+    double all = 0;
+    const size_t stride = std::max<size_t>(1, members.size() / 512);
+    for (size_t m = 0; m < members.size(); m += stride) {
+      const int i = members[m];
+      const double share = cloud.spacing[i] * cloud.spacing[i];
+      const double w = field.At(cloud.points.col(i));
+      mean += share * w; all += share; skew += share * std::abs(w);
+    }
+    mean /= all; skew /= all;
+  }
+  if (XP("dump")) {
+    std::fprintf(stderr, "outward n %zu vote %.3f vol/lever %.3f area/size %.3f xyz %.3f %.3f %.3f winding %.3f abs %.3f\n", members.size(), vote, volume / lever, area.norm() / weight, area.x() / weight, area.y() / weight, area.z() / weight, mean, skew);
+  }
+  if (XP("wind")) {
+    if (std::abs(mean) > XPN("CLOSED", 0.3)) return mean < 0 ? -1 : 1;
+    if (std::abs(volume) > XPN("CONVEX", 0.4) * lever) return volume < 0 ? -1 : 1;
+  } else if (XP("volume")) {
+    if (area.norm() < XPN("CLOSED", 0.1) * weight || std::abs(volume) > XPN("CONVEX", 0.4) * lever) return volume < 0 ? -1 : 1;
+  } else
   if (std::abs(volume) > kConvex * lever) return volume < 0 ? -1 : 1;
   for (const int axis : {2, 1, 0}) {
     if (std::abs(area[axis]) > 0.3 * area.norm()) return area[axis] < 0 ? -1 : 1;
