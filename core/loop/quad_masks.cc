@@ -13,8 +13,9 @@ namespace {
 
 using QuadWeights = std::vector<double>;
 
-// Of the neighbours along an inner edge to the opposite corners, in the mode of this angle.
-double ShareOfEdges(double angle) {
+// The weight of the neighbours along edges beside that of the opposite corners, in the eigenvector
+// of this angle.
+double EdgeToCornerRatio(double angle) {
   const double c = std::cos(angle);
   return 1.0 + c + std::sqrt((9.0 + c) * (1.0 + c));
 }
@@ -67,11 +68,11 @@ QuadWeights TimesQuadMatrix(const SharpRing& ring, const QuadWeights& row) {
 template <typename Value>
 QuadWeights SmoothMode(const SharpRing& ring, int first, const Value& value) {
   const int valence = Valence(ring);
-  const double share = ShareOfEdges(2.0 * std::numbers::pi / valence);
+  const double ratio = EdgeToCornerRatio(2.0 * std::numbers::pi / valence);
   QuadWeights weights(Entries(ring), 0.0);
   for (int i = 0; i < valence; ++i) {
     const double here = value(2.0 * std::numbers::pi * i / valence);
-    weights[EdgeEntry(ring, first + i)] = share * here;
+    weights[EdgeEntry(ring, first + i)] = ratio * here;
     weights[CornerEntry(ring, first + i)] =
         here + value(2.0 * std::numbers::pi * (i + 1) / valence);
   }
@@ -94,18 +95,18 @@ QuadWeights SmoothQuadPosition(const SharpRing& ring) {
 
 // The inner edges and the corners of a side by the mode sin(i pi / k).
 QuadWeights ModeAcross(const SharpRing& ring, int first, int quads) {
-  const double angle = std::numbers::pi / quads, share = ShareOfEdges(angle);
+  const double angle = std::numbers::pi / quads, ratio = EdgeToCornerRatio(angle);
   QuadWeights weights(Entries(ring), 0.0);
   const auto sine = [&](int i) { return i == 0 || i == quads ? 0.0 : std::sin(i * angle); };
   for (int i = 0; i < quads; ++i) {
-    if (i > 0) weights[EdgeEntry(ring, first + i)] = share * sine(i);
+    if (i > 0) weights[EdgeEntry(ring, first + i)] = ratio * sine(i);
     weights[CornerEntry(ring, first + i)] = sine(i) + sine(i + 1);
   }
   return weights;
 }
 
-// A side without tangents across yet.
-SharpSector SideAlong(const SharpRing& ring, int first, int quads) {
+// A side with the tangent along its sharp edges alone, but for a single quad.
+SharpSector SectorWithoutCrossTangent(const SharpRing& ring, int first, int quads) {
   SharpSector sector = {first, quads, QuadWeights(Entries(ring), 0.0),
                         QuadWeights(Entries(ring), 0.0)};
   sector.tangent_u[EdgeEntry(ring, first)] = 1.0;
@@ -119,14 +120,14 @@ SharpSector SideAlong(const SharpRing& ring, int first, int quads) {
 }
 
 SharpSector QuadCreaseSector(const SharpRing& ring, int first, int quads) {
-  SharpSector sector = SideAlong(ring, first, quads);
+  SharpSector sector = SectorWithoutCrossTangent(ring, first, quads);
   if (quads == 1) return sector;
   sector.tangent_v = ModeAcross(ring, first, quads);
-  const double angle = std::numbers::pi / quads, share = ShareOfEdges(angle);
-  const double eigenvalue = (share + 4.0) / 16.0;
+  const double angle = std::numbers::pi / quads, ratio = EdgeToCornerRatio(angle);
+  const double eigenvalue = (ratio + 4.0) / 16.0;
   const double sum = 1.0 / std::tan(0.5 * angle);
-  const double inner = sum * (3.0 * share + 4.0) / 8.0;
-  const double self = ((eigenvalue - 0.5) * inner + std::sin(angle) * (share + 4.0) / 16.0) /
+  const double inner = sum * (3.0 * ratio + 4.0) / 8.0;
+  const double self = ((eigenvalue - 0.5) * inner + std::sin(angle) * (ratio + 4.0) / 16.0) /
                       ((eigenvalue - 1.0) * (eigenvalue - 0.25));
   sector.tangent_v[0] = self;
   for (const int end : {first, first + quads}) {
@@ -136,7 +137,7 @@ SharpSector QuadCreaseSector(const SharpRing& ring, int first, int quads) {
 }
 
 SharpSector QuadCornerSector(const SharpRing& ring, int first, int quads) {
-  SharpSector sector = SideAlong(ring, first, quads);
+  SharpSector sector = SectorWithoutCrossTangent(ring, first, quads);
   if (quads == 1) return sector;
   sector.tangent_v = ModeAcross(ring, first, quads);
   sector.tangent_v[0] = -std::accumulate(sector.tangent_v.begin(), sector.tangent_v.end(), 0.0);

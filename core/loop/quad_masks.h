@@ -26,11 +26,11 @@ std::vector<double> QuadVertexWeights(const SharpRing& ring);
 //
 // Smooth, n edges: position n^2 itself, 4 each neighbour, 1 each opposite corner, over n (n + 5).
 // Tangents (Halstead, Kass, DeRose 1993): weights a c_i of p_i and c_i + c_{i+1} of q_i, c_i =
-// cos(2 pi i / n) for u and the sine for v, where a = Share(2 pi / n) with
-//   Share(x) = 1 + cos x + sqrt((9 + cos x)(1 + cos x)), of the eigenvalue (Share(x) + 4) / 16.
+// cos(2 pi i / n) for u and the sine for v, where a = a(2 pi / n) with
+//   a(x) = 1 + cos x + sqrt((9 + cos x)(1 + cos x)), of the eigenvalue (a(x) + 4) / 16.
 //
 // Boundary and crease: 1/6 2/3 1/6. On a side of k quads tangent_u = p_0 - p_k; tangent_v is the
-// left eigenvector that varies as sin(i pi / k) over the inner neighbours, a = Share(pi / k), l its
+// left eigenvector that varies as sin(i pi / k) over the inner neighbours, a = a(pi / k), l its
 // eigenvalue:
 //   inner p_i  a s_i        q_i  s_i + s_{i+1}        s_i = sin(i pi / k), S their sum
 //   itself     ((l - 1/2) r + s_1 (a + 4)/16) / ((l - 1) (l - 1/4)),    r = S (3 a + 4)/8

@@ -90,6 +90,11 @@ absl::StatusOr<DssHeader> DecodeDssHeader(std::span<const uint8_t> bytes, int ve
     return absl::DataLossError(absl::StrCat("groups of ", group_limit, " faces at most, must be ",
                                             kLeastGroupLimit, " to ", kMostGroupLimit));
   }
+  if (version > kDssVersion && VersionOf(header) != version) {
+    return absl::DataLossError(absl::StrCat("the file is of format version ", version,
+                                            ", but its header is one of version ",
+                                            VersionOf(header)));
+  }
   header.group_limit = static_cast<int>(group_limit);
   header.vertex_count = static_cast<int>(vertex_count);
   header.face_count = static_cast<int>(face_count);

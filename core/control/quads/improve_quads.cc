@@ -17,6 +17,9 @@ constexpr double kSquarer = 1.25;
 // The cosine between the normals of two quads that share an edge which is turned.
 constexpr double kLeastCosine = 0.75;
 
+// The cosine between the normals of a quad that takes the place of two and of these.
+constexpr double kLeastCosineOfLeft = 0.5;
+
 using FourCorners = std::array<int, 4>;
 
 FourCorners CornersFrom(const Polygon& polygon, int first) {
@@ -140,16 +143,24 @@ bool TurnVertex(int p, int v, PolygonSet* polygons) {
   return true;
 }
 
-// `v`: a corner of quad p.
+// `v`: a corner of quad p. The tip of a cone stays, and so does a vertex without which the quad
+// that is left would be folded.
 bool TakeOut(int p, int v, PolygonSet* polygons) {
   if (polygons->Valence(v) != 2 || polygons->OnBoundary(v) || polygons->IsSharp(v)) return false;
   const FourCorners here = CornersFrom((*polygons)[p], v);
   const int q = polygons->WithSide(here[1], v);
   const FourCorners there = CornersFrom((*polygons)[q], v);
   if (q == p || there[2] == here[2]) return false;
+  const FourCorners left = {here[1], here[2], here[3], there[2]};
+  for (const FourCorners& quad : {here, there}) {
+    if (CosineBetween(*polygons, quad, left) < kLeastCosineOfLeft) return false;
+  }
+  // It may bend inwards where one of the two does.
+  const double was = LeastSquareness(*polygons, {here, there});
+  if (SquarenessOf(*polygons, left) < std::min(0.0, was)) return false;
   polygons->Remove(p);
   polygons->Remove(q);
-  polygons->Add(std::array{here[1], here[2], here[3], there[2]});
+  polygons->Add(left);
   return true;
 }
 

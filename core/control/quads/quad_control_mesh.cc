@@ -15,9 +15,9 @@
 namespace rilievo {
 namespace {
 
-// Each triangle in three quads around its middle.
-ControlMesh InThrees(const ControlMesh& mesh, const MeshTopology& topology,
-                     const CreaseTopology& creases) {
+// Each triangle as three quads around its centroid.
+ControlMesh SplitEachTriangle(const ControlMesh& mesh, const MeshTopology& topology,
+                              const CreaseTopology& creases) {
   const int first_middle = topology.vertex_count;
   const int first_center = first_middle + topology.edge_count();
   ControlMesh made;
@@ -54,13 +54,58 @@ ControlMesh InThrees(const ControlMesh& mesh, const MeshTopology& topology,
   return made;
 }
 
-}  // namespace
+// Vertices, faces and tags of each in the order that they have in the whole mesh.
+std::vector<ControlMesh> ComponentsOf(const ControlMesh& mesh, const MeshTopology& topology) {
+  std::vector<int> component(topology.face_count(), -1), open;
+  int count = 0;
+  for (int first = 0; first < topology.face_count(); ++first) {
+    if (component[first] >= 0) continue;
+    component[first] = count;
+    open.push_back(first);
+    while (!open.empty()) {
+      const int face = open.back();
+      open.pop_back();
+      for (const int next : topology.face_neighbors.col(face)) {
+        if (next < 0 || component[next] >= 0) continue;
+        component[next] = count;
+        open.push_back(next);
+      }
+    }
+    ++count;
+  }
+  if (count == 1) return {mesh};
+  std::vector<int> of_vertex(topology.vertex_count), number(topology.vertex_count);
+  std::vector<int> vertices(count, 0), faces(count, 0);
+  for (int f = 0; f < topology.face_count(); ++f) {
+    ++faces[component[f]];
+    for (const int v : topology.faces.col(f)) of_vertex[v] = component[f];
+  }
+  for (int v = 0; v < topology.vertex_count; ++v) number[v] = vertices[of_vertex[v]]++;
+  std::vector<ControlMesh> components(count);
+  for (int c = 0; c < count; ++c) {
+    components[c].vertices.resize(3, vertices[c]);
+    components[c].faces.resize(3, faces[c]);
+    faces[c] = 0;
+  }
+  for (int v = 0; v < topology.vertex_count; ++v) {
+    components[of_vertex[v]].vertices.col(number[v]) = mesh.vertices.col(v);
+  }
+  for (int f = 0; f < topology.face_count(); ++f) {
+    const auto corners = topology.faces.col(f);
+    components[component[f]].faces.col(faces[component[f]]++) << number[corners[0]],
+        number[corners[1]], number[corners[2]];
+  }
+  for (const Crease& crease : mesh.creases) {
+    components[of_vertex[crease.a]].creases.push_back(
+        {number[crease.a], number[crease.b], crease.sharpness});
+  }
+  for (const int corner : mesh.corners) {
+    components[of_vertex[corner]].corners.push_back(number[corner]);
+  }
+  return components;
+}
 
-absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh) {
-  if (mesh.quads()) return absl::InvalidArgumentError("the control mesh has quads already");
-  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
-                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
-  RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(mesh, topology));
+absl::StatusOr<ControlMesh> QuadsOfComponent(const ControlMesh& mesh) {
   PolygonSet polygons(mesh);
   if (PairTriangles(&polygons)) {
     ImproveQuads(&polygons);
@@ -68,7 +113,49 @@ absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh) {
       return *std::move(made);
     }
   }
-  return InThrees(mesh, topology, creases);
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_ASSIGN_OR_RETURN(const CreaseTopology creases, BuildCreaseTopology(mesh, topology));
+  return SplitEachTriangle(mesh, topology, creases);
+}
+
+ControlMesh Joined(const std::vector<ControlMesh>& components) {
+  Eigen::Index vertices = 0, faces = 0;
+  for (const ControlMesh& component : components) {
+    vertices += component.vertices.cols();
+    faces += component.faces.cols();
+  }
+  ControlMesh mesh;
+  mesh.vertices.resize(3, vertices);
+  mesh.faces.resize(3, faces);
+  int first = 0;
+  Eigen::Index first_face = 0;
+  for (const ControlMesh& component : components) {
+    mesh.vertices.middleCols(first, component.vertices.cols()) = component.vertices;
+    mesh.faces.middleCols(first_face, component.faces.cols()) = component.faces.array() + first;
+    for (const Crease& crease : component.creases) {
+      mesh.creases.push_back({first + crease.a, first + crease.b, crease.sharpness});
+    }
+    for (const int corner : component.corners) mesh.corners.push_back(first + corner);
+    for (const auto& [a, b] : component.diagonals) mesh.diagonals.push_back({first + a, first + b});
+    first += static_cast<int>(component.vertices.cols());
+    first_face += component.faces.cols();
+  }
+  return mesh;
+}
+
+}  // namespace
+
+absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh) {
+  if (mesh.quads()) return absl::InvalidArgumentError("the control mesh has quads already");
+  RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
+                           BuildMeshTopology(mesh.faces, static_cast<int>(mesh.vertices.cols())));
+  RILIEVO_RETURN_IF_ERROR(BuildCreaseTopology(mesh, topology).status());
+  std::vector<ControlMesh> components = ComponentsOf(mesh, topology);
+  for (ControlMesh& component : components) {
+    RILIEVO_ASSIGN_OR_RETURN(component, QuadsOfComponent(component));
+  }
+  return Joined(components);
 }
 
 }  // namespace rilievo

@@ -9,9 +9,9 @@ namespace rilievo {
 // The same surface in quads (ControlMesh::diagonals), with the same pieces, genus and boundary
 // loops, creases and corners. Its vertices are those of `mesh`, and one in the middle of each edge
 // of the boundary or of a crease at which the triangles on one side are odd in number
-// (pair_triangles.h); a few inside may go (improve_quads.h). A mesh that is too small for that,
-// such as a tetrahedron, gets three quads for each triangle. INVALID_ARGUMENT unless `mesh` is a
-// manifold of triangles.
+// (pair_triangles.h); a few inside may go (improve_quads.h). A component that cannot be paired, as
+// one of few triangles full of creases may not, gets three quads for each triangle; the others do
+// not. INVALID_ARGUMENT unless `mesh` is a manifold of triangles.
 absl::StatusOr<ControlMesh> QuadControlMesh(const ControlMesh& mesh);
 
 }  // namespace rilievo

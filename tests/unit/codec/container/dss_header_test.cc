@@ -94,6 +94,22 @@ TEST(DssHeaderTest, LevelsWithoutAChunkMustBePossible) {
             absl::StatusCode::kDataLoss);
 }
 
+// Versions 4 and 5 are for files of groups that tell which they are, and of quads.
+TEST(DssHeaderTest, ANewerVersionNeedsItsFlag) {
+  DssHeader header = Sample();
+  EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 3).ok());
+  for (const int version : {4, 5}) {
+    EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), version).status()));
+  }
+  header.group_limit = 1000;
+  header.tells_groups = true;
+  EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 4).ok());
+  EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 5).status()));
+  header.has_quads = true;
+  EXPECT_TRUE(absl::IsDataLoss(DecodeDssHeader(EncodeDssHeader(header), 4).status()));
+  EXPECT_TRUE(DecodeDssHeader(EncodeDssHeader(header), 5).ok());
+}
+
 TEST(DssHeaderTest, UnknownMetadataIsSkipped) {
   std::vector<uint8_t> bytes = EncodeDssHeader(Sample());
   ASSERT_EQ(bytes.back(), 0);  // the end of the metadata

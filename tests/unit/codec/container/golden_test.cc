@@ -6,11 +6,15 @@
 #include <fstream>
 #include <iterator>
 #include <numeric>
+#include <span>
 
+#include "absl/status/status.h"
+#include "core/codec/bytes/chunk.h"
 #include "core/codec/bytes/crc32c.h"
 #include "core/codec/container/decode_region.h"
 #include "core/codec/container/dss.h"
 #include "core/geometry/mesh_topology.h"
+#include "core/loop/refinement.h"
 #include "gtest/gtest.h"
 
 namespace rilievo {
@@ -291,6 +295,35 @@ TEST(GoldenTest, Version5OfQuads) {
   EXPECT_EQ(diagonals.Value(), 1171173543u);
   EXPECT_EQ(decoded->surface.heights.size(), 6144u);
   EXPECT_EQ(HeightsFingerprint(decoded->surface), 3759793190u);
+}
+
+// Whatever the control chunk is made to say, with a good checksum, it is refused or its faces are
+// halves of quads.
+TEST(GoldenTest, DamagedQuadsAreQuadsOrRefused) {
+  const std::vector<uint8_t> bytes = Golden("quad_torus_v5.dss");
+  const auto list = ListChunks(bytes);
+  ASSERT_TRUE(list.ok()) << list.status();
+  const std::span<const uint8_t> payload = list->chunks.front().payload;
+  int decodes = 0, refusals = 0;
+  for (size_t i = 0; i < payload.size(); ++i) {
+    for (const int bit : {0, 4, 7}) {
+      std::vector<uint8_t> damaged(payload.begin(), payload.end());
+      damaged[i] ^= static_cast<uint8_t>(1 << bit);
+      const auto decoded =
+          DecodeControlChunk(WrapChunk(list->chunks.front().tag, damaged, true, 5), RunContext());
+      if (!decoded.ok()) {
+        EXPECT_TRUE(absl::IsDataLoss(decoded.status())) << decoded.status();
+        ++refusals;
+        continue;
+      }
+      const ControlMesh& mesh = decoded->surface.control_mesh;
+      EXPECT_EQ(2 * static_cast<Eigen::Index>(mesh.diagonals.size()), mesh.faces.cols());
+      EXPECT_TRUE(RefineTopology(mesh, 1, RunContext()).ok()) << "byte " << i << ", bit " << bit;
+      ++decodes;
+    }
+  }
+  EXPECT_GT(decodes, 100);
+  EXPECT_GT(refusals, 100);
 }
 
 }  // namespace

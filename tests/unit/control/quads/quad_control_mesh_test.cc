@@ -110,17 +110,24 @@ TEST(QuadControlMesh, CreasesStayEdges) {
   EXPECT_NEAR(length, 1, 1e-12);
 }
 
-// Small meshes full of creases and of vertices of valence 3, where edges are short of room to turn.
+// Full of creases and of vertices of valence 3, where edges are short of room to turn.
+ControlMesh SmallMesh(uint64_t seed) {
+  testing::Random random(seed);
+  ControlMesh mesh = seed % 3 == 0 ? testing::Grid(3, 4) : testing::Torus(3, 3);
+  mesh = testing::SplitRandomFaces(mesh, static_cast<int>(seed % 13), random);
+  return testing::WithRandomCreases(testing::Perturbed(mesh, 0.05, random), 0.3,
+                                    {kInfiniteSharpness, 1.5f}, static_cast<int>(seed % 4), random);
+}
+
+bool IsSplit(const ControlMesh& quads, const ControlMesh& mesh) {
+  return quads.vertices.cols() > 2 * mesh.vertices.cols();
+}
+
 // One that cannot be paired has three quads for each triangle.
 TEST(QuadControlMesh, OfAnyMeshIsOneOfQuads) {
   int split = 0;
   for (uint64_t seed = 1; seed <= 60; ++seed) {
-    testing::Random random(seed);
-    ControlMesh mesh = seed % 3 == 0 ? testing::Grid(3, 4) : testing::Torus(3, 3);
-    mesh = testing::SplitRandomFaces(mesh, static_cast<int>(seed % 13), random);
-    mesh =
-        testing::WithRandomCreases(testing::Perturbed(mesh, 0.05, random), 0.3,
-                                   {kInfiniteSharpness, 1.5f}, static_cast<int>(seed % 4), random);
+    const ControlMesh mesh = SmallMesh(seed);
     const ControlMesh quads = Quads(mesh);
     const TopologySummary before = Summary(mesh), after = Summary(quads);
     EXPECT_EQ(after.euler, before.euler) << seed;
@@ -128,10 +135,30 @@ TEST(QuadControlMesh, OfAnyMeshIsOneOfQuads) {
     EXPECT_EQ(quads.corners.size(), mesh.corners.size()) << seed;
     EXPECT_GE(quads.creases.size(), mesh.creases.size()) << seed;
     QuadValences(quads);  // refines
-    split += quads.vertices.cols() > 2 * mesh.vertices.cols() ? 1 : 0;
+    split += IsSplit(quads, mesh) ? 1 : 0;
   }
   EXPECT_GT(split, 0);
   EXPECT_LT(split, 10);
+}
+
+// Beside a mesh that cannot be paired a sphere is what it is alone.
+TEST(QuadControlMesh, PairsEachComponentByItself) {
+  uint64_t seed = 1;
+  while (seed < 60 && !IsSplit(Quads(SmallMesh(seed)), SmallMesh(seed))) ++seed;
+  const ControlMesh small = SmallMesh(seed), sphere = SimplifiedSphere(200);
+  ControlMesh both = testing::Union(small, sphere);
+  both.creases = small.creases;
+  both.corners = small.corners;
+  const ControlMesh first = Quads(small), second = Quads(sphere), quads = Quads(both);
+  ASSERT_TRUE(IsSplit(first, small));
+  const int shift = static_cast<int>(first.vertices.cols());
+  EXPECT_EQ(quads.vertices.cols(), shift + second.vertices.cols());
+  const Eigen::Matrix3Xi of_sphere = quads.faces.rightCols(second.faces.cols()).array() - shift;
+  EXPECT_EQ(of_sphere, second.faces);
+  EXPECT_EQ(quads.faces.leftCols(first.faces.cols()), first.faces);
+  EXPECT_EQ(quads.creases, first.creases);
+  EXPECT_EQ(quads.corners, first.corners);
+  QuadValences(quads);  // refines
 }
 
 TEST(QuadControlMesh, RefusesQuads) {
