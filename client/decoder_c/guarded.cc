@@ -61,6 +61,6 @@ absl::Status NotNull(const void* pointer, const char* name) {
 
 }  // namespace rilievo::decoder_c
 
-int rilievo_decoder_abi_version(void) { return 9; }
+int rilievo_decoder_abi_version(void) { return 10; }
 const char* rilievo_decoder_version(void) { return RILIEVO_VERSION; }
 const char* rilievo_last_error(void) { return rilievo::decoder_c::last_error_text; }

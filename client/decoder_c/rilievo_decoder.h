@@ -46,7 +46,7 @@ typedef struct RilievoFinder RilievoFinder;
 typedef struct RilievoVoxels RilievoVoxels;
 typedef struct RilievoPolygons RilievoPolygons;
 
-/* 9; grows when functions are added. */
+/* 10; grows when functions are added. */
 RILIEVO_API int rilievo_decoder_abi_version(void);
 
 /* "MAJOR.MINOR.PATCH" of rilievo. */
@@ -108,12 +108,18 @@ RILIEVO_API const uint8_t* rilievo_surface_colors(const RilievoSurface* surface,
 /* The control mesh, scan frame: x, y, z of each control point; three vertex numbers a face,
  * counter-clockwise seen from outside; two vertex numbers a crease with its sharpness (10 and more:
  * sharp at every level, as in OpenSubdiv); the vertices that are corners. Edges on a border are
- * sharp without being named. */
+ * sharp without being named. Of a Catmull-Clark surface each face is half of a quad: see
+ * rilievo_control_diagonals(). */
 RILIEVO_API const double* rilievo_control_vertices(const RilievoSurface* surface, size_t* count);
 RILIEVO_API const uint32_t* rilievo_control_faces(const RilievoSurface* surface, size_t* count);
 RILIEVO_API const uint32_t* rilievo_control_creases(const RilievoSurface* surface, size_t* count);
 RILIEVO_API const float* rilievo_control_sharpness(const RilievoSurface* surface, size_t* count);
 RILIEVO_API const uint32_t* rilievo_control_corners(const RilievoSurface* surface, size_t* count);
+
+/* Since 10. Two vertex numbers for each quad of a Catmull-Clark surface: the diagonal that cuts it
+ * into two faces of rilievo_control_faces(), lower number first, ascending. None of a Loop surface,
+ * whose faces are whole. */
+RILIEVO_API const uint32_t* rilievo_control_diagonals(const RilievoSurface* surface, size_t* count);
 
 /* Since 7. The surface with other control points and tags: what moves its control mesh moves it,
  * and its heights ride along. `vertices`: x, y, z of each of the `vertex_count` control points, in

@@ -96,3 +96,9 @@ const float* rilievo_control_sharpness(const RilievoSurface* surface, size_t* co
 const uint32_t* rilievo_control_corners(const RilievoSurface* surface, size_t* count) {
   return AsUnsigned(Elements(surface->decoded.surface.control_mesh.corners, count));
 }
+
+const uint32_t* rilievo_control_diagonals(const RilievoSurface* surface, size_t* count) {
+  const auto& diagonals = surface->decoded.surface.control_mesh.diagonals;
+  if (count != nullptr) *count = 2 * diagonals.size();
+  return diagonals.empty() ? nullptr : AsUnsigned(diagonals.front().data());
+}

@@ -90,11 +90,19 @@ class ConvertTest(WithServer):
         few = {"control_faces": 200, "max_level": 2, "server": self.server}
         quads = rilievo.convert(*torus(60, 30), scheme="catmull-clark", **few)
         self.assertEqual(quads.info["control"]["scheme"], "catmull-clark")
+        cage = quads.control_mesh
+        self.assertEqual(cage.diagonals.shape, (len(cage.faces) // 2, 2))
+        halves = [set(face.tolist()) for face in cage.faces]
+        for a, b in cage.diagonals.tolist():
+            self.assertEqual(sum({a, b} <= half for half in halves), 2)
+        with self.assertRaisesRegex(rilievo.InvalidArgument, "quads"):
+            rilievo.reconstruct(cage.vertices, control_mesh=cage)
         self.assertEqual(quads.info["format_version"], 5)
         self.assertLess(quads.certificate.scan_to_surface.rms, 1e-3)
         triangles = rilievo.convert(*torus(60, 30), scheme="loop", **few)
         self.assertEqual(triangles.to_bytes(), rilievo.convert(*torus(60, 30), **few).to_bytes())
         self.assertEqual(triangles.info["control"]["scheme"], "loop")
+        self.assertEqual(triangles.control_mesh.diagonals.shape, (0, 2))
 
     def test_levels_arrive_one_by_one(self):
         levels = []

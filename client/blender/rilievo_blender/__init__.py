@@ -4,7 +4,8 @@ the surface with its detail follows.
 An imported surface is an object with its control mesh and its file, so that a .blend needs nothing
 else. Coordinates are those of the scan about the centre of the surface, in the scan's axes and
 unit: Blender keeps 24 binary digits of them. Vertices that were not moved are exported with all the
-digits that the file has, so that an unchanged control mesh gives the same bytes.
+digits that the file has, so that an unchanged control mesh gives the same bytes. The quads of a
+Catmull-Clark surface come as two triangles each, which have to stay as they are.
 """
 import os
 from typing import Any, Optional, Set, Tuple

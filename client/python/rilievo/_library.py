@@ -21,6 +21,7 @@ _ELEMENTS = {
     "rilievo_control_vertices": ctypes.c_double,
     "rilievo_control_faces": ctypes.c_uint32, "rilievo_control_creases": ctypes.c_uint32,
     "rilievo_control_sharpness": ctypes.c_float, "rilievo_control_corners": ctypes.c_uint32,
+    "rilievo_control_diagonals": ctypes.c_uint32,
     "rilievo_mesh_vertices": ctypes.c_double, "rilievo_mesh_faces": ctypes.c_uint32,
     "rilievo_mesh_normals": ctypes.c_float, "rilievo_mesh_flags": ctypes.c_uint8,
     "rilievo_surface_colors": ctypes.c_uint8, "rilievo_mesh_colors": ctypes.c_uint8,
@@ -96,7 +97,8 @@ def _declare(library: ctypes.CDLL) -> ctypes.CDLL:
         getattr(library, name).argtypes = [pointer]
     for name in _ELEMENTS:
         since = 4 if name.endswith("_colors") else 5 if "_voxels_" in name else \
-            8 if "_polygons_" in name else 9 if name.endswith("_height_changes") else 1
+            8 if "_polygons_" in name else 9 if name.endswith("_height_changes") else \
+            10 if name.endswith("_diagonals") else 1
         if library.rilievo_decoder_abi_version() < since:
             continue
         getattr(library, name).argtypes = [pointer, count]
@@ -160,6 +162,12 @@ class Handle:
             return None
         colors = self.array(name, 3)
         return colors if len(colors) > 0 else None
+
+    def diagonals(self) -> npt.NDArray[Any]:
+        """(n, 2); none of a Loop surface. Libraries of older versions know of none."""
+        if library().rilievo_decoder_abi_version() < 10:
+            return np.empty((0, 2), np.uint32)
+        return self.array("rilievo_control_diagonals", 2)
 
     def _elements(self, name: str) -> "tuple[int, int]":
         count = ctypes.c_size_t()

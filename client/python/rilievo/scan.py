@@ -234,6 +234,9 @@ def pack_control_mesh(mesh: Any) -> Any:
     packed = options_pb2.ControlMesh(positions=positions.astype("<f8", copy=False).tobytes(),
                                      faces=numbers.reshape(-1).tolist())
     if tags is not None:
+        if len(tags.diagonals):
+            raise refuse("control_mesh", f"it has {len(tags.diagonals)} quads, and only triangles "
+                         "can be started from; give (vertices, faces) to take the halves as these")
         packed.creases.extend(tags.creases.reshape(-1).tolist())
         packed.sharpness.extend(tags.sharpness.tolist())
         packed.corners.extend(tags.corners.tolist())

@@ -226,10 +226,12 @@ class Surface:
 
     @property
     def control_mesh(self) -> ControlMesh:
+        """Its faces are triangles; of a Catmull-Clark surface two make a quad, which `diagonals`
+        tell."""
         array = self._handle.array
         return ControlMesh(array("rilievo_control_vertices", 3), array("rilievo_control_faces", 3),
                            array("rilievo_control_creases", 2), array("rilievo_control_sharpness"),
-                           array("rilievo_control_corners"))
+                           array("rilievo_control_corners"), self._handle.diagonals())
 
     @property
     def certificate(self) -> Certificate:

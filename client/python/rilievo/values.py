@@ -1,6 +1,6 @@
 """What a surface is made of, as values: meshes, the control mesh, its place, its errors."""
 import importlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Optional
 
 import numpy as np
@@ -76,20 +76,25 @@ class ControlMesh:
     vertices: npt.NDArray[np.float64]
     """(n, 3) control points, scan frame."""
     faces: npt.NDArray[np.uint32]
-    """(m, 3)."""
+    """(m, 3); of a Catmull-Clark surface the halves of quads, see diagonals."""
     creases: npt.NDArray[np.uint32]
     """(k, 2) ends of sharp edges; those on a border are sharp without being named."""
     sharpness: npt.NDArray[np.float32]
     """(k,); 10 and more: sharp at every level."""
     corners: npt.NDArray[np.uint32]
     """Vertices that stay where they are."""
+    diagonals: npt.NDArray[np.uint32] = field(
+        default_factory=lambda: np.empty((0, 2), np.uint32))
+    """(m / 2, 2) ends of the edges that cut the quads of a Catmull-Clark surface in two; (0, 2) of a
+    Loop surface, whose faces are whole."""
 
     def __post_init__(self) -> None:
         made = {"vertices": _floats(self.vertices, "vertices", 3).astype(np.float64, copy=False),
                 "faces": vertex_numbers(self.faces, "faces", 3),
                 "creases": vertex_numbers(self.creases, "creases", 2),
                 "sharpness": _floats(self.sharpness, "sharpness", 1).astype(np.float32, copy=False),
-                "corners": vertex_numbers(self.corners, "corners", 1)}
+                "corners": vertex_numbers(self.corners, "corners", 1),
+                "diagonals": vertex_numbers(self.diagonals, "diagonals", 2)}
         for name, array in made.items():
             object.__setattr__(self, name, array)
 

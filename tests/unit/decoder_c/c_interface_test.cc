@@ -305,7 +305,7 @@ TEST(CInterfaceTest, EachThreadHasItsOwnSentence) {
     EXPECT_EQ(rilievo_tessellate(nullptr, 0, 0, &mesh), RILIEVO_INVALID_ARGUMENT);
   }).join();
   EXPECT_EQ(rilievo_last_error(), before);
-  EXPECT_EQ(rilievo_decoder_abi_version(), 9);
+  EXPECT_EQ(rilievo_decoder_abi_version(), 10);
 }
 
 }  // namespace

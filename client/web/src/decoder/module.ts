@@ -56,6 +56,7 @@ export interface Mesh {
 export interface ControlMesh {
   /** Control points, scan frame. */
   vertices: Float64Array;
+  /** Triangles; of a Catmull-Clark surface the halves of its quads. */
   faces: Uint32Array;
   /** Two vertex numbers a crease. */
   creases: Uint32Array;
