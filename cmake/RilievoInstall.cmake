@@ -1,5 +1,5 @@
 # What `cmake --install` lays out, by component: `programs` (with their manual pages, completion and
-# systemd units), `viewer`, `decoder` (the C library for other languages), `decoder_development` (its
+# systemd units), `viewer`, `step`, `decoder` (the C library for other languages), `decoder_development` (its
 # header and pkg-config file), `python`, and `development` (headers, archives, a CMake package with
 # rilievo::decoder, rilievo::core and rilievo::client, pkg-config files). Each is a Debian package.
 include(GNUInstallDirs)
@@ -52,6 +52,11 @@ if(TARGET rilievo_python)
     COMPONENT python PATTERN complete EXCLUDE PATTERN __pycache__ EXCLUDE)
 endif()
 
+# What writes STEP, where Open CASCADE was found.
+if(TARGET rilievo_step)
+  install(TARGETS rilievo_step LIBRARY DESTINATION lib/rilievo COMPONENT step)
+endif()
+
 # One export a component, so that who decodes needs neither gRPC nor PCL. The archives lie in a
 # folder of their own: librilievo_decoder.so, the C interface, has the same name.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
@@ -59,7 +64,7 @@ set(archives ${CMAKE_INSTALL_LIBDIR}/rilievo)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/rilievo)
 set(decoder_targets rilievo_warnings rilievo_base rilievo_geometry rilievo_loop rilievo_surface
   rilievo_evaluate rilievo_voxels rilievo_decoder)
-set(core_targets rilievo_flann rilievo_pcl rilievo_points rilievo_scan rilievo_registration rilievo_checked_meshes rilievo_meshes rilievo_booleans rilievo_schemes rilievo_control rilievo_domain
+set(core_targets rilievo_flann rilievo_pcl rilievo_points rilievo_scan rilievo_registration rilievo_checked_meshes rilievo_meshes rilievo_bicubic rilievo_booleans rilievo_schemes rilievo_control rilievo_domain
   rilievo_displacement rilievo_codec rilievo_paging rilievo_pipeline)
 set(client_targets rilievo_messages rilievo_proto rilievo_client)
 foreach(component decoder core client)
@@ -135,6 +140,11 @@ debian_package(programs rilievo graphics
 debian_package(viewer rilievo-viewer graphics
   "The page on which scans become surfaces, and its gateway to rilievod." ALL
   DEPENDS "nodejs (>= 18.19), rilievo (>= ${PROJECT_VERSION})")
+if(TARGET rilievo_step)
+  debian_package(step rilievo-step graphics
+    "What the command rilievo needs to write STEP files, by Open CASCADE." LIBRARIES
+    DEPENDS "rilievo (= ${PROJECT_VERSION})")
+endif()
 debian_package(decoder librilievo-decoder1 libs
   "The decoder of .dss files behind a plain C interface." LIBRARIES)
 set(CPACK_DEBIAN_DECODER_PACKAGE_GENERATE_SHLIBS ON)

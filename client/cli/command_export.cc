@@ -15,6 +15,7 @@
 #include "client/cli/length_words.h"
 #include "client/cli/output_folder.h"
 #include "client/cli/output_target.h"
+#include "client/cli/step_output.h"
 #include "client/formats/atomic_file.h"
 #include "client/formats/file_kind.h"
 #include "client/formats/glb_writer.h"
@@ -23,6 +24,7 @@
 #include "client/formats/surface_writer.h"
 #include "client/formats/tiles/tileset_writer.h"
 #include "core/base/status_macros.h"
+#include "core/bicubic/bicubic_shell.h"
 #include "core/surface/displaced_surface.h"
 #include "server/command_line/text_layout.h"
 
@@ -52,18 +54,25 @@ void SayExported(const ExportArguments& arguments, std::string what, const Eigen
 // What is written into a folder.
 constexpr char kTiles[] = "3D Tiles";
 
+// Also what .stp stands for.
+constexpr char kStep[] = "step";
+
 // Formats that hold the surface itself, or all its levels: they have levels only.
 bool HoldsSurface(const std::string& format) {
   return format == "usda" || format == "png" || format == kTiles;
 }
 
 absl::Status CheckFormat(const ExportArguments& arguments, const std::string& format) {
-  const std::set<std::string> meshes = {"ply", "obj", "stl", "glb", "3mf"};
+  const std::set<std::string> others = {"ply", "obj", "stl", "glb", "3mf", kStep};
   std::string problem;
-  if (!HoldsSurface(format) && !meshes.contains(format)) {
+  if (!HoldsSurface(format) && !others.contains(format)) {
     problem =
-        "the extension must be .ply, .obj, .stl, .glb, .3mf, .usda or .png; a folder (DIR/) "
+        "the extension must be .ply, .obj, .stl, .glb, .3mf, .step, .usda or .png; a folder (DIR/) "
         "gets 3D Tiles";
+  } else if (format == kStep &&
+             (arguments.level || arguments.adaptive.triangles || arguments.adaptive.camera ||
+              arguments.cage || !arguments.region.empty())) {
+    problem = ".step has patches; it takes --tolerance alone";
   } else if (HoldsSurface(format) && (arguments.adapts() || arguments.cage ||
                                       !arguments.carry.empty() || !arguments.region.empty())) {
     problem = absl::StrCat(format == kTiles ? "" : ".", format, " takes --level alone");
@@ -122,6 +131,35 @@ absl::Status ExportSurface(DecodedSurface decoded, const ExportArguments& argume
   return absl::OkStatus();
 }
 
+absl::Status ExportStep(const DecodedSurface& decoded, const ExportArguments& arguments,
+                        const RunContext& context) {
+  DisplacedSurface surface = decoded.surface;
+  const ScanPlace place = PlaceOf(arguments.place.place, decoded.metadata.place);
+  BicubicOptions options;
+  if (!arguments.tolerance.empty()) {
+    RILIEVO_ASSIGN_OR_RETURN(options.tolerance, ToleranceOf(arguments, surface.frame, place));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(const Eigen::Vector3d origin, OriginOf(arguments.place, surface.frame));
+  surface.frame.center -= origin;
+  RILIEVO_ASSIGN_OR_RETURN(BicubicShell shell, FitBicubicShell(surface, options, context));
+  const auto patches = static_cast<int64_t>(shell.patches.size());
+  const double error = shell.error;
+  RILIEVO_RETURN_IF_ERROR(
+      WithExitCode(WriteStep(arguments.output, std::move(shell), place, surface.frame.diagonal),
+                   ExitCode::kOutput));
+  std::string warning;
+  if (error > options.tolerance) {
+    warning =
+        absl::StrCat("patches are up to ", Percent(error), " of the diagonal off, and not ",
+                     Percent(options.tolerance), ": some relief is finer than patches can be");
+  }
+  SayExported(arguments,
+              absl::StrCat(Counted(patches, "bicubic patch", "bicubic patches"), " within ",
+                           Percent(error), " of the diagonal"),
+              origin, warning, {{"patches", patches}, {"error", error}});
+  return absl::OkStatus();
+}
+
 absl::Status WriteExported(const DisplacedSurface& surface, const ExportArguments& arguments,
                            const ExportedMesh& exported, const std::string& extension) {
   if (arguments.cage && extension == "obj") {  // the one mesh format that can tell the creases
@@ -158,19 +196,24 @@ absl::Status WriteAndSay(const DisplacedSurface& surface, const ExportArguments&
   RILIEVO_RETURN_IF_ERROR(
       WithExitCode(WriteExported(surface, arguments, exported, extension), ExitCode::kOutput));
   const TriangleMesh& mesh = exported.mesh;
-  SayExported(arguments,
-              absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"),
-                           ", ", Counted(mesh.triangles.cols(), "face", "faces")),
-              origin, RoundingWarning(extension, mesh.vertices, exported.place),
-              {{"kind", exported.how},
-               {"vertices", mesh.vertices.cols()},
-               {"faces", mesh.triangles.cols()}});
+  const ControlMesh& control = surface.control_mesh;
+  const bool of_quads = arguments.cage && extension == "obj" && control.quads();
+  const int64_t faces =
+      of_quads ? static_cast<int64_t>(control.diagonals.size()) : int64_t{mesh.triangles.cols()};
+  SayExported(
+      arguments,
+      absl::StrCat(exported.how, ", ", Counted(mesh.vertices.cols(), "vertex", "vertices"), ", ",
+                   of_quads ? Counted(faces, "quad", "quads") : Counted(faces, "face", "faces")),
+      origin, RoundingWarning(extension, mesh.vertices, exported.place),
+      {{"kind", exported.how}, {"vertices", mesh.vertices.cols()}, {"faces", faces}});
   return absl::OkStatus();
 }
 
 std::string FormatOf(const ExportArguments& arguments) {
   if (IsStandardOutput(arguments.output)) return arguments.format;
-  return NamesAFolder(arguments.output) ? kTiles : Extension(arguments.output);
+  if (NamesAFolder(arguments.output)) return kTiles;
+  const std::string extension = Extension(arguments.output);
+  return extension == "stp" ? kStep : extension;
 }
 
 // Its tileset.json stands for the files of a folder.
@@ -182,6 +225,7 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
   const std::string format = FormatOf(arguments);
   RILIEVO_RETURN_IF_ERROR(CheckFormat(arguments, format));
   if (format == kTiles) RILIEVO_RETURN_IF_ERROR(MakeOutputFolder(arguments.output));
+  if (format == kStep) RILIEVO_RETURN_IF_ERROR(CheckStepLibrary());
   RILIEVO_RETURN_IF_ERROR(CheckFiles({{arguments.input, arguments.carry},
                                       {FileOf(arguments.output, format)},
                                       {arguments.json ? "-" : ""}}));
@@ -193,6 +237,7 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
     return WriteAndSay({}, arguments, part, format, context);
   }
   RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, LoadDss(arguments.input, context));
+  if (format == kStep) return ExportStep(decoded, arguments, context);
   if (HoldsSurface(format)) return ExportSurface(std::move(decoded), arguments, format, context);
   RILIEVO_ASSIGN_OR_RETURN(ExportedMesh exported, MeshOf(decoded, arguments, context));
   return WriteAndSay(decoded.surface, arguments, std::move(exported), format, context);
@@ -201,19 +246,21 @@ absl::Status Export(const ExportArguments& arguments, std::stop_token stop) {
 }  // namespace
 
 Command AddExport(CLI::App& program) {
-  CLI::App* app = program.add_subcommand("export", "Write a surface as a mesh");
+  CLI::App* app = program.add_subcommand("export", "Write a surface as a mesh, or for CAD");
   const auto arguments = std::make_shared<ExportArguments>();
   app->add_option("IN", arguments->input, "the surface, a .dss file; - is standard input")
       ->required();
-  app->add_option("OUT", arguments->output,
-                  "the mesh: .ply (with normals and, per vertex, where its height comes from: 0 "
-                  "measured, 1 smoothed, 2 filled in), .obj, .stl, .glb or .3mf; the subdivision "
-                  "surface with its heights: .usda; the heights alone as a 16-bit picture: .png; "
-                  "all levels as 3D Tiles, for maps and viewers that load what they show: a folder "
-                  "(DIR/); - is standard output")
+  app->add_option(
+         "OUT", arguments->output,
+         "the mesh: .ply (with normals and, per vertex, where its height comes from: 0 "
+         "measured, 1 smoothed, 2 filled in), .obj, .stl, .glb or .3mf; bicubic patches for "
+         "CAD: .step; the subdivision surface with its heights: .usda; the heights alone as a "
+         "16-bit picture: .png; "
+         "all levels as 3D Tiles, for maps and viewers that load what they show: a folder "
+         "(DIR/); - is standard output")
       ->required();
   app->add_option("--format", arguments->format, "format of the standard output")
-      ->check(CLI::IsMember({"ply", "obj", "stl", "glb", "3mf", "usda", "png"}))
+      ->check(CLI::IsMember({"ply", "obj", "stl", "glb", "3mf", "step", "usda", "png"}))
       ->capture_default_str();
   app->add_flag("--json", arguments->json, "print JSON");
   app->add_option("--level", arguments->level,
@@ -221,9 +268,11 @@ Command AddExport(CLI::App& program) {
       ->check(CLI::Range(0, 10));
   CLI::Option* level = app->get_option("--level");
   CLI::Option* tolerance =
-      app->add_option("--tolerance", arguments->tolerance,
-                      "largest distance from the finest level, with as few triangles as possible: "
-                      "0.5mm, 0.02u (the scan's own units), 0.1% or 0.001 (of the diagonal)")
+      app->add_option(
+             "--tolerance", arguments->tolerance,
+             "largest distance from the finest level, with as few triangles as possible: "
+             "0.5mm, 0.02u (the scan's own units), 0.1% or 0.001 (of the diagonal); of .step "
+             "that of its patches, default 0.05%")
           ->check(IsLength(0, 1))
           ->excludes(level);
   app->add_option("--triangles", arguments->adaptive.triangles,

@@ -16,7 +16,6 @@
 namespace rilievo {
 namespace {
 
-// The tolerance as a fraction, of the diagonal or of the distance from the camera.
 absl::StatusOr<AdaptiveOptions> AdaptiveOptionsOf(const ExportArguments& arguments,
                                                   const SpatialFrame& frame,
                                                   const ScanPlace& place) {
@@ -25,23 +24,25 @@ absl::StatusOr<AdaptiveOptions> AdaptiveOptionsOf(const ExportArguments& argumen
     if (!options.triangles) options.tolerance = 1e-3;  // with a camera
     return options;
   }
+  RILIEVO_ASSIGN_OR_RETURN(options.tolerance, ToleranceOf(arguments, frame, place));
+  return options;
+}
+
+}  // namespace
+
+absl::StatusOr<double> ToleranceOf(const ExportArguments& arguments, const SpatialFrame& frame,
+                                   const ScanPlace& place) {
   RILIEVO_ASSIGN_OR_RETURN(const Length length, ParseLength(arguments.tolerance));
-  if (length.of == Length::Of::kDiagonal) {
-    options.tolerance = length.value;
-    return options;
-  }
-  if (options.camera) {
+  if (length.of == Length::Of::kDiagonal) return length.value;
+  if (arguments.adaptive.camera) {
     return UsageError(absl::StrCat("--tolerance ", length.text,
                                    ": with --camera it is a fraction of the distance from there; "
                                    "write one, such as 0.001"));
   }
   RILIEVO_ASSIGN_OR_RETURN(const double units,
                            InScanUnits(length, place, "--tolerance", arguments.input));
-  options.tolerance = units / frame.diagonal;
-  return options;
+  return units / frame.diagonal;
 }
-
-}  // namespace
 
 absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportArguments& arguments,
                                     const RunContext& context) {

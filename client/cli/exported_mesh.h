@@ -47,6 +47,10 @@ struct ExportedMesh {
   ScanPlace place;
 };
 
+// --tolerance as a fraction: of the diagonal, or with a camera of the distance from there.
+absl::StatusOr<double> ToleranceOf(const ExportArguments& arguments, const SpatialFrame& frame,
+                                   const ScanPlace& place);
+
 // The whole surface, or its control mesh, as asked for.
 absl::StatusOr<ExportedMesh> MeshOf(const DecodedSurface& decoded, const ExportArguments& arguments,
                                     const RunContext& context);

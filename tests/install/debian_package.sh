@@ -28,10 +28,12 @@ in_package() { # NAME FILE...
     grep -q "[.]/usr/$file\( ->.*\)\?$" <<<"$listed" || { echo "not in $name: $file" >&2; exit 1; }
   done
 }
-# The viewer where it has been built, the decoder for other languages, Python.
+# The viewer and STEP where they have been built, the decoder for other languages, Python.
 [ ! -f "$build/web/gateway.mjs" ] ||
   in_package rilievo-viewer share/rilievo/web/gateway.mjs share/rilievo/web/page/index.html
 dpkg-deb -f "$root"/rilievo-viewer_*_all.deb Depends | grep -q nodejs
+[ ! -f "$build/lib/rilievo/librilievo_step.so" ] ||
+  in_package rilievo-step lib/rilievo/librilievo_step.so
 in_package librilievo-decoder1 lib/librilievo_decoder.so.1
 in_package librilievo-decoder-dev lib/librilievo_decoder.so \
   include/rilievo/rilievo_decoder.h

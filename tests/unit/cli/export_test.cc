@@ -60,6 +60,31 @@ TEST_F(ExportTest, Writes3mf) {
   EXPECT_EQ(Run({"export", At("a.dss"), "-", "--format", "3mf"}).out.substr(0, 4), "PK\3\4");
 }
 
+TEST_F(ExportTest, WritesStep) {
+  const fs::path library =
+      fs::path(RILIEVO_PROGRAM).parent_path() / "../lib/rilievo/librilievo_step.so";
+  if (!fs::exists(library)) GTEST_SKIP() << "Open CASCADE is not installed";
+  const Json facts = Exported({At("a.step"), "--unit", "m", "--tolerance", "0.2%"});
+  EXPECT_LE(facts["error"], 0.002);
+  EXPECT_EQ(facts["warnings"], Json::array());
+  const std::string text = Content(At("a.step"));
+  EXPECT_EQ(text.substr(0, 13), "ISO-10303-21;");
+  EXPECT_THAT(text, HasSubstr("MANIFOLD_SOLID_BREP"));
+  EXPECT_EQ(Run({"export", At("a.dss"), At("b.stp"), "--tolerance", "0.2%"}).code, 0);
+  const Ended piped =
+      Run({"export", At("a.dss"), "-", "--format", "step", "--tolerance", "0.2%", "--unit", "m"});
+  EXPECT_EQ(piped.out.substr(0, 13), "ISO-10303-21;");
+}
+
+TEST_F(ExportTest, TellsWhatStepNeeds) {
+  setenv("RILIEVO_STEP", At("").c_str(), 1);
+  const Ended ended = Run({"export", At("a.dss"), At("a.step")});
+  unsetenv("RILIEVO_STEP");
+  EXPECT_NE(ended.code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("rilievo-step"));
+  EXPECT_FALSE(fs::exists(At("a.step")));
+}
+
 TEST_F(ExportTest, RefusesWhatDoesNotGoTogether) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> cases = {
       {{At("a.ply"), "--compress"}, "leave --compress out"},
@@ -67,6 +92,7 @@ TEST_F(ExportTest, RefusesWhatDoesNotGoTogether) {
       {{At("tiles/"), "--carry", At("scan.ply")}, "3D Tiles takes --level alone"},
       {{At("tiles/"), "--texture", "64"}, "only .glb can have a --texture"},
       {{At("tiles/"), "--level", "9"}, "--level 9: 3D Tiles holds heights"},
+      {{At("a.step"), "--level", "2"}, ".step has patches; it takes --tolerance alone"},
       {{At("a.foo")}, "a folder (DIR/) gets 3D Tiles"},
       {{At("a.3mf"), "--carry", At("scan.ply")}, "only .ply and .glb can --carry"},
   };
