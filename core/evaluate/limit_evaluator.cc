@@ -88,6 +88,7 @@ absl::Status LimitEvaluator::Check(int64_t face, double u, double v) const {
 }
 
 SurfaceJet LimitEvaluator::At(int face, double u, double v, JetOrder order) const {
+  if (quads_) return quads_->At(face, u, v, order);
   u = std::clamp(u, 0.0, 1.0);
   v = std::clamp(v, 0.0, 1.0 - u);
   int32_t at = roots_[face];

@@ -4,30 +4,33 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/base/run_context.h"
 #include "core/evaluate/irregular_fan.h"
+#include "core/evaluate/quad_evaluator.h"
 #include "core/evaluate/quartic_patch.h"
 #include "core/evaluate/surface_jet.h"
 #include "core/geometry/triangle_mesh.h"
 
 namespace rilievo {
 
-// Exact: a regular part of a face is a quartic box spline; a part beside an irregular vertex is cut
-// into regular ones around the parameter asked for (irregular_fan.h), however near to the vertex
-// that is. Creases, darts, corners, boundaries and semi-sharp edges follow crease_masks.h.
+// Exact: a regular part of a face of a Loop surface is a quartic box spline; a part beside an
+// irregular vertex is cut into regular ones around the parameter asked for (irregular_fan.h),
+// however near to the vertex that is. Catmull-Clark surfaces: quad_evaluator.h. Creases, darts,
+// corners, boundaries and semi-sharp edges follow crease_masks.h.
 //
 // A table of patches is made once; asking it changes nothing, so any number of threads may.
 class LimitEvaluator {
  public:
-  // Errors as RefineTopology; UNIMPLEMENTED for a Catmull-Clark surface; RESOURCE_EXHAUSTED where
-  // semi-sharp edges would need more patches than kMostPatches and 64 a face.
+  // Errors as RefineTopology; RESOURCE_EXHAUSTED where semi-sharp edges of a Loop surface would
+  // need more patches than kMostPatches and 64 a face.
   static absl::StatusOr<LimitEvaluator> Build(const ControlMesh& mesh, const RunContext& context);
   static constexpr int64_t kMostPatches = int64_t{1} << 20;
 
-  int face_count() const { return static_cast<int>(roots_.size()); }
+  int face_count() const { return quads_ ? quads_->face_count() : static_cast<int>(roots_.size()); }
 
   // INVALID_ARGUMENT unless 0 <= face < face_count(), u >= 0, v >= 0 and u + v <= 1, but for
   // kParameterSlack of rounding.
@@ -53,7 +56,8 @@ class LimitEvaluator {
   // Of the parameters of the face that the fan is.
   SurfaceJet AtTurnedFan(const Fan& fan, double u, double v, JetOrder order) const;
 
-  std::vector<int32_t> roots_;  // of each control face, coded as a child
+  std::optional<QuadEvaluator> quads_;  // of a Catmull-Clark surface, and nothing else
+  std::vector<int32_t> roots_;          // of each control face, coded as a child
   std::vector<Node> nodes_;
   std::vector<QuarticPatch> patches_;
   std::vector<Fan> fans_;

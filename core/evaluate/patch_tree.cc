@@ -188,9 +188,9 @@ class PatchTreeBuilder {
 absl::StatusOr<LimitEvaluator> LimitEvaluator::Build(const ControlMesh& mesh,
                                                      const RunContext& context) {
   if (mesh.quads()) {
-    return absl::UnimplementedError(
-        "this is a Catmull-Clark surface; parameters and closest points are evaluated on Loop "
-        "surfaces: make it with --scheme loop, or measure the mesh that rilievo export writes");
+    LimitEvaluator made;
+    RILIEVO_ASSIGN_OR_RETURN(made.quads_, QuadEvaluator::Build(mesh, context));
+    return made;
   }
   return PatchTreeBuilder(mesh, context).Run();
 }

@@ -57,19 +57,30 @@ TEST_F(ConvertTest, CatmullClarkSurfacesLieOverQuads) {
   EXPECT_EQ(verified.code, 0) << verified.out << verified.err;
 
   // Its control mesh has the quads, and put back gives the same bytes.
-  ASSERT_EQ(Run({"export", At("q.dss"), At("cage.obj"), "--cage"}).code, 0);
+  const Ended exported = Run({"export", At("q.dss"), At("cage.obj"), "--cage", "--json"});
+  ASSERT_EQ(exported.code, 0) << exported.err;
   const std::string cage = Content(At("cage.obj"));
   const auto quads = std::count(cage.begin(), cage.end(), 'f');
   EXPECT_EQ(2 * quads, info["levels"][0]["faces"]);
+  EXPECT_EQ(Json::parse(exported.out)["faces"], quads);
   const Ended moved = Run({"deform", At("q.dss"), "--cage", At("cage.obj"), "-o", At("t.dss")});
   ASSERT_EQ(moved.code, 0) << moved.err;
   EXPECT_EQ(Content(At("t.dss")), Content(At("q.dss")));
   ASSERT_EQ(Run({"export", At("q.dss"), At("q.usda"), "--level", "1"}).code, 0);
   EXPECT_THAT(Content(At("q.usda")), HasSubstr("subdivisionScheme = \"catmullClark\""));
 
-  const Ended evaluated = Run({"evaluate", At("q.dss"), "--at", "0,0.25,0.5"});
-  EXPECT_NE(evaluated.code, 0);
-  EXPECT_THAT(evaluated.err, HasSubstr("--scheme loop"));
+  // Scaled, or brought up to date, it stays over quads.
+  ASSERT_EQ(Run({"scale", At("q.dss"), "--to", "3,2,1", "-o", At("scaled.dss")}).code, 0);
+  ASSERT_EQ(Run({"update", At("q.dss"), At("m.ply"), "--points-only", "-o", At("u.dss")}).code, 0);
+  for (const char* name : {"scaled.dss", "u.dss"}) {
+    const Json after = Json::parse(Run({"info", At(name), "--json"}).out);
+    EXPECT_EQ(after["scheme"], "catmull-clark") << name;
+    EXPECT_EQ(after["levels"], info["levels"]) << name;
+  }
+
+  const Ended evaluated = Run({"evaluate", At("q.dss"), "--at", "0,0.25,0.5", "--json"});
+  EXPECT_EQ(evaluated.code, 0) << evaluated.err;
+  EXPECT_THAT(evaluated.out, HasSubstr("\"position\""));
 }
 
 TEST_F(ConvertTest, SaysWhatBecameOfTheTriangles) {

@@ -14,7 +14,7 @@
 #include "core/loop/limit_stencils.h"
 #include "core/loop/refinement.h"
 #include "core/loop/split_normals.h"
-#include "tests/unit/loop/crease_meshes.h"
+#include "tests/unit/loop/quad_meshes.h"
 
 namespace rilievo {
 namespace {
@@ -55,6 +55,14 @@ std::vector<DyadicPoint> DyadicPoints(const LoopRefinement& refinement, int leve
 std::vector<testing::NamedMesh> AllMeshes() {
   std::vector<testing::NamedMesh> meshes = testing::LoopMeshes();
   for (testing::NamedMesh& mesh : testing::CreaseMeshes()) meshes.push_back(std::move(mesh));
+  return meshes;
+}
+
+std::vector<testing::NamedMesh> SmallQuadMeshes() {
+  std::vector<testing::NamedMesh> meshes;
+  for (testing::NamedMesh& mesh : testing::QuadMeshes()) {
+    if (mesh.mesh.faces.cols() <= 500) meshes.push_back({"Quads" + mesh.name, mesh.mesh});
+  }
   return meshes;
 }
 
@@ -170,6 +178,8 @@ TEST(LimitEvaluatorOfSmoothMeshTest, NormalsTendToThoseOfTheVertex) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, LimitEvaluatorTest, ::testing::ValuesIn(AllMeshes()),
+                         [](const auto& at) { return at.param.name; });
+INSTANTIATE_TEST_SUITE_P(QuadMeshes, LimitEvaluatorTest, ::testing::ValuesIn(SmallQuadMeshes()),
                          [](const auto& at) { return at.param.name; });
 
 // Control points on a paraboloid over a regular lattice: the surface is that paraboloid, lifted.

@@ -8,7 +8,7 @@
 
 #include "core/loop/refinement.h"
 #include "core/surface/displaced_surface.h"
-#include "tests/unit/loop/crease_meshes.h"
+#include "tests/unit/loop/quad_meshes.h"
 
 namespace rilievo::testing {
 
@@ -40,11 +40,13 @@ inline std::vector<NamedSurface> ReliefSurfaces() {
   const ControlMesh valences = Perturbed(ConnectedSum(Bipyramid(7), Icosahedron()), 0.03, random);
   const ControlMesh creased =
       WithRandomCreases(valences, 0.3, {kInfiniteSharpness, 1.5f}, 2, random);
+  Random diagonals(5);
   return {{"Smooth", WithRelief(valences, 4, 0.01)},
           {"Creased", WithRelief(creased, 4, 0.01)},
           {"Open", WithRelief(Perturbed(Grid(5, 4), 0.05, random), 3, 0.01)},
           {"LevelOne", WithRelief(Torus(8, 6), 1, 0.02)},
-          {"LevelZero", WithRelief(Torus(8, 6), 0, 0.02)}};
+          {"LevelZero", WithRelief(Torus(8, 6), 0, 0.02)},
+          {"Quads", WithRelief(TurnedTorus(8, 6, diagonals), 3, 0.01)}};
 }
 
 }  // namespace rilievo::testing
