@@ -26,7 +26,8 @@ std::string DroppedText(const v1::ReconstructReport& report) {
                                                    {report.duplicates(), "duplicate"},
                                                    {report.strays(), "stray"},
                                                    {report.outliers(), "outlying"},
-                                                   {report.island_points(), "on islands"}};
+                                                   {report.island_points(), "on islands"},
+                                                   {report.foliage_points(), "in foliage"}};
   std::vector<std::string> parts;
   for (const auto& [count, name] : kinds) {
     if (count > 0) parts.push_back(absl::StrCat(Grouped(count), " ", name));
@@ -236,6 +237,7 @@ std::string ReportJson(const v1::ReconstructReport& report, const ReportPaths& p
   json["strays"] = report.strays();
   json["outliers"] = report.outliers();
   json["island_points"] = report.island_points();
+  json["foliage_points"] = report.foliage_points();
   json["points_used"] = report.points_used();
   json["mesh"] = report.has_mesh() ? MeshJson(report.mesh()) : Json();
   json["diagonal"] = report.diagonal();

@@ -87,6 +87,8 @@ std::vector<std::string> AdviceFor(const ScanDiagnosis& d) {
   dropped(d.outliers, "belong to no surface", " and are left out; look at the scan for ghosts.");
   dropped(d.island_points, "lie on small islands",
           " and are left out; scan them more densely to keep them.");
+  dropped(d.foliage_points, "fill volumes, as leaves do,",
+          " and are left out; no surface explains them.");
   if (d.noise[2] > d.spacing[2]) {
     advice.emplace_back(
         "The noise exceeds the spacing of the points: detail below the noise will be smoothed "
@@ -164,6 +166,7 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
 
   d.outliers = surface.figures.outliers;
   d.island_points = surface.figures.island_points;
+  d.foliage_points = surface.figures.foliage;
   const OrientedCloud& cloud = surface.cloud;
   d.points_used = cloud.points.cols();
   d.diagonal = surface.frame.diagonal;
@@ -198,7 +201,8 @@ std::string DiagnosisText(const ScanDiagnosis& d) {
   add("points", absl::StrCat(Grouped(d.points_used), " of ", Grouped(d.points_in), " usable; ",
                              Grouped(d.non_finite), " non-finite, ", Grouped(d.duplicates),
                              " duplicate, ", Grouped(d.strays), " stray, ", Grouped(d.outliers),
-                             " outlying, ", Grouped(d.island_points), " on islands"));
+                             " outlying, ", Grouped(d.island_points), " on islands, ",
+                             Grouped(d.foliage_points), " in foliage"));
   add("size", absl::StrCat(Short(d.size[0]), " x ", Short(d.size[1]), " x ", Short(d.size[2]),
                            ", diagonal ", Short(d.diagonal)));
   add("spacing", Spread(d.spacing));

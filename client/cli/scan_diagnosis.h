@@ -17,7 +17,7 @@ using Quantiles = std::array<double, 5>;
 
 struct ScanDiagnosis {
   int64_t points_in = 0, non_finite = 0, duplicates = 0, strays = 0, outliers = 0;
-  int64_t island_points = 0, points_used = 0;
+  int64_t island_points = 0, foliage_points = 0, points_used = 0;
   double diagonal = 0;           // scan unit
   std::array<double, 3> size;    // of the bounding box of the points used, scan unit
   Quantiles spacing{}, noise{};  // scan unit

@@ -24,6 +24,7 @@ std::string DiagnosisJson(const ScanDiagnosis& d, const std::string& scan,
   json["strays"] = d.strays;
   json["outliers"] = d.outliers;
   json["island_points"] = d.island_points;
+  json["foliage_points"] = d.foliage_points;
   json["points_used"] = d.points_used;
   json["diagonal"] = d.diagonal;
   json["size"] = d.size;

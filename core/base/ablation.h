@@ -18,6 +18,7 @@ namespace rilievo {
 enum class Mechanism {
   kOutlierClouds,
   kOutliers,
+  kFoliage,
   kSeparateSheets,
   kAdaptivePatches,
   kRobustNormal,
@@ -52,6 +53,7 @@ struct NamedMechanism {
 inline constexpr auto kMechanisms = std::to_array<NamedMechanism>({
     {Mechanism::kOutlierClouds, "outlier_clouds"},
     {Mechanism::kOutliers, "outliers"},
+    {Mechanism::kFoliage, "foliage"},
     {Mechanism::kSeparateSheets, "separate_sheets"},
     {Mechanism::kAdaptivePatches, "adaptive_patches"},
     {Mechanism::kRobustNormal, "robust_normal"},

@@ -9,6 +9,7 @@
 #include "core/base/freed_memory.h"
 #include "core/base/parallel_for.h"
 #include "core/base/status_macros.h"
+#include "core/scan/clean/find_foliage.h"
 #include "core/scan/local_shape/estimate_normals.h"
 #include "core/scan/local_shape/separate_sheets.h"
 #include "core/scan/local_shape/sharpen_normals.h"
@@ -79,33 +80,39 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
   });
 }
 
-// The points that belong to a surface, in a frame of their own.
-absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
-                                              const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(OutlierResult found,
-                           FindOutliers(scan.points, scan.graph, options.outliers, context));
-  const int64_t checked = scan.points.cols();
-  const int64_t count = checked - std::count(found.keep.begin(), found.keep.end(), 0);
-  scan.figures.outliers = found.outliers;
-  scan.figures.island_points = found.island_points;
-  scan.figures.kept = count;
-  if (count < kMinScanPoints) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("points: ", count, " of ", checked, " points are left after ", found.outliers,
-                     " outliers and ", found.island_points, " points of islands, at least ",
-                     kMinScanPoints, " are needed"));
+// INVALID_ARGUMENT where too few are left.
+absl::Status CheckKept(const ScanFigures& figures, int64_t checked) {
+  if (figures.kept >= kMinScanPoints) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "points: ", figures.kept, " of ", checked, " points are left after ", figures.outliers,
+      " outliers, ", figures.island_points, " points of islands and ", figures.foliage,
+      " points of foliage, at least ", kMinScanPoints, " are needed"));
+}
+
+// The mask of all points for one of those that another mask has kept so far.
+std::vector<uint8_t> KeptOfAll(std::vector<uint8_t> so_far, const std::vector<uint8_t>& keep) {
+  if (so_far.empty()) return keep;
+  size_t next = 0;
+  for (uint8_t& kept : so_far) {
+    if (kept != 0) kept = keep[next++];
   }
-  if (count == checked) return scan;
+  return so_far;
+}
+
+// Those of the points that are to be kept, in a frame of their own.
+absl::StatusOr<ScanNeighbors> KeepPoints(const std::vector<uint8_t>& keep, ScanNeighbors scan,
+                                         const ScanOptions& options, const RunContext& context) {
   const SpatialFrame curve = scan.curve;
   const ScanFigures figures = scan.figures;
+  std::vector<uint8_t> kept_of_all = KeptOfAll(std::move(scan.keep), keep);
   PointSights sights = std::move(scan.sights);
-  KeepSights(found.keep, &sights);
+  KeepSights(keep, &sights);
   const SpatialFrame before = scan.frame;
-  KeptPoints kept = Compact(found.keep, std::move(scan));
+  KeptPoints kept = Compact(keep, std::move(scan));
   Reframe(before, kept.frame, &sights.stations);
   RILIEVO_ASSIGN_OR_RETURN(PointIndex index,
                            PointIndex::Build(kept.points, context, Between(kept.frame, curve)));
-  if (count > kept.graph.k) {
+  if (kept.points.cols() > kept.graph.k) {
     RILIEVO_RETURN_IF_ERROR(RepairGraph(index, context, &kept));
   } else {  // each list gets shorter
     RILIEVO_ASSIGN_OR_RETURN(kept.graph,
@@ -113,7 +120,60 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
   }
   return ScanNeighbors{
       std::move(kept.points), std::move(sights), kept.frame, curve,
-      std::move(kept.graph),  std::move(index),  figures,    std::move(found.keep)};
+      std::move(kept.graph),  std::move(index),  figures,    std::move(kept_of_all)};
+}
+
+absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOptions& options,
+                                              const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(const OutlierResult found,
+                           FindOutliers(scan.points, scan.graph, options.outliers, context));
+  const int64_t checked = scan.points.cols();
+  scan.figures.outliers += found.outliers;
+  scan.figures.island_points += found.island_points;
+  scan.figures.kept = std::count(found.keep.begin(), found.keep.end(), 1);
+  RILIEVO_RETURN_IF_ERROR(CheckKept(scan.figures, checked));
+  if (scan.figures.kept == checked) return scan;
+  return KeepPoints(found.keep, std::move(scan), options, context);
+}
+
+// Points with normals of either sign; the scan keeps neither its points nor, where it is large, its
+// index.
+struct NormalsOfScan {
+  ReplacedLists replaced;
+  EstimatedNormals estimated;
+};
+
+absl::StatusOr<NormalsOfScan> FindNormals(ScanNeighbors* scan, const RunContext& context) {
+  NormalsOfScan found;
+  RILIEVO_ASSIGN_OR_RETURN(found.replaced,
+                           SeparateSheets(scan->points, scan->index, context, &scan->graph));
+  if (scan->points.cols() >= kLargeScan) PointIndex(std::move(scan->index));  // for its room
+  RILIEVO_ASSIGN_OR_RETURN(found.estimated, EstimateNormals(std::move(scan->points), scan->graph,
+                                                            found.replaced, context));
+  return found;
+}
+
+// As FindNormals, of what is left without foliage.
+absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
+                                                        const ScanOptions& options,
+                                                        const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(NormalsOfScan found, FindNormals(scan, context));
+  if (options.outliers.distance_factor == 0) return found;
+  const int64_t checked = scan->graph.size();
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> keep,
+                           FindFoliage(found.estimated.cloud, scan->graph, context));
+  scan->figures.foliage = std::count(keep.begin(), keep.end(), 1);
+  if (scan->figures.foliage == 0) return found;
+  for (uint8_t& kept : keep) kept = kept == 0;
+  scan->figures.kept = checked - scan->figures.foliage;
+  RILIEVO_RETURN_IF_ERROR(CheckKept(scan->figures, checked));
+  JoinSheets(found.replaced, &scan->graph);
+  scan->points = std::move(found.estimated.cloud.points);
+  found = NormalsOfScan();
+  RILIEVO_ASSIGN_OR_RETURN(*scan, KeepPoints(keep, std::move(*scan), options, context));
+  // Those at its edge stand alone now.
+  RILIEVO_ASSIGN_OR_RETURN(*scan, WithoutOutliers(std::move(*scan), options, context));
+  return FindNormals(scan, context);
 }
 
 }  // namespace
@@ -152,23 +212,18 @@ absl::StatusOr<ScanSurface> OrientScan(ScanNeighbors scan, const ScanOptions& op
   context.Report(Stage::kNormals, 0);
   RILIEVO_ASSIGN_OR_RETURN(scan, WithoutOutliers(std::move(scan), options, context));
   context.Report(Stage::kNormals, 0.2);
+  RILIEVO_ASSIGN_OR_RETURN(NormalsOfScan found, FindNormalsWithoutFoliage(&scan, options, context));
+  OrientedCloud cloud = std::move(found.estimated.cloud);
   NeighborGraph graph = std::move(scan.graph);
-  RILIEVO_ASSIGN_OR_RETURN(const ReplacedLists replaced,
-                           SeparateSheets(scan.points, scan.index, context, &graph));
-  std::optional<PointIndex> index = std::move(scan.index);
-  const bool is_large = scan.points.cols() >= kLargeScan;
-  if (is_large) index.reset();  // normals need the room
-  RILIEVO_ASSIGN_OR_RETURN(EstimatedNormals estimated,
-                           EstimateNormals(std::move(scan.points), graph, replaced, context));
-  OrientedCloud cloud = std::move(estimated.cloud);
   context.Report(Stage::kNormals, 0.6);
   std::vector<Rgb> colors = std::move(scan.sights.colors);
   RILIEVO_ASSIGN_OR_RETURN(
       scan.figures.orientation,
       OrientNormals(graph, std::move(scan.sights), options.sights, &cloud, context));
-  RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, estimated.near_edge, context, &cloud));
-  JoinSheets(replaced, &graph);
-  if (is_large) {
+  RILIEVO_RETURN_IF_ERROR(SharpenNormals(graph, found.estimated.near_edge, context, &cloud));
+  JoinSheets(found.replaced, &graph);
+  std::optional<PointIndex> index = std::move(scan.index);
+  if (cloud.points.cols() >= kLargeScan) {
     RILIEVO_RETURN_IF_ERROR(graph.Pack(context));
     RILIEVO_ASSIGN_OR_RETURN(
         index, PointIndex::BuildOver(cloud.points, context, Between(scan.frame, scan.curve)));

@@ -163,6 +163,7 @@ const std::vector<std::pair<std::string, Maker>>& Makers() {
       {"genus2-open", FromThreeViews(MakeGenus2)},
       {"street", OfScene(MakeStreet, false)},
       {"block", OfScene(MakeBlock, false)},
+      {"garden", OfScene(MakeGarden, false)},
       {"rooms", OfScene(MakeRooms, false)},
       {"street-stations", OfScene(MakeStreet, true)},
       {"block-stations", OfScene(MakeBlock, true)},

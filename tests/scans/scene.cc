@@ -133,6 +133,20 @@ Scene MakeBlock() {
   return {"block", builder.Take(), {}, {.strips = 4, .height = 150, .half_angle = 20 * kDegree}};
 }
 
+Scene MakeGarden() {
+  Scene scene = MakeBlock();
+  scene.name = "garden";
+  Random random(3);
+  for (int row = 0; row < 2; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      const double radius = random.Uniform(5, 7);
+      const Vector3d foot(28 * (column - 1) + random.Uniform(-5, 5), 27 * (row - 0.5), 0);
+      scene.crowns.push_back({foot + random.Uniform(8, 12) * Vector3d::UnitZ(), radius, radius});
+    }
+  }
+  return scene;
+}
+
 Scene MakeRooms() {
   constexpr double kWidth = 5, kDepth = 4, kHeight = 2.6, kWall = 0.12;
   SceneBuilder builder(0.06);

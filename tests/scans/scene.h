@@ -23,6 +23,12 @@ struct Flight {
   double height = 0, half_angle = 0;  // radians
 };
 
+// The leaves of a tree: a ball in which a ray comes `free_path` far on the average.
+struct Crown {
+  Eigen::Vector3d middle;
+  double radius = 0, free_path = 0;
+};
+
 // Unit: metres. Faces are cut into triangles about as large as a scan of 100 000 points is dense,
 // so that each is either seen or not; they may meet in T-junctions. Counter-clockwise seen from
 // outside of what is solid. Either stations or a flight.
@@ -31,6 +37,7 @@ struct Scene {
   TriangleMesh truth;
   std::vector<Station> stations;
   Flight flight;
+  std::vector<Crown> crowns = {};  // no part of the truth
   Eigen::AlignedBox3d bounds() const;
 };
 
@@ -39,6 +46,9 @@ Scene MakeStreet();
 
 // A block of houses with gabled roofs on rolling ground, seen from the air.
 Scene MakeBlock();
+
+// The same, with trees between the houses.
+Scene MakeGarden();
 
 // Two furnished rooms with a door between them, seen from inside.
 Scene MakeRooms();

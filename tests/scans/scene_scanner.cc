@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 #include "absl/status/status.h"
@@ -41,10 +42,24 @@ RayOf RaysOfStrip(const Scene& scene, int strip) {
   };
 }
 
+// How far a ray comes before a leaf stops it; infinite where none does.
+double LeafAlong(const Ray& ray, const std::vector<Crown>& crowns, Random* random) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Crown& crown : crowns) {
+    const double middle = (crown.middle - ray.origin).dot(ray.direction);
+    const double off = (ray.origin + middle * ray.direction - crown.middle).squaredNorm();
+    const double half = std::sqrt(std::max(0.0, crown.radius * crown.radius - off));
+    const double depth = -crown.free_path * std::log(1 - random->Uniform());
+    if (depth < 2 * half) nearest = std::min(nearest, middle - half + depth);
+  }
+  return nearest;
+}
+
 class SceneScanner {
  public:
   SceneScanner(const Scene& scene, const SceneScanOptions& options)
       : truth_(scene.truth),
+        crowns_(scene.crowns),
         tree_(scene.truth),
         sigma_(options.noise * scene.bounds().diagonal().norm()),
         least_cosine_(std::cos(options.max_incidence_degrees * std::numbers::pi / 180)),
@@ -64,6 +79,14 @@ class SceneScanner {
       v = std::fmod(v + kR2Second, 1.0);
       const Ray ray = ray_of(u, v);
       const auto hit = tree_.First(ray);
+      const double leaf = LeafAlong(ray, crowns_, &random);
+      if (std::isfinite(leaf) && (!hit || leaf < hit->distance)) {
+        points_.push_back(ray.origin + leaf * ray.direction);
+        stations_.Add(ray.origin);
+        is_leaf_.push_back(1);
+        ++taken;
+        continue;
+      }
       if (!hit) continue;
       const double facing = -NormalOf(hit->triangle).dot(ray.direction);
       if (std::abs(facing) < least_cosine_) continue;
@@ -71,6 +94,7 @@ class SceneScanner {
       const double error = sigma_ > 0 ? sigma_ * random.Normal() : 0.0;
       points_.push_back(ray.origin + (hit->distance + error) * ray.direction);
       stations_.Add(ray.origin);
+      is_leaf_.push_back(0);
       ++taken;
     }
     return absl::OkStatus();
@@ -81,6 +105,7 @@ class SceneScanner {
     scan.cloud.points.resize(3, static_cast<Eigen::Index>(points_.size()));
     for (size_t i = 0; i < points_.size(); ++i) scan.cloud.points.col(i) = points_[i];
     stations_.Finish(&scan.cloud.sights);
+    scan.is_leaf = is_leaf_;
     for (const int count : from_outside_) scan.seen.push_back((count > 0) - (count < 0));
     return scan;
   }
@@ -95,10 +120,12 @@ class SceneScanner {
   }
 
   const TriangleMesh& truth_;
+  const std::vector<Crown>& crowns_;
   const RayTree tree_;
   const double sigma_, least_cosine_;
   std::vector<int> from_outside_;  // returns from there, less those from the other side
   std::vector<Vector3d> points_;
+  std::vector<uint8_t> is_leaf_;
   StationTable stations_;
 };
 

@@ -20,7 +20,8 @@ struct SceneScanOptions {
 };
 
 struct SceneScan {
-  PointCloud cloud;  // station by station, or strip by strip; with its stations
+  PointCloud cloud;              // station by station, or strip by strip; with its stations
+  std::vector<uint8_t> is_leaf;  // by point, whether it comes from a crown
   // By triangle of the truth: 0 unseen, 1 seen from outside, -1 from its other side.
   std::vector<int8_t> seen;
 };

@@ -13,6 +13,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.strays = 4;
   report.outliers = 5;
   report.island_points = 6;
+  report.foliage = 65;
   report.points_used = 7;
   report.diagonal = 8;
   report.median_spacing = 9;
@@ -62,6 +63,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   EXPECT_EQ(proto.strays(), 4);
   EXPECT_EQ(proto.outliers(), 5);
   EXPECT_EQ(proto.island_points(), 6);
+  EXPECT_EQ(proto.foliage_points(), 65);
   EXPECT_EQ(proto.points_used(), 7);
   EXPECT_EQ(proto.diagonal(), 8);
   EXPECT_EQ(proto.median_spacing_ratio(), 9);

@@ -1,0 +1,25 @@
+// Points that fill a volume, as leaves do.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/base/run_context.h"
+#include "core/points/neighbor_graph.h"
+#include "core/points/oriented_cloud.h"
+
+namespace rilievo {
+
+// By point, whether it is one of leaves, twigs or clutter that no surface explains; empty: none is.
+// A third of the points around it, two rings far, lie off the tangent planes of their neighbours by
+// a good part of the spacing and by far more than points of the scan usually do, and all of them
+// together fill a volume. On a surface, at its edges and on the sheets of a thin wall too, many of
+// the neighbours are of the same sheet, so a low quantile of those distances is small. Where noise
+// is thicker than a tenth of the spacing all over the scan, no leaves can be told from it.
+// `cloud`: points, normals of either sign, and spacing. `graph`: of its points, by sheets.
+absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
+                                                 const NeighborGraph& graph,
+                                                 const RunContext& context);
+
+}  // namespace rilievo

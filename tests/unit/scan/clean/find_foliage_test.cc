@@ -1,0 +1,58 @@
+#include "core/scan/clean/find_foliage.h"
+
+#include <gtest/gtest.h>
+
+#include "core/scan/scan_surface.h"
+#include "tests/scans/analytic_shape.h"
+#include "tests/scans/scanner.h"
+#include "tests/scans/scene.h"
+#include "tests/scans/scene_scanner.h"
+
+namespace rilievo {
+namespace {
+
+TEST(FindFoliageTest, LeavesGoAndTheGardenStays) {
+  const SceneScan scan = ScanScene(MakeGarden(), {.points = 20000, .noise = 0.0002}).value();
+  const CheckedScan checked = CheckScan(scan.cloud, CheckOptions{}, RunContext{}).value();
+  const ScanSurface surface = AnalyzeScan(checked, ScanOptions{}, RunContext{}).value();
+  ASSERT_EQ(surface.keep.size(), checked.source_index.size());
+  int leaves = 0, leaves_left = 0, others = 0, others_gone = 0;
+  for (size_t i = 0; i < surface.keep.size(); ++i) {
+    if (scan.is_leaf[checked.source_index[i]] != 0) {
+      ++leaves;
+      leaves_left += surface.keep[i];
+    } else {
+      ++others;
+      others_gone += surface.keep[i] == 0;
+    }
+  }
+  EXPECT_GT(leaves, 1000);
+  EXPECT_LT(leaves_left, 0.05 * leaves);
+  EXPECT_LT(others_gone, 0.02 * others);
+  EXPECT_GT(surface.figures.foliage, 0.9 * leaves);
+  EXPECT_EQ(surface.figures.kept, surface.cloud.points.cols());
+}
+
+TEST(FindFoliageTest, LeavesStayWhereNothingIsToBeLeftOut) {
+  const SceneScan scan = ScanScene(MakeGarden(), {.points = 10000}).value();
+  ScanOptions options;
+  options.outliers.distance_factor = 0;
+  const CheckedScan checked = CheckScan(scan.cloud, CheckOptions{}, RunContext{}).value();
+  EXPECT_EQ(AnalyzeScan(checked, options, RunContext{})->figures.foliage, 0);
+}
+
+TEST(FindFoliageTest, HousesAndThinWallsAreSurfaces) {
+  const auto foliage_of = [](const PointCloud& cloud) {
+    const CheckedScan checked = CheckScan(cloud, CheckOptions{}, RunContext{}).value();
+    return AnalyzeScan(checked, ScanOptions{}, RunContext{})->figures.foliage;
+  };
+  EXPECT_EQ(foliage_of(ScanScene(MakeBlock(), {.points = 10000}).value().cloud), 0);
+  for (const double noise : {0.0, 0.003}) {
+    const auto walls = MakeThinWalls();
+    const auto scan = SimulateScan(*walls, {.points = 10000, .noise = noise});
+    EXPECT_EQ(foliage_of(scan->cloud), 0) << noise;
+  }
+}
+
+}  // namespace
+}  // namespace rilievo
