@@ -14,6 +14,7 @@
 #include "core/booleans/kept_faces.h"
 #include "core/booleans/separate_contacts.h"
 #include "core/booleans/solid_crossings.h"
+#include "core/geometry/mesh_topology.h"
 
 namespace rilievo {
 namespace {
@@ -50,14 +51,16 @@ absl::StatusOr<CutSolids> CutEachOther(const TriangleMesh& a, const TriangleMesh
 }
 
 // How far along the edge from `tail` to `tip` a crossing lies, which is at `grown` where a solid
-// has grown. That does not move it but where edge and face are all but parallel: there it stays.
+// has grown. Growing moves it the farther, the flatter edge and face meet; where they are all but
+// parallel it lies nowhere else, and stays.
 double ParameterOf(const Eigen::Vector3d& tail, const Eigen::Vector3d& tip,
                    const Eigen::Matrix3d& triangle, double grown, double width) {
+  constexpr double kMostMoved = 512;  // contact widths
   const Eigen::Vector3d normal =
       (triangle.col(1) - triangle.col(0)).cross(triangle.col(2) - triangle.col(0));
   const double from = normal.dot(tail - triangle.col(0)), to = normal.dot(tip - triangle.col(0));
   const double parameter = std::clamp(from / (from - to), 0.0, 1.0);
-  return std::abs(parameter - grown) * (tip - tail).norm() < width ? parameter : grown;
+  return std::abs(parameter - grown) * (tip - tail).norm() < kMostMoved * width ? parameter : grown;
 }
 
 // By number of KeptFaces: vertices, crossings of the edges as they were given, and added points.
@@ -212,6 +215,48 @@ std::string NothingLeft(SolidOperation operation) {
              : "nothing is left: the shapes have no volume in common";
 }
 
+struct Combination {
+  CombinedSolids solids;  // without triangles: nothing is left
+  bool touched = false;   // see SeparatedSolids
+};
+
+absl::StatusOr<Combination> CombineCut(const TriangleMesh& a, const TriangleMesh& b,
+                                       SolidOperation operation, const CutSolids& cut,
+                                       const RunContext& context) {
+  const double width = ContactWidth(a, b);
+  const std::vector<Crossing>& crossings = cut.crossings.all;
+  const auto first_crossing = static_cast<int>(a.vertices.cols() + b.vertices.cols());
+  GrowingMesh growing = UsedPart(cut.kept, operation == SolidOperation::kDifference,
+                                 PlacesOf(a, b, crossings, cut.kept.added, width), first_crossing,
+                                 first_crossing + static_cast<int>(crossings.size()));
+  Combination combination;
+  if (growing.triangles.empty()) return combination;
+  SplitRepeatedDiagonals(&growing);
+  CombinedSolids& combined = combination.solids;
+  combined.crossings = static_cast<int64_t>(crossings.size());
+  combined.cut_faces = cut.kept.cut_faces;
+  combined.mesh.triangles = growing.Faces();
+  combined.mesh.vertices.resize(3, static_cast<Eigen::Index>(growing.vertices.size()));
+  for (size_t v = 0; v < growing.vertices.size(); ++v) {
+    combined.mesh.vertices.col(static_cast<Eigen::Index>(v)) = growing.vertices[v];
+  }
+  if (combined.crossings == 0) return combination;
+  RILIEVO_ASSIGN_OR_RETURN(
+      SeparatedSolids separated,
+      SeparateContacts(std::move(combined.mesh), std::move(growing.at_cut), width, context));
+  combined.mesh = std::move(separated.mesh);
+  combination.touched = separated.touched;
+  return combination;
+}
+
+bool HangTogetherAlike(const TriangleMesh& a, const TriangleMesh& b) {
+  const auto summary = [](const TriangleMesh& mesh) {
+    return SummarizeTopology(mesh.triangles, static_cast<int>(mesh.vertices.cols()));
+  };
+  const TopologySummary of_a = summary(a), of_b = summary(b);
+  return of_a.components == of_b.components && of_a.euler == of_b.euler;
+}
+
 }  // namespace
 
 absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const TriangleMesh& b,
@@ -219,35 +264,27 @@ absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const Triang
   RILIEVO_RETURN_IF_ERROR(CheckInput(a, "first"));
   RILIEVO_RETURN_IF_ERROR(CheckInput(b, "second"));
   const Plan plan = PlanOf(operation);
-  const double width = ContactWidth(a, b);
-  absl::StatusOr<CutSolids> cut = CutEachOther(a, b, plan.outside, plan.growths[0], context);
-  if (absl::IsFailedPrecondition(cut.status())) {
-    cut = CutEachOther(a, b, plan.outside, plan.growths[1], context);
+  absl::StatusOr<CutSolids> first = CutEachOther(a, b, plan.outside, plan.growths[0], context);
+  const bool may_check = first.ok();
+  if (absl::IsFailedPrecondition(first.status())) {
+    first = CutEachOther(a, b, plan.outside, plan.growths[1], context);
   }
-  if (!cut.ok()) return cut.status();
-  const std::vector<Crossing>& crossings = cut->crossings.all;
-  const auto first_crossing = static_cast<int>(a.vertices.cols() + b.vertices.cols());
-  GrowingMesh growing = UsedPart(cut->kept, operation == SolidOperation::kDifference,
-                                 PlacesOf(a, b, crossings, cut->kept.added, width), first_crossing,
-                                 first_crossing + static_cast<int>(crossings.size()));
-  if (growing.triangles.empty()) return absl::FailedPreconditionError(NothingLeft(operation));
-  SplitRepeatedDiagonals(&growing);
-  CombinedSolids combined;
-  combined.crossings = static_cast<int64_t>(crossings.size());
-  combined.cut_faces = cut->kept.cut_faces;
-  combined.mesh.triangles = growing.Faces();
-  combined.mesh.vertices.resize(3, static_cast<Eigen::Index>(growing.vertices.size()));
-  for (size_t v = 0; v < growing.vertices.size(); ++v) {
-    combined.mesh.vertices.col(static_cast<Eigen::Index>(v)) = growing.vertices[v];
+  if (!first.ok()) return first.status();
+  RILIEVO_ASSIGN_OR_RETURN(Combination combination,
+                           CombineCut(a, b, operation, *std::move(first), context));
+  if (combination.touched && may_check) {
+    const auto second = CutEachOther(a, b, plan.outside, plan.growths[1], context);
+    if (absl::IsCancelled(second.status())) return second.status();
+    if (second.ok()) {
+      RILIEVO_ASSIGN_OR_RETURN(const Combination other,
+                               CombineCut(a, b, operation, *second, context));
+      if (!HangTogetherAlike(combination.solids.mesh, other.solids.mesh)) return TouchesTooFlatly();
+    }
   }
-  if (combined.crossings == 0) return combined;
-  RILIEVO_ASSIGN_OR_RETURN(
-      combined.mesh,
-      SeparateContacts(std::move(combined.mesh), std::move(growing.at_cut), width, context));
-  if (combined.mesh.triangles.cols() == 0) {
+  if (combination.solids.mesh.triangles.cols() == 0) {
     return absl::FailedPreconditionError(NothingLeft(operation));
   }
-  return combined;
+  return std::move(combination.solids);
 }
 
 }  // namespace rilievo

@@ -28,7 +28,8 @@ struct CombinedSolids {
 // touches is empty. What hangs together in a point or along an edge only is apart (see
 // SeparateContacts()). INVALID_ARGUMENT for coordinates that are not finite or a mesh without
 // triangles; FAILED_PRECONDITION for a mesh that is open, not oriented, inside out or overlaps
-// itself where the other meets it, and when nothing is left; CANCELLED.
+// itself where the other meets it, where both touch too flatly to tell what hangs together (either
+// solid grown has to give the same components and genus), and when nothing is left; CANCELLED.
 absl::StatusOr<CombinedSolids> CombineSolids(const TriangleMesh& a, const TriangleMesh& b,
                                              SolidOperation operation, const RunContext& context);
 

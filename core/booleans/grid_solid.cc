@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/geometry/vertex_normals.h"
 #include "core/surface/mass_properties.h"
 
 namespace rilievo {
@@ -42,24 +41,34 @@ absl::StatusOr<std::vector<uint32_t>> PartnersOf(const Eigen::Matrix3Xi& faces, 
   return partner;
 }
 
-// By vertex: a move that takes all faces around it outward by 1, or as near to that as a sharp tip
-// allows.
+// By vertex: the shortest move that takes all faces around it outward by 1, or as near to that as a
+// sharp tip allows. By projections onto one half-space after the other (C. Hildreth, "A quadratic
+// programming procedure", 1957), so it does not depend on the sizes of the faces.
 Eigen::Matrix3Xd OutwardMoves(const TriangleMesh& mesh) {
-  Eigen::Matrix3Xd moves = VertexNormals(mesh.vertices, mesh.triangles);
-  std::vector<double> least(static_cast<size_t>(moves.cols()), 1);
-  for (const auto triangle : mesh.triangles.colwise()) {
-    const Eigen::Vector3d origin = mesh.vertices.col(triangle[0]);
-    const Eigen::Vector3d normal = (mesh.vertices.col(triangle[1]) - origin)
-                                       .cross(mesh.vertices.col(triangle[2]) - origin)
-                                       .normalized();
-    if (normal.isZero()) continue;
-    for (const int v : triangle) {
-      double& ahead = least[static_cast<size_t>(v)];
-      ahead = std::min(ahead, normal.dot(moves.col(v)));
-    }
+  constexpr int kMostSweeps = 200;
+  constexpr double kShort = 1e-2;  // of 1, that a face may lack
+  const auto count = static_cast<size_t>(3 * mesh.triangles.cols());
+  std::vector<double> pushes(count, 0);  // by corner of a face, along its normal
+  Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, mesh.vertices.cols());
+  Eigen::Matrix3Xd normals(3, mesh.triangles.cols());
+  for (Eigen::Index t = 0; t < normals.cols(); ++t) {
+    const Eigen::Vector3d origin = mesh.vertices.col(mesh.triangles(0, t));
+    normals.col(t) = (mesh.vertices.col(mesh.triangles(1, t)) - origin)
+                         .cross(mesh.vertices.col(mesh.triangles(2, t)) - origin)
+                         .normalized();
   }
-  for (Eigen::Index v = 0; v < moves.cols(); ++v) {
-    moves.col(v) /= std::max(least[static_cast<size_t>(v)], 1 / kMostAhead);
+  bool moved = true;
+  for (int sweep = 0; sweep < kMostSweeps && moved; ++sweep) {
+    moved = false;
+    for (size_t corner = 0; corner < count; ++corner) {
+      const auto normal = normals.col(static_cast<Eigen::Index>(corner / 3));
+      auto move = moves.col(mesh.triangles.data()[corner]);
+      const double push = std::max(1 - normal.dot(move), -pushes[corner]);
+      if (normal.isZero() || move.squaredNorm() > kMostAhead * kMostAhead) continue;
+      moved = moved || std::abs(push) > kShort;
+      pushes[corner] += push;
+      move += push * normal;
+    }
   }
   return moves;
 }

@@ -66,22 +66,27 @@ class Thinner {
     cuts_left_ = 4 * kRounds * (triangles_.size() + 1000);
   }
 
-  // Whether the triangles have changed. Where cuts breed cuts, as many vertices on one line may
-  // make them, it is given up and nothing has.
-  bool Run() {
-    bool changed = false;
+  enum class Outcome { kUnchanged, kThinned, kGivenUp };
+  // Given up where cuts breed cuts, as many vertices on one line may make them, or where it does
+  // not come to rest.
+  Outcome Run() {
     for (size_t round = 0; round < kRounds; ++round) {
-      if (!JoinShortEdges() && !CutAtApexes() && !MatchSides()) break;
-      if (cuts_left_ == 0) return false;
-      changed = true;
+      if (round > 0 && round % kRoundsOfWidth == 0) width_ *= 2;
+      if (!JoinShortEdges() && !CutAtApexes() && !MatchSides()) {
+        return round == 0 ? Outcome::kUnchanged : Outcome::kThinned;
+      }
+      if (cuts_left_ == 0) break;
     }
-    return changed;
+    return Outcome::kGivenUp;
   }
 
   Eigen::Matrix3Xi triangles() const { return ColumnsOf(triangles_); }
 
  private:
-  static constexpr size_t kRounds = 40;  // each makes the longest edges of thin triangles shorter
+  // Each makes the longest edges of thin triangles shorter. Two vertices on one line that are
+  // little farther apart than the width may cut each other's edges for ever, until the width joins
+  // them.
+  static constexpr size_t kRounds = 40, kRoundsOfWidth = 4;
 
   double Length(int a, int b) const { return (vertices_.col(a) - vertices_.col(b)).norm(); }
   static uint64_t KeyOf(int a, int b) {
@@ -285,20 +290,33 @@ TriangleMesh WithoutFilms(TriangleMesh mesh, double width) {
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
-                                              double width, const RunContext& context) {
+absl::Status TouchesTooFlatly() {
+  return absl::FailedPreconditionError(
+      "the shapes touch at so flat an angle that it is not told what of them hangs together; move "
+      "one of them a little, by a millionth of its size or more");
+}
+
+absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
+                                                 double width, const RunContext& context) {
   Thinner thinner(mesh.vertices, mesh.triangles, std::move(at_cut), width);
-  if (!thinner.Run()) return WithoutFilms(std::move(mesh), width);
+  const Thinner::Outcome outcome = thinner.Run();
+  if (outcome == Thinner::Outcome::kGivenUp) return TouchesTooFlatly();
+  if (outcome == Thinner::Outcome::kUnchanged) {
+    return SeparatedSolids{WithoutFilms(std::move(mesh), width), false};
+  }
   PointCloud cloud;
   cloud.points = mesh.vertices;
   cloud.triangles = thinner.triangles();
   absl::StatusOr<TriangleMesh> separated = SolidOfMesh(cloud, context);
-  if (absl::IsInvalidArgument(separated.status())) return TriangleMesh();  // all face each other
+  if (absl::IsInvalidArgument(separated.status())) {  // all face each other
+    return SeparatedSolids{{}, true};
+  }
   RILIEVO_ASSIGN_OR_RETURN(TriangleMesh apart, std::move(separated));
   const auto count = static_cast<int>(apart.vertices.cols());
   const bool sound = BuildMeshTopology(apart.triangles, count).ok() &&
                      SummarizeTopology(apart.triangles, count).closed();
-  return WithoutFilms(std::move(sound ? apart : mesh), width);
+  if (!sound) return TouchesTooFlatly();
+  return SeparatedSolids{WithoutFilms(std::move(apart), width), true};
 }
 
 }  // namespace rilievo

@@ -10,13 +10,21 @@
 
 namespace rilievo {
 
+struct SeparatedSolids {
+  TriangleMesh mesh;     // without triangles: nothing was left
+  bool touched = false;  // whether there were contacts
+};
+
+// Where how solids hang together cannot be told: FAILED_PRECONDITION.
+absl::Status TouchesTooFlatly();
+
 // `mesh`, an oriented 2-manifold without boundary. Parts of it that hang together through necks
 // narrower than `width`, at a point or along an edge, are parts of their own afterwards, and
 // components thinner than that are left out. Triangles that are thinner are taken out, and
-// SolidOfMesh() separates what is left. Where that would open the mesh, it stays as it is. Without
-// triangles: nothing was left. CANCELLED.
+// SolidOfMesh() separates what is left. TouchesTooFlatly() where that does not come to an end or
+// would open the mesh; CANCELLED.
 // `at_cut`: by vertex, 1 where one solid's edge met a face of the other; empty: nowhere.
-absl::StatusOr<TriangleMesh> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
-                                              double width, const RunContext& context);
+absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
+                                                 double width, const RunContext& context);
 
 }  // namespace rilievo

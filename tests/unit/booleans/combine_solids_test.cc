@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -90,6 +92,8 @@ std::vector<Case> KnownCases() {
       {"a face in common", box, UnitBox(0, 0, 1), Is(1, 0), kNothing, Is(1, 0)},
       {"a part of a face in common", box, BoxMesh({1, .2, .3}, {2, .7, 1.4}), Is(1, 0), kNothing,
        Is(1, 0)},
+      {"the end of a bar on the side of a thin plate", BoxMesh({0, 0, 0}, {1, .25, .0015}),
+       BoxMesh({0, -.6, -3}, {.25, 0, .0015}), Is(1, 0), kNothing, Is(1, 0)},
       {"an edge in common", box, UnitBox(1, 1, 0), Is(2, 0), kNothing, Is(1, 0)},
       {"a part of an edge in common", box, UnitBox(1, 1, .5), Is(2, 0), kNothing, Is(1, 0)},
       {"a corner in common", box, UnitBox(1, 1, 1), Is(2, 0), kNothing, Is(1, 0)},
@@ -203,6 +207,19 @@ class Cells {
     }
     return euler;
   }
+  double Volume(const std::array<std::array<double, kSide + 1>, 3>& lines) const {
+    double volume = 0;
+    for (int x = 0; x < kSide; ++x) {
+      for (int y = 0; y < kSide; ++y) {
+        for (int z = 0; z < kSide; ++z) {
+          if (!solid_[x + 1][y + 1][z + 1]) continue;
+          volume += (lines[0][x + 1] - lines[0][x]) * (lines[1][y + 1] - lines[1][y]) *
+                    (lines[2][z + 1] - lines[2][z]);
+        }
+      }
+    }
+    return volume;
+  }
   int64_t Count() const {
     const bool* first = &solid_[0][0][0];
     return std::count(first, first + sizeof(solid_), true);
@@ -212,13 +229,39 @@ class Cells {
   bool solid_[kSide + 2][kSide + 2][kSide + 2] = {};
 };
 
-// Boxes on a grid, one after the other added, cut off, or cut with: all contacts there are.
+// Of the planes between the cells of a grid, by axis.
+using GridLines = std::array<std::array<double, Cells::kSide + 1>, 3>;
+
+GridLines EvenLines() {
+  GridLines lines;
+  for (auto& of_axis : lines) std::iota(of_axis.begin(), of_axis.end(), 0.0);
+  return lines;
+}
+
+// Pairs of planes, a thousandth apart.
+GridLines NearLines(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> part(0, 1);
+  GridLines lines;
+  for (auto& of_axis : lines) {
+    for (size_t k = 0; k < of_axis.size(); k += 2) {
+      of_axis[k] = 4 * part(random);
+      of_axis[k + 1] = of_axis[k] + 1e-3 * (0.5 + part(random));
+    }
+    std::sort(of_axis.begin(), of_axis.end());
+  }
+  return lines;
+}
+
+// Boxes on a grid, one after the other added, cut off, or cut with: all contacts there are. Where
+// planes are near to each other some are refused, and none is wrong.
 TEST(CombineSolidsTest, ChainsOfBoxesAreWhatTheirCellsSay) {
   std::mt19937_64 random(3);
   std::uniform_int_distribution<int> any(0, 1000);
-  int compared = 0;
+  int compared = 0, refused = 0;
   for (int chain = 0; chain < 150; ++chain) {
     const Eigen::Affine3d pose = chain % 2 == 0 ? Eigen::Affine3d::Identity() : Askew();
+    const bool is_near = chain % 3 == 2;
+    const GridLines lines = is_near ? NearLines(random) : EvenLines();
     std::optional<TriangleMesh> mesh;
     Cells cells;
     for (int step = 0; step < 5; ++step) {
@@ -228,9 +271,10 @@ TEST(CombineSolidsTest, ChainsOfBoxesAreWhatTheirCellsSay) {
         low[k] = any(random) % 4;
         high[k] = low[k] + 1 + any(random) % (Cells::kSide - low[k]);
       }
-      const TriangleMesh box = Moved(BoxMesh({low[0] + 0., low[1] + 0., low[2] + 0.},
-                                             {high[0] + 0., high[1] + 0., high[2] + 0.}),
-                                     pose);
+      const auto corner = [&](const int(&of)[3]) {
+        return Eigen::Vector3d(lines[0][of[0]], lines[1][of[1]], lines[2][of[2]]);
+      };
+      const TriangleMesh box = Moved(BoxMesh(corner(low), corner(high)), pose);
       const int operation = mesh ? (any(random) % 5 + 1) % 5 / 2 : 0;
       for (int x = 0; x < Cells::kSide; ++x) {
         for (int y = 0; y < Cells::kSide; ++y) {
@@ -247,6 +291,11 @@ TEST(CombineSolidsTest, ChainsOfBoxesAreWhatTheirCellsSay) {
         continue;
       }
       const auto made = CombineSolids(*mesh, box, kOperations[operation], RunContext());
+      if (is_near && !made.ok() && cells.Count() > 0) {
+        EXPECT_THAT(std::string(made.status().message()), HasSubstr("so flat an angle"));
+        ++refused;
+        break;
+      }
       ASSERT_EQ(made.ok(), cells.Count() > 0) << made.status();
       if (!made.ok()) break;
       mesh = made->mesh;
@@ -255,11 +304,12 @@ TEST(CombineSolidsTest, ChainsOfBoxesAreWhatTheirCellsSay) {
       const TopologySummary summary = SummarizeTopology(mesh->triangles, count);
       EXPECT_TRUE(summary.closed());
       EXPECT_EQ(summary.euler, cells.Euler());
-      EXPECT_NEAR(VolumeOf(*mesh), static_cast<double>(cells.Count()), 1e-8);
+      EXPECT_NEAR(VolumeOf(*mesh), cells.Volume(lines), 1e-8);
       ++compared;
     }
   }
   EXPECT_GT(compared, 300);
+  EXPECT_LE(refused, 3);
 }
 
 // Two boxes with a part of an edge in common whose ends no grid holds: the neck there has no thin

@@ -44,29 +44,31 @@ TEST(SeparateContactsTest, ANarrowNeckIsTakenApart) {
   ASSERT_TRUE(Of(joined).closed() && Of(joined).components == 1);
   const auto apart = SeparateContacts(joined, {}, kWidth, RunContext());
   ASSERT_TRUE(apart.ok());
-  EXPECT_EQ(Of(*apart).components, 2);
-  EXPECT_TRUE(Of(*apart).closed() && Of(*apart).manifold());
-  EXPECT_EQ(Of(*apart).euler, 4);
-  EXPECT_NEAR(VolumeOf(*apart), 2, 1e-3);
+  EXPECT_TRUE(apart->touched);
+  EXPECT_EQ(Of(apart->mesh).components, 2);
+  EXPECT_TRUE(Of(apart->mesh).closed() && Of(apart->mesh).manifold());
+  EXPECT_EQ(Of(apart->mesh).euler, 4);
+  EXPECT_NEAR(VolumeOf(apart->mesh), 2, 1e-3);
 }
 
 TEST(SeparateContactsTest, AWiderOneStays) {
   const TriangleMesh joined = JoinedAlongAnEdge(100 * kWidth);
   const auto same = SeparateContacts(joined, {}, kWidth, RunContext());
   ASSERT_TRUE(same.ok());
-  EXPECT_EQ(same->vertices, joined.vertices);
-  EXPECT_EQ(same->triangles, joined.triangles);
+  EXPECT_FALSE(same->touched);
+  EXPECT_EQ(same->mesh.vertices, joined.vertices);
+  EXPECT_EQ(same->mesh.triangles, joined.triangles);
 }
 
 TEST(SeparateContactsTest, FilmsGo) {
   const TriangleMesh film = BoxMesh({3, 0, 0}, {4, 1, kWidth / 8});
   const auto left = SeparateContacts(Together(UnitBox(0, 0, 0), film), {}, kWidth, RunContext());
   ASSERT_TRUE(left.ok());
-  EXPECT_EQ(Of(*left).components, 1);
-  EXPECT_NEAR(VolumeOf(*left), 1, 1e-12);
+  EXPECT_EQ(Of(left->mesh).components, 1);
+  EXPECT_NEAR(VolumeOf(left->mesh), 1, 1e-12);
   const auto nothing = SeparateContacts(film, {}, kWidth, RunContext());
   ASSERT_TRUE(nothing.ok());
-  EXPECT_EQ(nothing->triangles.cols(), 0);
+  EXPECT_EQ(nothing->mesh.triangles.cols(), 0);
 }
 
 TEST(SeparateContactsTest, StopsWhenAsked) {
