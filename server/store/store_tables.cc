@@ -166,7 +166,8 @@ absl::StatusOr<JobTables> OpenTables(const std::string& folder, const BlobFolder
     return JobTables(*std::move(database));
   }
   {
-    RILIEVO_ASSIGN_OR_RETURN(Query check, database->Prepare("PRAGMA quick_check(1)"));
+    // Not quick_check, which does not look into the indices.
+    RILIEVO_ASSIGN_OR_RETURN(Query check, database->Prepare("PRAGMA integrity_check(1)"));
     const absl::StatusOr<bool> row = check.Step();
     if (!row.ok() || check.Bytes(0) != "ok") return Remedy(folder, path + " is damaged");
   }

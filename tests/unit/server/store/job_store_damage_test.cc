@@ -95,6 +95,18 @@ TEST_F(FolderStoreTest, AnEmptyDatabaseBesideBlobsIsRefused) {
   EXPECT_TRUE(absl::IsDataLoss(JobStore::Open(test_ / "store").status()));
 }
 
+// All rows can be read, but not found.
+TEST_F(FolderStoreTest, ADamagedIndexIsNoticedAtTheStart) {
+  ASSERT_TRUE(store_->Insert(NewJob("a")).ok());
+  Tamper(
+      "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = 'CREATE INDEX jobs_by_end ON "
+      "jobs(header)' WHERE name = 'jobs_by_end'");
+  store_.reset();
+  const absl::Status damaged = JobStore::Open(test_ / "store").status();
+  EXPECT_TRUE(absl::IsDataLoss(damaged)) << damaged;
+  EXPECT_THAT(std::string(damaged.message()), testing::HasSubstr("--repair"));
+}
+
 TEST_F(FolderStoreTest, ADamagedRowIsSetAside) {
   for (const auto* id : {"a", "b", "c"}) ASSERT_TRUE(store_->Insert(NewJob(id)).ok());
   Tamper("UPDATE jobs SET job = x'ff' WHERE job_id = x'62'");
