@@ -23,9 +23,9 @@ CallError OrderError(const std::string& field, const std::string& description) {
 
 }  // namespace
 
-ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerContext* context,
-                                        Caller caller) {
-  auto call = std::make_shared<ReconstructCall>(core, context, std::move(caller));
+ReconstructCall* ReconstructCall::Begin(ServiceCore* core, DiskPool* disk,
+                                        grpc::CallbackServerContext* context, Caller caller) {
+  auto call = std::make_shared<ReconstructCall>(core, disk, context, std::move(caller));
   ReconstructCall* reactor = call.get();
   // Held until the first operation is started: a Stop() from elsewhere comes after it.
   const std::lock_guard lock(reactor->mutex_);
@@ -39,9 +39,10 @@ ReconstructCall* ReconstructCall::Begin(ServiceCore* core, grpc::CallbackServerC
   return reactor;
 }
 
-ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context,
-                                 Caller caller)
+ReconstructCall::ReconstructCall(ServiceCore* core, DiskPool* disk,
+                                 grpc::CallbackServerContext* context, Caller caller)
     : core_(core),
+      disk_(disk),
       context_(context),
       caller_(std::move(caller)),
       begin_(Clock::now()),
@@ -54,7 +55,7 @@ ReconstructCall::ReconstructCall(ServiceCore* core, grpc::CallbackServerContext*
 
 ReconstructCall::~ReconstructCall() {
   record_.total_seconds = SecondsBetween(begin_, Clock::now());
-  core_->upload_bytes -= record_.bytes_in;
+  if (!job_.parts) core_->upload_bytes -= record_.bytes_in;
   core_->metrics->CountReceived(record_.bytes_in);
   core_->metrics->CountSent(record_.bytes_out);
   core_->Report(record_);
@@ -72,9 +73,28 @@ void ReconstructCall::OnReadDone(bool ok) {
   }
   if (phase_ == Phase::kHeader) {
     TakeHeader();
+  } else if (job_.parts) {
+    storing_ = true;
+    disk_->Post([call = shared_from_this()] { call->StoreChunk(); });
+    return;
   } else {
-    TakeChunk();
+    CountChunk(AppendChunk());
   }
+  if (phase_ == Phase::kUpload) ReadNext();
+}
+
+void ReconstructCall::StoreChunk() {
+  std::optional<CallError> error;
+  if (upload_->bytes() == 0) error = CheckScratch(job_);
+  if (!error) error = AppendChunk();
+  const std::lock_guard lock(mutex_);
+  storing_ = false;
+  if (phase_ == Phase::kFinished) {
+    upload_.reset();
+    return;
+  }
+  last_transfer_ = Clock::now();
+  CountChunk(error);
   if (phase_ == Phase::kUpload) ReadNext();
 }
 
@@ -156,7 +176,7 @@ void ReconstructCall::TakeHeader() {
     Fail(*error);
     return;
   }
-  if (const auto error = CheckMemory(std::get<JobRequest>(parsed), core_->options)) {
+  if (const auto error = FitIntoMemory(core_->options, &std::get<JobRequest>(parsed))) {
     Fail(*error);
     return;
   }
@@ -170,7 +190,7 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   job_ = std::get<JobRequest>(std::move(parsed));
-  charge_ = core_->pool.TryCharge(job_.size.bytes());
+  charge_ = core_->pool.TryCharge(job_.parts ? 0 : job_.size.bytes());
   if (!charge_) {
     Fail(CallError(ErrorCause::kJobsLimit,
                    "scans and surfaces that are on their way take the memory of this server; try "
@@ -179,24 +199,31 @@ void ReconstructCall::TakeHeader() {
     return;
   }
   record_.points_announced = job_.size.points;
-  upload_.emplace(job_.size);
+  if (job_.parts) {
+    upload_.emplace(job_.size, job_.parts->scratch.path());
+  } else {
+    upload_.emplace(job_.size);
+  }
   phase_ = Phase::kUpload;
 }
 
-void ReconstructCall::TakeChunk() {
-  std::optional<CallError> error;
+std::optional<CallError> ReconstructCall::AppendChunk() {
   if (request_.has_points()) {
-    error = upload_->AppendPoints(std::move(*request_.mutable_points()->mutable_data()));
-  } else if (request_.has_triangles()) {
-    error = upload_->AppendTriangles(std::move(*request_.mutable_triangles()->mutable_data()));
-  } else if (request_.has_base()) {
-    error = upload_->AppendBase(std::move(*request_.mutable_base()->mutable_data()));
-  } else {
-    error = OrderError("points",
-                       "every message after the first must hold points or, after them, triangles "
-                       "or the base surface");
+    return upload_->AppendPoints(std::move(*request_.mutable_points()->mutable_data()));
   }
-  core_->upload_bytes += upload_->bytes() - record_.bytes_in;
+  if (request_.has_triangles()) {
+    return upload_->AppendTriangles(std::move(*request_.mutable_triangles()->mutable_data()));
+  }
+  if (request_.has_base()) {
+    return upload_->AppendBase(std::move(*request_.mutable_base()->mutable_data()));
+  }
+  return OrderError("points",
+                    "every message after the first must hold points or, after them, triangles or "
+                    "the base surface");
+}
+
+void ReconstructCall::CountChunk(const std::optional<CallError>& error) {
+  if (!job_.parts) core_->upload_bytes += upload_->bytes() - record_.bytes_in;
   record_.bytes_in = upload_->bytes();
   if (error) Fail(*error);
 }
@@ -307,7 +334,7 @@ void ReconstructCall::FinishOnce(const grpc::Status& status, absl::StatusCode co
   phase_ = Phase::kFinished;
   record_.code = code;
   ticket_.reset();
-  upload_.reset();
+  if (!storing_) upload_.reset();
   download_.reset();
   charge_.reset();
   Finish(status);

@@ -13,6 +13,7 @@
 #include "server/conversion/call_error.h"
 #include "server/conversion/incoming_scan.h"
 #include "server/conversion/job_request.h"
+#include "server/jobs/disk_pool.h"
 #include "server/observability/job_log.h"
 #include "server/rpc/job_pool.h"
 #include "server/rpc/live_calls.h"
@@ -31,10 +32,12 @@ class ReconstructCall final
       public std::enable_shared_from_this<ReconstructCall> {
  public:
   // The reactor gRPC asks for; owns itself until OnDone().
-  static ReconstructCall* Begin(ServiceCore* core, grpc::CallbackServerContext* context,
-                                Caller caller);
+  // `disk`: of a server with a scratch folder, else null.
+  static ReconstructCall* Begin(ServiceCore* core, DiskPool* disk,
+                                grpc::CallbackServerContext* context, Caller caller);
 
-  ReconstructCall(ServiceCore* core, grpc::CallbackServerContext* context, Caller caller);
+  ReconstructCall(ServiceCore* core, DiskPool* disk, grpc::CallbackServerContext* context,
+                  Caller caller);
   ~ReconstructCall() override;
 
   void OnReadDone(bool ok) override;
@@ -51,7 +54,7 @@ class ReconstructCall final
   // All of these with mutex_ held.
   void ReadNext();
   void TakeHeader();
-  void TakeChunk();
+  void CountChunk(const std::optional<CallError>& error);
   void EndUpload();
   void PumpWrites();
   bool UploadIsSlow(Clock::time_point now) const;
@@ -59,11 +62,18 @@ class ReconstructCall final
   void Fail(const CallError& error);
   void FinishOnce(const grpc::Status& status, absl::StatusCode code);
 
+  // Of the message in `request_`, which like `upload_` is this function's until it returns.
+  std::optional<CallError> AppendChunk();
+
+  // On a disk thread, mutex_ free: the same for points that go to disk.
+  void StoreChunk();
+
   // On a thread of the pool, mutex_ free.
   void Work();
   absl::StatusOr<JobResult> DoWork(ScanBytes scan);
 
   ServiceCore* const core_;
+  DiskPool* const disk_;
   grpc::CallbackServerContext* const context_;
   const Caller caller_;
   std::shared_ptr<ReconstructCall> self_;  // until OnDone
@@ -75,6 +85,7 @@ class ReconstructCall final
   v1::ReconstructRequest request_;    // of the read in flight
   v1::ReconstructResponse response_;  // of the write in flight
   bool write_in_flight_ = false;
+  bool storing_ = false;            // a disk thread has `request_` and `upload_`
   std::optional<CallError> error_;  // sent once no write is in flight
   std::optional<JobPool::Ticket> ticket_;
   std::optional<JobPool::Charge> charge_;  // of the scan, then of the surface

@@ -20,6 +20,7 @@
 #include "server/auth/server_credentials.h"
 #include "server/jobs/jobs_service.h"
 #include "server/observability/server_metrics.h"
+#include "server/os/unnamed_file.h"
 #include "server/reconstruction_service.h"
 #include "server/rpc/call_auditor.h"
 #include "server/rpc/grpc_status.h"
@@ -81,6 +82,14 @@ void GuardConnections(const ServerOptions& options, grpc::ServerBuilder* builder
   builder->AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
 }
 
+absl::Status CheckScratchFolder(const std::string& folder) {
+  if (folder.empty()) return absl::OkStatus();
+  const absl::Status made = UnnamedFile(folder).status();
+  if (made.ok()) return made;
+  return absl::Status(made.code(), absl::StrCat("scratch: ", made.message(),
+                                                "; name a folder that can be written"));
+}
+
 // `listen` with its port replaced by the one that was bound.
 std::string BoundAddress(const std::string& listen, int port) {
   return absl::StrCat(listen.substr(0, listen.rfind(':')), ":", port);
@@ -115,6 +124,7 @@ absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Embe
 absl::StatusOr<std::unique_ptr<ReconstructionServer>> ReconstructionServer::Start(
     ServerOptions options, bool embedded, JobWork work, JobLog log, const OpenStore& open) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(CheckScratchFolder(options.scratch));
   KeepGrpcRunning();
   std::unique_ptr<ReconstructionServer> result(new ReconstructionServer);
   if (options.ephemeral && options.store.empty()) {
@@ -211,6 +221,9 @@ void ReconstructionServer::WatchThreads() {
   if (const Heartbeat* disk = jobs_->disk_heart()) {
     hearts.emplace_back("a thread that waits for the disk", disk);
     hearts.emplace_back("a thread that moves scans and surfaces", jobs_->bulk_heart());
+  }
+  if (const Heartbeat* scratch = service_->disk_heart()) {
+    hearts.emplace_back("a thread that puts points into the scratch folder", scratch);
   }
   vital_signs_ = std::make_unique<VitalSigns>(std::move(hearts), core_->options.stuck_time,
                                               [this](bool alive) { health_->SetAlive(alive); });

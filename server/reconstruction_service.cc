@@ -34,7 +34,7 @@ ReconstructionService::Reconstruct(grpc::CallbackServerContext* context) {
     return new Refusal<grpc::ServerBidiReactor<v1::ReconstructRequest, v1::ReconstructResponse>>(
         GrpcStatus(*error));
   }
-  return ReconstructCall::Begin(core_, context, std::move(caller));
+  return ReconstructCall::Begin(core_, disk_ ? &*disk_ : nullptr, context, std::move(caller));
 }
 
 grpc::ServerUnaryReactor* ReconstructionService::GetCapabilities(

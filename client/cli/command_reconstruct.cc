@@ -8,7 +8,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/strings/str_join.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_code.h"
 #include "client/cli/loaded_shape.h"
@@ -20,7 +19,10 @@
 #include "client/formats/scan_writer.h"
 #include "core/base/status_macros.h"
 #include "core/paging/scratch_file.h"
+#include "core/pipeline/reconstruct.h"
 #include "server/command_line/text_layout.h"
+#include "server/conversion/memory_estimate.h"
+#include "server/conversion/parts_request.h"
 
 namespace rilievo {
 namespace {
@@ -31,8 +33,8 @@ struct Arguments {
   std::string kept_scan;  // file for the merged scan; empty: none
   bool merge = false, align = false, parts = false;
   uint64_t memory = 0;  // bytes that may be taken; 0: what there is
-  uint64_t memory_of_parts = kMemoryOfParts;
-  ScratchArguments scratch;
+  int64_t part_points = PartSizes{}.part_points;
+  std::string scratch;  // folder; empty: files without names where temporary files go
 
   const std::vector<std::string>& scans() const { return making.inputs; }
 };
@@ -47,12 +49,13 @@ absl::StatusOr<Source> ReadOne(const Arguments& arguments, const std::string& pa
 absl::StatusOr<Source> ReadPaged(const Arguments& arguments, const std::string& path,
                                  const std::stop_token& stop) {
   absl::StatusOr<PagedFile> paged =
-      LoadPaged(path, arguments.scan, arguments.making.options, arguments.scratch, stop);
+      LoadPaged(path, arguments.scan, arguments.making.options,
+                {arguments.scratch, PartSizes::Of(arguments.part_points)}, stop);
   if (IsOfScratchFolder(paged.status())) return WithExitCode(paged.status(), ExitCode::kOutput);
   RILIEVO_RETURN_IF_ERROR(paged.status());
   ReportPaths paths{path, paged->file.format, {}};
   return Source{std::move(paged->file), std::move(paths), std::move(paged->scan),
-                std::move(paged->kept)};
+                PartSizes::Of(arguments.part_points), std::move(paged->kept)};
 }
 
 absl::StatusOr<Source> ReadMerged(const Arguments& arguments, const std::stop_token& stop) {
@@ -115,20 +118,6 @@ std::string MemoryText(int64_t bytes) {
                            : absl::StrFormat("%.1f GB", 1e-9 * static_cast<double>(bytes));
 }
 
-// For the report of a scan that is made by parts without having been asked to be. Empty where
-// nothing but places was wanted.
-std::string PlacesAloneWarning(const WantedLayers& wanted) {
-  std::vector<std::string> left_out;
-  if (wanted.colors) left_out.emplace_back("colours");
-  if (wanted.stations) left_out.emplace_back("stations");
-  if (wanted.normals) left_out.emplace_back("normals");
-  if (left_out.empty()) return "";
-  return absl::StrCat(
-      "The scan is larger than the memory and was made by parts, of the places of its points "
-      "alone: what it has of ",
-      absl::StrJoin(left_out, ", "), " was not taken.");
-}
-
 // Whether the scan is made by parts: it was asked for, or the scan does not fit into memory.
 absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path,
                              const std::stop_token& stop) {
@@ -146,12 +135,12 @@ absl::StatusOr<bool> InParts(const Arguments& arguments, const std::string& path
   if (!possible.ok()) {
     return WithMessage(possible, absl::StrCat(too_large, ". ", possible.message()));
   }
-  const auto of_parts = static_cast<int64_t>(arguments.memory_of_parts);
+  const int64_t of_parts = EstimateMemoryOfParts(PartSizes::Of(arguments.part_points));
   if (size.limit < of_parts) {
-    return WithExitCode(
-        absl::ResourceExhaustedError(absl::StrCat(too_large, "; by parts they take up to ",
-                                                  MemoryText(of_parts), ": allow that")),
-        ExitCode::kInput);
+    return WithExitCode(absl::ResourceExhaustedError(absl::StrCat(
+                            too_large, "; by parts they take up to ", MemoryText(of_parts),
+                            ": allow that, or fewer --part-points")),
+                        ExitCode::kInput);
   }
   if (!arguments.making.quiet) std::cerr << Wrap(too_large + ": made by parts", 0) << std::endl;
   return true;
@@ -165,7 +154,8 @@ absl::Status Run(const Arguments& arguments, std::stop_token stop) {
     if (in_parts) {
       absl::StatusOr<Source> source = ReadPaged(arguments, path, stop);
       if (source.ok() && !arguments.parts) {
-        source->warning = PlacesAloneWarning(LayersFor(arguments.making.options));
+        const WantedLayers wanted = LayersFor(arguments.making.options);
+        source->warning = PlacesAloneWarning(wanted.colors, wanted.stations, wanted.normals);
       }
       return source;
     }
@@ -208,11 +198,14 @@ Command AddReconstruct(CLI::App& program) {
                   "how much may be taken, such as 2GB: a scan that takes more is made by parts "
                   "(default: four fifths of what the machine or the container has)")
       ->transform(CLI::AsSizeValue(true));
-  // For tests with scans that take less; in no help.
-  app->add_option("--memory-of-parts", a->memory_of_parts)
-      ->transform(CLI::AsSizeValue(true))
-      ->group("");
-  app->add_option("--scratch", a->scratch.folder,
+  app->add_option(
+         "--part-points", a->part_points,
+         "points of a part: with fewer a scan made by parts takes less memory, 85 MB and "
+         "1.3 to 1.9 KB per point, and shows less detail where it has more than four times as "
+         "many; the file states them")
+      ->check(CLI::Range(int64_t{2048}, int64_t{1} << 28))
+      ->capture_default_str();
+  app->add_option("--scratch", a->scratch,
                   "the folder for parts, with room for 60 bytes a point; what is finished stays "
                   "there until the surface is written, and the same command goes on from there "
                   "(default: TMPDIR, or /var/tmp, and nothing stays)");

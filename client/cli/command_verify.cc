@@ -18,6 +18,7 @@
 #include "client/cli/loaded_shape.h"
 #include "client/cli/output_target.h"
 #include "client/cli/paged_scan_source.h"
+#include "client/cli/progress_display.h"
 #include "client/cli/scan_error.h"
 #include "core/base/status_macros.h"
 #include "core/codec/container/height_update.h"
@@ -38,7 +39,7 @@ struct VerifyArguments {
   ScanArguments reading;
   bool parts = false;
   std::string scratch;  // folder; empty: where temporary files go
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 // A file, and what was found of it.
@@ -154,11 +155,15 @@ void PrintVerification(const VerifyArguments& arguments, const Verified& verifie
 
 absl::StatusOr<Verified> VerifyInMemory(const VerifyArguments& arguments,
                                         const RunContext& context) {
-  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded, LoadDss(arguments.input, context));
-  const absl::StatusOr<StatedOptions> stated = ReadOptionsText(decoded.metadata.options);
-  if (!arguments.scan.empty() && stated.ok() && stated->by_parts) {
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> bytes, ReadBytes(arguments.input));
+  RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenBytes(arguments.input, bytes));
+  RILIEVO_ASSIGN_OR_RETURN(const DssMetadata metadata, MetadataWithUpdates(file));
+  const absl::StatusOr<StatedOptions> stated = ReadOptionsText(metadata.options);
+  if (!arguments.scan.empty() && stated.ok() && stated->parts) {
     return UsageError(absl::StrCat(arguments.input, " was made by parts: add --parts"));
   }
+  RILIEVO_ASSIGN_OR_RETURN(const DecodedSurface decoded,
+                           DecodeBytes(arguments.input, bytes, context));
   std::optional<ScanFile> scan;
   if (!arguments.scan.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(scan, InputName(decoded.metadata.topology) == std::string("mesh")
@@ -194,14 +199,22 @@ absl::StatusOr<Verified> VerifyByParts(const VerifyArguments& arguments,
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenBytes(arguments.input, bytes));
   RILIEVO_ASSIGN_OR_RETURN(const DssMetadata metadata, MetadataWithUpdates(file));
   RILIEVO_ASSIGN_OR_RETURN(const StatedOptions stated, ReadOptionsText(metadata.options));
-  if (!stated.by_parts && !metadata.input_hash.empty()) {
+  if (!stated.parts && !metadata.input_hash.empty()) {
     return UsageError(absl::StrCat(arguments.input, " was not made by parts: leave --parts out"));
   }
   RILIEVO_ASSIGN_OR_RETURN(
       const std::shared_ptr<const PagedScan> scan,
       PageScan(arguments.scan, arguments.reading, arguments.scratch, context.stop));
-  RILIEVO_ASSIGN_OR_RETURN(Verification verification,
-                           VerifyPaged(bytes, *scan, PartSizes{}, context));
+  ProgressDisplay display(
+      arguments.quiet ? ProgressDisplay::Style::kNone : ProgressDisplay::StyleOfStandardError(),
+      std::cerr);
+  RunContext shown = context;
+  shown.progress = [&display](const Progress& progress) {
+    display.Update(static_cast<int>(progress.stage) + 1, kStageCount, StageName(progress.stage),
+                   progress.fraction);
+  };
+  RILIEVO_ASSIGN_OR_RETURN(Verification verification, VerifyPaged(bytes, *scan, shown));
+  display.Finish();
   return Verified{file.version, static_cast<int64_t>(file.chunk_bytes.size()),
                   file.header.frame.diagonal, metadata, std::move(verification)};
 }
@@ -247,6 +260,7 @@ Command AddVerify(CLI::App& program) {
   app->add_option("--scratch", arguments->scratch,
                   "the folder for parts, with room for 60 bytes a point; nothing stays there "
                   "(default: TMPDIR, or /var/tmp)");
+  app->add_flag("--quiet", arguments->quiet, "show no progress");
   app->add_flag("--json", arguments->json, "print JSON");
   return {app, [arguments](std::stop_token stop) { return Verify(*arguments, stop); }};
 }

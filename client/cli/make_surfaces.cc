@@ -60,13 +60,14 @@ absl::StatusOr<Made> MakeSurface(const MakingArguments& arguments, absl::StatusO
   call.stop = stop;
   std::optional<TimeLeft> left;
   if (source.pages != nullptr) {
-    left.emplace(source.pages->size(), source.pages->ThinnedCount(PartSizes().coarse_points));
+    left.emplace(source.pages->size(), source.pages->ThinnedCount(source.sizes.coarse_points));
   }
   const ReconstructCallbacks callbacks =
       ShowProgress(scan.cloud.points.cols(), !works_here, left ? &*left : nullptr, &display);
   absl::StatusOr<ReconstructResult> result =
-      source.pages != nullptr ? ReconstructPages(*source.pages, options, callbacks.progress, stop)
-                              : client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
+      source.pages != nullptr
+          ? ReconstructPages(*source.pages, source.sizes, options, callbacks.progress, stop)
+          : client.Reconstruct(std::move(scan.cloud), options, callbacks, call);
   if (!result.ok()) {
     return WithWhereItStays(
         Explain(result.status(), source.paths.scan, arguments.connection.server), source);

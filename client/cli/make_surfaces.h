@@ -15,6 +15,7 @@
 #include "client/formats/scan_reader.h"
 #include "core/paging/paged_scan.h"
 #include "core/paging/scratch_folder.h"
+#include "core/pipeline/reconstruct.h"
 
 namespace rilievo {
 
@@ -36,6 +37,7 @@ struct Source {
   ScanFile scan;
   ReportPaths paths;                                 // no target yet
   std::shared_ptr<const PagedScan> pages = nullptr;  // the points of a scan that went to disk
+  PartSizes sizes = {};                              // of the parts that are made of them
   std::shared_ptr<KeptScratch> kept = nullptr;       // see PagedFile
   std::string warning = {};                          // for the report; empty: none
 };

@@ -54,7 +54,8 @@ std::string DefaultScratchFolder() {
 // All that pages, parts and bytes depend on: the file, told by its path, size and time of change,
 // and what is asked for.
 absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArguments& arguments,
-                                       const ReconstructArguments& options) {
+                                       const ReconstructArguments& options,
+                                       const PartSizes& sizes) {
   struct stat file;
   if (stat(path.c_str(), &file) != 0) return absl::NotFoundError(absl::StrCat(path, ": not found"));
   std::error_code error;
@@ -66,7 +67,7 @@ absl::StatusOr<std::string> IdentityOf(const std::string& path, const ScanArgume
       {std::string("rilievo " RILIEVO_VERSION), absolute, absl::StrCat(file.st_size),
        absl::StrCat(file.st_mtim.tv_sec, ".", file.st_mtim.tv_nsec), arguments.format,
        asked.SerializeAsString(), options.height_step, options.max_error, options.close_holes_below,
-       options.bridge_gaps_below, place.unit, place.up, place.crs},
+       options.bridge_gaps_below, place.unit, place.up, place.crs, absl::StrCat(sizes.part_points)},
       std::string(1, '\0'));
 }
 
@@ -126,7 +127,8 @@ absl::StatusOr<PagedFile> LoadPaged(const std::string& path, const ScanArguments
   PagedFile paged;
   ScratchFolder folder(scratch.folder.empty() ? DefaultScratchFolder() : scratch.folder);
   if (!scratch.folder.empty() && path != "-") {
-    RILIEVO_ASSIGN_OR_RETURN(const std::string identity, IdentityOf(path, arguments, options));
+    RILIEVO_ASSIGN_OR_RETURN(const std::string identity,
+                             IdentityOf(path, arguments, options, scratch.sizes));
     RILIEVO_ASSIGN_OR_RETURN(KeptScratch kept, KeptScratch::Open(scratch.folder, identity));
     paged.kept = std::make_shared<KeptScratch>(std::move(kept));
     folder = paged.kept->folder();
@@ -152,7 +154,7 @@ absl::StatusOr<std::shared_ptr<const PagedScan>> PageScan(const std::string& pat
 }
 
 absl::StatusOr<ReconstructResult> ReconstructPages(
-    const PagedScan& scan, const v1::ReconstructOptions& options,
+    const PagedScan& scan, const PartSizes& sizes, const v1::ReconstructOptions& options,
     const std::function<void(const v1::Progress&)>& progress, const std::stop_token& stop) {
   v1::ReconstructHeader header;
   // That of the thinned scan is bounded; options do not depend on it.
@@ -174,7 +176,7 @@ absl::StatusOr<ReconstructResult> ReconstructPages(
     progress(told);
   };
   RILIEVO_ASSIGN_OR_RETURN(const Reconstruction made,
-                           ReconstructPaged(scan, PartSizes{}, request.options, context));
+                           ReconstructPaged(scan, sizes, request.options, context));
   ReconstructResult result;
   result.dss = made.encoded.Concatenate();
   for (const auto& chunk : made.encoded.chunks) {

@@ -14,6 +14,7 @@
 #include "client/library/reconstruction_client.h"
 #include "core/paging/paged_scan.h"
 #include "core/paging/scratch_folder.h"
+#include "core/pipeline/reconstruct.h"
 #include "rilievo/v1/options.pb.h"
 
 namespace rilievo {
@@ -28,6 +29,7 @@ struct PagedFile {
 // what is finished stays there, for a run of the same scan with the same options.
 struct ScratchArguments {
   std::string folder;
+  PartSizes sizes;  // of the parts that will be made of the scan
 };
 
 // All inputs of LoadScan, or what an earlier run has left of one in the scratch folder. Standard
@@ -49,7 +51,7 @@ bool IsLasting(const absl::Status& status);
 
 // ReconstructPaged() in this process. The errors are those of a call to a server.
 absl::StatusOr<ReconstructResult> ReconstructPages(
-    const PagedScan& scan, const v1::ReconstructOptions& options,
+    const PagedScan& scan, const PartSizes& sizes, const v1::ReconstructOptions& options,
     const std::function<void(const v1::Progress&)>& progress, const std::stop_token& stop);
 
 }  // namespace rilievo

@@ -11,9 +11,6 @@
 
 namespace rilievo {
 
-// Most that a reconstruction by parts takes, however large the scan.
-inline constexpr int64_t kMemoryOfParts = 1'500'000'000;
-
 // How large a scan is, as far as it has to be known.
 struct ScanSize {
   int64_t points = 0;  // that are there at least

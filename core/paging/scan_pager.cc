@@ -24,10 +24,8 @@ constexpr int64_t kBytesOfPoint = 3 * sizeof(double);
 // Points that the limit of strays is found from, at most.
 constexpr size_t kMostSampled = size_t{1} << 20;
 constexpr int kMostHalvings = 40;
-// What a reconstruction takes of a scratch folder: two copies of the points, later one, with what
-// is known of each of them and with heights; where it is kept, what the thinned points tell
-// besides.
-constexpr int64_t kScratchBytesOfPoint = 60, kSavedBytesOfPoint = 64;
+// Where the scratch folder is kept: what the thinned points tell besides.
+constexpr int64_t kSavedBytesOfPoint = 64;
 constexpr int64_t kMostSavedPoints = int64_t{1} << 22;
 constexpr int64_t kBufferedPoints = 512;  // of each run, while they are merged
 
@@ -170,7 +168,7 @@ class PageWriter {
 }  // namespace
 
 absl::StatusOr<ScanPager> ScanPager::Create(ScratchFolder folder, int64_t run_points) {
-  RILIEVO_ASSIGN_OR_RETURN(ScratchFile raw, ScratchFile::Create(folder.path(), ""));
+  RILIEVO_ASSIGN_OR_RETURN(ScratchFile raw, ScratchFile::Create(folder.WithoutNames(), ""));
   return ScanPager(std::move(folder), run_points, std::move(raw));
 }
 

@@ -15,6 +15,10 @@
 
 namespace rilievo {
 
+// What a reconstruction takes of a scratch folder: two copies of the points, later one, with what
+// is known of each of them and with heights.
+inline constexpr int64_t kScratchBytesOfPoint = 60;
+
 // An external merge sort (D. E. Knuth, The Art of Computer Programming 3, 5.4): runs of
 // `run_points` are sorted in memory, then merged. Beside 64 bytes a point of a run it takes 12 KB a
 // run and 56 bytes a page; on disk at most 48 bytes a point.

@@ -1,7 +1,6 @@
 #include "core/paging/scratch_file.h"
 
 #include <fcntl.h>
-#include <stdlib.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -81,10 +80,8 @@ absl::StatusOr<ScratchFile> ScratchFile::Create(const ScratchFolder& folder,
     file.size_ = found.st_size;
     return file;
   }
-  std::string name = absl::StrCat(folder.path(), "/rilievo-scratch-XXXXXX");
-  ScratchFile file(folder, mkostemp(name.data(), O_CLOEXEC));
+  ScratchFile file(folder, folder.MakeFile());
   if (file.number_ < 0) return file.Failed(errno);
-  unlink(name.c_str());
   return file;
 }
 

@@ -1,6 +1,7 @@
 #include "core/paging/scratch_folder.h"
 
 #include <fcntl.h>
+#include <stdlib.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -58,6 +59,32 @@ absl::StatusOr<ScratchFolder> ScratchFolder::Kept(const std::string& path) {
     return UnsafeScratch(path, "may be written to by other users");
   }
   return folder;
+}
+
+ScratchFolder ScratchFolder::OfFiles(std::string path, std::vector<int> numbers) {
+  ScratchFolder folder(std::move(path));
+  folder.files_ = std::make_shared<std::vector<int>>(std::move(numbers));
+  return folder;
+}
+
+ScratchFolder ScratchFolder::WithoutNames() const {
+  return files_ != nullptr ? *this : ScratchFolder(path_);
+}
+
+int ScratchFolder::MakeFile() const {
+  if (files_ != nullptr) {
+    if (files_->empty()) {
+      errno = EMFILE;
+      return -1;
+    }
+    const int number = files_->back();
+    files_->pop_back();
+    return number;
+  }
+  std::string name = absl::StrCat(path_, "/rilievo-scratch-XXXXXX");
+  const int number = mkostemp(name.data(), O_CLOEXEC);
+  if (number >= 0) unlink(name.c_str());
+  return number;
 }
 
 int ScratchFolder::OpenFile(const std::string& name, int flags) const {

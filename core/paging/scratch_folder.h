@@ -22,9 +22,16 @@ class ScratchFolder {
   // `path` is a symbolic link, belongs to another user, or others may write to it; the errors of
   // ScratchFile.
   static absl::StatusOr<ScratchFolder> Kept(const std::string& path);
+  // For a process that may open no files: these, which are open and empty, are its files, each
+  // once. `path`: where they are, in messages.
+  static ScratchFolder OfFiles(std::string path, std::vector<int> numbers);
 
   const std::string& path() const { return path_; }
   bool keeps() const { return open_ != nullptr; }
+  // Its files without names, whether it keeps others or not.
+  ScratchFolder WithoutNames() const;
+  // The number of a new file without a name, or -1, and errno then. Of a folder that does not keep.
+  int MakeFile() const;
   // A file in it that is none but its user's: NAME itself, and no link that leads elsewhere. Its
   // number, or -1, and errno then. `flags`: of open().
   int OpenFile(const std::string& name, int flags) const;
@@ -39,6 +46,7 @@ class ScratchFolder {
   std::string path_;
   // The number of the folder, so that no other one takes its place; null: files have no names.
   std::shared_ptr<const int> open_;
+  std::shared_ptr<std::vector<int>> files_;  // those of OfFiles() that are left; null: none given
 };
 
 // A folder of its own for one run, told from others by its identity. Another process that runs the

@@ -254,7 +254,7 @@ bool Verification::agrees() const {
 absl::StatusOr<Verification> VerifyCertificate(const DecodedSurface& decoded,
                                                const PointCloud* scan, const RunContext& context) {
   const absl::StatusOr<StatedOptions> asked = ReadOptionsText(decoded.metadata.options);
-  if (scan != nullptr && asked.ok() && asked->by_parts) {
+  if (scan != nullptr && asked.ok() && asked->parts) {
     return absl::InvalidArgumentError(
         "the surface was made by parts, and its errors are those of the points as parts find "
         "them: verify it by parts");

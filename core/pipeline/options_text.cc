@@ -69,7 +69,13 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   visit("smallest_hole", o.encode.smallest_hole);
   visit("max_level", o.max_level);
   visit("seed", stated.seed);
-  visit("made", stated.by_parts, Names(kMakings));
+  bool by_parts = stated.parts.has_value();
+  PartSizes sizes = stated.parts.value_or(PartSizes{});
+  visit("made", by_parts, Names(kMakings));
+  visit("coarse_points", sizes.coarse_points);
+  visit("part_points", sizes.part_points);
+  visit("block_vertices", sizes.block_vertices);
+  if (by_parts) stated.parts = sizes;
 }
 
 // Options of earlier versions whose mechanisms are gone: files that state them are read.
@@ -149,8 +155,9 @@ class Reader {
 
 }  // namespace
 
-std::string OptionsText(const ReconstructOptions& options, uint64_t seed, bool by_parts) {
-  StatedOptions given{options, seed, by_parts}, usual;
+std::string OptionsText(const ReconstructOptions& options, uint64_t seed,
+                        const std::optional<PartSizes>& parts) {
+  StatedOptions given{options, seed, parts}, usual;
   Writer words, defaults;
   VisitOptions(given, words);
   VisitOptions(usual, defaults);

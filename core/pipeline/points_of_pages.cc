@@ -16,7 +16,8 @@ absl::StatusOr<PointsOfPages> PointsOfPages::Create(const PagedScan& scan,
                                                     const SpatialFrame& frame) {
   RILIEVO_ASSIGN_OR_RETURN(
       ScratchBlocks distances,
-      ScratchBlocks::Create(scan.scratch_folder().path(), "", static_cast<int>(scan.pages().size()),
+      ScratchBlocks::Create(scan.scratch_folder().WithoutNames(), "",
+                            static_cast<int>(scan.pages().size()),
                             kPagePoints * static_cast<int64_t>(sizeof(float))));
   return PointsOfPages(scan, surfels, frame, std::move(distances));
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -48,19 +49,32 @@ absl::Status ReconstructOptions::Validate() const {
   return absl::OkStatus();
 }
 
+absl::Status PartSizes::Validate() const {
+  constexpr int64_t kLeast = 1024, kMost = std::numeric_limits<int32_t>::max();
+  for (const auto& [name, value] : {std::pair("coarse_points", coarse_points),
+                                    {"part_points", part_points},
+                                    {"block_vertices", block_vertices}}) {
+    if (value >= kLeast && value <= kMost) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, " = ", value, " must lie in [", kLeast, ", ", kMost, "]"));
+  }
+  return absl::OkStatus();
+}
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
 // What is known of the surface before it is coded.
 DssMetadata MetadataOf(std::string input_hash, Topology topology, const ReconstructOptions& options,
-                       const PipelineContext& context, bool by_parts = false) {
+                       const PipelineContext& context,
+                       const std::optional<PartSizes>& parts = std::nullopt) {
   DssMetadata metadata;
   metadata.generator = "rilievo " RILIEVO_VERSION;
   metadata.scan_points = context.points;
   metadata.topology = TopologyName(topology);
   metadata.input_hash = std::move(input_hash);
-  metadata.options = OptionsText(options, context.seed, by_parts);
+  metadata.options = OptionsText(options, context.seed, parts);
   metadata.place = options.place;
   return metadata;
 }
@@ -208,7 +222,7 @@ absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes&
   const ScanFigures figures = coarse.scan.figures;
   RILIEVO_ASSIGN_OR_RETURN(std::string hash, HashOfPages(pages, context));
   DssMetadata metadata =
-      MetadataOf(std::move(hash), coarse.control.topology, coarse.options, context, true);
+      MetadataOf(std::move(hash), coarse.control.topology, coarse.options, context, sizes);
   metadata.scan_points = pages.figures().points_in;
   RILIEVO_ASSIGN_OR_RETURN(FinishedSurface finished,
                            FinishFromPages(pages, sizes, metadata, context, &coarse));
@@ -242,6 +256,7 @@ absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const Par
                                                 const ReconstructOptions& options,
                                                 const RunContext& context) {
   RILIEVO_RETURN_IF_ERROR(options.Validate());
+  RILIEVO_RETURN_IF_ERROR(sizes.Validate());
   return Safely([&] { return RunPaged(scan, sizes, options, context); });
 }
 

@@ -103,21 +103,30 @@ absl::StatusOr<Reconstruction> ReconstructAndDrop(PointCloud scan,
                                                   const ReconstructOptions& options,
                                                   const RunContext& context);
 
-// What of a scan on disk and of its surface is in memory at a time, at most.
+// What of a scan on disk and of its surface is in memory at a time, at most. Each in [1024, 2^31).
 struct PartSizes {
   int64_t coarse_points = int64_t{1} << 22;  // that the coarse pass sees
   int64_t part_points = int64_t{1} << 20;    // of the pages that a part reads, its halo with it
   // Of the finest level: those of a block of the control faces, without its halo, that is coded and
   // measured. A surface of no more is coded at once.
   int64_t block_vertices = int64_t{1} << 19;
+
+  // The others in the same ratio to `part_points` as by default.
+  static PartSizes Of(int64_t part_points) {
+    return {4 * part_points, part_points, part_points / 2};
+  }
+  absl::Status Validate() const;
 };
+
+// Files that a scan and its parts have in a scratch folder, at most.
+inline constexpr int kFilesOfParts = 8;
 
 // A scan on disk as a surface, in memory that grows neither with the points nor with the surface:
 // control mesh and domain come of a thinned scan (PagedScan::Thinned), the heights of all points, a
 // part of the control faces at a time (heights_from_pages.h), and a surface of more than
 // block_vertices is coded and measured in blocks (code_stored_surface.h); its heights are in the
 // bytes alone, not in Reconstruction::surface. The errors that are asked for and stated are those
-// against all points. The file does not name its scan. INVALID_ARGUMENT besides where the
+// against all points. INVALID_ARGUMENT besides where the
 // options ask for what only points in memory tell.
 absl::StatusOr<Reconstruction> ReconstructPaged(const PagedScan& scan, const PartSizes& sizes,
                                                 const ReconstructOptions& options,

@@ -28,8 +28,8 @@ absl::StatusOr<AnalyzedPages> AnalyzeAgain(const PagedScan& scan, const PartSize
   thinned.graph = NeighborGraph();
   RILIEVO_ASSIGN_OR_RETURN(thinned.index, PointIndex::BuildOver(thinned.cloud.points, context));
   *frame = thinned.frame;
-  return AnalyzePages(
-      scan, thinned, sizes.part_points, options, [](double) {}, context);
+  const auto told = [&context](double share) { context.Report(Stage::kNormals, share); };
+  return AnalyzePages(scan, thinned, sizes.part_points, options, told, context.Silent());
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ absl::StatusOr<std::string> HashOfPages(const PagedScan& scan, const RunContext&
 namespace {
 
 absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedScan& scan,
-                                    const PartSizes& sizes, const RunContext& context) {
+                                    const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(const OpenedDss file, OpenDss(dss, true));
   RILIEVO_RETURN_IF_ERROR(CheckHeightLaw(file));
   RILIEVO_ASSIGN_OR_RETURN(const DssMetadata stated, MetadataWithUpdates(file));
@@ -57,7 +57,9 @@ absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedSca
   ReconstructOptions in_range = asked.options;
   in_range.control.topology = Topology::kAuto;  // a given mesh is named and not repeated
   RILIEVO_RETURN_IF_ERROR(in_range.Validate());
-  if (!asked.by_parts && !stated.input_hash.empty()) {
+  const PartSizes sizes = asked.parts.value_or(PartSizes{});
+  RILIEVO_RETURN_IF_ERROR(sizes.Validate());
+  if (!asked.parts && !stated.input_hash.empty()) {
     return absl::InvalidArgumentError(
         "the surface was not made by parts, and its errors are those of the points as they are "
         "found in memory: verify it without parts");
@@ -97,8 +99,8 @@ absl::StatusOr<Verification> Verify(std::span<const uint8_t> dss, const PagedSca
 }  // namespace
 
 absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const PagedScan& scan,
-                                         const PartSizes& sizes, const RunContext& context) {
-  return Safely([&] { return Verify(dss, scan, sizes, context); });
+                                         const RunContext& context) {
+  return Safely([&] { return Verify(dss, scan, context); });
 }
 
 }  // namespace rilievo

@@ -18,12 +18,12 @@ namespace rilievo {
 // PagedScan::Read().
 absl::StatusOr<std::string> HashOfPages(const PagedScan& scan, const RunContext& context);
 
-// VerifyCertificate() of a file that ReconstructPaged() has made with these `sizes`, in memory as
-// there: the points are thinned and analyzed as the stated options ask for, then errors are
-// measured both ways between all of them and the decoded surface, a part of it at a time. `dss`:
-// the whole file. The errors of DecodeDss() and of scratch files; INVALID_ARGUMENT for a surface
-// that was not made by parts, and for options of an unknown kind.
+// VerifyCertificate() of a file that ReconstructPaged() has made, in parts of the sizes that it
+// states, and in memory as there: the points are thinned and analyzed as the stated options ask
+// for, then errors are measured both ways between all of them and the decoded surface, a part of it
+// at a time. `dss`: the whole file. The errors of DecodeDss() and of scratch files;
+// INVALID_ARGUMENT for a surface that was not made by parts, and for options of an unknown kind.
 absl::StatusOr<Verification> VerifyPaged(std::span<const uint8_t> dss, const PagedScan& scan,
-                                         const PartSizes& sizes, const RunContext& context);
+                                         const RunContext& context);
 
 }  // namespace rilievo

@@ -3,7 +3,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/status_macros.h"
 #include "server/conversion/server_options.h"
+#include "server/os/unnamed_file.h"
 
 namespace rilievo {
 namespace {
@@ -52,6 +54,10 @@ IncomingScan::IncomingScan(const PayloadSize& size)
       triangles_{"triangles", "triangle", "header.triangle_count", kTriangleBytes, size.triangles},
       base_{"base", "byte", "header.base_surface.bytes", 1, size.base_bytes} {}
 
+IncomingScan::IncomingScan(const PayloadSize& size, std::string folder) : IncomingScan(size) {
+  folder_ = std::move(folder);
+}
+
 std::optional<CallError> IncomingScan::AppendPoints(std::string&& data) {
   if (triangles_.bytes + base_.bytes > 0) {
     return TurnError("points", absl::StrCat("they came after ",
@@ -87,6 +93,13 @@ std::optional<CallError> IncomingScan::Append(std::string&& data, Records* recor
   const auto size = static_cast<int64_t>(data.size());
   if (auto error = records->CheckChunk(size)) return error;
   records->bytes += size;
+  if (!folder_.empty()) {
+    const absl::Status written = AppendToFile(data);
+    if (written.ok()) return std::nullopt;
+    return CallError(ErrorCause::kStoreFull,
+                     "the server has no room for so many points; send fewer, or try again later")
+        .RetryAfter(std::chrono::seconds(30));
+  }
   if (data.size() < kSmallChunkBytes && !blocks_.empty() &&
       blocks_.back().size() + data.size() <= static_cast<size_t>(kMaxChunkBytes)) {
     blocks_.back().append(data);
@@ -94,6 +107,13 @@ std::optional<CallError> IncomingScan::Append(std::string&& data, Records* recor
     blocks_.push_back(std::move(data));
   }
   return std::nullopt;
+}
+
+absl::Status IncomingScan::AppendToFile(const std::string& data) {
+  if (!file_.valid()) {
+    RILIEVO_ASSIGN_OR_RETURN(file_, UnnamedFile(folder_));
+  }
+  return file_.Write(data.data(), data.size());
 }
 
 std::optional<CallError> IncomingScan::CheckComplete() const {
@@ -105,6 +125,7 @@ std::optional<CallError> IncomingScan::CheckComplete() const {
 
 ScanBytes IncomingScan::Take() {
   points_.bytes = triangles_.bytes = base_.bytes = 0;
+  if (file_.valid()) return ScanBytes(std::move(file_));
   return ScanBytes(std::exchange(blocks_, {}));
 }
 

@@ -12,15 +12,19 @@
 
 namespace rilievo {
 
-// Holds the bytes as they came: memory grows with what arrived, never with what was announced.
+// Holds the bytes as they came, in memory or in a file: either grows with what arrived, never with
+// what was announced.
 class IncomingScan {
  public:
   // What the header announced: at least one point.
   explicit IncomingScan(const PayloadSize& size);
+  // In a file of this folder, which is made when the first points come: who appends waits for the
+  // disk.
+  IncomingScan(const PayloadSize& size, std::string folder);
 
   // INVALID_ARGUMENT when `data` is empty, larger than kMaxChunkBytes, holds a broken record or
   // brings more than announced; or when anything comes before the last point, points after what
-  // follows them, or what was not announced.
+  // follows them, or what was not announced. RESOURCE_EXHAUSTED when the folder has no room.
   std::optional<CallError> AppendPoints(std::string&& data);
   std::optional<CallError> AppendTriangles(std::string&& data);
   std::optional<CallError> AppendBase(std::string&& data);
@@ -49,11 +53,14 @@ class IncomingScan {
   };
 
   std::optional<CallError> Append(std::string&& data, Records* records);
+  absl::Status AppendToFile(const std::string& data);
   // What comes after all points.
   std::optional<CallError> AppendBehind(std::string&& data, Records* records);
 
   Records points_, triangles_, base_;
   std::vector<std::string> blocks_;  // whole records each
+  std::string folder_;               // of `file_`; empty: all is in memory
+  FileDescriptor file_;
 };
 
 }  // namespace rilievo

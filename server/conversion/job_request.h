@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <variant>
 
+#include "core/paging/scratch_folder.h"
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/update_surface.h"
 #include "rilievo/v1/reconstruction.pb.h"
@@ -12,6 +14,12 @@
 #include "server/conversion/server_options.h"
 
 namespace rilievo {
+
+// How a job is made that does not fit into memory.
+struct PartsRequest {
+  int64_t points = 0;  // of a part; see PartSizes::Of()
+  ScratchFolder scratch;
+};
 
 struct JobRequest {
   v1::ReconstructHeader header;  // as the client sent it
@@ -22,6 +30,7 @@ struct JobRequest {
   UpdateOptions update;
   int threads = 1;  // >= 1
   uint64_t seed = 0;
+  std::optional<PartsRequest> parts;  // unset: in memory
 };
 
 // Points that the stages work on: those of a scan, or as many as are sampled on a mesh.

@@ -14,4 +14,7 @@ namespace rilievo {
 // which it is shows only later.
 int64_t EstimateMemory(const JobRequest& job);
 
+// The same of a scan that is made in parts of these sizes, however large it is.
+int64_t EstimateMemoryOfParts(const PartSizes& sizes);
+
 }  // namespace rilievo

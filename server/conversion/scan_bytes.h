@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,12 @@ class ScanBytes {
   // SHA-256; INTERNAL when it cannot be read.
   absl::StatusOr<ScanContents> Decode(const PayloadSize& size) &&;
 
+  // The places of all points, some at a time and in order. `size`: of a scan alone. The errors of
+  // Decode(), before or after all points were taken, and that of `take`.
+  absl::Status DecodeInBlocks(
+      const PayloadSize& size,
+      const std::function<absl::Status(const Eigen::Matrix3Xd& points)>& take) &&;
+
   const std::string& sha256() const { return sha256_; }
 
   // For another process: the file, or an unnamed one in memory. RESOURCE_EXHAUSTED when there is no
@@ -50,6 +57,8 @@ class ScanBytes {
   absl::StatusOr<FileDescriptor> TakeFile() &&;
 
  private:
+  absl::Status CheckSize(const PayloadSize& size) const;
+
   std::vector<std::string> blocks_;
   FileDescriptor file_;
   std::string sha256_;

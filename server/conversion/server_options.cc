@@ -30,6 +30,9 @@ absl::Status ServerOptions::Validate() const {
   if (threads < 0 || threads > 1024) return Outside("threads", threads, "[0, 1024]");
   if (max_job_memory < 0) return Outside("max_job_memory", max_job_memory, "[0, inf)");
   if (memory_budget < 0) return Outside("memory_budget", memory_budget, "[0, inf)");
+  if (part_points < 2048 || part_points > int64_t{1} << 28) {
+    return Outside("part_points", part_points, "[2048, 268435456]");
+  }
   if (max_job_time.count() <= 0)
     return Outside("max_job_time", max_job_time.count(), "[1, inf) ms");
   if (max_idle_time.count() <= 0) {
@@ -84,6 +87,11 @@ int64_t ServerOptions::OwnerBytes() const {
 
 int64_t ServerOptions::MemoryBudget() const {
   return memory_budget > 0 ? memory_budget : MemoryForThisProcess() / 10 * 8;
+}
+
+int64_t ServerOptions::MemoryOfJob() const {
+  if (scratch.empty() || max_job_memory == 0) return MemoryBudget();
+  return std::min(MemoryBudget(), max_job_memory);
 }
 
 }  // namespace rilievo

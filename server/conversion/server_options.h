@@ -30,6 +30,10 @@ struct ServerOptions {
   // That the running jobs may need together, by estimate, bytes; 0: 80 % of the machine's or the
   // container's. >= 0
   int64_t memory_budget = 0;
+  // A folder for the files of scans that need more memory than a job may take: they are made by
+  // parts. Empty: they are refused.
+  std::string scratch;
+  int64_t part_points = int64_t{1} << 20;           // of such a part, see PartSizes. [2048, 2^28]
   std::chrono::milliseconds max_job_time{600'000};  // of work, > 0
   std::chrono::milliseconds max_idle_time{60'000};  // between two messages that are due, > 0
   std::chrono::milliseconds drain_time{30'000};     // running jobs get at shutdown, >= 0
@@ -81,6 +85,10 @@ struct ServerOptions {
 
   // `memory_budget`, or what follows from the machine.
   int64_t MemoryBudget() const;
+
+  // That one job may need, by estimate: all of the budget; where larger ones are made by parts, no
+  // more than its process may map.
+  int64_t MemoryOfJob() const;
 };
 
 }  // namespace rilievo

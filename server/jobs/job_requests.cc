@@ -33,13 +33,16 @@ std::optional<CallError> CheckScanId(const std::string& scan_id) {
 }
 
 // Everything that is wrong with a request before the store is asked.
-std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRequest& request) {
+// `job`: as it will be worked on.
+std::optional<CallError> CheckCreate(const JobsCore& core, const v1::CreateJobRequest& request,
+                                     JobRequest* job) {
   if (core.service->draining) return ShutdownError();
   if (auto error = CheckId("request_id", request.request_id())) return error;
   if (auto error = CheckScanId(request.scan_id())) return error;
   auto parsed = ParseHeader(request.header(), core.service->options);
   if (auto* error = std::get_if<CallError>(&parsed)) return *std::move(error);
-  return CheckMemory(std::get<JobRequest>(parsed), core.service->options);
+  *job = std::get<JobRequest>(std::move(parsed));
+  return FitIntoMemory(core.service->options, job);
 }
 
 std::optional<CallError> CheckScan(const JobsCore& core, const Caller& caller,
@@ -114,12 +117,16 @@ grpc::Status GetUpload(JobsCore* core, const Caller& caller, const v1::GetUpload
 
 grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJobRequest& request,
                        v1::CreateJobResponse* response) {
-  if (const auto error = CheckCreate(*core, request)) return Refused(*error);
+  JobRequest work;
+  if (const auto error = CheckCreate(*core, request, &work)) return Refused(*error);
   const auto known = core->store->Find(caller.owner, request.request_id());
   if (!known.ok()) return Refused(known.status());
   if (*known) return Known(**known, request, response->mutable_job());
   if (const auto error = CheckScan(*core, caller, request)) return Refused(*error);
   if (const auto error = CheckRoom(*core, caller)) return Refused(*error);
+  if (!core->service->options.serve_only) {
+    if (const auto error = CheckScratch(work)) return Refused(*error);
+  }
 
   StoredJob stored{.owner = caller.owner, .client = caller.client, .header = request.header()};
   stored.job.set_job_id(NewJobId());
@@ -128,6 +135,7 @@ grpc::Status CreateJob(JobsCore* core, const Caller& caller, const v1::CreateJob
   stored.job.set_state(v1::JOB_STATE_QUEUED);
   stored.job.set_sequence(SequenceOfState(v1::JOB_STATE_QUEUED, 0));
   stored.job.set_trace_id(caller.trace_id);
+  if (work.parts) stored.job.set_part_points(static_cast<uint64_t>(work.parts->points));
   SetTime(stored.job.mutable_create_time());
   if (core->store->shared()) stored.memory = core->board.MemoryOf(stored);
   auto kept = core->store->Insert(stored);

@@ -77,6 +77,14 @@ absl::StatusOr<JobResult> JobRun::Reconstruct(JobRequest* job) {
     return StatusOf(*error);
   }
   *job = std::get<JobRequest>(std::move(parsed));
+  if (stored_.job.part_points() > 0) {
+    const std::string& scratch = core_->options.scratch;
+    if (scratch.empty()) {
+      return NotToBeHad(absl::UnavailableError(
+          "the job is to be made by parts, and this worker has no --scratch"));
+    }
+    job->parts = {static_cast<int64_t>(stored_.job.part_points()), ScratchFolder(scratch)};
+  }
   absl::StatusOr<FileDescriptor> scan = store_->blobs().Read(stored_.job.scan_id());
   if (absl::IsNotFound(scan.status()) || absl::IsDataLoss(scan.status())) {
     return absl::DataLossError("the stored scan is gone");

@@ -10,6 +10,7 @@ StoreSettings SettingsOfStore(const ServerOptions& options) {
   return {.retention = {.age_ms = options.keep_time.count(),
                         .bytes = options.keep_bytes,
                         .owner_bytes = options.OwnerBytes()},
+          .scratch = options.scratch,
           .report = [](const std::string& line) { LogMessage("store: " + line); }};
 }
 

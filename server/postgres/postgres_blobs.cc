@@ -1,14 +1,12 @@
 #include "server/postgres/postgres_blobs.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <random>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "server/os/unnamed_file.h"
 #include "server/store/content_name.h"
 
 namespace rilievo {
@@ -83,12 +81,13 @@ class PartWriter {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PostgresBlobs>> PostgresBlobs::Open(
-    std::shared_ptr<PostgresConnections> connections) {
+    std::shared_ptr<PostgresConnections> connections, std::string scratch) {
   RILIEVO_RETURN_IF_ERROR(connections->Take()->Execute(
       "DELETE FROM parts WHERE name >= 'new:' AND name < 'new;' AND since < now() - interval '1"
       " day'; DELETE FROM parts WHERE name >= 'damaged:' AND name < 'damaged;' AND since < now() -"
       " interval '7 days'"));
-  return std::unique_ptr<PostgresBlobs>(new PostgresBlobs(std::move(connections)));
+  return std::unique_ptr<PostgresBlobs>(
+      new PostgresBlobs(std::move(connections), std::move(scratch)));
 }
 
 absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobSource& next) const {
@@ -109,17 +108,16 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobS
 absl::StatusOr<FileDescriptor> PostgresBlobs::Fetch(const std::string& name,
                                                     const std::function<void()>& moved) const {
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOf(name));
-  FileDescriptor memory(memfd_create("blob", MFD_CLOEXEC));
-  if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, UnnamedFile(scratch_));
   const absl::Status read =
       PostgresParts(connections_->Take().get()).Read(name, [&](const std::string& part) {
         if (moved) moved();
-        return memory.Write(part.data(), part.size());
+        return file.Write(part.data(), part.size());
       });
   RILIEVO_RETURN_IF_ERROR(read);
-  RILIEVO_ASSIGN_OR_RETURN(const int64_t size, memory.Size());
+  RILIEVO_ASSIGN_OR_RETURN(const int64_t size, file.Size());
   if (size != bytes) return absl::NotFoundError("it was removed meanwhile");
-  return memory;
+  return file;
 }
 
 absl::StatusOr<int64_t> PostgresBlobs::BytesOf(const std::string& name) const {

@@ -15,8 +15,9 @@ namespace rilievo {
 class PostgresBlobs final : public BlobStore {
  public:
   // Removes what was begun a day ago and never became a blob, and what was set aside a week ago.
+  // `scratch`: the folder of files that are read; empty: they are in memory.
   static absl::StatusOr<std::unique_ptr<PostgresBlobs>> Open(
-      std::shared_ptr<PostgresConnections> connections);
+      std::shared_ptr<PostgresConnections> connections, std::string scratch);
 
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
   absl::StatusOr<int64_t> BytesOf(const std::string& name) const override;
@@ -26,14 +27,14 @@ class PostgresBlobs final : public BlobStore {
   absl::StatusOr<std::vector<FileEntry>> List() const override;
 
  private:
-  // In memory.
   absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
                                        const std::function<void()>& moved) const override;
 
-  explicit PostgresBlobs(std::shared_ptr<PostgresConnections> connections)
-      : connections_(std::move(connections)) {}
+  PostgresBlobs(std::shared_ptr<PostgresConnections> connections, std::string scratch)
+      : connections_(std::move(connections)), scratch_(std::move(scratch)) {}
 
   const std::shared_ptr<PostgresConnections> connections_;
+  const std::string scratch_;
 };
 
 }  // namespace rilievo

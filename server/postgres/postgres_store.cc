@@ -28,12 +28,13 @@ std::string FolderOf(const std::string& blobs) {
 }
 
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenBlobs(
-    const std::string& blobs, const std::shared_ptr<PostgresConnections>& connections) {
+    const std::string& blobs, const std::string& scratch,
+    const std::shared_ptr<PostgresConnections>& connections) {
   if (IsS3Url(blobs)) {
     RILIEVO_ASSIGN_OR_RETURN(const S3Place place, ParseS3Url(blobs));
-    return S3Blobs::Open(connections, place);
+    return S3Blobs::Open(connections, place, scratch);
   }
-  if (!absl::StartsWith(blobs, kFile)) return PostgresBlobs::Open(connections);
+  if (!absl::StartsWith(blobs, kFile)) return PostgresBlobs::Open(connections, scratch);
   RILIEVO_ASSIGN_OR_RETURN(BlobFolder folder,
                            BlobFolder::Open(FolderOf(blobs), BlobFolder::Users::kMany));
   return std::make_unique<BlobFolder>(std::move(folder));
@@ -85,7 +86,7 @@ absl::StatusOr<std::unique_ptr<JobStore>> OpenPostgresStore(const std::string& u
   parts.tables = std::make_unique<LeasePool<JobTables>>(std::move(tables));
   const auto connections = std::make_shared<PostgresConnections>(std::move(of_bytes));
   const bool in_parts = blobs.empty() || blobs == kPg;
-  RILIEVO_ASSIGN_OR_RETURN(parts.blobs, OpenBlobs(blobs, connections));
+  RILIEVO_ASSIGN_OR_RETURN(parts.blobs, OpenBlobs(blobs, settings.scratch, connections));
   parts.uploads = std::make_unique<PostgresUploads>(connections, parts.blobs.get(), in_parts);
   return JobStore::Open(std::move(parts), std::move(settings));
 }

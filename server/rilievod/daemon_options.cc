@@ -82,6 +82,19 @@ void DeclareOptions(CommandLine* line, CLI::App* app) {
   app->add_option("--max-job-memory", options.max_job_memory,
                   "maximum bytes of memory that the worker of one job may map; 0: no limit")
       ->capture_default_str();
+  CLI::Option* scratch =
+      app->add_option(
+             "--scratch", options.scratch,
+             "folder for scans that need more memory than a job may take, with room for 60 "
+             "bytes per point: they are made by parts, of the places of their points alone; "
+             "default: they are refused")
+          ->check(NotEmpty);
+  app->add_option(
+         "--part-points", options.part_points,
+         "points of such a part: fewer take less memory, 85 MB and 1.3 to 1.9 KB per point, and "
+         "less detail; give all servers and workers the same")
+      ->needs(scratch)
+      ->capture_default_str();
   CLI::Option* store =
       app->add_option("--store", options.store,
                       "where jobs are kept: a folder for this server alone, with scans and "

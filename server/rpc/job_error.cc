@@ -2,7 +2,9 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "core/paging/scratch_file.h"
 #include "server/conversion/memory_estimate.h"
+#include "server/conversion/parts_request.h"
 
 namespace rilievo {
 
@@ -39,16 +41,40 @@ CallError StopError(StopReason reason, const ServerOptions& options) {
   }
 }
 
-std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions& options) {
-  const int64_t needed = EstimateMemory(job), budget = options.MemoryBudget();
-  if (needed <= budget) return std::nullopt;
-  return CallError(
-             ErrorCause::kMemoryLimit,
-             absl::StrCat("the job would need about ", needed / 1'000'000, " MB of the ",
-                          budget / 1'000'000,
-                          " MB of memory this server has; send fewer points or ask for a lower "
-                          "max_level"))
-      .Limit(budget, needed);
+std::optional<CallError> FitIntoMemory(const ServerOptions& options, JobRequest* job) {
+  const int64_t needed = EstimateMemory(*job), limit = options.MemoryOfJob();
+  if (needed <= limit) return std::nullopt;
+  const auto megabytes = [](int64_t bytes) { return absl::StrCat(bytes / 1'000'000, " MB"); };
+  const int64_t of_parts = EstimateMemoryOfParts(PartSizes::Of(options.part_points));
+  std::string parts;
+  if (options.scratch.empty()) {
+    parts = "with --scratch its operator can have such scans made by parts";
+  } else if (std::string reason = ReasonAgainstParts(*job); !reason.empty()) {
+    parts = std::move(reason);
+  } else if (of_parts > limit) {
+    parts = absl::StrCat("by parts it would need ", megabytes(of_parts),
+                         "; its operator can lower --part-points");
+  } else {
+    job->parts = PartsRequest{options.part_points, ScratchFolder(options.scratch)};
+    return std::nullopt;
+  }
+  return CallError(ErrorCause::kMemoryLimit,
+                   absl::StrCat("the job would need about ", megabytes(needed), " of the ",
+                                megabytes(limit),
+                                " of memory this server has; send fewer points or ask for a lower "
+                                "max_level (",
+                                parts, ")"))
+      .Limit(limit, needed);
+}
+
+std::optional<CallError> CheckScratch(const JobRequest& job) {
+  if (!job.parts) return std::nullopt;
+  const int64_t needed = EstimateScratch(job) + job.size.bytes();
+  if (CheckRoom(job.parts->scratch, needed).ok()) return std::nullopt;
+  return CallError(ErrorCause::kStoreFull,
+                   "the server has no room on its disk for the parts of so large a scan; try again "
+                   "later, or send fewer points")
+      .RetryAfter(std::chrono::seconds(30));
 }
 
 std::string FieldAtFault(Stage stage, const JobRequest& job, const absl::Status& status) {

@@ -19,8 +19,14 @@ CallError ShutdownError();
 // Of a call that was stopped; CANCELLED when the client did it.
 CallError StopError(StopReason reason, const ServerOptions& options);
 
-// RESOURCE_EXHAUSTED, MEMORY_LIMIT, when the job alone needs more memory than the server has.
-std::optional<CallError> CheckMemory(const JobRequest& job, const ServerOptions& options);
+// Sets `job->parts` where the job alone needs more memory than it may take, and the server has a
+// scratch folder. RESOURCE_EXHAUSTED, MEMORY_LIMIT, where that is not possible either.
+std::optional<CallError> FitIntoMemory(const ServerOptions& options, JobRequest* job);
+
+// RESOURCE_EXHAUSTED, STORE_FULL, when the scratch folder has no room for the parts of a job and
+// the scan as it comes. Waits
+// for the disk.
+std::optional<CallError> CheckScratch(const JobRequest& job);
 
 // What of the request a stage that failed with `status` was about, as a path within it.
 std::string FieldAtFault(Stage stage, const JobRequest& job, const absl::Status& status);

@@ -1,9 +1,6 @@
 #include "server/s3/s3_blobs.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <chrono>
 #include <mutex>
 #include <random>
@@ -13,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/sha256.h"
 #include "core/base/status_macros.h"
+#include "server/os/unnamed_file.h"
 #include "server/store/content_name.h"
 
 namespace rilievo {
@@ -143,8 +141,8 @@ class ObjectWriter {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<S3Blobs>> S3Blobs::Open(std::shared_ptr<Connections> connections,
-                                                       const S3Place& place) {
-  std::unique_ptr<S3Blobs> blobs(new S3Blobs(std::move(connections), place));
+                                                       const S3Place& place, std::string scratch) {
+  std::unique_ptr<S3Blobs> blobs(new S3Blobs(std::move(connections), place, std::move(scratch)));
   const std::string probe = "probe-" + NewKey();
   RILIEVO_RETURN_IF_ERROR(blobs->bucket_.Put(probe, "rilievod looks whether it may write"));
   RILIEVO_RETURN_IF_ERROR(blobs->bucket_.Remove(probe));
@@ -192,10 +190,9 @@ absl::StatusOr<S3Blobs::Object> S3Blobs::Find(const std::string& name) const {
 absl::StatusOr<FileDescriptor> S3Blobs::Fetch(const std::string& name,
                                               const std::function<void()>& moved) const {
   RILIEVO_ASSIGN_OR_RETURN(const Object object, Find(name));
-  FileDescriptor memory(memfd_create("blob", MFD_CLOEXEC));
-  if (!memory.valid()) return StatusOfErrno(errno, "a file in memory");
-  RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, memory, moved));
-  return memory;
+  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, UnnamedFile(scratch_));
+  RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, file, moved));
+  return file;
 }
 
 absl::StatusOr<int64_t> S3Blobs::BytesOf(const std::string& name) const {

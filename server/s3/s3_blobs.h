@@ -20,9 +20,11 @@ namespace rilievo {
 // goes after it, so that nothing is left in the bucket that no row knows.
 class S3Blobs final : public BlobStore {
  public:
-  // Writes and removes a small object, to see that it may. UNAVAILABLE when it cannot.
+  // Writes and removes a small object, to see that it may. UNAVAILABLE when it cannot. `scratch`:
+  // the folder of files that are read; empty: they are in memory.
   static absl::StatusOr<std::unique_ptr<S3Blobs>> Open(
-      std::shared_ptr<LeasePool<Database>> connections, const S3Place& place);
+      std::shared_ptr<LeasePool<Database>> connections, const S3Place& place,
+      std::string scratch = {});
 
   absl::StatusOr<std::unique_ptr<StagedBlob>> StageFrom(const BlobSource& next) const override;
   // As the table has it: who makes a job does not wait for the bucket.
@@ -34,12 +36,12 @@ class S3Blobs final : public BlobStore {
   absl::Status Sweep() const override;
 
  private:
-  // In memory.
   absl::StatusOr<FileDescriptor> Fetch(const std::string& name,
                                        const std::function<void()>& moved) const override;
 
-  S3Blobs(std::shared_ptr<LeasePool<Database>> connections, const S3Place& place)
-      : connections_(std::move(connections)), bucket_(place) {}
+  S3Blobs(std::shared_ptr<LeasePool<Database>> connections, const S3Place& place,
+          std::string scratch)
+      : connections_(std::move(connections)), bucket_(place), scratch_(std::move(scratch)) {}
 
   struct Object {
     std::string key;
@@ -61,6 +63,7 @@ class S3Blobs final : public BlobStore {
 
   const std::shared_ptr<LeasePool<Database>> connections_;
   const S3Bucket bucket_;
+  const std::string scratch_;
 };
 
 }  // namespace rilievo

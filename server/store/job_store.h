@@ -35,6 +35,8 @@ struct StoreSettings {
   Retention retention = {};
   // The system's for a folder; the database's for a shared store, whose tests alone set it.
   std::optional<StoreClock::Source> clock = {};
+  // Where scans and surfaces that come over a network lie while they are read; empty: in memory.
+  std::string scratch = {};
   // Told of what an operator should know, a line each; called with the store locked.
   std::function<void(const std::string&)> report = {};
 };

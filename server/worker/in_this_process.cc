@@ -5,7 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/paging/scan_pager.h"
 #include "server/conversion/job_report.h"
+#include "server/conversion/parts_request.h"
 #include "server/worker/job_work.h"
 
 namespace rilievo {
@@ -35,8 +37,30 @@ absl::StatusOr<JobResult> BringUpToDate(const JobRequest& job, const ScanContent
   return result;
 }
 
+absl::StatusOr<JobResult> MakeByParts(const JobRequest& job, ScanBytes points,
+                                      const RunContext& context) {
+  RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(job.parts->scratch));
+  RILIEVO_RETURN_IF_ERROR(pager.Expect(job.size.points));
+  const auto add = [&](const Eigen::Matrix3Xd& block) {
+    RILIEVO_RETURN_IF_ERROR(context.CheckStop());
+    return pager.Add(block);
+  };
+  RILIEVO_RETURN_IF_ERROR(std::move(points).DecodeInBlocks(job.size, add));
+  RILIEVO_ASSIGN_OR_RETURN(PagedScan pages, std::move(pager).Finish(context));
+  absl::StatusOr<Reconstruction> made =
+      ReconstructPaged(pages, PartSizes::Of(job.parts->points), job.options, context);
+  // Of a file of its own.
+  if (absl::IsDataLoss(made.status())) return absl::InternalError(made.status().message());
+  RILIEVO_RETURN_IF_ERROR(made.status());
+  JobResult result{std::move(made->encoded), ProtoReport(made->report, job.options.measure)};
+  const std::string warning = PlacesAloneWarning(job);
+  if (!warning.empty()) result.report.add_warnings(warning);
+  return result;
+}
+
 absl::StatusOr<JobResult> RunHere(const ReconstructFunction& reconstruct, const JobRequest& job,
                                   ScanBytes points, const RunContext& context) {
+  if (job.parts) return MakeByParts(job, std::move(points), context);
   RILIEVO_ASSIGN_OR_RETURN(ScanContents contents, std::move(points).Decode(job.size));
   if (job.size.base_bytes > 0) return BringUpToDate(job, contents, context);
   contents.scan.sights.stations = job.stations;

@@ -9,6 +9,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/paging/scratch_file.h"
+#include "server/conversion/parts_request.h"
+#include "server/os/unnamed_file.h"
 #include "server/worker/message_channel.h"
 #include "server/worker/run_worker_job.h"
 #include "server/worker/worker_process.h"
@@ -20,6 +23,11 @@ namespace {
 worker::JobOrder OrderOf(const JobRequest& job, const ScanBytes& points,
                          const WorkerSettings& settings) {
   worker::JobOrder order;
+  if (job.parts) {
+    order.set_part_points(job.parts->points);
+    order.set_scratch_files(kFilesOfParts);
+    order.set_scratch_bytes(EstimateScratch(job));
+  }
   order.set_version(RILIEVO_VERSION);
   *order.mutable_header() = job.header;
   order.set_max_surface_faces(job.options.max_surface_faces);
@@ -28,6 +36,25 @@ worker::JobOrder OrderOf(const JobRequest& job, const ScanBytes& points,
   order.set_processor_seconds(settings.processor_seconds * job.threads);
   order.set_scan_sha256(points.sha256());
   return order;
+}
+
+// For a worker, which may make none. RESOURCE_EXHAUSTED where there is no room for what it may
+// write.
+absl::StatusOr<std::vector<FileDescriptor>> FilesFor(const JobRequest& job) {
+  std::vector<FileDescriptor> files;
+  if (!job.parts) return files;
+  RILIEVO_RETURN_IF_ERROR(CheckRoom(job.parts->scratch, EstimateScratch(job)));
+  for (int i = 0; i < kFilesOfParts; ++i) {
+    RILIEVO_ASSIGN_OR_RETURN(files.emplace_back(), UnnamedFile(job.parts->scratch.path()));
+  }
+  return files;
+}
+
+// Whether a job that found no room failed for want of disk, as the worker still has its files.
+bool IsDiskFull(const absl::Status& status, const JobRequest& job) {
+  constexpr int64_t kSome = 16 << 20;
+  return absl::IsResourceExhausted(status) && job.parts &&
+         !CheckRoom(job.parts->scratch, kSome).ok();
 }
 
 // More than any surface has of both: a compromised worker must not fill this process.
@@ -58,6 +85,8 @@ class Answer {
   explicit Answer(const JobRequest& job) : job_(job) {}
 
   bool ready() const { return ready_; }
+  // OK: none yet.
+  absl::Status failure() const { return failure_.value_or(absl::OkStatus()); }
   bool complete() const { return failure_ || (result_ && chunk_ == result_->chunk_bytes_size()); }
 
   absl::Status Take(worker::WorkerMessage message, const RunContext& context) {
@@ -167,7 +196,10 @@ absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings
   const worker::JobOrder order = OrderOf(job, points, settings);
   absl::StatusOr<FileDescriptor> file = std::move(points).TakeFile();
   if (!file.ok()) return OfMachine(file.status());
-  absl::StatusOr<WorkerProcess> started = WorkerProcess::Start(program, *std::move(file));
+  absl::StatusOr<std::vector<FileDescriptor>> scratch = FilesFor(job);
+  if (!scratch.ok()) return OfMachine(scratch.status());
+  absl::StatusOr<WorkerProcess> started =
+      WorkerProcess::Start(program, *std::move(file), *std::move(scratch));
   if (!started.ok()) return OfMachine(started.status());
   WorkerProcess process = *std::move(started);
   // Ends the reads below; then the process is killed.
@@ -187,12 +219,14 @@ absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings
     if (status.ok()) status = answer.Take(std::move(message), context);
   }
   stop.reset();
+  const bool disk_full = IsDiskFull(answer.failure(), job);
   const int wait_status = process.End();
   RILIEVO_RETURN_IF_ERROR(context.CheckStop());
   if (absl::IsUnavailable(status)) return status;
   if (absl::IsDataLoss(status)) {
     return answer.ready() ? absl::InternalError(status.message()) : OfMachine(status);
   }
+  if (disk_full) return OfMachine(answer.failure());
   if (answer.complete()) return std::move(answer).Finish();
   status = CauseOfEnd(wait_status, settings);
   return answer.ready() || absl::IsAborted(status) ? status : OfMachine(status);

@@ -8,11 +8,14 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <thread>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/freed_memory.h"
 #include "core/base/status_macros.h"
 #include "server/worker/message_channel.h"
 #include "server/worker/worker_limits.h"
@@ -53,8 +56,9 @@ absl::Status ShutIn(const worker::JobOrder& order) {
   }
   RILIEVO_RETURN_IF_ERROR(LimitThisProcess({.memory_bytes = order.memory_bytes(),
                                             .processor_seconds = order.processor_seconds(),
-                                            .threads = order.threads()}));
-  return EnterSandbox();
+                                            .threads = order.threads(),
+                                            .file_bytes = order.scratch_bytes()}));
+  return EnterSandbox(kFirstScratchFile, order.scratch_files());
 }
 
 absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
@@ -71,9 +75,19 @@ absl::StatusOr<JobRequest> ReadHeader(const worker::JobOrder& order) {
   return std::get<JobRequest>(std::move(parsed));
 }
 
+PartsRequest PartsOf(const worker::JobOrder& order) {
+  std::vector<int> files(static_cast<size_t>(order.scratch_files()));
+  std::iota(files.begin(), files.end(), kFirstScratchFile);
+  return {order.part_points(), ScratchFolder::OfFiles("of the server", std::move(files))};
+}
+
 absl::StatusOr<JobResult> Work(const worker::JobOrder& order, FileDescriptor points,
                                const JobWork& work, const FileDescriptor& socket) {
-  RILIEVO_ASSIGN_OR_RETURN(const JobRequest job, ReadHeader(order));
+  RILIEVO_ASSIGN_OR_RETURN(JobRequest job, ReadHeader(order));
+  if (order.part_points() > 0) {
+    job.parts = PartsOf(order);
+    ReleaseLargeBlocksAtOnce();  // memory counts for more than time
+  }
   RunContext context;
   context.threads = job.threads;
   context.seed = job.seed;
@@ -137,12 +151,13 @@ absl::Status SendFailure(const absl::Status& status, int64_t peak_bytes,
 
 WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, const JobWork& work) {
   std::set_terminate(OnTerminate);
-  close_range(kWorkerSocket + 1, ~0U, 0);
   const auto exit_of = [](const absl::Status& sent) {
     return sent.ok() ? WorkerExit::kDone : WorkerExit::kAbandoned;
   };
   worker::JobOrder order;
   if (!ReceiveMessage(socket, &order).ok()) return WorkerExit::kAbandoned;
+  close(kWorkerSocket + 1);
+  close_range(static_cast<unsigned>(kFirstScratchFile + order.scratch_files()), ~0U, 0);
   const PeakMemory peak;
   if (const absl::Status shut = ShutIn(order); !shut.ok()) {
     return exit_of(SendFailure(shut, 0, socket));

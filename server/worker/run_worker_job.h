@@ -17,7 +17,8 @@ enum class WorkerExit {
 
 // Reads a JobOrder from `socket`, denies itself what the order says and all that EnterSandbox()
 // does, says that it is ready, reads the points from `points`, works, and sends what came of it.
-// The process ends at once when the server goes away. Files beyond the socket are closed.
+// The process ends at once when the server goes away. Files beyond the socket are closed, but
+// for those of the order.
 WorkerExit RunWorkerJob(const FileDescriptor& socket, FileDescriptor points, const JobWork& work);
 
 }  // namespace rilievo

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -43,6 +44,17 @@ void BeEndedFirst() {
   if (file.valid()) file.Write("1000", 4).IgnoreError();
 }
 
+// Words of a library are no reason for a file of the operator's to grow.
+absl::Status ShutStandardError() {
+  struct stat file;
+  if (fstat(STDERR_FILENO, &file) != 0 || !S_ISREG(file.st_mode)) return absl::OkStatus();
+  const FileDescriptor nothing(open("/dev/null", O_WRONLY | O_CLOEXEC));
+  for (const int number : {STDOUT_FILENO, STDERR_FILENO}) {
+    if (dup2(nothing.number(), number) < 0) return StatusOfErrno(errno, "standard error");
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status LimitThisProcess(const WorkerLimits& limits) {
@@ -61,7 +73,9 @@ absl::Status LimitThisProcess(const WorkerLimits& limits) {
   RILIEVO_RETURN_IF_ERROR(Limit(RLIMIT_NOFILE, kOpenFiles, "limit of open files"));
   // A library that warns on a standard error that is a file must not end the job.
   std::signal(SIGXFSZ, SIG_IGN);
-  RILIEVO_RETURN_IF_ERROR(Limit(RLIMIT_FSIZE, 0, "limit of written files"));
+  RILIEVO_RETURN_IF_ERROR(ShutStandardError());
+  RILIEVO_RETURN_IF_ERROR(
+      Limit(RLIMIT_FSIZE, static_cast<rlim_t>(limits.file_bytes), "limit of written files"));
   return Limit(RLIMIT_CORE, 0, "limit of core files");
 }
 

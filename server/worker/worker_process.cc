@@ -97,7 +97,14 @@ absl::StatusOr<WorkerProgram> WorkerProgram::Open(const std::string& path) {
 }
 
 absl::StatusOr<WorkerProcess> WorkerProcess::Start(const WorkerProgram& program,
-                                                   FileDescriptor points) {
+                                                   FileDescriptor points,
+                                                   std::vector<FileDescriptor> scratch) {
+  // Where nothing is put in the new process before they are.
+  constexpr int kBeyond = 64;
+  for (FileDescriptor& file : scratch) {
+    file = FileDescriptor(fcntl(file.number(), F_DUPFD_CLOEXEC, kBeyond));
+    if (!file.valid()) return StatusOfErrno(errno, "a file for the worker");
+  }
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     return StatusOfErrno(errno, "a socket to the worker");
@@ -111,7 +118,11 @@ absl::StatusOr<WorkerProcess> WorkerProcess::Start(const WorkerProgram& program,
   posix_spawn_file_actions_adddup2(&settings.files, theirs.number(), kWorkerSocket);
   // By its descriptor: a file that takes the place of the program's is not started.
   posix_spawn_file_actions_adddup2(&settings.files, program.number(), kWorkerSocket + 1);
-  posix_spawn_file_actions_addclosefrom_np(&settings.files, kWorkerSocket + 2);
+  int next = kFirstScratchFile;
+  for (const FileDescriptor& file : scratch) {
+    posix_spawn_file_actions_adddup2(&settings.files, file.number(), next++);
+  }
+  posix_spawn_file_actions_addclosefrom_np(&settings.files, next);
   const std::string path = absl::StrCat("/proc/self/fd/", kWorkerSocket + 1);
   char* const arguments[] = {const_cast<char*>("rilievo-worker"), nullptr};
   std::vector<char*> environment = EnvironmentOfWorkers();

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -15,6 +16,8 @@ namespace rilievo {
 
 // The file number under which a worker finds its socket.
 inline constexpr int kWorkerSocket = 3;
+// And the first of the files for its parts.
+inline constexpr int kFirstScratchFile = kWorkerSocket + 2;
 
 // "rilievo-worker" beside the program that runs; NOT_FOUND when there is none that can be started.
 absl::StatusOr<std::string> WorkerBesideThisProgram();
@@ -36,10 +39,12 @@ class WorkerProgram {
 
 class WorkerProcess {
  public:
-  // `points`: its standard input. Nothing else of this process reaches it but standard error, the
-  // program itself as file kWorkerSocket + 1, and what of the environment programs are loaded by.
-  // RESOURCE_EXHAUSTED when there is no room for a process.
-  static absl::StatusOr<WorkerProcess> Start(const WorkerProgram& program, FileDescriptor points);
+  // `points`: its standard input; `scratch`: from file kFirstScratchFile on. Nothing else of this
+  // process reaches it but standard error, the program itself as file kWorkerSocket + 1, and what
+  // of the environment programs are loaded by. RESOURCE_EXHAUSTED when there is no room for a
+  // process.
+  static absl::StatusOr<WorkerProcess> Start(const WorkerProgram& program, FileDescriptor points,
+                                             std::vector<FileDescriptor> scratch = {});
 
   WorkerProcess(WorkerProcess&& other) noexcept;
   WorkerProcess& operator=(WorkerProcess&&) = delete;

@@ -21,44 +21,23 @@ namespace rilievo {
 namespace {
 
 // Whatever their arguments: they reach no further than this process and the files it holds.
-constexpr auto kAllowed = {SCMP_SYS(read),
-                           SCMP_SYS(pread64),
-                           SCMP_SYS(write),
-                           SCMP_SYS(sendto),
-                           SCMP_SYS(lseek),
-                           SCMP_SYS(fstat),
-                           SCMP_SYS(close),
-                           SCMP_SYS(munmap),
-                           SCMP_SYS(mremap),
-                           SCMP_SYS(madvise),
-                           SCMP_SYS(brk),
-                           SCMP_SYS(futex),
-                           SCMP_SYS(set_robust_list),
-                           SCMP_SYS(rseq),
-                           SCMP_SYS(sched_yield),
-                           SCMP_SYS(sched_getaffinity),
-                           SCMP_SYS(gettid),
-                           SCMP_SYS(getpid),
-                           SCMP_SYS(getpgrp),
-                           SCMP_SYS(clock_gettime),
-                           SCMP_SYS(clock_nanosleep),
-                           SCMP_SYS(nanosleep),
-                           SCMP_SYS(gettimeofday),
-                           SCMP_SYS(getrandom),
-                           SCMP_SYS(sysinfo),
-                           SCMP_SYS(rt_sigaction),
-                           SCMP_SYS(rt_sigprocmask),
-                           SCMP_SYS(rt_sigreturn),
-                           SCMP_SYS(sigaltstack),
-                           SCMP_SYS(pause),
-                           SCMP_SYS(restart_syscall),
-                           SCMP_SYS(exit),
-                           SCMP_SYS(exit_group)};
+constexpr auto kAllowed = {
+    SCMP_SYS(read),          SCMP_SYS(pread64),         SCMP_SYS(sendto),
+    SCMP_SYS(lseek),         SCMP_SYS(fstat),           SCMP_SYS(close),
+    SCMP_SYS(munmap),        SCMP_SYS(mremap),          SCMP_SYS(madvise),
+    SCMP_SYS(brk),           SCMP_SYS(futex),           SCMP_SYS(set_robust_list),
+    SCMP_SYS(rseq),          SCMP_SYS(sched_yield),     SCMP_SYS(sched_getaffinity),
+    SCMP_SYS(gettid),        SCMP_SYS(getpid),          SCMP_SYS(getpgrp),
+    SCMP_SYS(clock_gettime), SCMP_SYS(clock_nanosleep), SCMP_SYS(nanosleep),
+    SCMP_SYS(gettimeofday),  SCMP_SYS(getrandom),       SCMP_SYS(sysinfo),
+    SCMP_SYS(rt_sigaction),  SCMP_SYS(rt_sigprocmask),  SCMP_SYS(rt_sigreturn),
+    SCMP_SYS(sigaltstack),   SCMP_SYS(pause),           SCMP_SYS(restart_syscall),
+    SCMP_SYS(exit),          SCMP_SYS(exit_group)};
 
 using Filter = std::unique_ptr<void, decltype(&seccomp_release)>;
 
 // 0, or what the library says of the first rule that it did not take.
-int AddRules(scmp_filter_ctx filter) {
+int AddRules(scmp_filter_ctx filter, int first_written, int written_count) {
   int error = 0;
   const auto allow = [&](int call, std::initializer_list<scmp_arg_cmp> arguments = {}) {
     const int result = seccomp_rule_add_array(
@@ -66,6 +45,14 @@ int AddRules(scmp_filter_ctx filter) {
     if (error == 0) error = result;
   };
   for (const int call : kAllowed) allow(call);
+  for (const int output : {STDOUT_FILENO, STDERR_FILENO}) {
+    allow(SCMP_SYS(write), {SCMP_A0(SCMP_CMP_EQ, static_cast<scmp_datum_t>(output))});
+  }
+  for (int i = 0; i < written_count; ++i) {
+    const auto file = static_cast<scmp_datum_t>(first_written + i);
+    allow(SCMP_SYS(pwrite64), {SCMP_A0(SCMP_CMP_EQ, file)});
+    allow(SCMP_SYS(ftruncate), {SCMP_A0(SCMP_CMP_EQ, file)});
+  }
   // Threads, and no process.
   allow(SCMP_SYS(clone), {SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD)});
   // Its flags lie in memory, where a filter does not see them: the C library takes clone() then.
@@ -98,7 +85,7 @@ void ShutFiles() {
 
 }  // namespace
 
-absl::Status EnterSandbox() {
+absl::Status EnterSandbox(int first_written, int written_count) {
   if (kSanitized) return absl::OkStatus();
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   ShutFiles();
@@ -109,7 +96,9 @@ absl::Status EnterSandbox() {
   seccomp_attr_set(filter.get(), SCMP_FLTATR_CTL_TSYNC, 1);
   seccomp_attr_set(filter.get(), SCMP_FLTATR_CTL_SSB, 1);
   seccomp_attr_set(filter.get(), SCMP_FLTATR_CTL_OPTIMIZE, 2);
-  if (const int error = AddRules(filter.get()); error != 0) return Refusal("a rule", -error);
+  if (const int error = AddRules(filter.get(), first_written, written_count); error != 0) {
+    return Refusal("a rule", -error);
+  }
   if (const int error = seccomp_load(filter.get()); error != 0) return Refusal("loading", -error);
   return absl::OkStatus();
 }

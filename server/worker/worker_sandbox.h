@@ -12,6 +12,9 @@ namespace rilievo {
 // the calling thread and those it makes, Landlock without a rule where the kernel has it.
 // UNAVAILABLE when the kernel takes no filter. Without effect under a sanitizer, which needs more
 // than a job.
-absl::Status EnterSandbox();
+//
+// Of its open files it may write at any place, and cut, `written_count` alone, whose numbers begin
+// at `first_written`.
+absl::Status EnterSandbox(int first_written = 0, int written_count = 0);
 
 }  // namespace rilievo

@@ -35,7 +35,7 @@ PagedScan Paged(const Eigen::Matrix3Xd& points) {
 
 absl::StatusOr<Verification> VerifyOf(const std::vector<uint8_t>& dss,
                                       const Eigen::Matrix3Xd& points) {
-  return VerifyPaged(dss, Paged(points), kThinnedSizes, RunContext{});
+  return VerifyPaged(dss, Paged(points), RunContext{});
 }
 
 // Closed, and open.

@@ -67,6 +67,27 @@ TEST_F(ReconstructCallTest, AnswersWithProgressSurfaceAndSummary) {
   EXPECT_EQ(chunks, work_.Encoded().chunks);
 }
 
+TEST_F(ReconstructCallTest, PointsThatDoNotFitIntoMemoryGoToDiskAndThenToParts) {
+  ServerOptions options;
+  options.scratch = testing::TempDir();
+  options.part_points = 2048;
+  options.memory_budget = 90'000'000;
+  StartServer(options);
+  v1::ReconstructRequest header = HeaderRequest(13'000);
+  header.mutable_header()->mutable_options()->mutable_fit()->set_sample_level(4);
+  const Outcome part = Call({header, PointsRequest(8'000)});
+  EXPECT_EQ(Reason(part.status), "SCAN_INCOMPLETE");
+  const Outcome more = Call({header, PointsRequest(8'000), PointsRequest(5'001)});
+  EXPECT_THAT(more.status.error_message(), HasSubstr("more points came"));
+  // All at one place: that is what parts find.
+  const Outcome whole = Call({header, PointsRequest(8'000), PointsRequest(5'000)});
+  EXPECT_EQ(Reason(whole.status), "UNUSABLE_SCAN");
+  EXPECT_THAT(whole.status.error_message(), HasSubstr("1 distinct finite points"));
+  EXPECT_EQ(work_.begun(), 0);
+  ASSERT_TRUE(WaitForLogged(3, std::chrono::seconds(5)));
+  EXPECT_EQ(log_.back().bytes_in, 13'000 * 12);
+}
+
 TEST_F(ReconstructCallTest, RefusesAnImpossibleScanFromItsHeaderAlone) {
   StartServer();
   for (const uint64_t claimed : {uint64_t{4'000'000'000}, ~uint64_t{0}}) {

@@ -8,9 +8,12 @@ namespace {
 TEST(OptionsTextTest, NothingAskedForIsNoText) { EXPECT_EQ(OptionsText({}, 0), ""); }
 
 TEST(OptionsTextTest, PartsAreTold) {
-  EXPECT_EQ(OptionsText({}, 7, true), "seed=7 made=parts");
-  EXPECT_TRUE(ReadOptionsText("seed=7 made=parts")->by_parts);
-  EXPECT_FALSE(ReadOptionsText("seed=7")->by_parts);
+  EXPECT_EQ(OptionsText({}, 7, PartSizes{}), "seed=7 made=parts");
+  EXPECT_EQ(ReadOptionsText("seed=7 made=parts")->parts->part_points, PartSizes{}.part_points);
+  EXPECT_FALSE(ReadOptionsText("seed=7")->parts);
+  const std::string smaller = OptionsText({}, 0, PartSizes::Of(2048));
+  EXPECT_EQ(smaller, "made=parts coarse_points=8192 part_points=2048 block_vertices=1024");
+  EXPECT_EQ(ReadOptionsText(smaller)->parts->block_vertices, 1024);
 }
 
 TEST(OptionsTextTest, WhatWasAskedForIsNamed) {

@@ -22,7 +22,9 @@ TEST(IncomingScan, Float32PointsArriveInOrderFromAnyChunks) {
   for (int i = 0; i < 3 * 1000; ++i) values.push_back(0.37f * static_cast<float>(i) - 100.0f);
   const std::string bytes = Bytes(values);
   for (const size_t points_per_chunk : {1, 7, 333, 1000}) {
-    IncomingScan upload({{CoordinateType::kFloat32}, 1000});
+    const PayloadSize size{{CoordinateType::kFloat32}, 1000};
+    IncomingScan upload =
+        points_per_chunk == 7 ? IncomingScan(size, testing::TempDir()) : IncomingScan(size);
     for (size_t at = 0; at < bytes.size(); at += 12 * points_per_chunk) {
       EXPECT_TRUE(upload.CheckComplete().has_value());
       ASSERT_FALSE(upload.AppendPoints(bytes.substr(at, 12 * points_per_chunk)).has_value());
@@ -35,6 +37,14 @@ TEST(IncomingScan, Float32PointsArriveInOrderFromAnyChunks) {
       ASSERT_EQ(scan.points.data()[i], static_cast<double>(values[static_cast<size_t>(i)]));
     }
   }
+}
+
+TEST(IncomingScan, AFolderThatTakesNothingIsNamedAsFull) {
+  IncomingScan upload({{CoordinateType::kFloat32}, 1000}, "/nonexistent");
+  const auto error = upload.AppendPoints(std::string(12, '\0'));
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->reason, ErrorCause::kStoreFull);
+  EXPECT_EQ(error->message.find("nonexistent"), std::string::npos);
 }
 
 TEST(IncomingScan, Float64KeepsEveryBit) {

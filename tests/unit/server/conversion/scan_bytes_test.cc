@@ -33,6 +33,29 @@ void ExpectSamePoints(CoordinateType type, int points) {
               static_cast<double>(static_cast<Real>(0.37 * i - 100)));
   }
   EXPECT_EQ(from_memory->scan.points, from_file->scan.points);
+  for (const bool in_file : {false, true}) {
+    ScanBytes bytes_again(blocks);
+    if (in_file) bytes_again = ScanBytes(*ScanBytes(blocks).TakeFile());
+    int64_t taken = 0;
+    const auto take = [&](const Eigen::Matrix3Xd& block) {
+      EXPECT_EQ(block, from_memory->scan.points.middleCols(taken, block.cols()));
+      taken += block.cols();
+      return absl::OkStatus();
+    };
+    EXPECT_TRUE(std::move(bytes_again).DecodeInBlocks({{type}, points}, take).ok());
+    EXPECT_EQ(taken, points);
+  }
+}
+
+TEST(ScanBytes, BlocksOfADamagedFileAreNoticed) {
+  auto file = ScanBytes({Bytes<float>(20)}).TakeFile();
+  const auto take = [](const Eigen::Matrix3Xd&) { return absl::OkStatus(); };
+  const absl::Status status = ScanBytes(*std::move(file), std::string(64, 'a'))
+                                  .DecodeInBlocks({{CoordinateType::kFloat32}, 20}, take);
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(
+      ScanBytes({Bytes<float>(3)}).DecodeInBlocks({{CoordinateType::kFloat32}, 20}, take).code(),
+      absl::StatusCode::kDataLoss);
 }
 
 TEST(ScanBytes, MemoryAndFileGiveTheSamePoints) {

@@ -8,10 +8,11 @@ namespace {
 class JobRunTest : public JobsRoomTest {
  protected:
   // A run of a job that the store holds.
-  std::shared_ptr<JobRun> NewRun() {
+  std::shared_ptr<JobRun> NewRun(int64_t part_points = 0) {
     StoredJob stored = Stored("a", "ann");
     stored.job.set_state(v1::JOB_STATE_RUNNING);
     stored.job.set_attempts(1);
+    stored.job.set_part_points(static_cast<uint64_t>(part_points));
     events_ = std::make_shared<JobEvents>(stored.job);
     return std::make_shared<JobRun>(service_.get(), core_->store.get(), stored, events_);
   }
@@ -58,6 +59,14 @@ TEST_F(JobRunTest, ADefectNamesTheJobByTheIdThatItsOwnerKnows) {
   EXPECT_EQ(job.error().message(),
             "the server failed at job a; its operator finds the cause in the log");
   EXPECT_EQ(job.DebugString().find("4711"), std::string::npos);
+}
+
+TEST_F(JobRunTest, AWorkerWithoutAScratchFolderLeavesPartsToOthers) {
+  Open();
+  const JobOutcome outcome = NewRun(2048)->Work();
+  EXPECT_EQ(outcome.kind, JobOutcome::Kind::kUntried);
+  EXPECT_NE(log_.at(0).detail.find("--scratch"), std::string::npos);
+  EXPECT_EQ(NewRun()->Work().kind, JobOutcome::Kind::kFinished);
 }
 
 TEST_F(JobRunTest, AKilledWorkerIsWorthAnotherAttempt) {

@@ -25,14 +25,47 @@ TEST(JobError, AJobThatNeedsMoreThanThereIsSaysHowMuch) {
   const int64_t enough = EstimateMemory(job);
   ServerOptions options;
   options.memory_budget = enough;
-  EXPECT_FALSE(CheckMemory(job, options).has_value());
+  EXPECT_FALSE(FitIntoMemory(options, &job).has_value());
   job.size.points = 200'000;
-  const auto error = CheckMemory(job, options);
+  const auto error = FitIntoMemory(options, &job);
   ASSERT_TRUE(error.has_value());
   EXPECT_EQ(error->reason, ErrorCause::kMemoryLimit);
   EXPECT_EQ(error->metadata.at("limit"), absl::StrCat(enough));
   EXPECT_EQ(error->metadata.at("value"), absl::StrCat(EstimateMemory(job)));
   EXPECT_NE(error->message.find(absl::StrCat(enough / 1'000'000, " MB")), std::string::npos);
+  EXPECT_NE(error->message.find("--scratch"), std::string::npos);
+}
+
+TEST(JobError, WhatDoesNotFitIsMadeByPartsWhereItCanBe) {
+  ServerOptions options;
+  options.memory_budget = 100'000'000;
+  options.scratch = testing::TempDir();
+  JobRequest job;
+  job.size.points = 1'000'000;
+  const auto refused = FitIntoMemory(options, &job);
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_NE(refused->message.find("by parts it would need 1508 MB"), std::string::npos);
+  options.part_points = 4096;
+  EXPECT_FALSE(FitIntoMemory(options, &job).has_value());
+  ASSERT_TRUE(job.parts.has_value());
+  EXPECT_EQ(job.parts->points, 4096);
+  EXPECT_EQ(EstimateMemory(job), EstimateMemoryOfParts(PartSizes::Of(4096)));
+  EXPECT_FALSE(CheckScratch(job).has_value());
+  job.size.points = int64_t{1} << 50;
+  EXPECT_EQ(CheckScratch(job)->reason, ErrorCause::kStoreFull);
+
+  // Though the server has more, the process of the job may not.
+  options.memory_budget = 1'000'000'000'000;
+  options.max_job_memory = 100'000'000;
+  JobRequest mesh;
+  mesh.size.points = mesh.size.triangles = 1'000'000;
+  const auto error = FitIntoMemory(options, &mesh);
+  ASSERT_TRUE(error.has_value());
+  EXPECT_NE(error->message.find("a mesh is not made by parts"), std::string::npos);
+  JobRequest sights;
+  sights.size.points = 1'000'000;
+  sights.options.scan.sights.normals = SightRule::kUse;
+  EXPECT_NE(FitIntoMemory(options, &sights)->message.find("do not use normals"), std::string::npos);
 }
 
 TEST(JobError, AMeshOfTheClientsIsNamed) {

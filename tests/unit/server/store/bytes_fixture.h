@@ -51,7 +51,7 @@ class BytesTest : public testing::TestWithParam<StorePlace> {
     const auto connections = std::make_shared<PostgresConnections>(std::move(one));
     const bool in_parts = GetParam() == StorePlace::kPostgres;
     if (in_parts) {
-      blobs_ = *PostgresBlobs::Open(connections);
+      blobs_ = *PostgresBlobs::Open(connections, testing::TempDir());
     } else if (!s3_url_.empty()) {
       blobs_ = *S3Blobs::Open(connections, *ParseS3Url(s3_url_));
     } else {

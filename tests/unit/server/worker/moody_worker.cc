@@ -86,6 +86,23 @@ std::string Reached() {
   return reached;
 }
 
+// What of `files` from number `first` on is written, and of its other files.
+std::string Written(int first, int files) {
+  std::string written;
+  const auto attempt = [&](const std::string& what, bool succeeds) {
+    if (succeeds) absl::StrAppend(&written, " ", what);
+  };
+  for (int i = 0; i <= files; ++i) {
+    const int file = first + i;
+    attempt(absl::StrCat("place", i), pwrite(file, "x", 1, 1000) == 1);
+    attempt(absl::StrCat("cut", i), ftruncate(file, 500) == 0);
+    attempt(absl::StrCat("beyond", i), pwrite(file, "x", 1, 5000) == 1);
+    attempt(absl::StrCat("end", i), write(file, "x", 1) == 1);
+  }
+  attempt("points", write(0, "x", 1) == 1 || pwrite(0, "x", 1, 0) == 1 || ftruncate(0, 0) == 0);
+  return written;
+}
+
 // A library may have started threads before a worker shut itself in.
 std::binary_semaphore earlier_begins{0};
 std::string reached_earlier;
@@ -146,6 +163,11 @@ absl::StatusOr<JobResult> Work(const JobRequest& job, ScanBytes points, const Ru
       for (;;) pause();
     case Mood::kCompromised:
       return Compromised();
+    case Mood::kWriting: {
+      JobResult result;
+      result.report.set_road_reason(Written(kFirstScratchFile, job.parts ? 2 : 0));
+      return result;
+    }
     case Mood::kManyChunks:
     case Mood::kLargeChunk: {
       worker::WorkerMessage message;

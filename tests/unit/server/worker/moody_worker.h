@@ -14,6 +14,7 @@ enum class Mood {
   kModest,    // 64 MiB, then well
   kSpin,      // uses its processor time for ever
   kSleep,     // for ever, whatever it is asked
+  kWriting,   // into its files; what it could, as road_reason
   // What it reached of all that a worker has no need of, as road_reason.
   kCompromised,
   kManyChunks,   // announces a million

@@ -5,6 +5,8 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
+#include "core/base/sanitized.h"
+#include "server/os/unnamed_file.h"
 #include "server/worker/message_channel.h"
 #include "server/worker/worker_process.h"
 #include "server/worker/worker_protocol.pb.h"
@@ -13,11 +15,12 @@
 namespace rilievo {
 namespace {
 
-WorkerProcess StartMoody() {
+WorkerProcess StartMoody(std::vector<FileDescriptor> scratch = {}) {
   FileDescriptor points(memfd_create("points", MFD_CLOEXEC));
   const std::string zeros(20 * 12, '\0');
   EXPECT_TRUE(points.Write(zeros.data(), zeros.size()).ok());
-  return *WorkerProcess::Start(*WorkerProgram::Open(RILIEVO_MOODY_WORKER), std::move(points));
+  return *WorkerProcess::Start(*WorkerProgram::Open(RILIEVO_MOODY_WORKER), std::move(points),
+                               std::move(scratch));
 }
 
 worker::JobOrder Order(Mood mood) {
@@ -54,6 +57,22 @@ TEST(RunWorkerJob, AnswersInTheProtocolsOrder) {
   size_t bytes = 0;
   while (ReceiveMessage(process.socket(), &message).ok()) bytes += message.piece().size();
   EXPECT_EQ(bytes, 3'000'010u);
+}
+
+TEST(RunWorkerJob, TheFilesOfTheOrderAloneAreWritten) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer needs more than a job";
+  for (const int files : {0, 2}) {
+    std::vector<FileDescriptor> scratch;
+    for (int i = 0; i < 3; ++i) scratch.push_back(*UnnamedFile(testing::TempDir()));
+    WorkerProcess process = StartMoody(std::move(scratch));
+    worker::JobOrder order = Order(Mood::kWriting);
+    order.set_scratch_files(files);
+    if (files > 0) order.set_part_points(2048);
+    if (files > 0) order.set_scratch_bytes(4000);
+    ASSERT_TRUE(SendMessage(process.socket(), order).ok());
+    EXPECT_EQ(Answer(process).result().report().road_reason(),
+              files > 0 ? " place0 cut0 place1 cut1" : "");
+  }
 }
 
 TEST(RunWorkerJob, AnotherVersionIsRefused) {

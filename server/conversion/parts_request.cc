@@ -1,0 +1,58 @@
+#include "server/conversion/parts_request.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "core/paging/scan_pager.h"
+
+namespace rilievo {
+namespace {
+
+// Of a control face, with those on its rim; and of a face of a level that is asked for. One that is
+// left to the points is as dense as they are.
+constexpr int64_t kScratchBytesOfControlFace = 24, kScratchBytesOfFace = 8;
+// Of a control face of a large scan, see ShapeCoarsely().
+constexpr int64_t kPointsOfFace = 120;
+
+}  // namespace
+
+std::string ReasonAgainstParts(const JobRequest& job) {
+  if (job.size.triangles > 0) return "a mesh is not made by parts";
+  if (job.size.base_bytes > 0) return "a surface is not brought up to date by parts";
+  const SightOptions& sights = job.options.scan.sights;
+  if (sights.stations == SightRule::kUse) return "parts do not use stations; leave them to auto";
+  if (sights.normals == SightRule::kUse) return "parts do not use normals; leave them to auto";
+  return "";
+}
+
+std::string PlacesAloneWarning(bool colors, bool stations, bool normals) {
+  std::vector<std::string> left_out;
+  if (colors) left_out.emplace_back("colours");
+  if (stations) left_out.emplace_back("stations");
+  if (normals) left_out.emplace_back("normals");
+  if (left_out.empty()) return "";
+  return absl::StrCat(
+      "The scan is larger than the memory and was made by parts, of the places of its points "
+      "alone: what it has of ",
+      absl::StrJoin(left_out, ", "), " was not taken.");
+}
+
+std::string PlacesAloneWarning(const JobRequest& job) {
+  const PointLayout& layout = job.size.layout;
+  return PlacesAloneWarning(layout.colors, layout.stations, layout.normals);
+}
+
+int64_t EstimateScratch(const JobRequest& job) {
+  const int64_t control_faces =
+      std::max(ExpectedControlFaces(job), job.size.points / kPointsOfFace);
+  const int64_t faces =
+      job.options.max_level
+          ? std::min(control_faces << (2 * *job.options.max_level), job.options.max_surface_faces)
+          : 0;
+  return kScratchBytesOfPoint * std::max<int64_t>(job.size.points, kPagePoints) +
+         kScratchBytesOfControlFace * control_faces + kScratchBytesOfFace * faces;
+}
+
+}  // namespace rilievo
