@@ -274,8 +274,60 @@ class ShapeOfShell {
   std::vector<int> uses_;  // of each edge, by patches
 };
 
+std::string Hexadecimal(char32_t number, int digits) {
+  std::string text(static_cast<size_t>(digits), '0');
+  for (auto digit = text.rbegin(); digit != text.rend(); ++digit, number /= 16) {
+    *digit = "0123456789ABCDEF"[number % 16];
+  }
+  return text;
+}
+
+// The code point at `*place`, which moves behind it; a byte that begins none stands for itself.
+char32_t TakeCodePoint(const std::string& text, size_t* place) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const char32_t first = byte((*place)++);
+  const size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc2 ? 1 : 0;
+  if (more == 0 || *place + more > text.size()) return first;
+  char32_t code = first & (0x3fU >> more);
+  for (size_t k = 0; k < more; ++k) {
+    if ((byte(*place + k) & 0xc0U) != 0x80) return first;
+    code = code << 6 | (byte(*place + k) & 0x3fU);
+  }
+  *place += more;
+  return code;
+}
+
+// UTF-8 as ISO 10303-21 writes it (6.4.3): what is not printable ASCII, and the backslash, as its
+// number. Bytes that are not UTF-8 count as Latin-1. Open CASCADE doubles apostrophes, and
+// backslashes: see PrintLines().
 Handle(TCollection_HAsciiString) TextOf(const std::string& text) {
-  return new TCollection_HAsciiString(text.c_str());
+  std::string encoded;
+  for (size_t i = 0; i < text.size();) {
+    const char32_t code = TakeCodePoint(text, &i);
+    if (code >= 0x20 && code < 0x7f && code != '\\') {
+      encoded += static_cast<char>(code);
+    } else if (code < 0x100) {
+      encoded += "\\X\\" + Hexadecimal(code, 2);
+    } else if (code < 0x10000) {
+      encoded += "\\X2\\" + Hexadecimal(code, 4) + "\\X0\\";
+    } else {
+      encoded += "\\X4\\" + Hexadecimal(code, 8) + "\\X0\\";
+    }
+  }
+  return new TCollection_HAsciiString(encoded.c_str());
+}
+
+// Every backslash begins or ends the number of a character, and Open CASCADE has doubled it.
+void PrintLines(StepData_StepWriter& text, std::ostream& out) {
+  bool doubled = false;
+  for (int i = 1; i <= text.NbLines(); ++i) {
+    const Handle(TCollection_HAsciiString) line = text.Line(i);
+    for (const char* at = line->ToCString(); *at != '\0'; ++at) {
+      if (!doubled) out << *at;
+      doubled = *at == '\\' && !doubled;
+    }
+    out << '\n';
+  }
 }
 
 class StopIndicator : public Message_ProgressIndicator {
@@ -317,10 +369,12 @@ std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double t
   header.SetName(TextOf(file.name));
   header.SetTimeStamp(TextOf("1970-01-01T00:00:00"));  // the same bytes each time
   header.SetOriginatingSystem(TextOf(file.program));
+  header.SetAuthorValue(1, TextOf(""));
+  header.SetOrganizationValue(1, TextOf(""));
   StepData_StepWriter text(model);
   text.SendModel(Handle(StepData_Protocol)::DownCast(writer.WS()->Protocol()));
   if (file.stop.stop_requested()) return "stopped";
-  text.Print(out);
+  PrintLines(text, out);
   return "";
 }
 

@@ -46,14 +46,14 @@ struct BicubicShell {
 inline constexpr int64_t kMostBicubicPatches = 200'000;
 
 // The patches of patch_domains.h: those of a quad of the control mesh, three for a triangle.
-// Samples are the vertices of a level at or beyond the finest one, as Tessellate() places them, and
-// lie on the triangles between these where a patch asks for a place between. Each edge is a
-// least-squares fit to its samples, with as many spans as half the tolerance asks for; each patch
-// is one with its edges held, whose spans are halved until it is within the tolerance. So patches
-// share edges exactly; tangent planes agree as well as the tolerance makes them. Where the spans
-// become as fine as the samples allow, `error` exceeds the tolerance.
+// Samples are places of DisplacedEvaluator, four along a side for each triangle of the finest level
+// and for each span, twelve at least. Each edge is a least-squares fit to its samples, with as many
+// spans as a quarter of the tolerance asks for; each patch is one with its edges held, whose spans
+// are halved until it is within the tolerance. So patches share edges exactly; tangent planes agree
+// as well as the tolerance makes them. Where 128 spans along a side are too few, `error` exceeds
+// the tolerance.
 //
-// INVALID_ARGUMENT as Tessellate(); RESOURCE_EXHAUSTED beyond kMostBicubicPatches and
+// Errors as DisplacedEvaluator::Build(); RESOURCE_EXHAUSTED beyond kMostBicubicPatches and
 // options.most_control_points; CANCELLED.
 absl::StatusOr<BicubicShell> FitBicubicShell(const DisplacedSurface& surface,
                                              const BicubicOptions& options,

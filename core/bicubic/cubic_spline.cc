@@ -1,8 +1,8 @@
 #include "core/bicubic/cubic_spline.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace rilievo {
 namespace {
@@ -30,16 +30,30 @@ std::array<double, kDegree + 1> SplinesOnSpan(int spans, int span, double t) {
 
 }  // namespace
 
-CubicSpline::CubicSpline(int spans, int intervals)
-    : spans_(spans), basis_(Eigen::MatrixXd::Zero(intervals + 1, spans + kDegree)) {
+Eigen::SparseMatrix<double> BasisOfSpans(int spans, int intervals) {
+  std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i <= intervals; ++i) {
     const double t = static_cast<double>(i) * spans / intervals;
     const int span = std::min(static_cast<int>(t), spans - 1);
     const auto values = SplinesOnSpan(spans, span, t);
-    for (int k = 0; k <= kDegree; ++k) basis_(i, span + k) = values[static_cast<size_t>(k)];
+    for (int k = 0; k <= kDegree; ++k) {
+      entries.emplace_back(i, span + k, values[static_cast<size_t>(k)]);
+    }
   }
-  const Eigen::MatrixXd inner = basis_.middleCols(1, control_count() - 2);
-  inner_fit_ = (inner.transpose() * inner).ldlt().solve(inner.transpose());
+  Eigen::SparseMatrix<double> basis(intervals + 1, spans + kDegree);
+  basis.setFromTriplets(entries.begin(), entries.end());
+  return basis;
+}
+
+CubicSpline::CubicSpline(int spans, int intervals)
+    : spans_(spans), basis_(BasisOfSpans(spans, intervals)) {
+  const Eigen::SparseMatrix<double> inner = basis_.middleCols(1, control_count() - 2);
+  inner_ = std::make_unique<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>(inner.transpose() *
+                                                                                inner);
+}
+
+Eigen::MatrixXd CubicSpline::FitInside(const Eigen::MatrixXd& rest) const {
+  return inner_->solve(basis_.middleCols(1, control_count() - 2).transpose() * rest);
 }
 
 Eigen::Matrix3Xd CubicSpline::FitCurve(const Eigen::Matrix3Xd& samples) const {
@@ -47,9 +61,9 @@ Eigen::Matrix3Xd CubicSpline::FitCurve(const Eigen::Matrix3Xd& samples) const {
   Eigen::Matrix3Xd control(3, control_count());
   control.col(0) = samples.col(0);
   control.col(last) = samples.col(samples.cols() - 1);
-  const Eigen::Matrix3Xd rest = samples - control.col(0) * basis_.col(0).transpose() -
-                                control.col(last) * basis_.col(last).transpose();
-  control.middleCols(1, last - 1) = rest * inner_fit_.transpose();
+  const Eigen::Matrix3Xd ends =
+      control.col(0) * basis_.col(0).transpose() + control.col(last) * basis_.col(last).transpose();
+  control.middleCols(1, last - 1) = FitInside((samples - ends).transpose()).transpose();
   return control;
 }
 

@@ -2,8 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <memory>
 
 namespace rilievo {
+
+// (intervals + 1) x (spans + 3): what each control point of `spans` equal spans weighs at each of
+// the samples at i / `intervals`.
+Eigen::SparseMatrix<double> BasisOfSpans(int spans, int intervals);
 
 // The B-splines of degree 3 on [0, 1] with `spans` equal spans and knots of multiplicity 4 at both
 // ends, so that a curve begins and ends in its first and last control point. Two orders of
@@ -14,14 +21,15 @@ class CubicSpline {
   CubicSpline(int spans, int intervals);
 
   int spans() const { return spans_; }
+  int intervals() const { return static_cast<int>(basis_.rows()) - 1; }
   int control_count() const { return spans_ + 3; }
 
-  // (intervals + 1) x control_count(): what each control point weighs at each sample.
-  const Eigen::MatrixXd& basis() const { return basis_; }
+  // BasisOfSpans(spans, intervals).
+  const Eigen::SparseMatrix<double>& basis() const { return basis_; }
 
-  // (control_count() - 2) x (intervals + 1): from what the first and the last control point leave
-  // of the samples to the control points between them, in the sense of least squares.
-  const Eigen::MatrixXd& inner_fit() const { return inner_fit_; }
+  // (control_count() - 2) x n: from what the first and the last control point leave of the samples,
+  // (intervals + 1) x n, to the control points between them, in the sense of least squares.
+  Eigen::MatrixXd FitInside(const Eigen::MatrixXd& rest) const;
 
   // The control points, a column each, of the curve nearest to the samples, a column each, that
   // passes through the first and the last one.
@@ -29,7 +37,8 @@ class CubicSpline {
 
  private:
   int spans_;
-  Eigen::MatrixXd basis_, inner_fit_;
+  Eigen::SparseMatrix<double> basis_;
+  std::unique_ptr<Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>> inner_;
 };
 
 }  // namespace rilievo

@@ -26,8 +26,9 @@ Eigen::Matrix3Xd Evaluated(const CubicSpline& spline, const Eigen::Matrix3Xd& co
 TEST(CubicSplineTest, WeightsAreAPartitionOfOne) {
   for (const int spans : {1, 2, 4, 16}) {
     const CubicSpline spline(spans, kSampleIntervals);
-    EXPECT_GE(spline.basis().minCoeff(), 0.0);
-    EXPECT_LT((spline.basis().rowwise().sum().array() - 1).abs().maxCoeff(), 1e-14) << spans;
+    const Eigen::MatrixXd basis = spline.basis();
+    EXPECT_GE(basis.minCoeff(), 0.0);
+    EXPECT_LT((basis.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-14) << spans;
   }
 }
 

@@ -1,4 +1,5 @@
 // Files that `rilievo export` writes besides plain meshes: compressed GLB, 3MF, 3D Tiles.
+#include <Eigen/Geometry>
 #include <set>
 
 #include "tests/unit/cli/program_fixture.h"
@@ -60,6 +61,23 @@ TEST_F(ExportTest, Writes3mf) {
   EXPECT_EQ(Run({"export", At("a.dss"), "-", "--format", "3mf"}).out.substr(0, 4), "PK\3\4");
 }
 
+// Of all points in space.
+Eigen::AlignedBox3d BoxOfStep(const std::string& text) {
+  Eigen::AlignedBox3d box;
+  const std::string name = "CARTESIAN_POINT('',(";
+  for (size_t at = text.find(name); at != std::string::npos; at = text.find(name, at + 1)) {
+    Eigen::Vector3d point;
+    const char* from = text.c_str() + at + name.size();
+    int read = 0;
+    for (char* end = nullptr; read < 3; from = end + 1) {
+      point[read++] = std::strtod(from, &end);
+      if (*end != ',') break;
+    }
+    if (read == 3) box.extend(point);
+  }
+  return box;
+}
+
 TEST_F(ExportTest, WritesStep) {
   const fs::path library =
       fs::path(RILIEVO_PROGRAM).parent_path() / "../lib/rilievo/librilievo_step.so";
@@ -70,6 +88,14 @@ TEST_F(ExportTest, WritesStep) {
   const std::string text = Content(At("a.step"));
   EXPECT_EQ(text.substr(0, 13), "ISO-10303-21;");
   EXPECT_THAT(text, HasSubstr("MANIFOLD_SOLID_BREP"));
+  // Millimetres, z up.
+  Exported({At("c.step"), "--unit", "m", "--tolerance", "0.2%", "--up", "y", "--origin", "1,0,0"});
+  const Eigen::AlignedBox3d given = BoxOfStep(text), turned = BoxOfStep(Content(At("c.step")));
+  const Json info = Json::parse(Run({"info", At("a.dss"), "--json"}).out);
+  EXPECT_NEAR(given.diagonal().norm() / (1000 * info["frame"]["diagonal"].get<double>()), 1, 0.02);
+  const Eigen::Vector3d low = given.min(), high = given.max();
+  EXPECT_LT((turned.min() - Eigen::Vector3d(low.x() - 1000, -high.z(), low.y())).norm(), 1e-6);
+  EXPECT_LT((turned.max() - Eigen::Vector3d(high.x() - 1000, -low.z(), high.y())).norm(), 1e-6);
   const Json far = Exported({At("b.stp"), "--tolerance", "0.2%", "--origin", "1e9,0,0"});
   EXPECT_THAT(far["warnings"][0], HasSubstr("counts as 1 mm; --unit"));
   EXPECT_THAT(far["warnings"][1],

@@ -27,9 +27,11 @@
 #include <stop_token>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client/step/step_writer.h"
 #include "core/bicubic/bicubic_shell.h"
+#include "core/evaluate/displaced_evaluator.h"
 #include "core/surface/closest_point_tree.h"
 #include "tests/unit/evaluate/relief_surfaces.h"
 #include "tests/unit/loop/quad_meshes.h"
@@ -118,21 +120,34 @@ void ExpectClosedSolid(const TopoDS_Shape& shape, const std::string& name) {
   }
 }
 
-// The largest distance of places on the faces from the surface, as triangles of a fine level.
+// The largest distance of places on the faces from the surface, as triangles with corners on it.
 double LargestDistance(const TopoDS_Shape& shape, const DisplacedSurface& surface) {
-  constexpr int64_t kMostTriangles = 100'000;
-  int level = surface.max_level;
-  while (surface.control_mesh.faces.cols() << 2 * (level + 1) <= kMostTriangles) ++level;
-  const auto refinement = RefineTopology(surface.control_mesh, level, RunContext());
-  LimitSurface limit =
-      *EvaluateLimit(*refinement, surface.control_mesh.vertices, level, RunContext());
-  const std::vector<float> heights = HeightsAtLevel(surface, *refinement, level);
-  for (Eigen::Index v = 0; v < limit.positions.cols(); ++v) {
-    limit.positions.col(v) = surface.frame.ScanFromUnit(
-        limit.positions.col(v) + double{heights[static_cast<size_t>(v)]} * limit.normals.col(v));
+  constexpr int kAlongSide = 48;
+  const auto evaluator = DisplacedEvaluator::Build(surface, RunContext());
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3i> triangles;
+  for (int f = 0; f < evaluator->face_count(); ++f) {
+    for (int j = 0; j <= kAlongSide; ++j) {
+      for (int i = 0; i + j <= kAlongSide; ++i) {
+        const auto here = static_cast<int>(points.size());
+        const int up = here + kAlongSide + 1 - j;  // the point above
+        const double u = static_cast<double>(i) / kAlongSide,
+                     v = static_cast<double>(j) / kAlongSide;
+        points.push_back(evaluator->At(f, u, v, JetOrder::kPosition).position);
+        if (i + j < kAlongSide) triangles.emplace_back(here, here + 1, up);
+        if (i + j + 1 < kAlongSide) triangles.emplace_back(here + 1, up + 1, up);
+      }
+    }
   }
-  const auto tree =
-      ClosestPointTree::Build(limit.positions, refinement->levels.back().faces, RunContext());
+  Eigen::Matrix3Xd vertices(3, static_cast<Eigen::Index>(points.size()));
+  for (size_t v = 0; v < points.size(); ++v) {
+    vertices.col(static_cast<Eigen::Index>(v)) = points[v];
+  }
+  Eigen::Matrix3Xi faces_of(3, static_cast<Eigen::Index>(triangles.size()));
+  for (size_t t = 0; t < triangles.size(); ++t) {
+    faces_of.col(static_cast<Eigen::Index>(t)) = triangles[t];
+  }
+  const auto tree = ClosestPointTree::Build(vertices, faces_of, RunContext());
   double largest = 0;
   for (TopExp_Explorer faces(shape, TopAbs_FACE); faces.More(); faces.Next()) {
     const BRepAdaptor_Surface patch(TopoDS::Face(faces.Current()));
@@ -180,7 +195,7 @@ TEST_F(StepFileTest, ClosedSurfacesAreValidSolids) {
       {"sharp cube of triangles", testing::SharpCube()},
       {"sharp cube of quads", testing::InQuads(testing::SharpCube(), random)}};
   for (const auto& [name, mesh] : meshes) {
-    const DisplacedSurface surface = testing::WithRelief(mesh, 3, 0.01);
+    const DisplacedSurface surface = testing::WithRelief(mesh, 2, 0.005);
     Write(surface);
     const TopoDS_Shape shape = Read();
     ExpectClosedSolid(shape, name);
@@ -268,6 +283,14 @@ TEST_F(StepFileTest, TheSamePatchesGiveTheSameBytes) {
   EXPECT_THAT(once.substr(0, 1000), ::testing::HasSubstr("PRODUCT('a','a'"));
   Write(surface);
   EXPECT_TRUE(Content() == once);
+}
+
+TEST_F(StepFileTest, TextsAreEncoded) {
+  file_.name = "T\u00fcr's \\ \u03c0 \U0001d11e\xff";
+  Write(testing::WithRelief(testing::Bipyramid(3), 0, 0));
+  const std::string name = R"('T\X\FCr''s \X\5C \X2\03C0\X0\ \X4\0001D11E\X0\\X\FF')";
+  EXPECT_TRUE(Content().find(name) != std::string::npos) << Content().substr(0, 2000);
+  EXPECT_TRUE(Content().find("Author") == std::string::npos);
 }
 
 TEST_F(StepFileTest, IsStopped) {
