@@ -58,12 +58,8 @@ absl::StatusOr<Updated> OpenUpdated(std::span<const uint8_t> dss, int64_t most_v
   Updated opened;
   RILIEVO_ASSIGN_OR_RETURN(opened.file, OpenDss(dss, /*check_groups=*/false));
   RILIEVO_RETURN_IF_ERROR(check_count(VertexCountAt(opened.file.topology, header.max_level)));
+  RILIEVO_RETURN_IF_ERROR(CheckUpdatedFile(opened.file));
   RILIEVO_ASSIGN_OR_RETURN(DecodedSurface decoded, DecodeDss(dss, context));
-  if (decoded.surface.max_level < decoded.declared_max_level) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the file ends at level ", decoded.surface.max_level, " of ",
-                     decoded.declared_max_level, "; an update needs all of them"));
-  }
   opened.surface = std::move(decoded.surface);
   opened.chunk_bytes = std::move(decoded.chunk_bytes);
   opened.control = opened.file.topology;

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/codec/bytes/byte_stream.h"
@@ -14,30 +13,12 @@
 #include "core/codec/container/dss.h"
 #include "core/codec/container/dss_metadata.h"
 #include "core/codec/container/height_update.h"
-#include "core/codec/container/open_dss.h"
 #include "core/codec/heights/encode_smoothed_flags.h"
 #include "core/codec/heights/height_encoder.h"
 #include "core/loop/refinement.h"
 
 namespace rilievo {
 namespace {
-
-absl::Status CheckUpdatedFile(const OpenedDss& file) {
-  if (file.version < 3) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the file is of format version ", file.version,
-                     "; only those of version 3 and on take updates"));
-  }
-  if (!file.whole()) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the file ends at level ", static_cast<int>(file.layers.size()) - 1, " of ",
-                     file.header.max_level, "; an update needs all of them"));
-  }
-  if (file.updates.size() < kMostUpdates) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("the file has ", file.updates.size(),
-                   " updates, and the format no more; reconstruct the surface anew"));
-}
 
 absl::Status CheckUpdate(const DisplacedSurface& before, const HeightUpdate& update) {
   constexpr float kMostHeight = 0.5F;
@@ -129,6 +110,23 @@ std::vector<uint8_t> PayloadOf(int flags, const DssMetadata& metadata,
 }
 
 }  // namespace
+
+absl::Status CheckUpdatedFile(const OpenedDss& file) {
+  if (file.version < 3) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the file is of format version ", file.version,
+                     "; only those of version 3 and on take updates"));
+  }
+  if (!file.whole()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the file ends at level ", static_cast<int>(file.layers.size()) - 1, " of ",
+                     file.header.max_level, "; an update needs all of them"));
+  }
+  if (file.updates.size() < kMostUpdates) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the file has ", file.updates.size(),
+                   " updates, and the format no more; reconstruct the surface anew"));
+}
 
 absl::StatusOr<std::vector<uint8_t>> EncodeUpdate(std::span<const uint8_t> dss,
                                                   const DisplacedSurface& before,

@@ -6,6 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stop_token>
+#include <string>
+#include <vector>
 
 #include "core/codec/container/dss.h"
 #include "core/pipeline/certificate.h"
@@ -157,13 +160,26 @@ TEST(UpdateSurfaceTest, WhatHeightsDoNotReachIsRefused) {
             absl::StatusCode::kInvalidArgument);
 }
 
-TEST(UpdateSurfaceTest, ThreadsDoNotMatter) {
+TEST(UpdateSurfaceTest, ThreadsDoNotMatterAndTheSixtyFifthUpdateIsRefused) {
   const std::vector<uint8_t> before = SurfaceOf(BallScan(4000, 0, 1));
   const PointCloud scan = Changed(BallScan(4000, 0, 2), 0.06);
   RunContext one, three;
   one.threads = 1;
   three.threads = 3;
-  EXPECT_EQ(UpdateSurface(before, scan, {}, one)->dss, UpdateSurface(before, scan, {}, three)->dss);
+  const auto updated = UpdateSurface(before, scan, {}, one);
+  EXPECT_EQ(updated->dss, UpdateSurface(before, scan, {}, three)->dss);
+  // Files take 64 updates.
+  const std::vector<uint8_t> update(
+      updated->dss.begin() + static_cast<std::ptrdiff_t>(before.size()), updated->dss.end());
+  ASSERT_FALSE(update.empty());
+  std::vector<uint8_t> full = before;
+  for (int i = 0; i < 64; ++i) full.insert(full.end(), update.begin(), update.end());
+  EXPECT_THAT(std::string(UpdateSurface(full, scan, {}, one).status().message()),
+              HasSubstr("has 64 updates, and the format no more; reconstruct"));
+  std::stop_source stop;
+  stop.request_stop();
+  one.stop = stop.get_token();
+  EXPECT_EQ(UpdateSurface(before, scan, {}, one).status().code(), absl::StatusCode::kCancelled);
 }
 
 }  // namespace
