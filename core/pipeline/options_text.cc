@@ -72,9 +72,7 @@ void VisitOptions(StatedOptions& stated, Visitor& visit) {
   bool by_parts = stated.parts.has_value();
   PartSizes sizes = stated.parts.value_or(PartSizes{});
   visit("made", by_parts, Names(kMakings));
-  visit("coarse_points", sizes.coarse_points);
-  visit("part_points", sizes.part_points);
-  visit("block_vertices", sizes.block_vertices);
+  visit("part_sizes", sizes);
   if (by_parts) stated.parts = sizes;
 }
 
@@ -94,6 +92,17 @@ template <typename Number>
 bool Read(absl::string_view text, Number& value) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size();
+}
+
+// In the order of their struct: "4194304/1048576/524288".
+std::string Text(const PartSizes& sizes) {
+  return absl::StrCat(sizes.coarse_points, "/", sizes.part_points, "/", sizes.block_vertices);
+}
+
+bool Read(absl::string_view text, PartSizes& sizes) {
+  const std::vector<absl::string_view> numbers = absl::StrSplit(text, '/');
+  return numbers.size() == 3 && Read(numbers[0], sizes.coarse_points) &&
+         Read(numbers[1], sizes.part_points) && Read(numbers[2], sizes.block_vertices);
 }
 
 class Writer {

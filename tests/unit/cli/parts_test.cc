@@ -63,7 +63,7 @@ TEST_F(PartsTest, WhatTheyMakeIsVerifiedByParts) {
   EXPECT_THAT(same.err, HasSubstr("measure")) << "progress";
   const Json json = Json::parse(same.out);
   EXPECT_EQ(json["scan"], "same");
-  EXPECT_THAT(std::string(json["options"]), HasSubstr("part_points=16384"));
+  EXPECT_THAT(std::string(json["options"]), HasSubstr("part_sizes=65536/16384/8192"));
   EXPECT_EQ(json["figures"].size(), 18u);
   EXPECT_GT(json["scan_to_surface"]["rms"], 0);
   EXPECT_THAT(Kept(), ::testing::IsEmpty());

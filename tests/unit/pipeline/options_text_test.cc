@@ -12,8 +12,9 @@ TEST(OptionsTextTest, PartsAreTold) {
   EXPECT_EQ(ReadOptionsText("seed=7 made=parts")->parts->part_points, PartSizes{}.part_points);
   EXPECT_FALSE(ReadOptionsText("seed=7")->parts);
   const std::string smaller = OptionsText({}, 0, PartSizes::Of(2048));
-  EXPECT_EQ(smaller, "made=parts coarse_points=8192 part_points=2048 block_vertices=1024");
+  EXPECT_EQ(smaller, "made=parts part_sizes=8192/2048/1024");
   EXPECT_EQ(ReadOptionsText(smaller)->parts->block_vertices, 1024);
+  EXPECT_FALSE(ReadOptionsText("made=parts part_sizes=8192/2048").ok());
 }
 
 TEST(OptionsTextTest, WhatWasAskedForIsNamed) {
