@@ -141,6 +141,18 @@ TEST(BridgeGapsTest, SheetsAboveEachOtherBecomeAPlateOrStayApart) {
   EXPECT_NEAR(AreaOfFaces(plate), 2.16, 1e-9);
 }
 
+// More vertices than are stitched at once, and not the same number on both sides.
+TEST(BridgeGapsTest, LongWaysAreStitchedPieceByPiece) {
+  for (const int rows : {101, 161, 250}) {
+    const ControlMesh apart =
+        testing::Union(testing::Grid(21, 161), Moved(testing::Grid(21, rows), {1.01, 0, 0}));
+    const ControlMesh joined = Bridged(apart, 0.02);
+    EXPECT_EQ(Summary(joined).components, 1) << rows;
+    EXPECT_EQ(Summary(joined).boundary_loops, 1) << rows;
+    EXPECT_NEAR(AreaOfFaces(joined), 2.01, 1e-9) << rows;
+  }
+}
+
 // The width is that between borders, however far apart their vertices are.
 TEST(BridgeGapsTest, LongEdgesAreNoWiderGaps) {
   const ControlMesh apart =
