@@ -110,8 +110,6 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
         }
       }));
   RILIEVO_RETURN_IF_ERROR(KeepVolumes(graph, in_volume, context, &is_off));
-    fprintf(stderr, "foliage %d of %d\n", int(std::count(is_off.begin(), is_off.end(), 1)),
-            int(count));
   return is_off;
 }
 
