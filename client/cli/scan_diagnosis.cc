@@ -186,7 +186,7 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
   RILIEVO_ASSIGN_OR_RETURN(d.loop_lengths, LoopLengths(control.mesh, d.diagonal));
   // How many faces stay under the noise shows in the fit alone.
   RILIEVO_ASSIGN_OR_RETURN(const Domain domain, FitFewFaces(surface, surface.cloud.median_spacing,
-                                                            0, control.mesh, {}, {context}));
+                                                            {}, control.mesh, {}, {context}));
   d.control_faces = static_cast<int>(domain.fit.control_mesh.faces.cols());
   Expect(elapsed.count(), &d);
   d.advice = AdviceFor(d);

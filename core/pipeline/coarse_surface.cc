@@ -102,7 +102,7 @@ absl::StatusOr<CoarseSurface> ShapeThinned(const PagedScan& pages, int64_t coars
   RILIEVO_ASSIGN_OR_RETURN(
       Domain domain,
       faces_given ? FitDomain(coarse.scan, input.control.mesh, options, context)
-                  : FitFewFaces(coarse.scan, spacing, 0, input.control.mesh, options, context));
+                  : FitFewFaces(coarse.scan, spacing, {}, input.control.mesh, options, context));
   const ReconstructOptions at_level =
       AtCoarseLevel(options, coarse.scan.cloud, domain.fit.control_mesh.faces.cols());
   RILIEVO_ASSIGN_OR_RETURN(coarse.sampled, SampleHeights(coarse.scan, input.control.topology,

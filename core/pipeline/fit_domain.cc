@@ -11,6 +11,7 @@
 #include "core/control/quads/quad_control_mesh.h"
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
+#include "core/pipeline/domain_of_mesh.h"
 
 namespace rilievo {
 namespace {
@@ -63,6 +64,19 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
 
+void ChoosePositionStep(const ScanSurface& scan, const ReconstructOptions& options,
+                        Domain* domain) {
+  double& step = domain->position_step;
+  step = options.encode.position_step;
+  if (step != 0) return;
+  step = PositionStepFor(domain->fit.control_mesh, options.encode.max_error);
+  // Heights take up no rounding that moves a crease aside.
+  if (scan.cloud.sharp_lines.cols() > 0) {
+    step = std::min(step, std::max(kFinestOfLines, options.encode.max_error.value_or(0)));
+  }
+  if (domain->is_filled) step = std::min(step, kStepWhereFilled);
+}
+
 }  // namespace
 
 bool IsMachined(const ControlMesh& mesh) {
@@ -91,16 +105,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
-  domain.position_step = options.encode.position_step;
-  if (domain.position_step == 0) {
-    domain.position_step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
-    // Heights take up no rounding that moves a crease aside.
-    if (scan.cloud.sharp_lines.cols() > 0) {
-      const double finest = std::max(kFinestOfLines, options.encode.max_error.value_or(0));
-      domain.position_step = std::min(domain.position_step, finest);
-    }
-    if (domain.is_filled) domain.position_step = std::min(domain.position_step, kStepWhereFilled);
-  }
+  ChoosePositionStep(scan, options, &domain);
   return domain;
 }
 
@@ -115,11 +120,27 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
   return mesh;
 }
 
-absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, int64_t triangles,
+std::optional<Domain> DomainOfMesh(const ScanSurface& scan, const Shape& mesh, int64_t faces,
+                                   const ReconstructOptions& options) {
+  const ControlOptions& control = options.control;
+  if (control.scheme != DomainScheme::kLoop || control.creases != CreaseRule::kAuto ||
+      control.fills_holes() || control.bridge_gaps_below > 0) {
+    return {};
+  }
+  std::optional<ControlMesh> control_mesh = ControlMeshOfFewTriangles(mesh, faces);
+  if (!control_mesh) return {};
+  Domain domain;
+  domain.fit.control_mesh = *std::move(control_mesh);
+  domain.fit.converged = domain.is_given = true;
+  ChoosePositionStep(scan, options, &domain);
+  return domain;
+}
+
+absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, const Shape& mesh,
                                    const ControlMesh& start, const ReconstructOptions& options,
                                    const PipelineContext& context) {
   const FewFaces need =
-      WhatFewFacesNeed(scan.cloud.median_noise, spacing, triangles, start.faces.cols());
+      WhatFewFacesNeed(scan.cloud.median_noise, spacing, mesh.triangles.cols(), start.faces.cols());
   ReconstructOptions trial = options;
   trial.fit.wanted_rms = need.wanted_rms;
   std::optional<Domain> few;
@@ -133,6 +154,10 @@ absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, int6
     const bool fewer = coarser.faces.cols() < (few ? few->fit.control_mesh : start).faces.cols();
     if (!fewer || domain.fit.rms_after > need.wanted_rms) break;
     few = std::move(domain);
+  }
+  const int64_t fewest = few ? few->fit.control_mesh.faces.cols() : start.faces.cols();
+  if (std::optional<Domain> given = DomainOfMesh(scan, mesh, fewest, options)) {
+    return *std::move(given);
   }
   if (few) return *std::move(few);
   return FitDomain(scan, start, options, context);

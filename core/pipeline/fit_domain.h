@@ -9,6 +9,7 @@
 #include "core/pipeline/reconstruct.h"
 #include "core/pipeline/stage_scope.h"
 #include "core/scan/scan_surface.h"
+#include "core/surface/measure_error.h"
 
 namespace rilievo {
 
@@ -21,6 +22,7 @@ struct Domain {
   // the rounding.
   double position_step = 0;
   bool is_filled = false;  // see FillByArcs(): then the step is at most kStepWhereFilled
+  bool is_given = false;   // see DomainOfMesh(): then finer levels are only made where asked for
 };
 
 // Whether the mesh has enough creases for a machined part: more than one edge in 50.
@@ -53,12 +55,20 @@ absl::StatusOr<ControlMesh> FewerFaces(const ScanSurface& scan, const ControlMes
 // takes a third of the bytes away from smooth objects and a plain machined part of 100 000 points
 // with a noise of 0.1 % of the diagonal; objects of thin walls or much detail keep their faces. And
 // over a mesh of fewer triangles than control faces, while its flat faces are the domain's, a fifth
-// of these and so on: a cube takes 30 faces and 210 bytes instead of 3 332 and 4 792. Clean scans
-// keep their faces: there the finest heights take the bytes.
-// `spacing`: the median of all points, of which `scan` may hold some. `triangles`: of the mesh that
-// the points lie on; 0: they are scanned. Errors: those of FewerFaces() and FitDomain().
-absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, int64_t triangles,
+// of these and so on: a cube takes 30 faces and 210 bytes instead of 3 332 and 4 792. Where that
+// takes more faces than the mesh has triangles, these are the domain (DomainOfMesh): a prism of 64
+// sides takes 639 bytes instead of 19 908. Clean scans keep their faces: there the finest
+// heights take the bytes.
+// `spacing`: the median of all points, of which `scan` may hold some. `mesh`: that the points lie
+// on, unit frame; without triangles: they are scanned. Errors: those of FewerFaces() and
+// FitDomain().
+absl::StatusOr<Domain> FitFewFaces(const ScanSurface& scan, double spacing, const Shape& mesh,
                                    const ControlMesh& start, const ReconstructOptions& options,
                                    const PipelineContext& context);
+
+// The domain that a given mesh of few triangles is itself; unset where ControlMeshOfFewTriangles()
+// is, or where the options ask for quads, for no creases, or for holes and gaps to be closed.
+std::optional<Domain> DomainOfMesh(const ScanSurface& scan, const Shape& mesh, int64_t faces,
+                                   const ReconstructOptions& options);
 
 }  // namespace rilievo

@@ -154,11 +154,10 @@ absl::StatusOr<FinishedSurface> FinishInMemory(bool faces_given, const DssMetada
     cloud = CloudAlone(std::move(scan));
   } else {
     const ControlMesh& mesh = input->control.mesh;
-    RILIEVO_ASSIGN_OR_RETURN(Domain domain, faces_given
-                                                ? FitDomain(scan, mesh, options, context)
-                                                : FitFewFaces(scan, scan.cloud.median_spacing,
-                                                              input->given_mesh.triangles.cols(),
-                                                              mesh, options, context));
+    RILIEVO_ASSIGN_OR_RETURN(
+        Domain domain, faces_given ? FitDomain(scan, mesh, options, context)
+                                   : FitFewFaces(scan, scan.cloud.median_spacing, input->given_mesh,
+                                                 mesh, options, context));
     RILIEVO_ASSIGN_OR_RETURN(
         SampledSurface sampled,
         SampleHeights(scan, input->control.topology, std::move(domain), options, context));

@@ -46,8 +46,10 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
                            PrepareControlMesh(domain.fit.control_mesh, domain.position_step));
   sampled.domain = std::move(domain);
   const ControlMesh& mesh = surface.control_mesh;
+  ReconstructOptions leveled = options;
+  if (sampled.domain.is_given && !leveled.max_level) leveled.max_level = 0;
   RILIEVO_ASSIGN_OR_RETURN(const int level,
-                           LevelFor(options, scan.cloud.points.cols(), scan.cloud.median_spacing,
+                           LevelFor(leveled, scan.cloud.points.cols(), scan.cloud.median_spacing,
                                     scan.cloud.median_noise, mesh.faces.cols()));
   surface.max_level = level;
   RILIEVO_ASSIGN_OR_RETURN(const LoopRefinement refinement, RefineToVertices(mesh, level, context));

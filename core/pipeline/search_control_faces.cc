@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kRatio = 0.4;
 constexpr int kFewestFaces = 40;
-constexpr double kNone = -1, kHalf = 0.5;  // steps
-constexpr double kStepRatio = 1.5;         // of position steps
-constexpr double kAlike = 1.01;            // errors
+constexpr double kNone = -2, kGivenMesh = -1, kHalf = 0.5;  // steps
+constexpr double kStepRatio = 1.5;                          // of position steps
+constexpr double kAlike = 1.01;                             // errors
 
 // What a trial costs.
 struct Cost {
@@ -62,6 +62,9 @@ class Search {
     // Of a part with sharp edges the error hangs on where the few control points happen to lie, so
     // more meshes are worth a try.
     if (IsMachined(start_)) RILIEVO_RETURN_IF_ERROR(TryBeside(kHalf / 2));
+    if (const auto given = DomainOfMesh(scan_, mesh_, start_.faces.cols(), options_)) {
+      RILIEVO_RETURN_IF_ERROR(TryDomain(*given, kGivenMesh, options_));
+    }
     if (!best_) return failure_;
     if (options_.encode.position_step == 0) RILIEVO_RETURN_IF_ERROR(TrySteps());
     RILIEVO_RETURN_IF_ERROR(Keep());

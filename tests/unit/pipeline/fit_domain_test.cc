@@ -49,7 +49,7 @@ struct Faces {
 
 Faces FacesOf(const AnalyticShape& shape, double noise) {
   const PreparedScan prepared = PrepareScan(shape, 30000, noise);
-  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, 0,
+  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, {},
                                     prepared.control.mesh, {}, {})
                             .value();
   return {prepared.control.mesh.faces.cols(), domain.fit.control_mesh.faces.cols()};
@@ -74,7 +74,7 @@ TEST(FitFewFacesTest, DetailAboveTheNoiseKeepsThem) {
 // What the trial with fewer faces gave up early leaves no trace.
 TEST(FitFewFacesTest, KeptFacesAreFittedAsIfAlone) {
   const PreparedScan prepared = PrepareScan(*MakeTerrain(), 30000, 0.0004);
-  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, 0,
+  const Domain domain = FitFewFaces(prepared.scan, prepared.scan.cloud.median_spacing, {},
                                     prepared.control.mesh, {}, {})
                             .value();
   const Domain alone = FitDomain(prepared.scan, prepared.control.mesh, {}, {}).value();
