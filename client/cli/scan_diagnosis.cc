@@ -166,7 +166,7 @@ absl::StatusOr<ScanDiagnosis> DiagnoseScan(const PointCloud& scan, const RunCont
 
   d.outliers = surface.figures.outliers;
   d.island_points = surface.figures.island_points;
-  d.foliage_points = surface.figures.foliage;
+  d.foliage_points = surface.figures.foliage_points;
   const OrientedCloud& cloud = surface.cloud;
   d.points_used = cloud.points.cols();
   d.diagonal = surface.frame.diagonal;

@@ -94,7 +94,7 @@ ReconstructReport ReportOf(const ScanFigures& scan, const ControlMeshResult& con
   report.strays = scan.strays;
   report.outliers = scan.outliers;
   report.island_points = scan.island_points;
-  report.foliage = scan.foliage;
+  report.foliage_points = scan.foliage_points;
   report.points_used = scan.kept;
   report.normal_disagreement = scan.orientation.disagreement;
   report.stations = scan.orientation.stations;
@@ -231,7 +231,7 @@ absl::StatusOr<Reconstruction> RunPaged(const PagedScan& pages, const PartSizes&
   report.strays = pages.figures().strays;
   report.points_used = finished.points_used;
   report.outliers = pages.size() - finished.points_used;
-  report.island_points = report.foliage = 0;
+  report.island_points = report.foliage_points = 0;
   return Made(std::move(finished), std::move(report), seconds, start);
 }
 

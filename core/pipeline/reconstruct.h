@@ -56,7 +56,8 @@ struct ReconstructOptions {
 struct ReconstructReport {
   int64_t points_in = 0;
   int64_t non_finite = 0, duplicates = 0, strays = 0, outliers = 0, island_points = 0;
-  int64_t foliage = 0;  // points that fill volumes and are left out; by parts among the outliers
+  int64_t foliage_points =
+      0;  // points that fill volumes and are left out; by parts among the outliers
   int64_t points_used = 0;
   MeshFigures mesh;     // no triangles: a scan
   double diagonal = 0;  // scan unit

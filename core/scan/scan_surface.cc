@@ -81,12 +81,14 @@ absl::Status RepairGraph(const PointIndex& index, const RunContext& context, Kep
 }
 
 // INVALID_ARGUMENT where too few are left.
-absl::Status CheckKept(const ScanFigures& figures, int64_t checked) {
+absl::Status CheckKept(const ScanFigures& figures) {
   if (figures.kept >= kMinScanPoints) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "points: ", figures.kept, " of ", checked, " points are left after ", figures.outliers,
-      " outliers, ", figures.island_points, " points of islands and ", figures.foliage,
-      " points of foliage, at least ", kMinScanPoints, " are needed"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("points: ", figures.kept, " of ",
+                   figures.kept + figures.outliers + figures.island_points + figures.foliage_points,
+                   " points are left after ", figures.outliers, " outliers, ",
+                   figures.island_points, " points of islands and ", figures.foliage_points,
+                   " points of foliage, at least ", kMinScanPoints, " are needed"));
 }
 
 // The mask of all points for one of those that another mask has kept so far.
@@ -131,7 +133,7 @@ absl::StatusOr<ScanNeighbors> WithoutOutliers(ScanNeighbors scan, const ScanOpti
   scan.figures.outliers += found.outliers;
   scan.figures.island_points += found.island_points;
   scan.figures.kept = std::count(found.keep.begin(), found.keep.end(), 1);
-  RILIEVO_RETURN_IF_ERROR(CheckKept(scan.figures, checked));
+  RILIEVO_RETURN_IF_ERROR(CheckKept(scan.figures));
   if (scan.figures.kept == checked) return scan;
   return KeepPoints(found.keep, std::move(scan), options, context);
 }
@@ -162,11 +164,11 @@ absl::StatusOr<NormalsOfScan> FindNormalsWithoutFoliage(ScanNeighbors* scan,
   const int64_t checked = scan->graph.size();
   RILIEVO_ASSIGN_OR_RETURN(std::vector<uint8_t> keep,
                            FindFoliage(found.estimated.cloud, scan->graph, context));
-  scan->figures.foliage = std::count(keep.begin(), keep.end(), 1);
-  if (scan->figures.foliage == 0) return found;
+  scan->figures.foliage_points = std::count(keep.begin(), keep.end(), 1);
+  if (scan->figures.foliage_points == 0) return found;
   for (uint8_t& kept : keep) kept = kept == 0;
-  scan->figures.kept = checked - scan->figures.foliage;
-  RILIEVO_RETURN_IF_ERROR(CheckKept(scan->figures, checked));
+  scan->figures.kept = checked - scan->figures.foliage_points;
+  RILIEVO_RETURN_IF_ERROR(CheckKept(scan->figures));
   JoinSheets(found.replaced, &scan->graph);
   scan->points = std::move(found.estimated.cloud.points);
   found = NormalsOfScan();

@@ -24,7 +24,7 @@ struct ScanOptions {
 struct ScanFigures {
   int64_t non_finite = 0, duplicates = 0, strays = 0;  // as in CheckedScan
   int64_t outliers = 0, island_points = 0;             // as in OutlierResult
-  int64_t foliage = 0;                                 // points that FindFoliage left out
+  int64_t foliage_points = 0;                          // points that FindFoliage left out
   int64_t kept = 0;                                    // points that are left
   OrientationResult orientation;
 };

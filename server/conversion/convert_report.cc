@@ -46,7 +46,7 @@ void ConvertScan(const ReconstructReport& from, v1::ReconstructReport* to) {
   to->set_strays(from.strays);
   to->set_outliers(from.outliers);
   to->set_island_points(from.island_points);
-  to->set_foliage_points(from.foliage);
+  to->set_foliage_points(from.foliage_points);
   to->set_points_used(from.points_used);
   if (from.mesh.triangles > 0) Convert(from.mesh, to->mutable_mesh());
   to->set_diagonal(from.diagonal);

@@ -13,50 +13,115 @@
 namespace rilievo {
 namespace {
 
-// Of the distances to the planes of the neighbours. As many are of a point's own sheet.
+// Of the distances to the neighbours along the normals. As many are of a point's own sheet.
 constexpr double kOwnSheet = 0.4;
-// How far off the planes foliage is: in spacings, and in the scan's median.
+// How far off foliage is: in spacings, and in the scan's median, of lengths and of spacings.
 constexpr float kOffSpacing = 0.2F, kOffMedian = 4;
 // Points whose neighbourhoods of so many rings hold more such points belong to it.
 constexpr int kRings = 2;
 constexpr float kMostOff = 1.0F / 3;
-// Deviation across the plane of such a neighbourhood, in that along it.
+// The deviation across the plane of a neighbourhood, in that along it, from which on it is a
+// volume. Small sheets in disorder are one over a few rings, noise up to a spacing is none over
+// many: leaves are one over both.
 constexpr double kVolume = 0.35;
+constexpr int kVolumeRings = 8;
 // Components with fewer points in volumes are details.
 constexpr int kFewestLeaves = 150;
 
-// How far a point is from the tangent planes of its neighbours, in spacings.
-float OffNeighborPlanes(const OrientedCloud& cloud, const NeighborGraph& graph, int point) {
+// How far a point is from its neighbours, along the normals halfway between theirs and its own, so
+// that curvature counts for nothing.
+float OffNeighbors(const OrientedCloud& cloud, const NeighborGraph& graph, int point) {
   float distances[kMostNeighbors];
   int count = 0;
+  const Eigen::Vector3d own = cloud.normals.col(point);
   for (const int j : graph.neighbors(point)) {
-    const double distance = cloud.normals.col(j).dot(cloud.points.col(point) - cloud.points.col(j));
+    const Eigen::Vector3d other = cloud.normals.col(j);
+    const Eigen::Vector3d halfway = other + (own.dot(other) < 0 ? -1.0 : 1.0) * own;
+    const double distance = halfway.normalized().dot(cloud.points.col(point) - cloud.points.col(j));
     distances[count++] = static_cast<float>(std::abs(distance));
   }
   float* const chosen = distances + static_cast<int>(kOwnSheet * count);
   std::nth_element(distances, chosen, distances + count);
-  return *chosen / cloud.spacing[point];
+  return *chosen;
 }
 
-// Whether the points two rings around one fill a volume. Those along an edge, a rod or the sheets
-// of a wall do not.
-bool IsInVolume(const OrientedCloud& cloud, const NeighborGraph& graph, int point) {
-  PatchSum sum;
-  const auto add = [&](int i) {
-    sum.Add(PatchMoments(), cloud.points.col(i) - cloud.points.col(point));
-  };
-  add(point);
-  for (const int j : graph.neighbors(point)) {
-    add(j);
-    for (const int k : graph.neighbors(j)) add(k);
+float MedianOf(std::vector<float> values) {
+  const auto middle = values.begin() + static_cast<int64_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Per point, 1 where it lies far off its neighbours.
+absl::StatusOr<std::vector<float>> FarOff(const OrientedCloud& cloud, const NeighborGraph& graph,
+                                          const RunContext& context) {
+  std::vector<float> off(static_cast<size_t>(graph.size())), in_spacings(off.size());
+  RILIEVO_RETURN_IF_ERROR(
+      ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+        for (int64_t i = begin; i < end; ++i) {
+          off[i] = OffNeighbors(cloud, graph, static_cast<int>(i));
+          in_spacings[i] = off[i] / cloud.spacing[i];
+        }
+      }));
+  const float least = kOffMedian * MedianOf(off);
+  const float least_spacings = std::max(kOffSpacing, kOffMedian * MedianOf(in_spacings));
+  for (size_t i = 0; i < off.size(); ++i) {
+    off[i] = off[i] > least && in_spacings[i] > least_spacings ? 1 : 0;
   }
-  const PatchPlane plane = FitPlane(sum.Mean());
-  return plane.thickness > kVolume * kVolume * plane.spread;
+  return off;
 }
 
-// Takes the components out that have too few points in volumes.
-absl::Status KeepVolumes(const NeighborGraph& graph, const std::vector<uint8_t>& in_volume,
-                         const RunContext& context, std::vector<uint8_t>* foliage) {
+// Per point, how many rings more than kVolumeRings away from the marked ones it is; 0: none.
+std::vector<uint8_t> RingsAround(const NeighborGraph& graph, const std::vector<uint8_t>& marked) {
+  std::vector<uint8_t> rings(marked.size(), 0);
+  std::vector<int> front, next;
+  for (int i = 0; i < graph.size(); ++i) {
+    if (marked[i]) front.push_back(i);
+  }
+  for (int ring = kVolumeRings; ring > 0; --ring, front.swap(next)) {
+    next.clear();
+    for (const int i : front) {
+      if (rings[i] >= ring) continue;
+      rings[i] = static_cast<uint8_t>(ring);
+      for (const int j : graph.neighbors(i)) {
+        if (rings[j] == 0) next.push_back(j);
+      }
+    }
+  }
+  return rings;
+}
+
+// Which of the marked points lie in a volume of points, both near and far around them.
+absl::StatusOr<std::vector<uint8_t>> InVolumes(const OrientedCloud& cloud,
+                                               const NeighborGraph& graph,
+                                               const std::vector<uint8_t>& marked,
+                                               const RunContext& context) {
+  std::vector<uint8_t> in_volume = marked;
+  const std::vector<uint8_t> rings = RingsAround(graph, marked);
+  std::vector<PatchMoments> patches(marked.size()), wider(marked.size());
+  for (int ring = 1; ring <= kVolumeRings; ++ring) {
+    RILIEVO_RETURN_IF_ERROR(
+        ParallelFor(graph.size(), kSearchBlock, context, [&](int64_t begin, int64_t end) {
+          for (int64_t i = begin; i < end; ++i) {
+            if (rings[i] < ring) continue;
+            PatchSum sum;
+            sum.Add(patches[i], Eigen::Vector3d::Zero());
+            for (const int j : graph.neighbors(static_cast<int>(i))) {
+              sum.Add(patches[j], cloud.points.col(j) - cloud.points.col(i));
+            }
+            wider[i] = sum.Mean();
+            if (!in_volume[i] || (ring != kRings && ring != kVolumeRings)) continue;
+            const PatchPlane plane = FitPlane(wider[i]);
+            in_volume[i] = plane.thickness > kVolume * kVolume * plane.spread;
+          }
+        }));
+    patches.swap(wider);
+  }
+  return in_volume;
+}
+
+// Removes components with too few points in volumes.
+absl::Status RemoveDetails(const NeighborGraph& graph, const std::vector<uint8_t>& in_volume,
+                           const RunContext& context, std::vector<uint8_t>* foliage) {
   SignedUnionFind sets(graph.size());
   RILIEVO_RETURN_IF_ERROR(SerialFor(graph.size(), context, [&](int64_t index) {
     const int i = static_cast<int>(index);
@@ -80,16 +145,8 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
                                                  const RunContext& context) {
   if (IsLeftOut(Mechanism::kFoliage)) return std::vector<uint8_t>();
   const int64_t count = graph.size();
-  std::vector<float> share(static_cast<size_t>(count)), around(share.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          around[i] = share[i] = OffNeighborPlanes(cloud, graph, static_cast<int>(i));
-        }
-      }));
-  std::nth_element(around.begin(), around.begin() + count / 2, around.end());
-  const float limit = std::max(kOffSpacing, kOffMedian * around[count / 2]);
-  for (float& off : share) off = off > limit ? 1 : 0;
+  RILIEVO_ASSIGN_OR_RETURN(std::vector<float> share, FarOff(cloud, graph, context));
+  std::vector<float> around(share.size());
   for (int ring = 0; ring < kRings; ++ring) {
     RILIEVO_RETURN_IF_ERROR(
         ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
@@ -101,16 +158,14 @@ absl::StatusOr<std::vector<uint8_t>> FindFoliage(const OrientedCloud& cloud,
         }));
     share.swap(around);
   }
-  std::vector<uint8_t> is_off(share.size()), in_volume(share.size());
-  RILIEVO_RETURN_IF_ERROR(
-      ParallelFor(count, kSearchBlock, context, [&](int64_t begin, int64_t end) {
-        for (int64_t i = begin; i < end; ++i) {
-          is_off[i] = share[i] > kMostOff;
-          in_volume[i] = is_off[i] != 0 && IsInVolume(cloud, graph, static_cast<int>(i));
-        }
-      }));
-  RILIEVO_RETURN_IF_ERROR(KeepVolumes(graph, in_volume, context, &is_off));
-  return is_off;
+  std::vector<uint8_t> foliage(share.size());
+  std::transform(share.begin(), share.end(), foliage.begin(),
+                 [](float off) { return static_cast<uint8_t>(off > kMostOff); });
+  if (std::find(foliage.begin(), foliage.end(), 1) == foliage.end()) return std::vector<uint8_t>();
+  RILIEVO_ASSIGN_OR_RETURN(const std::vector<uint8_t> in_volume,
+                           InVolumes(cloud, graph, foliage, context));
+  RILIEVO_RETURN_IF_ERROR(RemoveDetails(graph, in_volume, context, &foliage));
+  return foliage;
 }
 
 }  // namespace rilievo

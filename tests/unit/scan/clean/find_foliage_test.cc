@@ -4,6 +4,7 @@
 
 #include "core/scan/scan_surface.h"
 #include "tests/scans/analytic_shape.h"
+#include "tests/scans/random.h"
 #include "tests/scans/scanner.h"
 #include "tests/scans/scene.h"
 #include "tests/scans/scene_scanner.h"
@@ -29,7 +30,7 @@ TEST(FindFoliageTest, LeavesGoAndTheGardenStays) {
   EXPECT_GT(leaves, 1000);
   EXPECT_LT(leaves_left, 0.05 * leaves);
   EXPECT_LT(others_gone, 0.02 * others);
-  EXPECT_GT(surface.figures.foliage, 0.9 * leaves);
+  EXPECT_GT(surface.figures.foliage_points, 0.9 * leaves);
   EXPECT_EQ(surface.figures.kept, surface.cloud.points.cols());
 }
 
@@ -38,19 +39,44 @@ TEST(FindFoliageTest, LeavesStayWhereNothingIsToBeLeftOut) {
   ScanOptions options;
   options.outliers.distance_factor = 0;
   const CheckedScan checked = CheckScan(scan.cloud, CheckOptions{}, RunContext{}).value();
-  EXPECT_EQ(AnalyzeScan(checked, options, RunContext{})->figures.foliage, 0);
+  EXPECT_EQ(AnalyzeScan(checked, options, RunContext{})->figures.foliage_points, 0);
+}
+
+int64_t FoliageOf(const PointCloud& cloud) {
+  const CheckedScan checked = CheckScan(cloud, CheckOptions{}, RunContext{}).value();
+  return AnalyzeScan(checked, ScanOptions{}, RunContext{})->figures.foliage_points;
+}
+
+// A square of side 100 with a point on each unit of area. Right of x = 70 they have noise.
+TEST(FindFoliageTest, NoiseOfAPartOfTheScanIsNone) {
+  PointCloud cloud;
+  cloud.points.resize(3, 10000);
+  Random random(1);
+  for (auto point : cloud.points.colwise()) {
+    point << random.Uniform(0, 100), random.Uniform(0, 100), 0.01 * random.Normal();
+    if (point.x() > 70) point.z() = 0.7 * random.Normal();
+  }
+  EXPECT_EQ(FoliageOf(cloud), 0);
+}
+
+// The same noise everywhere, as thick as the spacing where the points are ten times as dense.
+TEST(FindFoliageTest, NoiseOfADensePartIsNone) {
+  PointCloud cloud;
+  cloud.points.resize(3, 14000);
+  Random random(1);
+  for (int i = 0; i < cloud.points.cols(); ++i) {
+    const double side = i < 10000 ? 100 : 6;
+    cloud.points.col(i) << random.Uniform(0, side), random.Uniform(0, side), 0.07 * random.Normal();
+  }
+  EXPECT_EQ(FoliageOf(cloud), 0);
 }
 
 TEST(FindFoliageTest, HousesAndThinWallsAreSurfaces) {
-  const auto foliage_of = [](const PointCloud& cloud) {
-    const CheckedScan checked = CheckScan(cloud, CheckOptions{}, RunContext{}).value();
-    return AnalyzeScan(checked, ScanOptions{}, RunContext{})->figures.foliage;
-  };
-  EXPECT_EQ(foliage_of(ScanScene(MakeBlock(), {.points = 10000}).value().cloud), 0);
+  EXPECT_EQ(FoliageOf(ScanScene(MakeBlock(), {.points = 10000}).value().cloud), 0);
   for (const double noise : {0.0, 0.003}) {
     const auto walls = MakeThinWalls();
     const auto scan = SimulateScan(*walls, {.points = 10000, .noise = noise});
-    EXPECT_EQ(foliage_of(scan->cloud), 0) << noise;
+    EXPECT_EQ(FoliageOf(scan->cloud), 0) << noise;
   }
 }
 

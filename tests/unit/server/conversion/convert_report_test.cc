@@ -13,7 +13,7 @@ TEST(ProtoReport, EveryFieldArrivesDistinct) {
   report.strays = 4;
   report.outliers = 5;
   report.island_points = 6;
-  report.foliage = 65;
+  report.foliage_points = 65;
   report.points_used = 7;
   report.diagonal = 8;
   report.median_spacing = 9;
