@@ -292,8 +292,9 @@ TriangleMesh WithoutFilms(TriangleMesh mesh, double width) {
 
 absl::Status TouchesTooFlatly() {
   return absl::FailedPreconditionError(
-      "the shapes touch at so flat an angle that it is not told what of them hangs together; move "
-      "one of them a little, by a millionth of its size or more");
+      "the shapes touch at too flat an angle to decide which parts are joined; move one of them, "
+      "by "
+      "a millionth of its size or, where they nearly coincide, by some thousandths");
 }
 
 absl::StatusOr<SeparatedSolids> SeparateContacts(TriangleMesh mesh, std::vector<uint8_t> at_cut,
