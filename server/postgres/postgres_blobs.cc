@@ -107,8 +107,11 @@ absl::StatusOr<std::unique_ptr<StagedBlob>> PostgresBlobs::StageFrom(const BlobS
 
 absl::StatusOr<FileDescriptor> PostgresBlobs::Fetch(const std::string& name,
                                                     const std::function<void()>& moved) const {
+  absl::StatusOr<FileDescriptor> opened = UnnamedFile(scratch_);
+  // NOT_FOUND would be said of the blob.
+  if (!opened.ok()) return absl::UnavailableError(opened.status().message());
+  FileDescriptor file = *std::move(opened);
   RILIEVO_ASSIGN_OR_RETURN(const int64_t bytes, BytesOf(name));
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, UnnamedFile(scratch_));
   const absl::Status read =
       PostgresParts(connections_->Take().get()).Read(name, [&](const std::string& part) {
         if (moved) moved();

@@ -189,8 +189,11 @@ absl::StatusOr<S3Blobs::Object> S3Blobs::Find(const std::string& name) const {
 
 absl::StatusOr<FileDescriptor> S3Blobs::Fetch(const std::string& name,
                                               const std::function<void()>& moved) const {
+  absl::StatusOr<FileDescriptor> opened = UnnamedFile(scratch_);
+  // NOT_FOUND would be said of the blob.
+  if (!opened.ok()) return absl::UnavailableError(opened.status().message());
+  FileDescriptor file = *std::move(opened);
   RILIEVO_ASSIGN_OR_RETURN(const Object object, Find(name));
-  RILIEVO_ASSIGN_OR_RETURN(FileDescriptor file, UnnamedFile(scratch_));
   RILIEVO_RETURN_IF_ERROR(bucket_.Get(object.key, file, moved));
   return file;
 }

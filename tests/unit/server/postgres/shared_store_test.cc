@@ -2,6 +2,7 @@
 #include <set>
 #include <thread>
 
+#include "server/postgres/postgres_blobs.h"
 #include "server/store/content_name.h"
 #include "tests/unit/server/store/job_store_fixture.h"
 
@@ -195,6 +196,15 @@ TEST_F(SharedStoreTest, BytesThatTheDatabaseLostAreNotTakenForWritten) {
   const absl::Status finished = writer->Finish(
       1000, ContentNameOf(piece), [](const auto& blob) { return blob.Adopt(nullptr); });
   EXPECT_TRUE(absl::IsUnavailable(finished)) << finished;
+}
+
+TEST_F(SharedStoreTest, AScratchFolderThatIsGoneIsNotSaidOfABlob) {
+  std::vector<std::unique_ptr<Database>> one;
+  one.push_back(std::make_unique<PostgresDatabase>(url_));
+  const auto blobs =
+      *PostgresBlobs::Open(std::make_shared<PostgresConnections>(std::move(one)), "/nonexistent");
+  const std::string name = *blobs->Put({{'a'}});
+  EXPECT_TRUE(absl::IsUnavailable(blobs->Read(name).status()));
 }
 
 TEST_F(SharedStoreTest, ALateResultChangesNothing) {

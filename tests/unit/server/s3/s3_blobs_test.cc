@@ -26,10 +26,11 @@ class S3BlobsTest : public testing::Test {
     OpenBlobs();
   }
 
-  void OpenBlobs() {
+  void OpenBlobs(std::string scratch = {}) {
     std::vector<std::unique_ptr<Database>> one;
     one.push_back(std::make_unique<PostgresDatabase>(url_));
-    auto opened = S3Blobs::Open(std::make_shared<LeasePool<Database>>(std::move(one)), place_);
+    auto opened = S3Blobs::Open(std::make_shared<LeasePool<Database>>(std::move(one)), place_,
+                                std::move(scratch));
     ASSERT_TRUE(opened.ok()) << opened.status();
     blobs_ = *std::move(opened);
   }
@@ -138,6 +139,12 @@ TEST_F(S3BlobsTest, AnObjectThatIsLostIsNotFound) {
   const std::string name = *blobs_->Put({{'a'}});
   ASSERT_TRUE(S3Bucket(place_).Remove(Key()).ok());
   EXPECT_TRUE(absl::IsNotFound(blobs_->Read(name).status()));
+}
+
+TEST_F(S3BlobsTest, AScratchFolderThatIsGoneIsNotSaidOfTheBlob) {
+  const std::string name = *blobs_->Put({{'a'}});
+  OpenBlobs("/nonexistent");
+  EXPECT_TRUE(absl::IsUnavailable(blobs_->Read(name).status()));
 }
 
 TEST_F(S3BlobsTest, OneThatIsSetAsideIsKeptForAWeekUnderItsName) {
