@@ -124,7 +124,7 @@ WorkerSettings SettingsOfWorkers(const CommandLine& line, std::string program) {
 }
 
 absl::StatusOr<JobWork> ChooseWork(const CommandLine& line) {
-  if (line.in_process) return InThisProcess(ReconstructAndDrop);
+  if (line.in_process) return InServerProcess(ReconstructAndDrop);
   if (line.worker.empty()) {
     RILIEVO_ASSIGN_OR_RETURN(std::string program, WorkerBesideThisProgram());
     return InWorkerProcess(SettingsOfWorkers(line, std::move(program)));

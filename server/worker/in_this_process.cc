@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/paging/scan_pager.h"
+#include "core/paging/scratch_file.h"
 #include "server/conversion/job_report.h"
 #include "server/conversion/parts_request.h"
 #include "server/worker/job_work.h"
@@ -37,6 +38,11 @@ absl::StatusOr<JobResult> BringUpToDate(const JobRequest& job, const ScanContent
   return result;
 }
 
+// DATA_LOSS is said of the points: of files of this process's own it is a defect.
+absl::Status OfOwnFiles(const absl::Status& status) {
+  return absl::IsDataLoss(status) ? absl::InternalError(status.message()) : status;
+}
+
 absl::StatusOr<JobResult> MakeByParts(const JobRequest& job, ScanBytes points,
                                       const RunContext& context) {
   RILIEVO_ASSIGN_OR_RETURN(ScanPager pager, ScanPager::Create(job.parts->scratch));
@@ -46,12 +52,11 @@ absl::StatusOr<JobResult> MakeByParts(const JobRequest& job, ScanBytes points,
     return pager.Add(block);
   };
   RILIEVO_RETURN_IF_ERROR(std::move(points).DecodeInBlocks(job.size, add));
-  RILIEVO_ASSIGN_OR_RETURN(PagedScan pages, std::move(pager).Finish(context));
+  const absl::StatusOr<PagedScan> pages = std::move(pager).Finish(context);
+  RILIEVO_RETURN_IF_ERROR(OfOwnFiles(pages.status()));
   absl::StatusOr<Reconstruction> made =
-      ReconstructPaged(pages, PartSizes::Of(job.parts->points), job.options, context);
-  // Of a file of its own.
-  if (absl::IsDataLoss(made.status())) return absl::InternalError(made.status().message());
-  RILIEVO_RETURN_IF_ERROR(made.status());
+      ReconstructPaged(*pages, PartSizes::Of(job.parts->points), job.options, context);
+  RILIEVO_RETURN_IF_ERROR(OfOwnFiles(made.status()));
   JobResult result{std::move(made->encoded), ProtoReport(made->report, job.options.measure)};
   const std::string warning = PlacesAloneWarning(job);
   if (!warning.empty()) result.report.add_warnings(warning);
@@ -85,6 +90,16 @@ JobWork InThisProcess(ReconstructFunction reconstruct) {
     } catch (const std::exception& defect) {
       return absl::InternalError(absl::StrCat("a stage let an exception pass: ", defect.what()));
     }
+  };
+}
+
+JobWork InServerProcess(ReconstructFunction reconstruct) {
+  return [work = InThisProcess(std::move(reconstruct))](
+             const JobRequest& job, ScanBytes points,
+             const RunContext& context) -> absl::StatusOr<JobResult> {
+    absl::StatusOr<JobResult> result = work(job, std::move(points), context);
+    if (!IsOfScratchFolder(result.status())) return result;
+    return absl::UnavailableError(result.status().message());
   };
 }
 

@@ -50,7 +50,8 @@ absl::StatusOr<std::vector<FileDescriptor>> FilesFor(const JobRequest& job) {
   return files;
 }
 
-// Whether a job that found no room failed for want of disk, as the worker still has its files.
+// Whether a job that found no room failed for want of disk: to be asked while this process has its
+// files open, or the disk has their room again.
 bool IsDiskFull(const absl::Status& status, const JobRequest& job) {
   constexpr int64_t kSome = 16 << 20;
   return absl::IsResourceExhausted(status) && job.parts &&
@@ -198,9 +199,9 @@ absl::StatusOr<JobResult> Run(const WorkerProgram& program, const WorkerSettings
   if (!file.ok()) return OfMachine(file.status());
   absl::StatusOr<std::vector<FileDescriptor>> scratch = FilesFor(job);
   if (!scratch.ok()) return OfMachine(scratch.status());
-  absl::StatusOr<WorkerProcess> started =
-      WorkerProcess::Start(program, *std::move(file), *std::move(scratch));
+  absl::StatusOr<WorkerProcess> started = WorkerProcess::Start(program, *file, *scratch);
   if (!started.ok()) return OfMachine(started.status());
+  if (!job.parts) file->Close();  // it may be in memory
   WorkerProcess process = *std::move(started);
   // Ends the reads below; then the process is killed.
   std::optional<std::stop_callback<std::function<void()>>> stop;

@@ -41,5 +41,7 @@ using ReconstructFunction = std::function<absl::StatusOr<Reconstruction>(
 
 // Calls `reconstruct` on the thread that asks. What it throws becomes a status.
 JobWork InThisProcess(ReconstructFunction reconstruct);
+// The same for a server: what its scratch folder does not take is UNAVAILABLE.
+JobWork InServerProcess(ReconstructFunction reconstruct);
 
 }  // namespace rilievo

@@ -44,7 +44,7 @@ void BeEndedFirst() {
   if (file.valid()) file.Write("1000", 4).IgnoreError();
 }
 
-// Words of a library are no reason for a file of the operator's to grow.
+// A library's warnings must not fill the operator's log file.
 absl::Status ShutStandardError() {
   struct stat file;
   if (fstat(STDERR_FILENO, &file) != 0 || !S_ISREG(file.st_mode)) return absl::OkStatus();

@@ -97,13 +97,14 @@ absl::StatusOr<WorkerProgram> WorkerProgram::Open(const std::string& path) {
 }
 
 absl::StatusOr<WorkerProcess> WorkerProcess::Start(const WorkerProgram& program,
-                                                   FileDescriptor points,
-                                                   std::vector<FileDescriptor> scratch) {
-  // Where nothing is put in the new process before they are.
+                                                   const FileDescriptor& points,
+                                                   const std::vector<FileDescriptor>& scratch) {
+  // Numbers that no file action overwrites before these are copied.
   constexpr int kBeyond = 64;
-  for (FileDescriptor& file : scratch) {
-    file = FileDescriptor(fcntl(file.number(), F_DUPFD_CLOEXEC, kBeyond));
-    if (!file.valid()) return StatusOfErrno(errno, "a file for the worker");
+  std::vector<FileDescriptor> copies;
+  for (const FileDescriptor& file : scratch) {
+    copies.emplace_back(fcntl(file.number(), F_DUPFD_CLOEXEC, kBeyond));
+    if (!copies.back().valid()) return StatusOfErrno(errno, "a file for the worker");
   }
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
@@ -119,7 +120,7 @@ absl::StatusOr<WorkerProcess> WorkerProcess::Start(const WorkerProgram& program,
   // By its descriptor: a file that takes the place of the program's is not started.
   posix_spawn_file_actions_adddup2(&settings.files, program.number(), kWorkerSocket + 1);
   int next = kFirstScratchFile;
-  for (const FileDescriptor& file : scratch) {
+  for (const FileDescriptor& file : copies) {
     posix_spawn_file_actions_adddup2(&settings.files, file.number(), next++);
   }
   posix_spawn_file_actions_addclosefrom_np(&settings.files, next);

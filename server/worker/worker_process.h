@@ -43,8 +43,9 @@ class WorkerProcess {
   // process reaches it but standard error, the program itself as file kWorkerSocket + 1, and what
   // of the environment programs are loaded by. RESOURCE_EXHAUSTED when there is no room for a
   // process.
-  static absl::StatusOr<WorkerProcess> Start(const WorkerProgram& program, FileDescriptor points,
-                                             std::vector<FileDescriptor> scratch = {});
+  static absl::StatusOr<WorkerProcess> Start(const WorkerProgram& program,
+                                             const FileDescriptor& points,
+                                             const std::vector<FileDescriptor>& scratch = {});
 
   WorkerProcess(WorkerProcess&& other) noexcept;
   WorkerProcess& operator=(WorkerProcess&&) = delete;

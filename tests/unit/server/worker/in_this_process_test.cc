@@ -54,5 +54,13 @@ TEST(InThisProcess, WhatIsThrownBecomesAStatus) {
   EXPECT_EQ(run([] {}), absl::StatusCode::kCancelled);
 }
 
+TEST(InThisProcess, AScratchFolderThatIsGoneIsTheMachinesTrouble) {
+  JobRequest job = Request();
+  job.parts = {4096, ScratchFolder("/nonexistent")};
+  const absl::Status status = InServerProcess({})(job, Points(), {}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(status.message()), testing::HasSubstr("/nonexistent"));
+}
+
 }  // namespace
 }  // namespace rilievo

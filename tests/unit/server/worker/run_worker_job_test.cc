@@ -15,12 +15,11 @@
 namespace rilievo {
 namespace {
 
-WorkerProcess StartMoody(std::vector<FileDescriptor> scratch = {}) {
+WorkerProcess StartMoody(const std::vector<FileDescriptor>& scratch = {}) {
   FileDescriptor points(memfd_create("points", MFD_CLOEXEC));
   const std::string zeros(20 * 12, '\0');
   EXPECT_TRUE(points.Write(zeros.data(), zeros.size()).ok());
-  return *WorkerProcess::Start(*WorkerProgram::Open(RILIEVO_MOODY_WORKER), std::move(points),
-                               std::move(scratch));
+  return *WorkerProcess::Start(*WorkerProgram::Open(RILIEVO_MOODY_WORKER), points, scratch);
 }
 
 worker::JobOrder Order(Mood mood) {

@@ -44,7 +44,7 @@ TEST(WorkerProcess, StandardInputIsTheFileOfPoints) {
   const std::string text = "echo hello >&3; exit 5\n";
   ASSERT_TRUE(script.Write(text.data(), text.size()).ok());
   ASSERT_EQ(lseek(script.number(), 0, SEEK_SET), 0);
-  auto process = WorkerProcess::Start(*WorkerProgram::Open("/bin/sh"), std::move(script));
+  auto process = WorkerProcess::Start(*WorkerProgram::Open("/bin/sh"), script);
   ASSERT_TRUE(process.ok()) << process.status();
   char words[6];
   ASSERT_TRUE(process->socket().Read(words, 6).ok());
@@ -65,7 +65,7 @@ TEST(WorkerProcess, OnlyWhatLoadsProgramsIsHandedOnOfTheEnvironment) {
   const std::string text = "env | cut -d= -f1 | grep -v -E '^(PWD|_|SHLVL|OLDPWD)$' | sort >&3\n";
   ASSERT_TRUE(script.Write(text.data(), text.size()).ok());
   ASSERT_EQ(lseek(script.number(), 0, SEEK_SET), 0);
-  auto process = WorkerProcess::Start(*WorkerProgram::Open("/bin/sh"), std::move(script));
+  auto process = WorkerProcess::Start(*WorkerProgram::Open("/bin/sh"), script);
   unsetenv("RILIEVO_TEST_SECRET");
   unsetenv("MALLOC_ARENA_TEST");
   ASSERT_TRUE(process.ok()) << process.status();
