@@ -286,20 +286,21 @@ std::string Hexadecimal(char32_t number, int digits) {
 char32_t TakeCodePoint(const std::string& text, size_t* place) {
   const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
   const char32_t first = byte((*place)++);
-  const size_t more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc2 ? 1 : 0;
+  const size_t more = first < 0xc2 || first > 0xf4 ? 0 : first < 0xe0 ? 1 : first < 0xf0 ? 2 : 3;
   if (more == 0 || *place + more > text.size()) return first;
   char32_t code = first & (0x3fU >> more);
   for (size_t k = 0; k < more; ++k) {
     if ((byte(*place + k) & 0xc0U) != 0x80) return first;
     code = code << 6 | (byte(*place + k) & 0x3fU);
   }
+  // An overlong form, a surrogate, beyond the last one.
+  if (code >> (5 * more + 1) == 0 || code >> 11 == 0x1b || code > 0x10ffff) return first;
   *place += more;
   return code;
 }
 
-// UTF-8 as ISO 10303-21 writes it (6.4.3): what is not printable ASCII, and the backslash, as its
-// number. Bytes that are not UTF-8 count as Latin-1. Open CASCADE doubles apostrophes, and
-// backslashes: see PrintLines().
+// UTF-8 as ISO 10303-21 writes it (6.4.3): all but printable ASCII, and the backslash, by number.
+// Bytes that are not UTF-8 count as Latin-1. Open CASCADE doubles ' and \, see PrintLines().
 Handle(TCollection_HAsciiString) TextOf(const std::string& text) {
   std::string encoded;
   for (size_t i = 0; i < text.size();) {
@@ -354,9 +355,7 @@ std::string WriteShape(const TopoDS_Shape& shape, const StepFile& file, double t
   const IFSelect_ReturnStatus transferred =
       writer.Transfer(shape, STEPControl_AsIs, true, indicator->Start());
   if (file.stop.stop_requested()) return "stopped";
-  if (transferred != IFSelect_RetDone) {
-    return "Open CASCADE cannot write this surface as STEP";
-  }
+  if (transferred != IFSelect_RetDone) return "Open CASCADE cannot write this surface as STEP";
   // It counts the products that a process makes, in their names.
   const Handle(StepData_StepModel) model = writer.Model();
   for (int i = 1; i <= model->NbEntities(); ++i) {

@@ -22,6 +22,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <numbers>
 #include <sstream>
 #include <stop_token>
@@ -291,6 +292,16 @@ TEST_F(StepFileTest, TextsAreEncoded) {
   const std::string name = R"('T\X\FCr''s \X\5C \X2\03C0\X0\ \X4\0001D11E\X0\\X\FF')";
   EXPECT_TRUE(Content().find(name) != std::string::npos) << Content().substr(0, 2000);
   EXPECT_TRUE(Content().find("Author") == std::string::npos);
+  // An overlong form, a surrogate, and what is beyond the last code point.
+  for (const auto& [bytes, encoded] :
+       std::map<std::string, std::string>{{"\xe0\x82\x80", R"('\X\E0\X\82\X\80')"},
+                                          {"\xed\xa0\x80", R"('\X\ED\X\A0\X\80')"},
+                                          {"\xf4\x90\x80\x80", R"('\X\F4\X\90\X\80\X\80')"},
+                                          {"\xf5\x80\x80\x80", R"('\X\F5\X\80\X\80\X\80')"}}) {
+    file_.name = bytes;
+    Write(testing::WithRelief(testing::Bipyramid(3), 0, 0));
+    EXPECT_TRUE(Content().find(encoded) != std::string::npos) << encoded;
+  }
 }
 
 TEST_F(StepFileTest, IsStopped) {
