@@ -35,8 +35,8 @@ std::string PlacesAloneWarning(bool colors, bool stations, bool normals) {
   if (left_out.empty()) return "";
   return absl::StrCat(
       "The scan is larger than the memory and was made by parts, of the places of its points "
-      "alone: what it has of ",
-      absl::StrJoin(left_out, ", "), " was not taken.");
+      "alone: its ",
+      absl::StrJoin(left_out, ", "), " were not used.");
 }
 
 std::string PlacesAloneWarning(const JobRequest& job) {

@@ -59,11 +59,9 @@ std::optional<CallError> FitIntoMemory(const ServerOptions& options, JobRequest*
     return std::nullopt;
   }
   return CallError(ErrorCause::kMemoryLimit,
-                   absl::StrCat("the job would need about ", megabytes(needed), " of the ",
-                                megabytes(limit),
-                                " of memory this server has; send fewer points or ask for a lower "
-                                "max_level (",
-                                parts, ")"))
+                   absl::StrCat("the job would need about ", megabytes(needed),
+                                " of memory, one job may take ", megabytes(limit),
+                                "; send fewer points or ask for a lower max_level (", parts, ")"))
       .Limit(limit, needed);
 }
 
