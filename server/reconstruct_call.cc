@@ -225,7 +225,9 @@ std::optional<CallError> ReconstructCall::AppendChunk() {
 void ReconstructCall::CountChunk(const std::optional<CallError>& error) {
   if (!job_.parts) core_->upload_bytes += upload_->bytes() - record_.bytes_in;
   record_.bytes_in = upload_->bytes();
-  if (error) Fail(*error);
+  if (!error) return;
+  record_.detail = DetailOf(upload_->written());
+  Fail(*error);
 }
 
 // The client half-closed, or is gone: then OnCancel ends the call.

@@ -94,8 +94,9 @@ std::optional<CallError> IncomingScan::Append(std::string&& data, Records* recor
   if (auto error = records->CheckChunk(size)) return error;
   records->bytes += size;
   if (!folder_.empty()) {
-    const absl::Status written = AppendToFile(data);
-    if (written.ok()) return std::nullopt;
+    written_ = AppendToFile(data);
+    if (written_.ok()) return std::nullopt;
+    if (!absl::IsResourceExhausted(written_)) return ErrorOfJob(absl::UnavailableError(""), "", "");
     return CallError(ErrorCause::kStoreFull,
                      "the server has no room for so many points; send fewer, or try again later")
         .RetryAfter(std::chrono::seconds(30));

@@ -24,10 +24,14 @@ class IncomingScan {
 
   // INVALID_ARGUMENT when `data` is empty, larger than kMaxChunkBytes, holds a broken record or
   // brings more than announced; or when anything comes before the last point, points after what
-  // follows them, or what was not announced. RESOURCE_EXHAUSTED when the folder has no room.
+  // follows them, or what was not announced. RESOURCE_EXHAUSTED when the folder has no room,
+  // UNAVAILABLE when it takes nothing for another reason.
   std::optional<CallError> AppendPoints(std::string&& data);
   std::optional<CallError> AppendTriangles(std::string&& data);
   std::optional<CallError> AppendBase(std::string&& data);
+
+  // What the operator is told of the folder; OK where all was written.
+  const absl::Status& written() const { return written_; }
 
   // DATA_LOSS when something is missing.
   std::optional<CallError> CheckComplete() const;
@@ -61,6 +65,7 @@ class IncomingScan {
   std::vector<std::string> blocks_;  // whole records each
   std::string folder_;               // of `file_`; empty: all is in memory
   FileDescriptor file_;
+  absl::Status written_;
 };
 
 }  // namespace rilievo

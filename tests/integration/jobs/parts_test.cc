@@ -70,7 +70,7 @@ TEST_F(PartsOfJobsTest, WithoutTheFolderTheyAreRefusedAndNoServerStarts) {
   std::filesystem::remove(scratch_);
   const absl::Status status =
       ReconstructionClient(Channel()).Reconstruct(SphereScan(13'000), HungryOptions()).status();
-  EXPECT_EQ(ErrorReason(status), "STORE_FULL");
+  EXPECT_EQ(ErrorReason(status), "WORKER_UNAVAILABLE");
   EXPECT_EQ(RunProgram({RILIEVOD_PROGRAM, "--scratch", scratch_}), 1);
 }
 

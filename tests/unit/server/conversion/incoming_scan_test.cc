@@ -39,12 +39,13 @@ TEST(IncomingScan, Float32PointsArriveInOrderFromAnyChunks) {
   }
 }
 
-TEST(IncomingScan, AFolderThatTakesNothingIsNamedAsFull) {
+TEST(IncomingScan, AFolderThatIsGoneIsNoFullOne) {
   IncomingScan upload({{CoordinateType::kFloat32}, 1000}, "/nonexistent");
   const auto error = upload.AppendPoints(std::string(12, '\0'));
   ASSERT_TRUE(error.has_value());
-  EXPECT_EQ(error->reason, ErrorCause::kStoreFull);
+  EXPECT_EQ(error->reason, ErrorCause::kWorkerUnavailable);
   EXPECT_EQ(error->message.find("nonexistent"), std::string::npos);
+  EXPECT_NE(upload.written().message().find("nonexistent"), std::string_view::npos);
 }
 
 TEST(IncomingScan, Float64KeepsEveryBit) {
