@@ -166,9 +166,12 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
   coded.surface = std::move(sampled.surface);
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOf(HeightSource::kSmoothed, coded.surface);
-  RILIEVO_ASSIGN_OR_RETURN(
-      coded.encoded,
-      Encode(coded, CodingErrorFor(options.encode, coded.uncoded), options, context));
+  std::optional<double> coding = CodingErrorFor(options.encode, coded.uncoded);
+  // Heights on an exact border are zero: what coding adds leads away from it.
+  if (coding && !options.encode.max_error && cloud.border_lines.cols() > 0) {
+    coding = std::min(*coding, kExactBorder / 10);
+  }
+  RILIEVO_ASSIGN_OR_RETURN(coded.encoded, Encode(coded, coding, options, context));
   return coded;
 }
 

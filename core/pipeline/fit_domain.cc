@@ -10,6 +10,7 @@
 #include "core/control/quads/quad_control_mesh.h"
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
+#include "core/domain/fit_border.h"
 
 namespace rilievo {
 namespace {
@@ -31,6 +32,7 @@ constexpr int kFewestExact = 24;  // faces
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
+constexpr double kFinestOfBorders = kExactBorder / 10;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4;
@@ -94,6 +96,10 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
+  const bool exact_border = scan.cloud.border_lines.cols() > 0;
+  if (exact_border) {
+    RILIEVO_RETURN_IF_ERROR(FitBorder(scan.cloud.border_lines, context, &domain.fit.control_mesh));
+  }
   domain.position_step = options.encode.position_step;
   if (domain.position_step == 0) {
     domain.position_step = PositionStepFor(domain.fit.control_mesh, options.encode.max_error);
@@ -102,6 +108,7 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
       const double finest = std::max(kFinestOfLines, options.encode.max_error.value_or(0));
       domain.position_step = std::min(domain.position_step, finest);
     }
+    if (exact_border) domain.position_step = std::min(domain.position_step, kFinestOfBorders);
     if (domain.is_filled) domain.position_step = std::min(domain.position_step, kStepWhereFilled);
   }
   return domain;

@@ -25,6 +25,8 @@ struct OrientedCloud {
   Eigen::Matrix3Xd sharp_lines = {};
   // Of points that were chosen from more: the spacing of all of them in spacings of these. (0, 1].
   double share_of_spacing = 1;
+  // Likewise the borders of a given mesh that the surface is to meet exactly.
+  Eigen::Matrix3Xd border_lines = {};
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };

@@ -17,7 +17,7 @@ from .options import UNITS, MeshOptions, Options, as_message
 from .private_server import PrivateServer
 from .scan import Packed, arrays_of_mesh, coordinates, pack, pack_mesh, pack_update, refuse
 from .surface import Surface
-from .v1 import reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
+from .v1 import options_pb2, reconstruction_pb2, reconstruction_pb2_grpc, report_pb2
 from .values import Place
 
 if TYPE_CHECKING:
@@ -149,6 +149,8 @@ def trim(shape: Union[Surface, Tuple[Any, Any]], *, keep: Side,
         raise refuse("keep", f"{keep!r} is not one of 'inside', 'outside'")
     kind, numbers = _trim_numbers(plane, box, sphere, polyline)
     message = as_message(_with_place(shape, shape, options), "trim", MeshOptions)
+    if not cap:
+        message.control.boundary = options_pb2.BOUNDARY_EXACT
     threads = options.get("threads") or 0
     handle = _library.trim(_solid_of(shape, "shape", threads), kind, numbers, keep == "outside",
                            bool(cap), threads)
