@@ -38,6 +38,7 @@ absl::StatusOr<EncodedSurface> Encode(const CodedSurface& coded, std::optional<d
   EncodeOptions encode = options.encode;
   encode.position_step = coded.domain.position_step;
   encode.max_error = coding_error;
+  encode.keep_zero_border = coded.keeps_border;
   const DisplacedSurface& surface = coded.surface;
   const int64_t faces = surface.control_mesh.faces.cols() << (2 * surface.max_level);
   return EncodeDss(surface, WithWidestFigures(coded.metadata, options.measure, faces), encode,
@@ -166,12 +167,10 @@ absl::StatusOr<CodedSurface> CodeSurface(const OrientedCloud& cloud, const Shape
   coded.surface = std::move(sampled.surface);
   coded.metadata = metadata;
   coded.metadata.smoothed_share = ShareOf(HeightSource::kSmoothed, coded.surface);
-  std::optional<double> coding = CodingErrorFor(options.encode, coded.uncoded);
-  // Heights on an exact border are zero: what coding adds leads away from it.
-  if (coding && !options.encode.max_error && cloud.border_lines.cols() > 0) {
-    coding = std::min(*coding, kExactBorder / 10);
-  }
-  RILIEVO_ASSIGN_OR_RETURN(coded.encoded, Encode(coded, coding, options, context));
+  coded.keeps_border = cloud.borders.any();
+  RILIEVO_ASSIGN_OR_RETURN(
+      coded.encoded,
+      Encode(coded, CodingErrorFor(options.encode, coded.uncoded), options, context));
   return coded;
 }
 

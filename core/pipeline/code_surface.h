@@ -63,6 +63,7 @@ struct CodedSurface {
   EncodedSurface encoded;    // room is kept for the figures of the certificate
   DssMetadata metadata;
   UncodedError uncoded;
+  bool keeps_border = false;  // heights on borders are zero, and stay so
   bool keeps_error = false;  // encode.max_error, as the certificate measures it: see KeepError()
 };
 

@@ -11,6 +11,7 @@
 #include "core/control/simplify/coarser_control_mesh.h"
 #include "core/domain/fill_by_arcs.h"
 #include "core/domain/fit_border.h"
+#include "core/meshes/split_edges.h"
 
 namespace rilievo {
 namespace {
@@ -32,7 +33,10 @@ constexpr int kFewestExact = 24;  // faces
 // Of position steps.
 constexpr double kCoarsestStep = 5e-3;
 constexpr double kFinestOfLines = 1e-4;
-constexpr double kFinestOfBorders = kExactBorder / 10;
+// What the curve, and what rounding may take of kExactBorder.
+constexpr double kMissOfBorders = kExactBorder / 4, kFinestOfBorders = kExactBorder / 2;
+// Of edges of the border, each to half of its length.
+constexpr int kMostHalvings = 4;
 constexpr double kOfShortEdges = 0.1,
                  kShort = 0.05;  // the edge that 5 % are shorter than
 constexpr double kOfCodingError = 4;
@@ -68,6 +72,16 @@ FewFaces WhatFewFacesNeed(double noise, double spacing, int64_t triangles, int64
   return {triangles > 0 && triangles < faces ? kExactRms : 0, kFewestExact};
 }
 
+// Halves edges of the border until its curve comes to the lines.
+absl::Status RefineBorder(const KnownBorders& borders, const RunContext& context,
+                          ControlMesh* mesh) {
+  for (int halvings = 0;; ++halvings) {
+    RILIEVO_ASSIGN_OR_RETURN(const auto far, FitBorder(borders, kMissOfBorders, context, mesh));
+    if (far.empty() || halvings == kMostHalvings) return absl::OkStatus();
+    *mesh = HalveEdges(*mesh, far);
+  }
+}
+
 }  // namespace
 
 bool IsMachined(const ControlMesh& mesh) {
@@ -86,19 +100,23 @@ absl::StatusOr<Domain> FitDomain(const ScanSurface& scan, const ControlMesh& sta
                                  const PipelineContext& context) {
   const StageScope scope(Stage::kDomainFit, context);
   Domain domain;
-  std::optional<ControlMesh> quads;
-  if (options.control.scheme == DomainScheme::kCatmullClark) {
-    RILIEVO_ASSIGN_OR_RETURN(quads, QuadControlMesh(start));
+  ControlMesh mesh = start;
+  if (scan.cloud.borders.any()) {
+    RILIEVO_RETURN_IF_ERROR(RefineBorder(scan.cloud.borders, context, &mesh));
   }
-  RILIEVO_ASSIGN_OR_RETURN(domain.fit, FitLoopDomain(scan.cloud, scan.index, quads ? *quads : start,
-                                                     options.fit, context));
+  if (options.control.scheme == DomainScheme::kCatmullClark) {
+    RILIEVO_ASSIGN_OR_RETURN(mesh, QuadControlMesh(mesh));
+  }
+  RILIEVO_ASSIGN_OR_RETURN(domain.fit,
+                           FitLoopDomain(scan.cloud, scan.index, mesh, options.fit, context));
   if (options.control.fills_holes()) {
     RILIEVO_ASSIGN_OR_RETURN(domain.is_filled,
                              FillByArcs(scan.cloud, scan.index, context, &domain.fit.control_mesh));
   }
-  const bool exact_border = scan.cloud.border_lines.cols() > 0;
+  const bool exact_border = scan.cloud.borders.any();
   if (exact_border) {
-    RILIEVO_RETURN_IF_ERROR(FitBorder(scan.cloud.border_lines, context, &domain.fit.control_mesh));
+    RILIEVO_RETURN_IF_ERROR(
+        FitBorder(scan.cloud.borders, kMissOfBorders, context, &domain.fit.control_mesh).status());
   }
   domain.position_step = options.encode.position_step;
   if (domain.position_step == 0) {

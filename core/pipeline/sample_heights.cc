@@ -60,7 +60,7 @@ absl::StatusOr<SampledSurface> Displace(const ScanSurface& scan, Domain domain,
       DisplacementField field,
       SampleDisplacement(scan.cloud, refinement, rings, limit, options.displacement, context));
   // The border of the smooth surface is exact, and heights would leave it along its normals.
-  for (size_t v = 0; scan.cloud.border_lines.cols() > 0 && v < field.heights.size(); ++v) {
+  for (size_t v = 0; scan.cloud.borders.any() && v < field.heights.size(); ++v) {
     if (refinement.levels.back().boundary_vertex[v] != 0) field.heights[v] = 0;
   }
   Shape& shape = sampled.shape;

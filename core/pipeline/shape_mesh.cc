@@ -55,7 +55,7 @@ constexpr int64_t kNeedlePieces = 4;
 constexpr double kBorderWeight = 20;
 
 // A border that turns further than this has a corner.
-constexpr double kBorderCorner = 50 * std::numbers::pi / 180;
+constexpr double kBorderCorner = 30 * std::numbers::pi / 180;
 
 // The ends of its creases, two columns each.
 Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
@@ -68,25 +68,23 @@ Eigen::Matrix3Xd LinesOf(const ControlMesh& mesh) {
 }
 
 // The edges of its borders likewise; where a border turns sharply, `*mesh` gets a corner.
-absl::StatusOr<Eigen::Matrix3Xd> BordersOf(double spacing, ControlMesh* mesh) {
+absl::StatusOr<KnownBorders> BordersOf(double spacing, ControlMesh* mesh) {
   RILIEVO_ASSIGN_OR_RETURN(const MeshTopology topology,
                            BuildMeshTopology(mesh->faces, static_cast<int>(mesh->vertices.cols())));
-  std::vector<Eigen::Vector3d> ends;
-  for (std::vector<int>& loop : BoundaryLoops(topology)) {
+  std::vector<int> ends, corners;
+  for (const std::vector<int>& loop : BoundaryLoops(topology)) {
     for (size_t i = 0; i < loop.size(); ++i) {
-      for (const int v : {loop[i], loop[(i + 1) % loop.size()]}) {
-        ends.emplace_back(mesh->vertices.col(v));
-      }
+      ends.push_back(loop[i]);
+      ends.push_back(loop[(i + 1) % loop.size()]);
     }
-    const CreaseChain line{std::move(loop), {}, true};
-    for (const int v : CornersOfLine(mesh->vertices, line, kBorderCorner, spacing / 2)) {
-      mesh->corners.push_back(v);
+    const CreaseChain line{loop, std::vector<int>(loop.size()), true};  // edges are not asked for
+    for (const int i : CornersOfLine(mesh->vertices, line, kBorderCorner, spacing / 2)) {
+      corners.push_back(i);
     }
   }
+  mesh->corners.insert(mesh->corners.end(), corners.begin(), corners.end());
   SortTags(&mesh->creases, &mesh->corners);
-  Eigen::Matrix3Xd lines(3, static_cast<Eigen::Index>(ends.size()));
-  for (size_t i = 0; i < ends.size(); ++i) lines.col(static_cast<Eigen::Index>(i)) = ends[i];
-  return lines;
+  return KnownBorders{mesh->vertices(Eigen::all, ends), mesh->vertices(Eigen::all, corners)};
 }
 
 // What is known of its sharp lines goes into the cloud of the scan.
@@ -107,8 +105,7 @@ absl::StatusOr<ControlMeshResult> ControlOfMesh(CheckedMesh mesh, ScanSurface* s
     scan->cloud.sharp_lines = LinesOf(shape);
   }
   if (options.boundary == BoundaryRule::kExact) {
-    RILIEVO_ASSIGN_OR_RETURN(scan->cloud.border_lines,
-                             BordersOf(scan->cloud.median_spacing, &shape));
+    RILIEVO_ASSIGN_OR_RETURN(scan->cloud.borders, BordersOf(scan->cloud.median_spacing, &shape));
   }
   context.Report(Stage::kControlMesh, 0.3);
   ControlMeshResult control;

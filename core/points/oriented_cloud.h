@@ -7,6 +7,13 @@
 
 namespace rilievo {
 
+// Borders of a given mesh that the surface is to meet exactly; unit frame.
+struct KnownBorders {
+  Eigen::Matrix3Xd lines;    // columns 2 i and 2 i + 1 are the ends of a segment
+  Eigen::Matrix3Xd corners;  // where they turn sharply
+  bool any() const { return lines.cols() > 0; }
+};
+
 struct OrientedCloud {
   Eigen::Matrix3Xd points;   // unit frame, Morton order
   Eigen::Matrix3Xd normals;  // unit, pointing outward after OrientNormals
@@ -25,8 +32,7 @@ struct OrientedCloud {
   Eigen::Matrix3Xd sharp_lines = {};
   // Of points that were chosen from more: the spacing of all of them in spacings of these. (0, 1].
   double share_of_spacing = 1;
-  // Likewise the borders of a given mesh that the surface is to meet exactly.
-  Eigen::Matrix3Xd border_lines = {};
+  KnownBorders borders = {};
   double median_spacing = 0;  // of `spacing`
   double median_noise = 0;    // of `noise`
 };

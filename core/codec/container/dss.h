@@ -54,6 +54,9 @@ struct EncodeOptions {
   // decodes by itself (DecodeRegion), where there are more faces than that. [128, 2^20]; 0: no
   // groups; -1: 1024 from 4096 control faces on, which takes 1 to 3 % more bytes.
   int group_faces = -1;
+  // Heights on the border that are zero are zero in the file, for a few more bytes: no detail
+  // beside the border takes part in them.
+  bool keep_zero_border = false;
   absl::Status Validate() const;
 };
 

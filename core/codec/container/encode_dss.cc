@@ -127,8 +127,9 @@ absl::StatusOr<EncodedSurface> EncodeDss(const DisplacedSurface& surface,
   RILIEVO_ASSIGN_OR_RETURN(
       const std::unique_ptr<HeightEncoder> encoder,
       grouped ? HeightEncoder::MakeGrouped(surface, refinement, options.smallest_hole, draft.groups,
-                                           context)
-              : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole));
+                                           context, nullptr, options.keep_zero_border)
+              : std::make_unique<HeightEncoder>(surface, refinement, options.smallest_hole, nullptr,
+                                                options.keep_zero_border));
   const auto encode_smoothed = [&](size_t plain_levels, int64_t bytes, int64_t most) {
     return EncodeSmoothedFlags(
         surface, refinement,

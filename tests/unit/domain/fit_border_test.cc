@@ -54,7 +54,7 @@ TEST(FitBorderTest, TheBorderBecomesACircleInItsPlane) {
   }
   ControlMesh disc = Disc(32);
   const Eigen::Vector3d middle = disc.vertices.col(0);
-  ASSERT_TRUE(FitBorder(Polyline(circle), RunContext(), &disc).ok());
+  ASSERT_TRUE(FitBorder({Polyline(circle), {}}, 1, RunContext(), &disc).ok());
   EXPECT_EQ(Eigen::Vector3d(disc.vertices.col(0)), middle);
   for (const auto& point : BorderLimits(disc).colwise()) {
     EXPECT_NEAR(point.z(), 0.1, 1e-13);
@@ -67,7 +67,7 @@ TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
   square << 0.25, -0.25, -0.25, 0.25, 0.25, 0.25, -0.25, -0.25, 0.1, 0.1, 0.1, 0.1;
   ControlMesh disc = Disc(32);
   for (const int corner : {5, 13, 21, 29}) disc.corners.push_back(corner);
-  ASSERT_TRUE(FitBorder(Polyline(square), RunContext(), &disc).ok());
+  ASSERT_TRUE(FitBorder({Polyline(square), square}, 1, RunContext(), &disc).ok());
   for (size_t i = 0; i < 4; ++i) {
     EXPECT_LT(
         (disc.vertices.col(disc.corners[i]) - square.col(static_cast<Eigen::Index>(i))).norm(),
@@ -82,14 +82,14 @@ TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
 TEST(FitBorderTest, ErrorsAreTold) {
   ControlMesh mesh = Disc(8);
   mesh.faces.col(1) = mesh.faces.col(0);
-  EXPECT_EQ(FitBorder(Eigen::Matrix3Xd::Identity(3, 2), RunContext(), &mesh).code(),
+  EXPECT_EQ(FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, RunContext(), &mesh).code(),
             absl::StatusCode::kInvalidArgument);
   std::stop_source source;
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
   mesh = Disc(8);
-  EXPECT_EQ(FitBorder(Eigen::Matrix3Xd::Identity(3, 2), context, &mesh).code(),
+  EXPECT_EQ(FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, context, &mesh).code(),
             absl::StatusCode::kCancelled);
 }
 
