@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -79,17 +80,36 @@ TEST(FitBorderTest, CornersComeToThoseOfTheLines) {
   }
 }
 
+TEST(FitBorderTest, EdgesThatAreTooLongForTheLinesAreTold) {
+  Eigen::Matrix3Xd wave(3, 4000);
+  for (int i = 0; i < 4000; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 4000;
+    // The left half waves more often than there are control points.
+    const double radius = std::cos(angle) < 0 ? 0.3 + 0.01 * std::sin(40 * angle) : 0.3;
+    wave.col(i) << radius * std::cos(angle), radius * std::sin(angle), 0.1;
+  }
+  ControlMesh disc = Disc(32);
+  const auto far = FitBorder({Polyline(wave), {}}, 1e-3, RunContext(), &disc);
+  ASSERT_TRUE(far.ok()) << far.status();
+  EXPECT_GE(far->size(), 10u);
+  EXPECT_LE(far->size(), 18u);
+  for (const auto& [a, b] : *far) {
+    EXPECT_LT(std::min(disc.vertices(0, a), disc.vertices(0, b)), 0.01);
+  }
+}
+
 TEST(FitBorderTest, ErrorsAreTold) {
   ControlMesh mesh = Disc(8);
   mesh.faces.col(1) = mesh.faces.col(0);
-  EXPECT_EQ(FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, RunContext(), &mesh).code(),
-            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(
+      FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, RunContext(), &mesh).status().code(),
+      absl::StatusCode::kInvalidArgument);
   std::stop_source source;
   source.request_stop();
   RunContext context;
   context.stop = source.get_token();
   mesh = Disc(8);
-  EXPECT_EQ(FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, context, &mesh).code(),
+  EXPECT_EQ(FitBorder({Eigen::Matrix3Xd::Identity(3, 2), {}}, 1, context, &mesh).status().code(),
             absl::StatusCode::kCancelled);
 }
 
